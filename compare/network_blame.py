@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import pairwise
+from typing import Any
 
 from compare.blame import Budget, Part, Split
 from fem3d.runs.scene import solve as solve_3d
@@ -36,8 +37,8 @@ LEAST = 0.02
 def blame(given: AnyScene, fem3d: Result, network: Result) -> Budget:
     """The budget of a network's steady differences from a 3D result of the same scene. 3D is solved once more, with the
     mean temperatures and flows of all joints. Raises what both models raise."""
-    assert isinstance(given, Scene)
-    scene = replace(given, steady=True, output_times=())
+    of_boxes: Any = given
+    scene: Scene = replace(of_boxes, steady=True, output_times=())
     shape = layout(scene)
     found = places(shape, bool(shape.electrodes) and physics.electric(scene))
     by_hand = of_layout(replace(shape, scene=_probed(shape.scene, found))).steady

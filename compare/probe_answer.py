@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from compare.course import told_apart
 from compare.probes import Both
+from compare.quantities import called
 from compare.verdict import Check
 from scenes.formats import difference_text, percent, quantity
 from scenes.model import OVER_TIME
@@ -31,7 +32,7 @@ def answered(both: Both, checks: Sequence[Check]) -> str:
     if others:
         # Of each other quantity what is worst of it.
         kinds = list({c.id.removesuffix(OVER_TIME): c for c in reversed(others)}.values())[::-1]
-        parts = [f"its {c.id.removesuffix(OVER_TIME)} is {_off(c)}{_when(c)}" for c in kinds[:2]]
+        parts = [f"its {called(c.id.removesuffix(OVER_TIME))} is {_off(c)}{_when(c)}" for c in kinds[:2]]
         said += f"; {', '.join(parts)}" + (f", and {len(kinds) - 2} more differ" if len(kinds) > 2 else "")
     fine = [
         c
@@ -46,8 +47,8 @@ def _both(name: str, rest: Check | None, course: Check | None) -> str:
     if rest is None or course is None:
         only = course or rest
         assert only is not None
-        return f"{_off(only)} at {name}{_when(only)}"
-    at_rest = f"{_off(rest)} at {name} in the steady state"
+        return f"{_off(only)} at {called(name)}{_when(only)}"
+    at_rest = f"{_off(rest)} at {called(name)} in the steady state"
     again = abs(course.difference) <= 1.1 * abs(rest.difference) + course.u_num + rest.u_num
     same = rest.difference * course.difference > 0
     if again and same:
@@ -79,7 +80,7 @@ def _agreeing(checks: Sequence[Check]) -> str:
     if near:
         most = max(abs(c.difference) + c.u_num for c in near)
         names = list(dict.fromkeys(c.id.removesuffix(OVER_TIME) for c in near))
-        where = f"at {' and '.join(names)}" if len(names) < 3 else f"at {len(names)} probes"
+        where = f"at {' and '.join(map(called, names))}" if len(names) < 3 else f"at {len(names)} probes"
         over_time = [c.time is not None for c in near]
         when = "over time" if all(over_time) else "in the steady state and over time"
         when = when if any(over_time) else "in the steady state"

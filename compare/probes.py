@@ -13,7 +13,7 @@ from functools import cached_property, partial
 import numpy as np
 
 from compare.course import Course, told_apart
-from compare.quantities import Quantities
+from compare.quantities import Quantities, called
 from compare.verdict import Check, Comparison, judged, spread
 from scenes.formats import cut, quantity, signed
 from scenes.model import OVER_TIME, Declared
@@ -53,7 +53,7 @@ class Both:
         said = f"{quantity(one.value - base, unit)} against {quantity(three.value - base, unit)} in 3D"
         return Comparison(
             cut(name, 30), one.value - base, three.value - base, unit, off, u_num,
-            f"{name} is {said}{_above(unit)}", relative_to=_scale(unit),
+            f"{called(name)} is {said}{_above(unit)}", relative_to=_scale(unit),
         )  # fmt: skip
 
     def course(self, name: str) -> Course:
@@ -80,7 +80,8 @@ class Both:
             where = f"{quantity(float(found.model[i]), unit)} against {quantity(float(found.fem3d[i]), unit)} in 3D"
             apart = told_apart(found, abs(scale))
             said = f"; {apart.said()}" if apart is not None else ""
-            return f"{name} is {where} at {quantity(float(found.time[i]), 's', 3)}, {signed(float(off[i]), unit)}{said}"
+            when = f"at {quantity(float(found.time[i]), 's', 3)}, {signed(float(off[i]), unit)}"
+            return f"{called(name)} is {where} {when}{said}"
 
         return Comparison(
             f"{cut(name, 24)}, trace", float(found.model[i]), float(found.fem3d[i]), unit, part(float(off[i]), scale),

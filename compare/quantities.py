@@ -11,6 +11,7 @@ import numpy as np
 
 from scenes import physics
 from scenes.checks import FIRST_TIME
+from scenes.errors import quoted
 from scenes.model import UNITS, AnyScene
 from scenes.result import Result, Traces
 from scenes.sink import OF_A_SINK, Sink
@@ -66,6 +67,11 @@ class Quantities:
         for edge in self.edges:
             found &= np.abs(times - edge) > EDGE * min(self.end, float(times[-1]))
         return found | ~np.isfinite(times)
+
+
+def called(name: str) -> str:
+    """A probe's name in a sentence: one of several words in quotes."""
+    return quoted(name) if " " in name else name
 
 
 def of(scene: Any, fem3d: Result | None = None) -> Quantities:

@@ -194,7 +194,7 @@ def refined(
     near, shortest = marks.near(grid), shortest_of(grid)
     able = [np.diff(b) > shortest for b in grid.breaks]
     fixed = sum(float(m[~a].sum()) for m, a in zip(missing, able, strict=True))
-    share = _share(
+    share = share_of(
         np.concatenate([m[a] for m, a in zip(missing, able, strict=True)]), max(target - fixed, 0.1 * target)
     )
     breaks, degrees = [], []
@@ -224,7 +224,7 @@ def refined(
     return grid.with_axes(breaks, degrees)
 
 
-def _share(missing: np.ndarray, target: float) -> float:
+def share_of(missing: np.ndarray, target: float) -> float:
     """What intervals that miss more are to be brought to, so that all together miss a target."""
     largest = np.sort(missing)[::-1]
     others = missing.sum() - np.cumsum(largest)

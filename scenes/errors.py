@@ -22,12 +22,13 @@ class NumericsError(ArithmeticError):
 
 
 class RunawayError(NumericsError):
-    """Thermal runaway: the resistance falls with temperature faster than heat can leave. Above the voltage ``limit``
-    (V) no steady state exists."""
+    """Thermal runaway: the heating grows with temperature faster than heat can leave. Above the ``limit``, a voltage
+    (V) or where it is given a current (A), no steady state exists; ``largest`` says that in words, where it is known.
+    """
 
-    def __init__(self, message: str, limit: float) -> None:
-        super().__init__(message)
-        self.limit = limit
+    def __init__(self, message: str, limit: float, largest: str = "") -> None:
+        super().__init__("; ".join(filter(None, (message, largest))))
+        self.limit, self.largest = limit, largest
 
 
 class RunawayInTimeError(RunawayError):

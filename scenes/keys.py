@@ -28,12 +28,12 @@ ACCURACY = Quantity(d.NUMBER, 1e-6, 0.1)
 CONDUCTOR = Following(Quantity(d.RESISTIVITY, 1e-9, 1e6))
 # A resistivity that is given for the oxide (the paper's Table 1 has 10e12 ohm m) is accepted and then left out: no
 # current is modelled there, which is right only for an insulator.
-# The same of the substrate, whatever its resistivity: the oxide keeps the current from it.
-UNREACHED = Insulator(Quantity(d.RESISTIVITY, 1e-9, 1e30, word="insulator"))
 INSULATOR = Insulator(Quantity(
     replace(d.RESISTIVITY, example="1e13 ohm m"), 1e6, 1e30, word="insulator",
     note=", for no current is modelled in this material",
 ))  # fmt: skip
+# The substrate's may be any: the oxide keeps the current from it.
+UNREACHED = Insulator(Quantity(d.RESISTIVITY, 1e-9, 1e30, word="insulator"))
 GAIN = Quantity(d.VOLTAGE, 0.0, 1e6)
 VOLTAGE = Quantity(d.VOLTAGE, 1e-4, 1e3, signed=True, note=" (at 0 V nothing heats and no relative error is defined)")
 
@@ -142,7 +142,7 @@ TYPES: dict[str, SceneType[Any]] = {found.name: found for found in (SINK, DEVICE
 
 def type_of(scene: object) -> SceneType[Any]:
     """The type of a scene; TypeError for what is none."""
-    for found in TYPES.values():
-        if isinstance(scene, type(found.default)):
-            return found
-    raise TypeError(f"{type(scene).__name__} is not a scene")
+    found = TYPES.get(getattr(scene, "kind", ""))
+    if found is None:
+        raise TypeError(f"{type(scene).__name__} is not a scene")
+    return found

@@ -20,17 +20,13 @@ from scenes.expressions import is_expression
 from scenes.model import Schedule, Value
 from scenes.parameters import quantity
 from scenes.units import (
-    ELECTRICAL_CONTACT,
-    LENGTH,
     PLAIN,
     TEMPERATURE,
-    THERMAL_CONTACT,
     TIME,
     Dimension,
     UnitError,
     called,
     meant,
-    parse_quantity,
 )  # fmt: skip
 
 
@@ -247,7 +243,6 @@ NAME = Text(
 
 
 INSTANT = Quantity(TIME, 0.0, 1e9)
-_LENGTHS = (1e-12, 1e6)
 
 
 @dataclass(frozen=True)
@@ -391,58 +386,13 @@ class Pair(Kind):
         return one, other
 
 
-@dataclass(frozen=True)
-class GroupName(Kind):
-    """The name of a group of a mesh, or the number of one that has no name."""
-
-    def read(self, path: str, given: object) -> str:
-        if isinstance(given, int) and not isinstance(given, bool):
-            return str(given)
-        if isinstance(given, str) and given.strip():
-            return given
-        raise SceneError(f"{path} = {quoted(given)} is not a group: give its name, or its number where it has none")
-
-
-@dataclass(frozen=True)
-class GroupNames(Kind):
-    """A list of names of groups."""
-
-    def read(self, path: str, given: object) -> tuple[str, ...]:
-        if isinstance(given, (list, tuple)) and given:
-            return tuple(GROUP.read(f"{path}[{i}]", name) for i, name in enumerate(given, 1))
-        raise SceneError(f'{path} = {quoted(given)} is not a list of groups: give some, such as ["silicon"]')
-
-
-@dataclass(frozen=True)
-class LengthUnit(Kind):
-    """The unit of a file's coordinates: "um", or the length in m."""
-
-    def read(self, path: str, given: object) -> float:
-        text = f"1 {given}" if isinstance(given, str) and not given[:1].isdigit() else given
-        try:
-            value, unit = parse_quantity(text) if isinstance(text, str) else (float(text), None)  # type: ignore[arg-type]
-        except (UnitError, TypeError, ValueError):
-            value, unit = 0.0, None
-        fine = unit is None or unit.powers == LENGTH.powers
-        if isinstance(given, bool) or not fine or not _LENGTHS[0] <= value <= _LENGTHS[1]:
-            raise SceneError(f'{path} = {quoted(given)} is not a unit of length: give "um", "mm" or 1e-6')
-        return value
-
-
 LABEL = Text(
     r"\w([\w .+-]*\w)?",
     "is not a name: give text of 1 to 60 letters, digits, spaces, dots, +, - and _, with a letter or digit at either "
     "end",
 )
 """The name of a part, by which messages, overrides and columns call it."""
-MESH_FILE = Text(r"[^\0]*[^\0\s][^\0]*", 'is no path of a mesh: give one such as "chip.msh"', longest=4096)
 MODEL_FILE = Text(r"[ -~\u00a0-\uffff]*\S[ -~\u00a0-\uffff]*", "is no text of one line", longest=4096)
-GROUP = GroupName()
-# The least are those of interfaces within a crystal, or of metals in one another (kapitza resistances are from 1e-9
-# m2 K/W on, contacts of silicides from 1e-13 ohm m2 on), far below; the largest pass nothing that matters.
-_PERFECT = ", or 0 for a perfect contact"
-HEAT_CONTACT = Quantity(THERMAL_CONTACT, 1e-12, 1e6, note=_PERFECT)
-CURRENT_CONTACT = Quantity(ELECTRICAL_CONTACT, 1e-18, 1e6, note=_PERFECT)
 KELVIN = Quantity(TEMPERATURE, 0.0, 1e6)
 
 

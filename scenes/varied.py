@@ -16,9 +16,9 @@ from typing import Any, TypeVar
 
 from scenes import laws, physics
 from scenes.following import number_of
-from scenes.free.document import HEAT_SOURCE, LISTS, SERIES
+from scenes.free.document import CURRENT_CONTACT, HEAT_CONTACT, HEAT_SOURCE, LISTS, SERIES
 from scenes.keys import TYPES, type_of
-from scenes.kinds import CURRENT_CONTACT, HEAT_CONTACT, KELVIN, Convection, Quantity, Varying
+from scenes.kinds import KELVIN, Convection, Quantity, Varying
 from scenes.model import AnyScene, Material, Scene, Schedule, Value, values
 from scenes.moved import transferred
 from scenes.parameters import SECTION, Parameters
@@ -36,7 +36,7 @@ _SIZE = Quantity(LENGTH, 0.0, 1e4)
 
 def is_free(scene: object) -> bool:
     """Whether a scene is one of boxes or on a mesh, and none of the parametric ones."""
-    return not any(isinstance(scene, type(found.default)) for found in TYPES.values())
+    return getattr(scene, "kind", "") not in TYPES
 
 
 def numbers(scene: Any) -> dict[str, float]:
@@ -158,8 +158,9 @@ class Number:
 def of_free(scene: AnyScene) -> dict[str, Number]:
     """The numbers by their keys, zeros among them, which no logarithmic derivative can be taken by."""
     found = dict([*_materials(scene), *_conditions(scene), *_sources(scene)])
-    if isinstance(scene, Scene):
-        found |= dict(_planes(scene))
+    if scene.parts == "boxes":
+        boxes: Any = scene
+        found |= dict(_planes(boxes))
     if not scene.steady or not physics.heat(scene):
         found["scene.initial_temperature"] = Number(
             scene.initial_temperature, KELVIN, _scaled(scene, "initial_temperature")

@@ -1,6 +1,7 @@
 """The `validate` command as the shell starts it, and `python -m validate`."""
 
-import signal
+# The built-in part of `signal`, which itself is a file to be read: Ctrl-C meanwhile would be a traceback.
+import _signal as signal  # type: ignore[import-not-found]
 import sys
 
 

@@ -204,6 +204,7 @@ def run(
     why: bool = False,
     sensitivities: bool = False,
     air: bool = False,
+    left_out: bool = False,
     uncertain: Mapping[str, str] | None = None,
     against: str | Path | None = None,
     columns: Mapping[str, str] | None = None,
@@ -217,9 +218,10 @@ def run(
     ``scene`` is what ``scenes.load`` returns, or takes; ``voltage`` (V), ``accuracy`` and ``overrides`` change it.
     ``reduction`` is the 1D model, one of this program's by its name or one of your own, a function f(scene, times) or
     what `--reduction` takes; ``why`` splits its difference by assumption, ``steady`` leaves out the transient,
-    ``sensitivities`` says how both models follow each key, ``air`` what leaving it out does, ``uncertain`` how well
-    keys are known: {"sink.width": "1%"}, ``against`` is a file with traces of your own, of which ``columns`` may name
-    some: {"peak": "T (K), Point 1"}, and which are known to ``data_uncertainty``: "0.5K". Only into the folder ``out``
+    ``sensitivities`` says how both models follow each key, ``air`` what leaving it out does, ``left_out`` what
+    both models leave out, ``uncertain`` how well keys are known: {"sink.width": "1%"}, ``against`` is a file with
+    traces of your own, of which ``columns`` may name some: {"peak": "T (K), Point 1"}, and which are known to
+    ``data_uncertainty``: "0.5K". Only into the folder ``out``
     is anything written; ``figures`` and ``fields`` go there. Raises SceneError for bad input, ArithmeticError where the
     numerics fail (a thermal runaway names its voltage).
     """
@@ -233,7 +235,8 @@ def run(
         raise SceneError("why splits the differences of this program's own 1D models: leave it out")
     request = Request(
         transient=not steady, figures=figures, fields=fields, reduction=name, model=model, why=why,
-        sensitivities=sensitivities, air=air, uncertain=_uncertain(sink, uncertain),
+        sensitivities=sensitivities, air=air, left_out=left_out,
+        uncertain=_uncertain(sink, uncertain),
         data_uncertainty=(data_uncertainty,) if isinstance(data_uncertainty, str) else tuple(data_uncertainty),
     )  # fmt: skip
     return Run(_outcome(sink, request, out, _data(sink, against, columns, data_uncertainty)))

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 from fem3d.adaptivity import estimate, field_error, goal_errors, nested, reach, trace_errors
-from fem3d.adaptivity.estimate import Spread
+from fem3d.adaptivity.estimate import Estimator, Spread
 from fem3d.adaptivity.goal_errors import Level
 from fem3d.adaptivity.nested import Problems, Solution
 from fem3d.adaptivity.reach import not_reached
@@ -55,23 +56,23 @@ class Bricks:
         grid = diffusion.graded(grid, scene, study.earliest) if over_time else grid
         return Bricks(scene, grid, accuracy, marks, reach.Edges(accuracy, marks))
 
+    @cached_property
+    def _judge(self) -> Estimator:
+        return Estimator.of_grid(self.grid, self.marks)
+
     def problems(self) -> Problems:
         reach.check_size(self.scene, self.grid, self.accuracy, self.marks)
         given = nested.problems(boxes(self.scene, self.grid), self.accuracy)
-        self.edges.check_power(given)
+        self.edges.check_power(given, self._judge)
         return given
 
     def examined(self, study: Study, given: Problems, fine: Solution) -> Level | None:
-        return goal_errors.examined(study, given, fine, self.marks)
+        return goal_errors.examined(study, given, fine, self._judge)
 
     def responded(
         self, study: Study, given: Problems, bases: Sequence[Base], shift: float, steady: Level | None, generations: int
     ) -> Response:
-        out = None if steady is None else steady.fine.out
-        relative = {} if steady is None else {n: e / steady.scales[n] for n, e in steady.errors.items()}
-        if steady is not None:
-            given.let_go()
-        return trace_errors.respond(study, given, bases, shift, self.marks, out, relative, generations)
+        return trace_errors.respond(study, given, bases, shift, self._judge, steady, generations)
 
     def refined(self, goals: Collection[Spread], falls: Spread | None, worst: float, enough: float) -> Bricks:
         self.edges.check(self.grid, goals, enough)
@@ -91,6 +92,10 @@ class Bricks:
 
     def refined_for_field(self, level: Level) -> Bricks:
         return replace(self, grid=field_error.refined(level))
+
+    def on(self, scene: Scene) -> Bricks:
+        """Another scene, with the same planes, on the same grid."""
+        return replace(self, scene=scene)
 
     def fields(
         self, heat: HeatProblem, part: Symmetry, state: SteadyState | None, transient: Transient | None

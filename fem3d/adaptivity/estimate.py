@@ -20,12 +20,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.sparse import csc_array
+from skfem.refdom import RefHex
 
-from fem3d.spaces.bricks import BrickSpace
 from meshes.grading import Features
 from meshes.grid import Grid
 
@@ -38,7 +38,7 @@ REGULAR = 2.0  # slowest rate a away from edges: that next to an edge of exponen
 FASTEST = 40.0
 
 Spread = list[np.ndarray]
-"""Per axis (intervals,): what is missing there."""
+"""What is missing where: on bricks per axis (intervals,), on a mesh one array (cells,)."""
 
 
 class Parts(NamedTuple):
@@ -85,12 +85,24 @@ def _ratios(p: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 class Estimator:
-    """What a grid and its features say of how errors fall with the degree, on each interval."""
+    """What is known of how errors fall with the degree: on each interval of a grid what its features say, on each cell
+    of a mesh nothing, so that any rate from the slowest on is believed of two degrees' parts."""
 
-    def __init__(self, grid: Grid, marks: Features) -> None:
-        self._degrees = [np.maximum(p, 2) for p in grid.degrees]
-        self._cap, self._least, self._fall = [], [], []
-        for p, b, near, planes in zip(self._degrees, grid.breaks, marks.near(grid), marks.exponents, strict=True):
+    def __init__(self, degrees: Spread, cap: Spread, least: Spread, fall: Spread, near: Spread) -> None:
+        self._degrees, self._cap, self._least, self._fall, self._near = degrees, cap, least, fall, near
+
+    @classmethod
+    def of_mesh(cls, cells: int, degree: int) -> Estimator:
+        """That of cells of one degree."""
+        p, cap, least, fall = ([np.full(cells, x)] for x in (degree, FASTEST, SLOWEST, 0.0))
+        return cls(p, cap, least, fall, [])
+
+    @classmethod
+    def of_grid(cls, grid: Grid, marks: Features) -> Estimator:
+        """That of a grid with its features."""
+        at_planes, degrees = marks.near(grid), [np.maximum(p, 2) for p in grid.degrees]
+        caps, slowest, falls = list[np.ndarray](), list[np.ndarray](), list[np.ndarray]()
+        for p, b, near, planes in zip(degrees, grid.breaks, at_planes, marks.exponents, strict=True):
             s, half, middle = np.minimum(near[:-1], near[1:]), np.diff(b) / 2, (b[1:] + b[:-1]) / 2
             edge = at_edge(p, s)
             away = np.abs(np.array([*planes, np.inf]) - middle[:, None]) / half[:, None]
@@ -98,9 +110,25 @@ class Estimator:
             fall = np.zeros(len(p))
             seen = np.isfinite(away)
             fall[seen] = (away[seen] + np.sqrt(away[seen] ** 2 - 1)) ** -2.0
-            self._fall.append(fall)
-            self._least.append(np.where(np.isfinite(s), np.minimum(edge, SLOWEST), REGULAR))
-            self._cap.append(np.where(np.isfinite(s), edge, rate(p, fall)).clip(max=FASTEST))
+            falls.append(fall)
+            slowest.append(np.where(np.isfinite(s), np.minimum(edge, SLOWEST), REGULAR))
+            caps.append(np.where(np.isfinite(s), edge, rate(p, fall)).clip(max=FASTEST))
+        return cls(degrees, caps, slowest, falls, at_planes)
+
+    def at_vertices(self, space: Any, vertices: np.ndarray, parts: np.ndarray) -> Spread:
+        """What the functions (n,) of some vertices on edges miss, on what ends there, in equal parts."""
+        if not self._near:
+            return space.spread(vertices, parts)
+        corner, cell = np.nonzero(np.isin(space.dofs[:8], vertices))
+        interval = [space.ijk[d, cell] for d in range(3)]
+        ends_there = [np.isfinite(self._near[d][interval[d] + RefHex.p[d].astype(int)[corner]]) for d in range(3)]
+        at = space.dofs[corner, cell]
+        shares = np.maximum(np.bincount(at, np.sum(ends_there, axis=0), space.size), 1.0)
+        each = (np.bincount(vertices, np.abs(parts), space.size) / shares)[at]
+        return [
+            np.bincount(own[ends], each[ends], len(p))
+            for own, ends, p in zip(interval, ends_there, self._degrees, strict=True)
+        ]
 
     @property
     def most(self) -> float:
@@ -140,16 +168,6 @@ def _part(p: np.ndarray) -> np.ndarray:
     return (p - 1.0) ** -REGULAR - p**-REGULAR
 
 
-def spread(space: BrickSpace, functions: np.ndarray, parts: np.ndarray) -> Spread:
-    """What functions (n,) of a brick space miss on the intervals that they stand on, in equal parts along the axes of
-    their degree. Absolute values are added: a sum of parts that cancel would be small for a while by chance, and
-    refining until it is small would look for just that."""
-    axes, index = (each[functions] for each in space.along)
-    share = np.abs(parts) / np.maximum(axes.sum(axis=1), 1)
-    each = enumerate(space.grid.degrees)
-    return [np.bincount(index[axes[:, d], d], share[axes[:, d]], len(degrees)) for d, degrees in each]
-
-
 def weights(matrix: csc_array, u: np.ndarray, depth: np.ndarray) -> np.ndarray:
     """(functions,): the product of a matrix with those functions of a solution that have the depth of each, for the
     depths that `every_second` looks at."""
@@ -160,24 +178,24 @@ def weights(matrix: csc_array, u: np.ndarray, depth: np.ndarray) -> np.ndarray:
     return found
 
 
-def every_second(space: BrickSpace, functions: np.ndarray, sizes: np.ndarray) -> Spread:
+def every_second(space: Any, functions: np.ndarray, sizes: np.ndarray) -> Spread:
     """`Parts.every_second` of functions (n,): of the dual solution times the `weights` of the solution."""
     depth = space.depth[functions]
-    own, near, far = (spread(space, functions[depth == d], sizes[depth == d]) for d in (1, 2, 3))
+    own, near, far = (space.spread(functions[depth == d], sizes[depth == d]) for d in (1, 2, 3))
     with np.errstate(divide="ignore", invalid="ignore"):
         # Below degree 5 there is none two degrees lower: what one degree takes is taken twice.
         ratios = [np.where(z > 0, x / z, (x / y) ** 2) for x, y, z in zip(own, near, far, strict=True)]
     return [np.nan_to_num(ratio, nan=np.inf, posinf=np.inf) for ratio in ratios]
 
 
-def falling(grid: Grid, goals: Iterable[tuple[Spread, Spread, Spread]]) -> Spread:
-    """Per axis (intervals,): by which factor, at most 1, the last degree took away less than the one before, for the
+def falling(goals: Iterable[tuple[Spread, Spread, Spread]]) -> Spread:
+    """On each interval or cell: by which factor, at most 1, the last degree took away less than the one before, for the
     goal of which most is left there; ``goals`` are what is left of each, and what the last two degrees took away."""
     remaining, before, last = zip(*goals, strict=True)
     factors = []
-    for d, degrees in enumerate(grid.degrees):
+    for d in range(len(remaining[0])):
         each = np.array([left[d] for left in remaining])
-        at = each.argmax(axis=0), np.arange(len(degrees))
+        at = each.argmax(axis=0), np.arange(each.shape[1])
         x, y = (np.array([part[d] for part in parts])[at] for parts in (before, last))
         factors.append(np.minimum(y / np.maximum(x, 1e-300), 1.0))
     return factors

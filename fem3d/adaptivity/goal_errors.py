@@ -1,7 +1,7 @@
 """A level of the search for an accuracy: the solutions on one mesh in three nested spaces, and the errors they tell.
 
-The space of each interval's own degree holds those of degrees lower by one and by two, whose matrices are leading parts
-of its own. `fem3d.adaptivity.estimate` makes errors of what each takes away from the next lower one.
+The space of the own degree of each interval or cell holds those of degrees lower by one and by two, whose matrices are
+leading parts of its own. `fem3d.adaptivity.estimate` makes errors of what each takes away from the next lower one.
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from skfem.refdom import RefHex
 
 from fem3d.adaptivity import estimate
 from fem3d.adaptivity.estimate import Estimator, Parts, Spread
@@ -23,7 +22,6 @@ from fem3d.results.outputs import ROUNDING
 from fem3d.results.probes import extreme, reading
 from fem3d.results.study import Study
 from fem3d.solution.steady import SteadyState
-from meshes.grading import Features
 from meshes.symmetry import Symmetry
 from scenes import physics
 from scenes.errors import NumericsError
@@ -39,8 +37,8 @@ Duals = dict[str, list[np.ndarray]]
 @dataclass(frozen=True, eq=False)
 class Level:
     """What is known of a mesh: its problems, the fine and the low solution, the quantities' scales and errors, and what
-    each interval misses for the power, and for each goal with it, relative to the scales; ``falls``: by
-    which factors each degree takes away less than the one before (`estimate.falling`), nothing on a mesh file."""
+    each interval or cell misses for the power, and for each goal with it, relative to the scales; ``falls``: by
+    which factors each degree takes away less than the one before (`estimate.falling`)."""
 
     problems: Problems
     fine: Solution
@@ -56,21 +54,21 @@ class Level:
         return max((e / self.scales[q] for q, e in self.errors.items()), default=0.0)
 
 
-def examined(study: Study, given: Problems, fine: Solution, marks: Features) -> Level | None:
-    """The level of a fine solution; None where a lower space has no steady state although the fine one has."""
+def examined(study: Study, given: Problems, fine: Solution, judge: Estimator) -> Level | None:
+    """The level of a fine solution, of whose mesh ``judge`` knows how errors fall; None where a lower space has no
+    steady state although the fine one has."""
     # Low degrees follow a current's pattern badly: only where the fine solution does is there an error in that.
     try:
         low = solution(study, given, 1, fine.state.follows_pattern)
     except NumericsError:
         return None
-    judge = Estimator(given.bricks.grid, marks)
     scales = study.steady_scales(fine.out)
     own = of_part(study.part, study.goals, scales)
     duals = duals_of(study.goals, given, fine.state.rise, None)
     parts = steady_parts(study, given, fine, low, own, duals)
     goals = {name: judge.remains(each) for name, each in parts.items()}
     rest = tail(goals, parts, judge.most)
-    goals = summed(goals, at_contradictions(study.goals, given, fine.state.rise, own, None, duals, marks))
+    goals = summed(goals, at_contradictions(study.goals, given, fine.state.rise, own, None, duals, judge))
     power = judge.remains(given.electric_parts)
     joule = joule_parts(study.goals, given, _warmed(given, fine.state), own, duals)
     goals = with_current(goals, {name: judge.remains(each) for name, each in joule.items()}, power)
@@ -104,7 +102,7 @@ def how_fast(
         own, current = parts[name], joule.get(name, electric)
         before, last = ([x + y for x, y in zip(own[k], current[k], strict=True)] for k in (0, 1))
         pairs.append((left, before, last))
-    return estimate.falling(given.bricks.grid, pairs)
+    return estimate.falling(pairs)
 
 
 def tail(goals: Mapping[str, Spread], parts: Mapping[str, Parts], most: float) -> float:
@@ -207,14 +205,14 @@ def thermal_parts(
 ) -> dict[str, Parts]:
     """For each thermal goal the parts that residuals (all nodes) of the two lower spaces tell, over its scale;
     ``rise``, ``time`` and ``duals`` as of `duals_of`."""
-    heat, found = given.heat, dict[str, Parts]()
-    depth, left = given.bricks.depth[heat.order], heat.field(np.array(residuals))
+    heat, space, found = given.heat, given.domain.space, dict[str, Parts]()
+    depth, left = space.depth[heat.order], heat.field(np.array(residuals))
     sizes = estimate.weights(heat.stiffness, rise, depth)
     if time is not None:
         sizes += estimate.weights(heat.mass, rise, depth) / time
     free = [h.order[: h.free] for h in given.heats]
     for name, dual in duals.items():
-        found[name] = parts_of(given.bricks, free, np.array(dual) * left / scales[name], dual[-1] * heat.field(sizes))
+        found[name] = parts_of(space, free, np.array(dual) * left / scales[name], dual[-1] * heat.field(sizes))
     return found
 
 
@@ -251,14 +249,14 @@ def joule_parts(
     own = given.conductor
     if own is None or not duals or not any(phi.any() for phi in potentials):
         return {}
-    heat, space = given.heat, given.electric_bricks
+    heat, space = given.heat, given.domain.electric.space
     densities = [own.on.gradient(a + b) / (own.cold * own.stands_for) for a, b in pairwise(potentials)]
     residuals = [-(own.matrix @ phi) for phi in potentials[:-1]]
     weights = estimate.weights(own.matrix, potentials[-1], space.depth)
     stills = []
     for name in duals:
         held = reading(heat, given.domain.probes[goals[name]]).boundaries
-        stills.append(sum((heat.field(heat.held_fields[b]) for b in held), np.zeros(given.bricks.size)))
+        stills.append(sum((heat.field(heat.held_fields[b]) for b in held), np.zeros(given.domain.space.size)))
     seen = []
     for k, (upper, density) in enumerate(zip(given.conductors[1:], densities, strict=True)):
         assert upper is not None
@@ -291,38 +289,27 @@ def at_contradictions(
     scales: Mapping[str, float],
     time: float | None,
     duals: Duals,
-    marks: Features,
+    judge: Estimator,
 ) -> dict[str, Spread]:
     """For each thermal goal, over its scale, what edges take where given temperatures contradict each other; nothing
     without such edges. ``rise``, ``time`` and ``duals`` as of `duals_of`.
 
-    On a grid the jump is spread over the first interval beside the edge, and no degree changes that. What is wrong
-    there enters with the heat of the dual solution, of which the functions of the edge have that of both sides: the
-    jump times the residual of the dual problem at its node, in equal parts to the intervals that end there.
+    The jump is spread over the first interval or cell beside the edge, and no degree changes that. What is wrong there
+    enters with the heat of the dual solution, of which the functions of the edge have that of both sides: the jump
+    times the residual of the dual problem at its node, in equal parts to the intervals that end there, or to the cells
+    around it.
     """
-    heat, space = given.heat, given.bricks
+    heat, space = given.heat, given.domain.space
     nodes = np.flatnonzero(heat.torn)
     if not len(nodes):
         return {}
-    corner, cell = np.nonzero(np.isin(space.dofs[:8], heat.order[nodes]))
-    interval = [space.ijk[d, cell] for d in range(3)]
-    near = marks.near(space.grid)
-    ends_there = [np.isfinite(near[d][interval[d] + RefHex.p[d].astype(int)[corner]]) for d in range(3)]
-    vertices = space.dofs[corner, cell]
-    shares = np.maximum(np.bincount(vertices, np.sum(ends_there, axis=0), space.size), 1.0)
     spreads = {}
     for name, of_spaces in duals.items():
         row = goal_row(heat, given.domain.probes[goals[name]], rise)
         assert row is not None
-        dual, jump_heat = heat.take(of_spaces[-1]), np.zeros(space.size)
+        dual = heat.take(of_spaces[-1])
         residual = row - heat.stiffness @ dual - (0.0 if time is None else heat.mass @ dual / time)
-        jump_heat[heat.order[nodes]] = np.abs(heat.torn * residual)[nodes] / scales[name]
-        part = (jump_heat / shares)[vertices]
-        counts = map(len, space.grid.degrees)
-        spreads[name] = [
-            np.bincount(at[ends], part[ends], count)
-            for at, ends, count in zip(interval, ends_there, counts, strict=True)
-        ]
+        spreads[name] = judge.at_vertices(space, heat.order[nodes], (heat.torn * residual)[nodes] / scales[name])
     return spreads
 
 
@@ -344,7 +331,7 @@ def goal_row(heat: HeatProblem, probe: Any, rise: np.ndarray) -> np.ndarray | No
 
 def _potentials(study: Study, given: Problems, scales: Mapping[str, float]) -> dict[str, Parts]:
     """For each potential that is read inside the conductor the parts of its error, at the initial temperature."""
-    domain, own, space = given.domain.electric, given.conductor, given.electric_bricks
+    domain, own, space = given.domain.electric, given.conductor, given.domain.electric.space
     names = [n for n, p in study.goals.items() if domain.probes[p].quantity == "potential"]
     if own is None or not names:
         return {}

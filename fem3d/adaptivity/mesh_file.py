@@ -1,7 +1,8 @@
-"""A mesh file as the search for an accuracy sees it (`fem3d.adaptivity.mesh.Mesh`): degree 2, refined once where that
-is cheap.
+"""A mesh file as the search for an accuracy sees it (`fem3d.adaptivity.mesh.Mesh`): tetrahedra are refined where
+readings need it (`fem3d.adaptivity.tetrahedra`), hexahedra, which scikit-fem cuts all or none, of degree 2 once where
+that is cheap.
 
-The mesh is the user's, so its levels are few, and errors come from their differences: the difference of two levels
+Of hexahedra the levels are few, and errors come from their differences: the difference of two levels
 bounds the error of the finer one where errors at least halve from one to the other. From degree 1 to 2 they do, even at
 edges; on halved cells just so where a field has a singularity of order one half.
 """
@@ -9,7 +10,7 @@ edges; on halved cells just so where a field has a singularity of order one half
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from fem3d.adaptivity import nested, trace_errors
 from fem3d.adaptivity.estimate import Spread
 from fem3d.adaptivity.goal_errors import Level, as_balanced
 from fem3d.adaptivity.nested import Problems, Solution
+from fem3d.adaptivity.tetrahedra import Tetrahedra, less_accurate
 from fem3d.adaptivity.trace_errors import Response
 from fem3d.problems.heat import HeatProblem
 from fem3d.results import outputs
@@ -26,6 +28,7 @@ from fem3d.results.probes import reading
 from fem3d.results.study import Study
 from fem3d.solution.steady import SteadyState
 from fem3d.solution.transient import Base, Transient
+from fem3d.spaces.domain import Domain
 from fem3d.spaces.file_domain import groups
 from meshes.grouped.check import check, remarks
 from meshes.grouped.place import Placed
@@ -45,17 +48,68 @@ LEAST = 0.2
 ROUNDING = 1e-9
 
 
+def of(scene: MeshScene) -> FileMesh | Tetrahedra:
+    """The scene on the mesh of its file; SceneError where they do not fit."""
+    placed = check(scene, read(scene.path, scene.unit))
+    return Tetrahedra(OnFile(placed), scene.accuracy) if placed.mesh.simplex else FileMesh(placed)
+
+
+@dataclass(frozen=True, eq=False)
+class OnFile:
+    """A scene on the tetrahedra of its file, or on their halves."""
+
+    placed: Placed
+
+    @property
+    def cells(self) -> Any:
+        """scikit-fem's mesh."""
+        return self.placed.mesh.mesh
+
+    def domain(self) -> Domain:
+        """What the groups are on."""
+        return groups(self.placed)
+
+    def halved(self, times: np.ndarray) -> OnFile:
+        """With the groups on the halves."""
+        return OnFile(replace(self.placed, mesh=refine(self.placed.mesh, times)))
+
+    def of(self, scene: MeshScene) -> OnFile:
+        """Another scene, with the same groups, on the mesh."""
+        return OnFile(replace(self.placed, scene=scene))
+
+    def remarks(self) -> list[str]:
+        """What may not be meant in the mesh."""
+        return remarks(self.placed.mesh)
+
+    def statistics(self) -> dict[str, Any]:
+        """The file's cells, and its groups."""
+        return of_file(self.placed)
+
+    def steps(self, levels: int | None) -> tuple[Step, Step]:
+        """The lines of the plan; after a run with the ``levels`` that it has."""
+        accuracy = f"an estimated error of {self.placed.scene.accuracy:g}"
+        how = f"halved where readings miss most, until {accuracy} is reached or memory ends it"
+        if levels is not None:
+            how = f"halved where readings missed most, {levels} times, to {self.cells.t.shape[1]} cells"
+        skipped = levels == 0
+        why = f"degrees 1, 2 and 3 tell {accuracy} or less on the cells of the file" if skipped else how
+        what = f"{len(self.placed.mesh.cells)} {self.placed.mesh.file_type} cells of {self.placed.scene.file}, degree 3"
+        return Step("mesh", "done", what), Step("refinement", "skipped" if skipped else "done", why)
+
+
+def of_file(placed: Placed) -> dict[str, Any]:
+    """What a result says of a file."""
+    mesh = placed.mesh
+    named = {"volume_groups": sorted(mesh.volumes), "surface_groups": sorted(mesh.surfaces)}
+    return {"file_cells": len(mesh.cells), "cell_type": mesh.file_type, **named}
+
+
 class FileMesh:
-    """A scene on its mesh, or on one refined, with the mesh ``before`` that."""
+    """A scene on its mesh of hexahedra, or on one refined, with the mesh ``before`` that."""
 
     def __init__(self, placed: Placed, before: FileMesh | None = None) -> None:
         self.placed, self.before = placed, before
         self._found: Any = None  # a Solution, or a Transient and its traces: what the refined mesh is compared with
-
-    @staticmethod
-    def of(scene: MeshScene) -> FileMesh:
-        """The scene on the mesh of its file; SceneError where they do not fit."""
-        return FileMesh(check(scene, read(scene.path, scene.unit)))
 
     @property
     def given(self) -> FileMesh:
@@ -68,6 +122,16 @@ class FileMesh:
         return self.before and self.before._found
 
     @property
+    def domain(self) -> Domain:
+        """What the groups are on."""
+        return groups(self.placed)
+
+    @property
+    def levels(self) -> int:
+        """How many times it is refined."""
+        return int(self.before is not None)
+
+    @property
     def words(self) -> str:
         """The elements, for a person."""
         return f"degree 2{' on a mesh refined once' if self.before else ''}"
@@ -76,7 +140,7 @@ class FileMesh:
     def refines(self) -> bool:
         """Whether it is still refined: that has eight times the cells, and close to eight times the nodes."""
         mesh = self.placed.mesh
-        return self.before is None and 8 * mesh.mesh.nvertices * (7 if mesh.simplex else 8) <= LARGEST_REFINED
+        return self.before is None and 64 * mesh.mesh.nvertices <= LARGEST_REFINED
 
     def problems(self) -> Problems:
         """The problems of degrees 1 and 2."""
@@ -149,50 +213,32 @@ class FileMesh:
     def fields(
         self, heat: HeatProblem, part: Symmetry, state: SteadyState | None, transient: Transient | None
     ) -> MeshFields:
-        """On the cells of the file."""
-        return MeshFields(self.given.placed, heat, state, transient)
+        return MeshFields(heat, state, transient)
 
     def statistics(self, heat: HeatProblem) -> dict[str, Any]:
         """What a result says of it."""
-        mesh, space = self.given.placed.mesh, heat.domain.space
+        cells, space = np.arange(len(heat.domain.body)), heat.domain.space
         return {
-            "cells": mesh.count, "cell_type": mesh.file_type, "nodes": heat.size, "refined": self.before is not None,
-            "lowest_degree": 2, "highest_degree": 2,
-            "volume_m3": float(space.on(np.arange(len(heat.domain.body))).weights.sum()),
-            "volume_groups": sorted(mesh.volumes), "surface_groups": sorted(mesh.surfaces),
+            "cells": len(cells), "nodes": heat.size, "refined": self.before is not None, "lowest_degree": 2,
+            "highest_degree": 2, "volume_m3": float(space.on(cells).weights.sum()), **of_file(self.placed),
         }  # fmt: skip
 
-    def steps(self, last: FileMesh | None) -> tuple[Step, Step]:
-        """The lines of the plan for the mesh of a file; with the ``last`` that was solved on, as it turned out."""
-        mesh = self.placed.mesh
-        if not self.refines:
+    def steps(self, levels: int | None) -> tuple[Step, Step]:
+        """The lines of the plan; after a run with the ``levels`` that it has."""
+        mesh = self.given.placed.mesh
+        if not self.given.refines:
             how = Step("refinement", "skipped", "the mesh has too many cells; errors between degrees 1 and 2")
-        elif last is self:
+        elif levels == 0:
             how = Step("refinement", "skipped", "degrees 1 and 2 agree within the accuracy on the mesh as it is")
         else:
             how = Step("refinement", "done", "every cell into eight, once, where degrees 1 and 2 differ by more")
-        what = f"{mesh.count} {mesh.file_type} cells of {self.placed.scene.file}, as they are"
+        what = f"{len(mesh.cells)} {mesh.file_type} cells of {self.placed.scene.file}, as they are"
         return Step("mesh", "done", what), how
 
     def warnings(self, study: Study, relative: dict[str, float]) -> list[str]:
         """Of ``relative`` errors above the accuracy, and of what may not be meant in the mesh."""
-        return [*self.less_accurate(study, relative), *remarks(self.given.placed.mesh)]
-
-    def less_accurate(self, study: Study, relative: dict[str, float]) -> list[str]:
-        """What is to be said of ``relative`` errors above the accuracy."""
-        over = {name: e for name, e in relative.items() if e > study.accuracy}
-        if not over:
-            return []
-        worst = max(over, key=lambda name: over[name])
-        shown = f"{over[worst]:.1g}" if over[worst] > 2 * study.accuracy else f"{over[worst]:.3g}"
-        if float(shown) <= study.accuracy:
-            shown = f"just over {shown}"
-        names = f"{len(over)} of {len(relative)} probes are" if len(over) > 1 else f'probe "{worst}" is'
-        return [
-            f"{names} less accurate than the {study.accuracy:g} asked for, {worst} with an estimated {shown}, on "
-            f"this mesh with elements of {self.words}; give a finer mesh, above all at edges, corners and the rims of "
-            "electrodes and fixed temperatures"
-        ]
+        words = f"this mesh with elements of {self.words}"
+        return [*less_accurate(study, relative, words), *remarks(self.given.placed.mesh)]
 
 
 def _of_gradient(heat: HeatProblem, name: str) -> bool:

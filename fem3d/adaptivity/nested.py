@@ -1,7 +1,7 @@
 """The problems of a domain in its nested spaces, and their steady solutions.
 
 The space of each interval's own degree p holds those of degrees p - 1 and p - 2, whose matrices are leading parts of
-its own; on a mesh file the one of degree 2 holds that of degree 1.
+its own; so has the space of degree 3 on tetrahedra.
 """
 
 from __future__ import annotations
@@ -55,13 +55,6 @@ class Problems:
         assert isinstance(self.domain.space, BrickSpace)
         return self.domain.space
 
-    @property
-    def electric_bricks(self) -> BrickSpace:
-        """That of the potential."""
-        space = self.domain.electric.space
-        assert isinstance(space, BrickSpace)
-        return space
-
     def lifted(self, rise: np.ndarray, level: int) -> np.ndarray:
         """(..., all nodes of the highest space): fields of a lower one."""
         return self.heat.take(self.heats[level].field(rise))
@@ -81,9 +74,9 @@ class Problems:
     @cached_property
     def electric_parts(self) -> Parts:
         """What the degrees p - 1 and p take away of the power of the cold conductor, relative to it."""
-        space, own = self.electric_bricks, self.conductor
+        space, own = self.domain.electric.space, self.conductor
         if own is None:
-            none = [np.zeros(len(d)) for d in space.grid.degrees]
+            none = space.spread(np.empty(0, int), np.empty(0))
             return Parts(none, none, none)
         potentials, products = self.cold_potentials, []
         for lower, phi in pairwise(potentials):
@@ -128,5 +121,5 @@ def parts_of(space: Any, free: Sequence[np.ndarray], products: Sequence[np.ndarr
     """The parts of one goal, from the free functions of each space, the lowest first, for the two upper ones the dual
     solutions (functions,) times the residuals of the space below, and the fine one times the `estimate.weights`."""
     new = [np.setdiff1d(upper, lower) for lower, upper in pairwise(free)]
-    before, last = (estimate.spread(space, at, own[at]) for at, own in zip(new, products, strict=True))
+    before, last = (space.spread(at, own[at]) for at, own in zip(new, products, strict=True))
     return Parts(before, last, estimate.every_second(space, free[-1], sizes[free[-1]]))

@@ -74,14 +74,12 @@ class Edges:
         self._accuracy, self._marks = accuracy, marks
         self._before = np.inf
 
-    def check_power(self, given: Problems) -> None:
+    def check_power(self, given: Problems, judge: Estimator) -> None:
         """Raises NumericsError where no current will be known well enough, which the potential of the cold conductor
         tells before anything else is solved."""
-        if any(p.quantity == "current" for p in given.domain.scene.probes):
-            grid = given.bricks.grid
-            missing = Estimator(grid, self._marks).remains(given.electric_parts)
-            if self._kept(grid, missing)[0] > self._accuracy:
-                raise self._out_of_reach()
+        read = any(p.quantity == "current" for p in given.domain.scene.probes)
+        if read and self._kept(given.bricks.grid, judge.remains(given.electric_parts))[0] > self._accuracy:
+            raise self._out_of_reach()
 
     def check(self, grid: Grid, goals: Iterable[Spread], enough: float) -> None:
         """Raises NumericsError where the shortest layers would leave more than `KEPT` of ``enough`` of what edges cause

@@ -9,6 +9,7 @@ import numpy as np
 
 from fem3d.adaptivity import estimate, goal_errors
 from fem3d.adaptivity.estimate import Estimator, Parts, Spread
+from fem3d.adaptivity.goal_errors import Level
 from fem3d.adaptivity.nested import Problems
 from fem3d.problems.heat import HeatProblem
 from fem3d.results import outputs, probes, trace_times
@@ -18,7 +19,6 @@ from fem3d.solution import transient
 from fem3d.solution.reduced import Reduced
 from fem3d.solution.transient import Base, Krylov, Transient
 from fem3d.spaces.domain import Domain
-from meshes.grading import Features
 
 ROW_SHARE = 0.25  # part of the accuracy left to linear interpolation between rows
 TIME_SHARE = 0.01  # part of the accuracy for time stepping
@@ -110,15 +110,20 @@ def respond(
     given: Problems,
     bases: Sequence[Base],
     shift: float,
-    marks: Features,
-    steady_out: Outputs | None,
-    steady_errors: Mapping[str, float],
+    judge: Estimator,
+    steady: Level | None,
     generations: int = 0,
+    as_it_is: bool = False,
 ) -> Response:
     """The response of the first of ``bases``, with its error from those of the lower spaces: of degrees lower by one
-    where the relative ``steady_errors`` are known, and by two where they aren't. ``steady_out`` are the outputs that
-    scales are taken from, or else those of the response itself; ``generations`` of fields is where to start."""
-    march = marched(study, bases[0], shift, steady_out, generations)
+    where the ``steady`` level is known, and by two where it isn't. Scales are taken from that level's outputs, or else
+    from those of the response itself; ``generations`` of fields is where to start; ``judge`` as of
+    `goal_errors.examined`, ``as_it_is`` as of `concluded`."""
+    steady_errors: Mapping[str, float] = {}
+    if steady is not None:
+        steady_errors = {name: error / steady.scales[name] for name, error in steady.errors.items()}
+        given.let_go()
+    march = marched(study, bases[0], shift, None if steady is None else steady.fine.out, generations)
     # One space's factors at a time: these have made all their fields.
     bases[0].heat.let_go()
     lesser = [beside(study, base, shift, march.generations) for base in bases[1:]]
@@ -128,8 +133,7 @@ def respond(
     largest = max((changed[n] / march.scales[n] for n in changed), default=0.0)
     if lesser[1:] or largest > (1 - ROW_SHARE) * study.accuracy:
         times = _when_worst(study, march, low, changed)
-        goals, parts = _remains(study, given, marks, (march.answer, *lesser), march.scales, times)
-    judge = Estimator(given.bricks.grid, marks)
+        goals, parts = _remains(study, given, judge, (march.answer, *lesser), march.scales, times)
     power = judge.remains(given.electric_parts)
     # Steady errors have what the current is off by in them.
     of_joule = {} if steady_errors else _of_joule_heat(study, given, march)
@@ -138,7 +142,7 @@ def respond(
     errors = _errors(study, march, changed, goals, electric, steady_errors)
     goals = {"power": power} | goal_errors.with_current(goals, joule, power)
     falls = goal_errors.how_fast(given, goals, parts, of_joule)
-    return concluded(study, march, errors, [*goals.values()], falls)
+    return concluded(study, march, errors, [*goals.values()], falls, as_it_is)
 
 
 def _when_worst(study: Study, march: Marched, low: Quantities, changed: Mapping[str, float]) -> np.ndarray:
@@ -204,14 +208,14 @@ def concluded(
 def _remains(
     study: Study,
     given: Problems,
-    marks: Features,
+    judge: Estimator,
     transients: Sequence[Transient],
     scales: Mapping[str, float],
     times: np.ndarray,
 ) -> tuple[dict[str, Spread], dict[str, Parts]]:
     """For each thermal trace the worst of what is left at some times (s), with its parts, each seen as that long after
     the last bend or jump of the inputs; ``transients`` are those of the spaces, the highest first."""
-    heat, judge, goals = given.heat, Estimator(given.bricks.grid, marks), study.trace_goals
+    heat, goals = given.heat, study.trace_goals
     own_scales = goal_errors.of_part(study.part, goals, scales)
     rises = [given.lifted(t.rises(times), -1 - k) for k, t in enumerate(transients)]
     found, worst = dict[str, Spread](), dict[str, Parts]()
@@ -224,7 +228,7 @@ def _remains(
         duals = goal_errors.duals_of(goals, given, fine, time)
         parts = goal_errors.thermal_parts(given, fine, tuple(apart), own_scales, time, duals)
         smooth = {name: judge.remains(own) for name, own in parts.items()}
-        at_edges = goal_errors.at_contradictions(goals, given, fine, own_scales, time, duals, marks)
+        at_edges = goal_errors.at_contradictions(goals, given, fine, own_scales, time, duals, judge)
         for name, remains in goal_errors.summed(smooth, at_edges).items():
             if name not in found or estimate.total(remains) > estimate.total(found[name]):
                 found[name], worst[name] = remains, parts[name]

@@ -28,14 +28,17 @@ def problem(
 ) -> tuple[HeatProblem, Conductor | None, Symmetry]:
     """The heat problem and the conductor with a channel for each input, where they hold ``accuracy`` for inputs that
     together make rises of the size ``rise`` (K), relative to ``scales`` or more, as such rises may cancel out in a
-    probe; and the part that they are of. On a mesh file they are those of its finest space."""
+    probe; and the part that they are of. Of hexahedra of a file they are those of the finest space."""
     named = apart(scene, channels)
+    start, mixed = None, _mixed(scene, channels, rise)
     if isinstance(named, MeshScene):
-        on_file = FileMesh.of(named)
-        given = (on_file.raised() or on_file).problems()
-        return given.heat, given.conductor, scene_run.part_of(named, True)
-    part = symmetry.reduce(scene_run.clipped(named))
-    mixed = _mixed(scene, channels, rise)
+        part, start = scene_run.part_of(named, True), scene_run.on_file(named)
+        if isinstance(start, FileMesh):
+            given = (start.raised() or start).problems()
+            return given.heat, given.conductor, part
+        start = start.on(replace(driven(named, mixed), accuracy=accuracy))
+    else:
+        part = symmetry.reduce(scene_run.clipped(named))
     there = replace(driven(scene, mixed), accuracy=accuracy)
     part_there = replace(part, scene=replace(driven(part.scene, mixed), accuracy=accuracy))
 
@@ -43,8 +46,8 @@ def problem(
         return {name: max(scale, scales[name]) for name, scale in probe_quantities.scales(there, out).items()}
 
     study = replace(probe_quantities.study(there, part_there), field=None, steady_scales=largest, trace_scales=largest)
-    mesh: Any = loop.solve(study, not scene.steady, with_steady=scene.steady).mesh
-    given = replace(mesh, scene=replace(part.scene, accuracy=accuracy)).problems()
+    mesh: Any = loop.solve(study, not scene.steady, mesh=start, with_steady=scene.steady).mesh
+    given = mesh.on(replace(part.scene, accuracy=accuracy)).problems()
     return given.heat, given.conductor, part
 
 

@@ -45,5 +45,5 @@ def _missing(given: Problems, fine: Projected, low: Projected) -> Spread:
             left = load[: heat.free] - heat.inner_mass @ y - shift * (heat.inner_stiffness @ y)
             parts = (x * left)[new] / float(load[: heat.free] @ x)
             worst = [np.maximum(a, b) for a, b in zip(
-                worst, estimate.spread(space, heat.order[new], parts), strict=True)]  # fmt: skip
+                worst, space.spread(heat.order[new], parts), strict=True)]  # fmt: skip
     return worst

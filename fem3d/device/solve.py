@@ -11,7 +11,7 @@ import numpy as np
 from fem3d.adaptivity import estimate
 from fem3d.adaptivity.nested import problems
 from fem3d.device import grid as grids
-from fem3d.device.model import Projected, Structure, projected
+from fem3d.device.model import DEPARTS, Projected, Structure, projected
 from fem3d.spaces.domain import boxes
 from meshes import grading, symmetry
 from scenes.device import Device, External
@@ -89,11 +89,17 @@ class Model:
         }
 
     def shielding(self, device: Device) -> tuple[Shielding, dict[str, float]]:
-        """What the temperatures around do to both powers in the steady state, with errors (W/K)."""
-        fine, low = (asdict(shielding.around(modal, device)) for modal in (self.fine, self.low))
+        """What the temperatures around do to both powers in the steady state, with errors (W/K): twice what is left of
+        the lower space, for differences of small ones need not fall by half with a degree, what fewer fields change,
+        and the part that local departures may add without being followed."""
+        models = (self.fine, self.low, self.fewer)
+        fine, low, fewer = (asdict(shielding.around(modal, device)) for modal in models)
         power = max(self.steady(device).sink_power_W, self.steady(device).sensor_power_W)
-        rounding = ROUNDING * power / shielding.STEP
-        errors = {name: self.edges * abs(value - low[name]) + rounding for name, value in fine.items()}
+        rounding, part = ROUNDING * power / shielding.STEP, DEPARTS * device.accuracy_3d
+        errors = {
+            name: 2 * self.edges * abs(value - low[name]) + abs(value - fewer[name]) + part * abs(value) + rounding
+            for name, value in fine.items()
+        }
         return Shielding(**fine), errors
 
     def response(self, device: Device) -> Response:

@@ -20,7 +20,7 @@ from fem3d.problems.cholesky import Ordering, part
 from fem3d.problems.heat import Film, HeatProblem, above
 from fem3d.problems.reactions import SharedReactions
 from fem3d.spaces.domain import Domain
-from fem3d.spaces.integrals import Faces
+from fem3d.spaces.integrals import Faces, halves
 from fem3d.spaces.split import Interface
 from scenes.model import Schedule, Value
 
@@ -39,7 +39,10 @@ def assemble(domain: Domain, order: np.ndarray | None = None, matrices: Matrices
         conduction, storage = space.matrices(
             domain.per_cell("thermal_conductivity"), domain.per_cell("density") * domain.per_cell("specific_heat")
         )
-        stiffness = csc_array(conduction + films.matrix) if films.matrix.nnz else conduction
+        # scipy's sum of two matrices drops entries that cancel, and stiffness and mass must keep one pattern: an
+        # imaginary one beside each entry keeps it.
+        with_ones = csc_array((conduction.data + 1j, conduction.indices, conduction.indptr), conduction.shape)
+        stiffness = halves(csc_array(with_ones + films.matrix))[0] if films.matrix.nnz else conduction
         stiffness, mass = part(stiffness, order), part(storage, order)
         _conserve(stiffness, space.unit[order], films.cooled[order])
     else:

@@ -14,6 +14,8 @@ from scenes.errors import NumericsError
 
 # Pieces of up to this many unknowns are not dissected further: dense blocks of that size take next to no time.
 LEAF = 120
+# Runs of neighbours that are shorter than this in the mean, as on tetrahedra, are moved one by one.
+SHORT = 12
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,6 +170,10 @@ def _add(front: np.ndarray, unknowns: np.ndarray, own: np.ndarray, place: np.nda
     # Neighbours stay neighbours: whole runs move at once.
     at = place[unknowns]
     starts = [0, *(np.flatnonzero(np.diff(at) != 1) + 1).tolist()]
+    if SHORT * len(starts) > len(at):
+        # The lower triangle is that of the front too, which nobody reads.
+        front[at[:, None], at] += own
+        return
     ends = [*starts[1:], len(at)]
     runs = [(slice(i, j), slice(k, k + j - i)) for i, j, k in zip(starts, ends, at[starts].tolist(), strict=True)]
     for last, (columns, across) in enumerate(runs):

@@ -91,7 +91,8 @@ def _added(scene: AnyScene, alone: list[Result], g: np.ndarray, extremes: list[s
     errors = {p.name: float(sum(r.steady[p.name].error for r in alone)) for p in scene.probes}
     outs = [r.details["solution"].out for r in alone]
     electrodes = {name for out in outs for name in out if name.startswith("current:")}
-    together: Outputs = {n: sum(part * out[n] for part, out in zip(g, outs, strict=True)) for n in electrodes}
+    # An electrode that symmetry leaves out carries nothing under that voltage.
+    together: Outputs = {n: sum(part * out.get(n, 0.0) for part, out in zip(g, outs, strict=True)) for n in electrodes}
     together |= {f"probe:{name}": value for name, value in values.items()}
     none = np.zeros(1)
     scales = probe_quantities.scales(scene, {"power": none, "generated": none, **together})

@@ -10,6 +10,7 @@ import numpy as np
 
 from fem3d.runs import scene as scene_run
 from fem3d.solution import transient
+from fem3d.solution.exponential import runs_away
 from fem3d.spaces import channels
 from scenes.errors import NumericsError, RunawayError, RunawayInTimeError
 from scenes.model import AnyScene, Boundary, GroupBoundary, Value
@@ -45,14 +46,14 @@ def until(
             raise runaway from None
     else:
         raise runaway
-    said = str(runaway)
+    found = runaway.time
     try:
         fields = result.details["transient"]
         transient.march(fields.base, fields.reduced, scene.end_time, STEPS * scene.accuracy)
     except RunawayInTimeError as known:
-        said = str(known)
+        found = known.time
     limit = _limit(scene, runaway.time)
-    return kept, result, f"{said}; it is solved up to {TIME.show(end)}{limit}"
+    return kept, result, f"{runs_away(found, scene.accuracy)}; it is solved up to {TIME.show(end)}{limit}"
 
 
 def _limit(scene: AnyScene, time: float) -> str:
@@ -71,7 +72,7 @@ def _limit(scene: AnyScene, time: float) -> str:
     try:
         scene_run.solve(replace(scene, **given, steady=True, output_times=(), accuracy=ROUGH))
     except RunawayError as error:
-        return f"; {str(error).rpartition('; ')[2]}" if np.isfinite(error.limit) else ""
+        return f"; {error.largest}" if error.largest else ""
     except NumericsError:
         return ""
     return ""

@@ -58,10 +58,10 @@ def solve(scene: AnyScene, progress: Callable[[str], None] | None = None, whole:
 
 
 def on_file(scene: MeshScene) -> Any:
-    """The `fem3d.adaptivity.mesh_file.FileMesh` of a scene, which boxes do not wait for."""
-    from fem3d.adaptivity.mesh_file import FileMesh
+    """The mesh of a scene's file (`fem3d.adaptivity.mesh_file`), which boxes do not wait for."""
+    from fem3d.adaptivity import mesh_file
 
-    return FileMesh.of(scene)
+    return mesh_file.of(scene)
 
 
 def part_of(scene: AnyScene, whole: bool) -> Symmetry:
@@ -125,11 +125,12 @@ def described(study: Study, answer: Answer) -> dict[str, Any]:
 def plan(scene: AnyScene, whole: bool = False, mesh: Any = None) -> tuple[Step, ...]:
     """What `solve` will do, before it does it; of a mesh file also, with the last ``mesh``, as it turned out."""
     if isinstance(scene, MeshScene):
-        given = mesh.given if mesh else on_file(scene)
-        lines, reached = given.steps(mesh), f"errors estimated, and compared with {scene.accuracy:g}"
+        given = mesh or on_file(scene)
+        lines, reached = given.steps(mesh and mesh.levels), f"errors estimated, and compared with {scene.accuracy:g}"
         electric = Step("electric problem", "skipped", "there is no electrode")
         if physics.electric(scene) and any(b.kind == "voltage" for b in scene.boundaries):
-            alone = int((given.placed.conducting & ~given.placed.fixed).sum())
+            placed = given.domain.placed
+            alone = int((placed.conducting & ~placed.fixed).sum())
             heat_alone = f"; {alone} of them, which no electrode touches, are solved for heat alone" * bool(alone)
             electric = Step("electric problem", "done", f"in the cells that conduct{heat_alone}")
         return *lines, heat_step(scene), electric, *states(scene, reached)

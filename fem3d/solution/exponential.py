@@ -133,7 +133,13 @@ def integrate(
 
 
 def _runaway(time: float) -> RunawayInTimeError:
-    return RunawayInTimeError(f"the heating runs away at t = {TIME.show(float(f'{time:.3g}'))}", time)
+    return RunawayInTimeError(runs_away(time), time)
+
+
+def runs_away(time: float, accuracy: float = 1e-3) -> str:
+    """A sentence with the time (s), in as many digits as a relative ``accuracy`` leaves, at most three."""
+    digits = min(max(round(-np.log10(accuracy)), 1), 3)
+    return f"the heating runs away at t = {TIME.show(float(f'{time:.{digits}g}'))}"
 
 
 def _last(step: Trajectory, holds: Callable[[float, np.ndarray], bool]) -> float:

@@ -133,8 +133,8 @@ def coupled(
         what, unit, why = ("current", "A", "rises") if conductor.by_current else ("voltage", "V", "falls")
         limit = point.fraction * abs(voltage)
         raise RunawayError(
-            f"thermal runaway: at {voltage:g} {unit} no steady state exists, because the resistance {why} as it heats; "
-            f"the largest {what} with a steady state is {limit:.4g} {unit}", limit,
+            f"thermal runaway: at {voltage:g} {unit} no steady state exists, because the resistance {why} as it heats",
+            limit, f"the largest {what} with a steady state is {limit:.4g} {unit}",
         )  # fmt: skip
     # A pattern that isn't followed is the cold one, at the current that the warmer resistance lets through.
     scale = 1.0 if follows else float(point.c[0])

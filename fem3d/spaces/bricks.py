@@ -96,6 +96,15 @@ class BrickSpace(Space):
             axes[partners], at[partners] = axes[own], at[own]
         return axes, at
 
+    def spread(self, functions: np.ndarray, parts: np.ndarray) -> list[np.ndarray]:
+        """What functions (n,) miss on the intervals that they stand on, per axis, in equal parts along the axes of
+        their degree. Absolute values are added: a sum of parts that cancel would be small for a while by chance, and
+        refining until it is small would look for just that."""
+        axes, index = (each[functions] for each in self.along)
+        share = np.abs(parts) / np.maximum(axes.sum(axis=1), 1)
+        each = enumerate(self.grid.degrees)
+        return [np.bincount(index[axes[:, d], d], share[axes[:, d]], len(degrees)) for d, degrees in each]
+
     def matrices(self, k: np.ndarray, c: np.ndarray) -> tuple[csc_array, csc_array]:
         # Both have one pattern, so both travel through one conversion as a complex number.
         return halves(self._matrix(np.arange(len(c)), k, c))

@@ -135,6 +135,16 @@ class Space(ABC):
 
     @property
     @abstractmethod
+    def depth(self) -> np.ndarray:
+        """(functions,): in how many degrees less each is not there any more, less one; more than any for vertices."""
+
+    @abstractmethod
+    def spread(self, functions: np.ndarray, parts: np.ndarray) -> list[np.ndarray]:
+        """What some functions (n,) miss, each ``parts`` (n,) of it, on what they stand on
+        (`fem3d.adaptivity.estimate.Spread`)."""
+
+    @property
+    @abstractmethod
     def unit(self) -> np.ndarray:
         """(functions,): the coefficients of the constant 1."""
 

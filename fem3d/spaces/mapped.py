@@ -1,7 +1,10 @@
-"""The space of degree 2 on the cells of a mesh file, tetrahedra or hexahedra, straight or curved, through scikit-fem.
+"""The space on the cells of scikit-fem's meshes, straight or curved: of degree 3 on tetrahedra, of degree 2 on
+hexahedra, with those of all lower degrees within.
 
-The vertex functions are those of degree 1, and those of edges (of hexahedra of facets and cells too) scikit-fem's of
-degree 2: together they span its space of degree 2, and the first ones alone that of degree 1.
+The vertex functions are those of degree 1. On a tetrahedron with barycentric coordinates l_i an edge from a to b adds
+4 l_a l_b of degree 2 and l_a l_b (l_b - l_a) of degree 3, a face 27 l_a l_b l_c of degree 3. The odd one asks for one
+direction of each edge in all of its cells, which those whose vertices are in ascending order have. On hexahedra the
+functions past the vertices are scikit-fem's of degree 2.
 """
 
 from __future__ import annotations
@@ -10,75 +13,125 @@ from functools import cached_property, lru_cache, partial
 from typing import Any
 
 import numpy as np
-from scipy.sparse import csc_array
-from skfem import CellBasis, ElementHex1, ElementHex2, ElementTetP1, ElementTetP2
+from scipy.sparse import coo_array, csc_array
+from skfem import ElementHex1, ElementHex2, MeshTet1
 from skfem.assembly.dofs import Dofs
 from skfem.element import ElementH1
 from skfem.quadrature import get_quadrature
+from skfem.refdom import RefHex, RefTet
 
-from fem3d.spaces import forms
 from fem3d.spaces.entities import entities
 from fem3d.spaces.integrals import Rule, Side, Space, halves, rule, side
 
-ORDER = 5  # order of the quadrature: twice the degree for the mass matrix, and one more for a coefficient
+AT_ONCE = 2_000  # curved cells whose matrices are made together, which bounds the memory
+
+_EDGES, _FACES = np.array(RefTet.edges), np.array(RefTet.facets)
 
 
-class ElementNested(ElementH1):
-    """An element of degree 2 with the vertex functions of degree 1."""
+class ElementCubic(ElementH1):
+    """The tetrahedron of degree 3 with its hierarchical basis."""
 
-    def __init__(self, high: Any, low: Any) -> None:
-        self._high, self._low = high, low
-        for name in ("refdom", "nodal_dofs", "edge_dofs", "facet_dofs", "interior_dofs", "maxdeg", "doflocs"):
-            setattr(self, name, getattr(high, name))
-        self.dofnames = high.dofnames
+    refdom, maxdeg = RefTet, 3
+    nodal_dofs, edge_dofs, facet_dofs, interior_dofs = 1, 2, 1, 0
+    dofnames = ("u", "u", "u", "u")
+    doflocs = np.concatenate(
+        [RefTet.p.T, RefTet.p.T[_EDGES].mean(axis=1).repeat(2, axis=0), RefTet.p.T[_FACES].mean(axis=1)]
+    )
 
     def lbasis(self, X: np.ndarray, i: int) -> tuple[np.ndarray, np.ndarray]:
         """Value and gradient of basis function ``i`` at reference points."""
-        return (self._low if i < self.refdom.nnodes else self._high).lbasis(X, i)
+        flat = X.reshape(3, -1)
+        values, *slopes = (_values(True, flat, along)[:, i].reshape(X.shape[1:]) for along in (None, 0, 1, 2))
+        return values, np.array(slopes)
+
+
+class ElementNested(ElementH1):
+    """The hexahedron of degree 2 with the vertex functions of degree 1."""
+
+    refdom, maxdeg = RefHex, 2
+    nodal_dofs, edge_dofs, facet_dofs, interior_dofs = 1, 1, 1, 1
+    dofnames, doflocs = ElementHex2.dofnames, ElementHex2.doflocs
+
+    def lbasis(self, X: np.ndarray, i: int) -> tuple[np.ndarray, np.ndarray]:
+        """Value and gradient of basis function ``i`` at reference points."""
+        return (ElementHex1 if i < 8 else ElementHex2)().lbasis(X, i)
 
 
 class MappedSpace(Space):
-    """The space of degree 2 on scikit-fem's ``mesh``, and that of degree 1 within."""
-
-    p = 2
+    """The space on scikit-fem's ``mesh``; the vertices of its tetrahedra are in ascending order."""
 
     def __init__(self, mesh: Any) -> None:
         self.mesh, self._simplex = mesh, len(mesh.t) == 4
+        self.p = 3 if self._simplex else 2
         self.element = _element(self._simplex)
         self.numbering = Dofs(mesh, self.element)
         self.dofs, self.size = self.numbering.element_dofs, int(self.numbering.N)
         self.entity, self.places = entities(mesh, self.numbering, mesh.doflocs[:, : mesh.nvertices])
+        self._straight = isinstance(mesh, MeshTet1) and mesh.doflocs.shape[1] == mesh.nvertices
+
+    @cached_property
+    def depth(self) -> np.ndarray:
+        """(functions,): the highest degree less that of each; more than any degree for vertices."""
+        found = np.zeros(self.size, int)
+        found[self.numbering.nodal_dofs] = self.p + 1
+        if self._simplex:
+            found[self.numbering.edge_dofs[0]] = 1
+        return found
 
     @cached_property
     def nested(self) -> tuple[np.ndarray, ...]:
-        vertices = np.zeros(self.size, bool)
-        vertices[self.numbering.nodal_dofs] = True
-        return vertices, np.ones(self.size, bool)
+        return tuple(self.depth >= d for d in range(self.p - 1, -1, -1))
 
     @cached_property
     def unit(self) -> np.ndarray:
-        return self.nested[0].astype(float)
+        return (self.depth > self.p).astype(float)
+
+    def spread(self, functions: np.ndarray, parts: np.ndarray) -> list[np.ndarray]:
+        """What functions (n,) miss, in equal parts on the cells that they stand on: one array (cells,). Absolute values
+        are added, as `BrickSpace.spread` says."""
+        own = np.bincount(functions, np.abs(parts), self.size) / np.bincount(self.dofs.ravel(), minlength=self.size)
+        return [own[self.dofs].sum(axis=0)]
 
     def matrices(self, k: np.ndarray, c: np.ndarray) -> tuple[csc_array, csc_array]:
-        basis = self._basis(np.arange(len(c)))
-        capacity = forms.capacity.assemble(basis, heat_capacity=np.outer(c, np.ones(basis.dx.shape[1])))
-        # Of one pattern, which one order of elimination suits: scikit-fem leaves out what is zero in each.
-        return halves(csc_array(self.stiffness(k, np.arange(len(c))) + 1j * capacity))
+        # Of one pattern, which one order of elimination suits.
+        return halves(self._summed(np.arange(len(c)), k, c))
 
     def stiffness(self, k: np.ndarray, cells: np.ndarray) -> csc_array:
-        basis = self._basis(cells)
-        along = np.multiply.outer(k, np.ones(basis.dx.shape[1]))
-        return csc_array(forms.conduction.assemble(basis, conductivity=along))
+        return halves(self._summed(cells, k, np.zeros(len(cells))))[0]
 
-    def _basis(self, cells: np.ndarray) -> CellBasis:
-        rule, own = get_quadrature(self.mesh.refdom, ORDER), np.asarray(cells, np.int32)
-        return CellBasis(
-            self.mesh, self.element, quadrature=rule, elements=own, dofs=self.numbering, disable_doflocs=True
-        )
+    def _summed(self, cells: np.ndarray, k: np.ndarray, c: np.ndarray) -> csc_array:
+        """The integrals of k grad u . grad v and, as the imaginary part, of c u v, over some cells, for k (of
+        them,), or (3, of them) along the axes, and c (of them,)."""
+        k = np.broadcast_to(k, (3, len(cells)))
+        own, n = self.rule(cells, 0), len(self.dofs)
+        blocks = np.empty((len(cells), n, n), complex)
+        weights, slopes = own.weights, own.slopes
+        step = len(cells) if self._straight else AT_ONCE
+        for some in (slice(i, i + step) for i in range(0, len(cells), max(step, 1))):
+            inverse, sizes = self.jacobian(cells[some], own.points[:, :1] if self._straight else own.points)
+            if self._straight:
+                # Each is the reference one's, whose parts are weighted by the map's derivative.
+                metric = np.einsum("iac,jac,ac->cij", inverse[..., 0], inverse[..., 0], k[:, some] * sizes[:, 0])
+                parts = np.einsum("p,ipu,jpv->ijuv", weights, slopes, slopes).reshape(9, n * n)
+                blocks.real[some] = (metric.reshape(-1, 9) @ parts).reshape(-1, n, n)
+                one = own.values.T @ (weights[:, None] * own.values)
+                blocks.imag[some] = (c[some] * sizes[:, 0])[:, None, None] * one
+            else:
+                at = np.einsum("iacp,ipu->cpau", inverse, slopes).reshape(len(sizes), -1, n)
+                by = ((weights * sizes)[..., None] * k[:, some].T[:, None]).reshape(len(sizes), -1, 1)
+                blocks.real[some] = np.matmul(np.swapaxes(at, 1, 2), by * at)
+                mass = np.matmul(own.values.T, (weights * sizes)[..., None] * own.values)
+                blocks.imag[some] = c[some, None, None] * mass
+        # To the last digit, so that entries that cancel are there on neither side of the diagonal or on both.
+        blocks = (blocks + np.swapaxes(blocks, 1, 2)) / 2
+        dofs = self.dofs[:, cells].T.astype(np.int32)
+        rows, columns = (np.broadcast_to(d, blocks.shape).ravel() for d in (dofs[:, :, None], dofs[:, None]))
+        return csc_array(coo_array((blocks.ravel(), (rows, columns)), shape=(self.size, self.size)))
 
     def rule(self, cells: np.ndarray, more: int) -> Rule:
-        """scikit-fem's, of `ORDER` and two more for each point."""
-        return _rule(self._simplex, ORDER + 2 * more)
+        """scikit-fem's, of twice the degree of the mass matrix, one more for a coefficient on hexahedra, and two more
+        for each point."""
+        return _rule(self._simplex, _order(self._simplex) + 2 * more)
 
     def side(self, number: int) -> Side:
         return _side(self._simplex, number)
@@ -91,16 +144,20 @@ class MappedSpace(Space):
         return _values(self._simplex, X)
 
 
-@lru_cache
-def _element(simplex: bool) -> ElementNested:
-    return ElementNested(*((ElementTetP2(), ElementTetP1()) if simplex else (ElementHex2(), ElementHex1())))
+def _order(simplex: bool) -> int:
+    return 6 if simplex else 5
 
 
 @lru_cache
-def _coefficients(simplex: bool) -> np.ndarray:
-    """(monomials, functions of a cell), from the values on a lattice: scikit-fem's own formulas take a millisecond for
-    every few points."""
-    X, element = np.stack(np.meshgrid(*3 * [[0.0, 0.5, 1.0]])).reshape(3, -1), _element(simplex)
+def _element(simplex: bool) -> ElementH1:
+    return ElementCubic() if simplex else ElementNested()
+
+
+@lru_cache
+def _coefficients() -> np.ndarray:
+    """(monomials, functions of a hexahedron), from the values on a lattice: scikit-fem's own formulas take a
+    millisecond for every few points."""
+    X, element = np.stack(np.meshgrid(*3 * [[0.0, 0.5, 1.0]])).reshape(3, -1), _element(False)
     values = [element.lbasis(X, i)[0] * np.ones(X.shape[1]) for i in range(len(element.doflocs))]
     return np.linalg.solve(_monomials(X), np.array(values).T)
 
@@ -114,7 +171,21 @@ def _monomials(X: np.ndarray, along: int | None = None) -> np.ndarray:
 
 
 def _values(simplex: bool, X: np.ndarray, along: int | None = None) -> np.ndarray:
-    return _monomials(X, along) @ _coefficients(simplex)
+    if not simplex:
+        return _monomials(X, along) @ _coefficients()
+    corner = np.stack([1 - X.sum(axis=0), *X])
+    slope = np.zeros(4) if along is None else np.array([-1.0, *np.eye(3)[along]])
+
+    def product(*factors: int) -> np.ndarray:
+        if along is None:
+            return np.prod(corner[list(factors)], axis=0)
+        others = (np.prod(corner[[*factors[:i], *factors[i + 1 :]]], axis=0) for i in range(len(factors)))
+        return sum((slope[f] * other for f, other in zip(factors, others, strict=True)), np.zeros(X.shape[1]))
+
+    found = [product(a) for a in range(4)]
+    for a, b in _EDGES.tolist():
+        found += [4 * product(a, b), product(a, b, b) - product(a, a, b)]
+    return np.array([*found, *(27 * product(*face) for face in _FACES.tolist())]).T
 
 
 @lru_cache
@@ -126,4 +197,4 @@ def _rule(simplex: bool, order: int) -> Rule:
 @lru_cache
 def _side(simplex: bool, number: int) -> Side:
     reference = _element(simplex).refdom
-    return side(reference, number, get_quadrature(reference.brefdom, ORDER), partial(_values, simplex))
+    return side(reference, number, get_quadrature(reference.brefdom, _order(simplex)), partial(_values, simplex))

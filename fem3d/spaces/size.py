@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import product
+from typing import Any
 
 import numpy as np
 
@@ -76,6 +77,20 @@ def foreseen(scene: Scene, grid: Grid) -> Size:
     live = _product(connected.live(scene), tables)[1:, 1:, 1:].sum() / cells
     memory = START_UP + PER_ENTRY * of_matrices + (1 + live) * PER_FACTOR * factors
     return Size(int(cells), int(unknowns), join, of_matrices, factors, float(memory))
+
+
+def of_tetrahedra(mesh: Any, live: float) -> Size:
+    """The size of the space of degree 3 on a mesh of tetrahedra; current passes the part ``live`` (0 to 1) of it."""
+    low, high = (of(mesh.p[:, mesh.t], axis=1) for of in (np.min, np.max))
+    middle = np.median((low + high) / 2, axis=1)[:, None]
+    cells = mesh.t.shape[1]
+    across = float(((low <= middle) & (high > middle)).sum(axis=1).min())
+    edges, facets = mesh.nvertices + mesh.facets.shape[1] - cells - 1, mesh.facets.shape[1]  # Euler's count
+    unknowns = mesh.nvertices + 2 * edges + facets
+    join, entries = unknowns * across / cells, 400.0 * cells
+    factors = factor_entries(unknowns, join)
+    memory = START_UP + PER_ENTRY * entries + (1 + live) * PER_FACTOR * factors
+    return Size(cells, int(unknowns), join, entries, factors, memory)
 
 
 def _along(planes: np.ndarray, breaks: np.ndarray, degrees: np.ndarray) -> np.ndarray:

@@ -18,7 +18,7 @@ class GroupedMesh:
 
     ``file_type`` is meshio's name of the file's cells, ``points`` (n, 3) and ``cells`` (m, nodes) are they, in order
     of nodes; ``others``: the names of groups that are neither, and of surface groups with facets that are of no cell,
-    with what they are. ``parents`` (cells,): the cell of the file that each is a part of.
+    with what they are.
     """
 
     mesh: Any
@@ -28,7 +28,6 @@ class GroupedMesh:
     points: np.ndarray = field(default_factory=lambda: np.empty((0, 3)))
     cells: np.ndarray = field(default_factory=lambda: np.empty((0, 0), int))
     others: dict[str, str] = field(default_factory=dict)
-    parents: np.ndarray | None = None
 
     @property
     def count(self) -> int:

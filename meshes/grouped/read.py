@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from meshes.grouped.model import GroupedMesh
+from meshes.grouped.refine import ordered
 from scenes.errors import SceneError, printable, quoted
 from scenes.files import check_regular
 
@@ -41,6 +42,7 @@ def read(path: Path, unit: float) -> GroupedMesh:
     _refuse_broken(points, cells, path)
     mesh = made(points, cells, name)
     _refuse_inverted(mesh, path)
+    mesh = ordered(mesh) if KINDS[name][0] == 4 else mesh
     of_cell = np.full(int(numbers.max()) + 1, -1)
     of_cell[numbers] = same.ravel()
     used, own = np.unique(cells, return_inverse=True)

@@ -1,73 +1,118 @@
-"""Uniform refinement of a mesh with groups: each cell into eight, on the cell's own curved shape.
+"""Refinement of a mesh with groups, on the cells' own curved shape: of all cells into eight, or of chosen tetrahedra by
+scikit-fem's bisection of longest edges, which goes on in the neighbours until no node hangs.
 
 scikit-fem cuts the cells as if their edges were straight; the nodes then go where the maps of the old cells take them.
 """
 
 from __future__ import annotations
 
+import logging
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from scipy.sparse import csr_array
 from skfem import MeshHex, MeshTet
 
 from meshes.grouped.model import GroupedMesh
 
+# A place is on a facet where it is less than this away from it in the coordinates of the reference cell; the parts of a
+# cell are larger by far.
+ON_FACET = 1e-7
 
-def refine(given: GroupedMesh) -> GroupedMesh:
-    """The mesh with eight cells in place of each; the old cells' corners keep their numbers."""
-    mesh, linear = given.mesh, MeshTet if given.simplex else MeshHex
-    flat = linear(mesh.doflocs[:, : mesh.nvertices], mesh.t)
-    # The number of each cell travels as the binary digits that it has.
-    digits = range(int(given.count).bit_length())
-    numbers = np.arange(given.count)
-    cut = replace(flat, _subdomains={str(k): np.flatnonzero(numbers >> k & 1) for k in digits}).refined()
-    parents = np.zeros(8 * given.count, int)
-    for k in digits:
-        parents[cut.subdomains[str(k)]] += 1 << k
-    fine = replace(cut, _subdomains=None)
-    if type(mesh) is not linear:
-        fine = type(mesh).from_mesh(fine)
-        nodes = fine.dofs.element_dofs
+
+def refine(given: GroupedMesh, times: np.ndarray | None = None) -> GroupedMesh:
+    """The mesh with eight cells in place of each, or with each tetrahedron halved so many ``times`` (cells,), and what
+    must be beside them; the old cells' corners keep their numbers."""
+    mesh = given.mesh
+    flat, fine, parents = _cut(mesh, given.simplex, times)
+    if type(mesh) is not type(flat):
+        curved = type(mesh).from_mesh(fine)
+        nodes = curved.dofs.element_dofs
         if given.simplex:
-            at = flat.mapping().invF(np.swapaxes(fine.doflocs[:, nodes], 1, 2), tind=parents)
+            at = flat.mapping().invF(np.swapaxes(curved.doflocs[:, nodes], 1, 2), tind=parents)
         else:
             # Its k-th eighth is at the k-th corner of a hexahedron.
             at = (mesh.refdom.p[:, :, None] + np.asarray(mesh.elem().doflocs).T[:, None]) / 2
             at = np.repeat(at, given.count, axis=1)
-        places = fine.doflocs.copy()
+        places = curved.doflocs.copy()
         places[:, nodes] = np.swapaxes(mesh.mapping().F(at, tind=parents), 1, 2)
-        fine = replace(fine, doflocs=places)
-    within = _within(flat, fine)
+        finer = replace(curved, doflocs=places)
+    else:
+        finer = fine
+    within = _within(flat, fine, parents)
     surfaces = {}
     for name, (facets, side) in given.surfaces.items():
         order = np.argsort(facets)
         own = np.flatnonzero(np.isin(within, facets))
         at = order[np.searchsorted(facets[order], within[own])]
-        turned = parents[fine.f2t[0, own]] != mesh.f2t[0, facets[at]]
+        turned = parents[finer.f2t[0, own]] != mesh.f2t[0, facets[at]]
         surfaces[name] = own, np.where(turned, 1 - side[at], side[at])
     volumes = {name: np.flatnonzero(np.isin(parents, cells)) for name, cells in given.volumes.items()}
-    return replace(given, mesh=fine, volumes=volumes, surfaces=surfaces, parents=parents)
+    return replace(given, mesh=finer, volumes=volumes, surfaces=surfaces)
 
 
-def _within(flat: Any, fine: Any) -> np.ndarray:
-    """(facets of the fine mesh,): the old facet that each lies in, -1 for those inside of old cells.
+def ordered(mesh: Any) -> Any:
+    """A mesh of tetrahedra with the vertices of each cell in ascending order, so that an edge has one direction in all
+    its cells; the numbers of vertices, edges and facets stay."""
+    return replace(mesh, t=np.sort(mesh.t, axis=0))
 
-    The new vertices are the old ones, the middles of edges and, of hexahedra, of facets and cells, in this order.
-    """
-    count, each = flat.nvertices, flat.facets.shape[1]
-    on = [flat.facets, count + flat.f2e]
-    if len(flat.facets) == 4:
-        on.append(count + flat.nedges + np.arange(each)[None])
-    old, new = np.concatenate(on), fine.facets
 
-    def incidence(rows: np.ndarray) -> csr_array:
-        ones, columns = np.ones(rows.size, np.int8), np.repeat(np.arange(rows.shape[1]), len(rows))
-        return csr_array((ones, (columns, rows.T.ravel())), shape=(rows.shape[1], int(fine.t.max()) + 1))
+def bisected(mesh: Any, times: np.ndarray) -> tuple[Any, np.ndarray]:
+    """A mesh of straight tetrahedra with each halved so many ``times`` (cells,) and what must be beside them; and the
+    cell that each is a part of (new cells,)."""
+    # scikit-fem tells edges of one length apart by 1e-10 of its unit, and says in a warning when it copies arrays.
+    size, logger = float(np.ptp(mesh.p, axis=1).max()), logging.getLogger("skfem")
+    before, parents = logger.level, np.arange(mesh.t.shape[1])
+    logger.setLevel(logging.ERROR)
+    try:
+        found = MeshTet(mesh.p / size, mesh.t)
+        while times.any():
+            whole, within = _Followed(found.p, found.t), np.arange(found.t.shape[1])
+            found = whole.refined(np.flatnonzero(times).astype(np.int32))
+            for halved in whole.rounds:
+                within = np.concatenate([within, within[halved]])
+            parents, times = parents[within], np.maximum(times - 1, 0)[within]
+        return MeshTet(np.ascontiguousarray(found.p * size), np.sort(found.t, axis=0)), parents
+    finally:
+        logger.setLevel(before)
 
-    shared = (incidence(new) @ incidence(old).T).tocoo()
-    whole = shared.data == len(new)
-    found = np.full(new.shape[1], -1)
-    found[shared.row[whole]] = shared.col[whole]
+
+class _Followed(MeshTet):
+    """A mesh that knows which cells are halved, round by round: of each one half keeps its number."""
+
+    def _adaptive_sort_mesh(self, p: np.ndarray, t: np.ndarray, marked: np.ndarray) -> np.ndarray:
+        self.rounds = [*self.rounds, marked.copy()]
+        found: np.ndarray = super()._adaptive_sort_mesh(p, t, marked)
+        return found
+
+    rounds: Any = ()
+
+
+def _cut(mesh: Any, simplex: bool, times: np.ndarray | None) -> tuple[Any, Any, np.ndarray]:
+    """A mesh as if straight, that one refined, and the cell that each is a part of."""
+    flat = (MeshTet if simplex else MeshHex)(mesh.doflocs[:, : mesh.nvertices], mesh.t)
+    if times is not None:
+        return flat, *bisected(flat, times)
+    # The number of each cell travels as the binary digits that it has.
+    count = flat.t.shape[1]
+    digits, numbers = range(int(count).bit_length()), np.arange(count)
+    cut = replace(flat, _subdomains={str(k): np.flatnonzero(numbers >> k & 1) for k in digits}).refined()
+    parents = np.zeros(8 * count, int)
+    for k in digits:
+        parents[cut.subdomains[str(k)]] += 1 << k
+    fine = replace(cut, _subdomains=None)
+    return flat, ordered(fine) if simplex else fine, parents
+
+
+def _within(flat: Any, fine: Any, parents: np.ndarray) -> np.ndarray:
+    """(facets of the fine mesh,): the old facet that each lies in, -1 for those inside of old cells."""
+    size, reference = float(np.ptp(flat.p, axis=1).max()), flat.refdom
+    cell = parents[fine.f2t[0]]
+    middles = fine.p[:, fine.facets].mean(axis=1) / size
+    at = flat.scaled(1 / size).mapping().invF(middles[:, :, None], tind=cell)[..., 0]
+    found = np.full(len(cell), -1)
+    for number, corners in enumerate(reference.facets):
+        first, second, last = reference.p[:, [corners[0], corners[1], corners[-1]]].T
+        on = np.abs(np.cross(second - first, last - first) @ (at - first[:, None])) < ON_FACET
+        found[on] = flat.t2f[number, cell[on]]
     return found

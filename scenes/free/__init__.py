@@ -8,7 +8,7 @@ from typing import Any
 
 from scenes.free import document
 from scenes.free.document import BOXES, ON_MESH
-from scenes.free.document import as_dict as as_dict
+from scenes.free.writing import as_dict as as_dict
 from scenes.model import AnyScene, Scene
 from scenes.schema import Schema, override
 

@@ -1,5 +1,4 @@
-"""From the values of a file to the scene, with the refusal of what a file leaves out or says twice; and back, as a
-document that reads back equal, of SI numbers and plain JSON types, and as a TOML file.
+"""From the values of a file to the scene, with the refusal of what a file leaves out or says twice.
 
 First the tables of such a file and the keys of each. The bounds are wide, for textbook cases have round numbers that
 nothing real has; what lies outside is a slip of the unit.
@@ -7,16 +6,15 @@ nothing real has; what lies outside is a slip of the unit.
 
 from __future__ import annotations
 
-import json
 import math
-import re
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, TypeVar
 
 from scenes import kinds as k
-from scenes import laws, physics
+from scenes import mesh_kinds as mk
 from scenes import model as m
+from scenes import physics
 from scenes import units as d
 from scenes.checks import Differing, tolerances
 from scenes.errors import SceneError, did_you_mean, quoted
@@ -30,8 +28,8 @@ S = TypeVar("S", m.Scene, m.MeshScene)
 
 UNUSED = 1.0
 """Stands in a Material for what the scene does not need and the file does not give."""
-_FLOWS = ("heat_flow", "current")
-_RESISTANCES = ("thermal_resistance", "electrical_resistance")
+FLOWS = ("heat_flow", "current")
+RESISTANCES = ("thermal_resistance", "electrical_resistance")
 
 POINT = k.Place(k.Quantity(d.LENGTH, 0.0, 1e4, signed=True))
 
@@ -46,7 +44,12 @@ CONDITIONS: dict[str, k.Varying | k.Convection] = {
 SERIES = k.Quantity(d.RESISTANCE, 1e-9, 1e15)
 """Of a voltage's series resistance: beyond it a current is given."""
 
-CONTACT_RESISTANCE = k.ContactResistance((k.HEAT_CONTACT, k.CURRENT_CONTACT))
+# The least are those of interfaces within a crystal, or of metals in one another (kapitza resistances are from 1e-9
+# m2 K/W on, contacts of silicides from 1e-13 ohm m2 on), far below; the largest pass nothing that matters.
+_PERFECT = ", or 0 for a perfect contact"
+HEAT_CONTACT = k.Quantity(d.THERMAL_CONTACT, 1e-12, 1e6, note=_PERFECT)
+CURRENT_CONTACT = k.Quantity(d.ELECTRICAL_CONTACT, 1e-18, 1e6, note=_PERFECT)
+CONTACT_RESISTANCE = k.ContactResistance((HEAT_CONTACT, CURRENT_CONTACT))
 """Beside a boundary's temperature or voltage."""
 RESISTIVITY = Following(k.Quantity(d.RESISTIVITY, 1e-12, 1e9, word="insulator"))
 HEAT_SOURCE = k.Varying(k.Quantity(d.HEAT_SOURCE, 0.0, 1e20, signed=True))
@@ -107,8 +110,8 @@ LISTS: dict[str, dict[str, k.Kind]] = {
     "contact": {
         "name": k.LABEL,
         "between": k.Pair(k.LABEL, "boxes"),
-        "thermal_resistance": k.ContactResistance((k.HEAT_CONTACT,)),
-        "electrical_resistance": k.ContactResistance((k.CURRENT_CONTACT,)),
+        "thermal_resistance": k.ContactResistance((HEAT_CONTACT,)),
+        "electrical_resistance": k.ContactResistance((CURRENT_CONTACT,)),
     },
 }
 """The tables that a file may have many of, as [[material]] and so on."""
@@ -127,18 +130,18 @@ BOXES = Schema(_SCENE_AND_RUN, LISTS, REQUIRED, "a free scene", "run.accuracy=1e
 
 _OF_BOXES = ("lower", "upper", "box")
 ON_MESH = Schema(
-    (*_SCENE_AND_RUN, Key("mesh.file", "file", k.MESH_FILE), Key("mesh.unit", "unit", k.LengthUnit())),
+    (*_SCENE_AND_RUN, Key("mesh.file", "file", mk.MESH_FILE), Key("mesh.unit", "unit", mk.LengthUnit())),
     {
-        "material": {**LISTS["material"], "groups": k.GroupNames()},
-        "source": {"name": k.LABEL, "group": k.GROUP, "heat_source": HEAT_SOURCE},
+        "material": {**LISTS["material"], "groups": mk.GroupNames()},
+        "source": {"name": k.LABEL, "group": mk.GROUP, "heat_source": HEAT_SOURCE},
         "boundary": {
             "name": k.LABEL,
-            "group": k.GROUP,
+            "group": mk.GROUP,
             **CONDITIONS,
             "contact_resistance": CONTACT_RESISTANCE,
             "series_resistance": SERIES,
         },
-        "probe": {key: kind for key, kind in LISTS["probe"].items() if key not in _OF_BOXES} | {"group": k.GROUP},
+        "probe": {key: kind for key, kind in LISTS["probe"].items() if key not in _OF_BOXES} | {"group": mk.GROUP},
     },
     {"material": ("name",), "source": ("group", "heat_source"), "boundary": ("group",), "probe": ("name",)},
     "a scene on a mesh",
@@ -317,13 +320,13 @@ def _reading(item: Item) -> dict[str, Any]:
     quantity, reduce = item.values.get("quantity", "temperature"), item.values.get("reduce", "mean")
     if item.name == "time_s":
         raise SceneError('probe.name = "time_s" is the name of the column of times: give another')
-    if reduce != "mean" and quantity in _FLOWS:
+    if reduce != "mean" and quantity in FLOWS:
         raise SceneError(
             f"{item.label}.reduce = {quoted(reduce)} says nothing about a {quantity}, which is a total: leave it out, "
             "or give quantity temperature or potential"
         )
     box = {"box": item.values["box"]} if "box" in item.values else {}
-    if box and quantity in _FLOWS:
+    if box and quantity in FLOWS:
         raise SceneError(
             f"{item.label}.box = {quoted(item.values['box'])} says nothing about a {quantity}, which is the same on "
             "both sides: leave it out"
@@ -332,9 +335,9 @@ def _reading(item: Item) -> dict[str, Any]:
 
 
 def _contact(item: Item) -> m.Contact:
-    given = {key: item.values[key].value for key in _RESISTANCES if key in item.values}
+    given = {key: item.values[key].value for key in RESISTANCES if key in item.values}
     if not given:
-        raise SceneError(f"{item.label} has no resistance: give {' or '.join(_RESISTANCES)}, or leave the contact out")
+        raise SceneError(f"{item.label} has no resistance: give {' or '.join(RESISTANCES)}, or leave the contact out")
     return m.Contact(item.name, item.values["between"], **given)
 
 
@@ -354,110 +357,7 @@ def _place(item: Item) -> tuple[m.Point | None, str | None]:
     if (at is None) == (group is None):
         has = "no place" if at is None else "at and group"
         raise SceneError(f"{item.label} has {has}: give at = [x, y, z], or group")
-    if at is not None and item.values.get("quantity") in _FLOWS:
+    if at is not None and item.values.get("quantity") in FLOWS:
         quantity = quoted(item.values["quantity"])
         raise SceneError(f"{item.label}.quantity = {quantity} needs a surface: give group in place of at")
     return at, group
-
-
-def as_dict(scene: m.AnyScene) -> dict[str, Any]:
-    """What a file of the scene would say; what nothing is said about by default is left out."""
-    run: dict[str, Any] = {"steady": True} if scene.steady else {"end_time": scene.end_time}
-    if scene.output_times and not scene.steady:
-        run["output_times"] = list(scene.output_times)
-    needed = physics.needed(scene)
-    found: dict[str, Any] = {"scene": {"name": scene.name, "initial_temperature": scene.initial_temperature}}
-    if scene.parameters is not None:
-        found["parameters"] = dict(scene.parameters.values)
-    if isinstance(scene, m.MeshScene):
-        found["mesh"] = {"file": scene.file, "unit": scene.unit}
-        found["material"] = [_of_material(b.material, needed) | {"groups": list(b.groups)} for b in scene.bodies]
-        found["source"] = [
-            {"name": s.name, "group": s.group, "heat_source": HEAT_SOURCE.write(s.heat_source)} for s in scene.sources
-        ]
-    else:
-        materials = {box.material.name: box.material for box in scene.boxes}
-        found["material"] = [_of_material(each, needed) for each in materials.values()]
-        found["box"] = [
-            {"name": box.name, "material": box.material.name, **_where(box)}
-            | ({} if m.is_zero(box.heat_source) else {"heat_source": HEAT_SOURCE.write(box.heat_source)})
-            for box in scene.boxes
-        ]
-    found["boundary"] = [{"name": b.name, **_where(b)} | _of_condition(b) for b in scene.boundaries]
-    found["probe"] = [
-        {"name": p.name, "quantity": p.quantity, **_where(p)}
-        | ({} if p.quantity in _FLOWS else {"reduce": p.reduce})
-        | ({"box": box} if (box := getattr(p, "box", "")) else {})
-        for p in scene.probes
-    ]
-    if contacts := getattr(scene, "contacts", ()):
-        found["contact"] = [
-            {"name": c.name, "between": list(c.between)}
-            | {key: v for key in _RESISTANCES if (v := getattr(c, key)) or c.perfect}
-            for c in contacts
-        ]
-    found |= {"run": {**run, "accuracy": scene.accuracy}}
-    if scene.model is not None:
-        own = scene.model
-        listed = {"file": own.file, "parameters": dict(own.parameters), "outputs": dict(own.outputs)}
-        found["model"] = {key: value for key, value in listed.items() if value}
-    checks: dict[str, Any] = {"tolerances": dict(scene.tolerances)} if scene.tolerances else {}
-    if scene.expected_to_differ is not None:
-        checks["expect_differs"] = list(scene.expected_to_differ)
-    return found | ({"checks": checks} if checks else {})
-
-
-def _of_material(material: m.Material, needed: tuple[str, ...]) -> dict[str, Any]:
-    found: dict[str, Any] = {"name": material.name}
-    kinds = LISTS["material"]
-    found |= {key: kinds[key].write(v) for key in HEAT_KEYS if (v := getattr(material, key)) != UNUSED or key in needed}
-    found["resistivity"] = RESISTIVITY.write(material.resistivity)
-    if laws.is_plain(material.resistivity) and material.resistivity is not None:
-        found |= {key: getattr(material, key) for key in ("temperature_coefficient", "reference_temperature")}
-    return found if material.valid_to is None else found | {"valid_to": material.valid_to}
-
-
-def _of_condition(b: m.Boundary | m.GroupBoundary) -> dict[str, Any]:
-    """The condition of a boundary as a file has it."""
-    if b.key == "convection":
-        return {"convection": CONDITIONS["convection"].write((b.value, b.ambient))}
-    given = b.ambient if b.kind == "convection" else b.value
-    beside = {"contact_resistance": b.contact_resistance} if b.contact_resistance else {}
-    if 0 < b.series_resistance < math.inf:
-        beside["series_resistance"] = b.series_resistance
-    return {b.key: CONDITIONS[b.key].write(given)} | beside
-
-
-def _where(item: m.Box | m.Boundary | m.Probe | m.GroupBoundary | m.GroupProbe) -> dict[str, Any]:
-    """The place of a part: corners, a point or a group."""
-    if isinstance(item, (m.GroupBoundary, m.GroupProbe)):
-        at = getattr(item, "at", None)
-        return {"group": item.group} if at is None else {"at": list(at)}
-    if isinstance(item, m.Probe) and item.lower == item.upper:
-        return {"at": list(item.lower)}
-    return {"lower": list(item.lower), "upper": list(item.upper)}
-
-
-def as_toml(scene: m.AnyScene) -> str:
-    """The file that reads back as an equal scene, in SI units."""
-    lines: list[str] = []
-    for table, given in as_dict(scene).items():
-        for item in given if isinstance(given, list) else [given]:
-            lines.append(f"[[{table}]]" if isinstance(given, list) else f"[{table}]")
-            lines += [f"{key} = {_value(value)}" for key, value in item.items()]
-            lines.append("")
-    return "\n".join(lines)
-
-
-def _key(name: str) -> str:
-    """A key as TOML has it: in quotes where it is more than a word."""
-    return name if re.fullmatch(r"[\w-]+", name, re.ASCII) else json.dumps(name, ensure_ascii=False)
-
-
-def _value(value: Any) -> str:
-    if isinstance(value, dict):
-        return "{ " + ", ".join(f"{_key(key)} = {_value(item)}" for key, item in value.items()) + " }"
-    if isinstance(value, (list, tuple)):
-        return "[" + ", ".join(map(_value, value)) + "]"
-    # JSON's strings, booleans and finite numbers are TOML's.
-    return json.dumps(value, ensure_ascii=False)

@@ -1,5 +1,7 @@
 """Currents over time as sums of steady ones, which a function gives that multiplies voltages by known conductances."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -26,7 +28,16 @@ def scene(*values, **probe):
 def steady(alone):
     """What a steady state of given voltages would answer."""
     total = sum(SIEMENS[b.name] * b.value for b in alone.boundaries)
-    details = {"unknowns": 1, "electric_unknowns": 1, "energy_imbalance": 0.0, "warnings": []}
+    out = {f"current:{b.name}": np.array(SIEMENS[b.name] * b.value) for b in alone.boundaries}
+    scales = {p.name: abs(total) for p in alone.probes}
+    details = {
+        "solution": SimpleNamespace(out=out),
+        "scales": scales,
+        "unknowns": 1,
+        "electric_unknowns": 1,
+        "energy_imbalance": 0.0,
+        "warnings": [],
+    }
     return Result("fem3d", {p.name: Estimate(total, abs(total) * ERROR) for p in alone.probes}, None, details)
 
 

@@ -47,7 +47,7 @@ def judge(p, exponents=None, planes=(0.0, 1.0)):
     breaks = np.array(planes), np.array([0.0, 1.0]), np.array([0.0, 1.0])
     grid = Grid(breaks, (np.full(len(planes) - 1, p), np.array([2]), np.array([2])), (UNIT,))
     marks = Features((frozenset(),) * 3, (exponents or {}, {}, {}))
-    return Estimator(grid, marks)
+    return Estimator.of_grid(grid, marks)
 
 
 def remains(p, before, last, ratio=0.0, **features):
@@ -56,16 +56,13 @@ def remains(p, before, last, ratio=0.0, **features):
 
 
 def test_how_fast_an_interval_falls_is_told_by_the_goal_that_misses_most_there():
-    grid = Grid(
-        (np.array([0.0, 1.0, 2.0]), *2 * (np.array([0.0, 1.0]),)), (np.array([5, 5]), *2 * (np.array([2]),)), ()
-    )
     none = np.zeros(1)
 
     def of(*values):
         return [np.array(values), none, none]
 
     one, other = (of(3.0, 1.0), of(4.0, 8.0), of(2.0, 4.0)), (of(1.0, 2.0), of(10.0, 1.0), of(1.0, 5.0))
-    falls = estimate.falling(grid, [one, other])
+    falls = estimate.falling([one, other])
     assert falls[0].tolist() == [0.5, 1.0]
     assert falls[1].tolist() == [0.0]
 
@@ -140,10 +137,10 @@ def test_spreads_add_up_to_the_sum_of_absolute_parts_on_the_intervals_of_each_fu
     rng = np.random.default_rng(0)
     functions = np.flatnonzero(space.along[0].any(axis=1))
     values = rng.normal(size=len(functions))
-    found = estimate.spread(space, functions, values)
+    found = space.spread(functions, values)
     assert estimate.total(found) == pytest.approx(np.abs(values).sum())
     along_x = functions[(space.along[0][functions] == [True, False, False]).all(axis=1)][:1]
-    one = estimate.spread(space, along_x, np.array([-2.0]))
+    one = space.spread(along_x, np.array([-2.0]))
     assert one[0][space.along[1][along_x[0], 0]] == 2.0
     assert estimate.total(one) == 2.0
 
@@ -220,6 +217,7 @@ def middle(voltage, intervals, degree):
     cold = end(0, "temperature", 293.0), end(1, "temperature", 293.0)
     scene = bar(silicon(2e-3), *cold, end(0, "voltage", voltage), end(1, "voltage", 0.0))
     study, marks = probe_quantities.study(scene, whole(scene)), grading.features(scene)
+    judge = Estimator.of_grid(bar_grid(scene, intervals, degree), marks)
 
     def solved(intervals, degree):
         given = nested.problems(boxes(scene, bar_grid(scene, intervals, degree)), 1e-6)
@@ -227,7 +225,7 @@ def middle(voltage, intervals, degree):
 
     given, fine = solved(intervals, degree)
     best = solved(4, 8)[1].quantities["middle"]
-    return abs(float(fine.quantities["middle"] - best)), goal_errors.examined(study, given, fine, marks).errors[
+    return abs(float(fine.quantities["middle"] - best)), goal_errors.examined(study, given, fine, judge).errors[
         "middle"
     ]
 

@@ -22,7 +22,16 @@ def scalar(alpha):
     heat.warm[:], heat.warm_load[:] = alpha * R, alpha * R
     parts = {name: getattr(heat, name) for name in heat.__dataclass_fields__}
     one = np.ones((1, 1))
-    return Reduced(**parts, basis=one, stiffness=K * one, source=0 * one, inertia=0 * one, supply=V * one)
+    return Reduced(
+        **parts,
+        basis=one,
+        stiffness=K * one,
+        source=0 * one,
+        inertia=0 * one,
+        supply=V * one,
+        drawn=np.empty((0, 1)),
+        given=np.empty((1, 0)),
+    )
 
 
 def steady(alpha):

@@ -53,6 +53,8 @@ def test_what_is_solved_until_then_is_kept_and_the_largest_voltage_named():
     assert traces.time[-1] == kept.end_time
     assert 0.9 * KEPT**2 * time < kept.end_time < 1.01 * KEPT * time
     assert kept.output_times == (0.1 * RUNS_AWAY, kept.end_time)
+    # To 1 % two digits are known.
+    assert said.startswith(f"the heating runs away at t = {1e6 * time:.2g} us; ")
     assert all(np.isfinite(v).all() for v in traces.values.values())
     assert (np.diff(traces.values["current"]) > 0).all()
     with pytest.raises(RunawayError) as steady:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from fem3d.adaptivity import goal_errors, loop, nested, reach
+from fem3d.adaptivity.estimate import Estimator
 from fem3d.runs import probe_quantities
 from fem3d.runs.scene import clipped, solve
 from fem3d.spaces.domain import boxes as domain_of
@@ -57,11 +58,14 @@ def test_the_estimate_is_near_the_true_error_at_any_exponent(contrast):
     given, fine = solved(first)
     true = abs(float(solved(grid)[1].quantities["heated"] - fine.quantities["heated"]))
 
+    def level(marks):
+        return goal_errors.examined(study, given, fine, Estimator.of_grid(first, marks))
+
     def estimated(marks):
-        return goal_errors.examined(study, given, fine, marks).errors["heated"]
+        return level(marks).errors["heated"]
 
     assert 0.4 * estimated(marks) < true < 0.8 * estimated(marks)
-    assert goal_errors.examined(study, given, fine, marks).worst > scene.accuracy
+    assert level(marks).worst > scene.accuracy
     # One that knows nothing of the edges takes degrees for much better than they are.
     assert estimated(replace(marks, exponents=({}, {}, {}))) < 0.9 * true
 

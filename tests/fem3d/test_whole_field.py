@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from fem3d.adaptivity import field_error, goal_errors, loop, nested
+from fem3d.adaptivity.estimate import Estimator
 from fem3d.runs import probe_quantities
 from fem3d.runs.scene import clipped, solve
 from fem3d.spaces.domain import boxes
@@ -95,7 +96,8 @@ def test_intervals_are_cut_towards_the_steep_end(plate):
     marks = grading.features(study.part.scene)
     grid = grading.first_grid(study.part.scene, 1e-2, marks)
     given = nested.problems(boxes(study.part.scene, grid), 1e-2)
-    here = goal_errors.examined(study, given, nested.solution(study, given), marks)
+    judge = Estimator.of_grid(grid, marks)
+    here = goal_errors.examined(study, given, nested.solution(study, given), judge)
     finer = field_error.refined(here)
     # The flux enters at x = 0.
     assert np.diff(finer.breaks[0])[0] <= 1.01 * grading.RATIO * np.diff(grid.breaks[0])[0]

@@ -28,6 +28,7 @@ CHANGED = {
     "materials.pdms.reference_temperature": 300, "materials.pdms.valid_to": 500,
     "materials.gold.valid_to": 900, "control.sample_time": "1 ms", "control.sink_gain": "500 mV",
     "control.sensor_gain": 0.01, "control.set_temperature": "40 degC", "control.allow_negative_voltage": True,
+    "control.ground_resistance": "2 mohm",
     "external.initial_temperature": "20 degC", "external.final_temperature": 280, "external.step_time": "2 ms",
     "run.accuracy_3d": 1e-4,
     "checks.tolerances": {"fig9_settling": "10 %"}, "checks.expect_differs": ["fig12_same_time"],
@@ -39,7 +40,7 @@ EXPECTED = Device(
     sensor_thickness=50e-9, insulator_thickness=5e-6, polymer_thickness=50e-6,
     gold=Material("gold", 300.0, 19000.0, 130.0, 3e-8, 3e-3, 293.15, 900.0),
     pdms=Material("pdms", 0.2, 1000.0, 1500.0, None, 1e-3, 300.0, 500.0),
-    control=Control(1e-3, 0.5, 0.01, 313.15, True), external=External(293.15, 280.0, 2e-3),
+    control=Control(1e-3, 0.5, 0.01, 313.15, True, 2e-3), external=External(293.15, 280.0, 2e-3),
     end_time=5e-3, accuracy=2e-3, accuracy_3d=1e-4, name="mine", tolerances={"fig9_settling": 0.1},
     expected_to_differ=("fig12_same_time",),
 )  # fmt: skip
@@ -52,7 +53,7 @@ def device(*settings):
 def test_the_built_in_device_is_the_default_one():
     assert replace(device(), expected_to_differ=None) == Device()
     in_3d = ("dev3d_sink_power", "dev3d_sink_voltage", "dev3d_claim_over_time")
-    assert device().expected_to_differ == ("fig9_settling", "fig12_same_time", "meter_rate", *in_3d)
+    assert device().expected_to_differ == ("fig9_settling", "fig12_same_time", "fig14_ground", "meter_rate", *in_3d)
 
 
 def test_the_built_in_file_shows_every_key():

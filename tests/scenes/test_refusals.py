@@ -31,7 +31,8 @@ SIZE = "from 1 nm to 1 m"
 REFUSED_SETTINGS = [
     # what is set, and what the message has to say
     ("sink.width=2 V", 'sink.width = "2 V"', "a voltage, not a length", SIZE),
-    ("sink.width=2 A", 'sink.width = "2 A"', "a quantity in A, not a length"),
+    ("sink.width=2 A", 'sink.width = "2 A"', "a current, not a length"),
+    ("sink.width=2 A/m", 'sink.width = "2 A/m"', "a quantity in m-1 A, not a length"),
     ("sink.width=20 %", "a plain number, not a length"),
     ("sink.width=20 ym", 'unknown unit "ym"', 'did you mean "', SIZE),
     ("sink.width=20 furlong", 'unknown unit "furlong"', SIZE),

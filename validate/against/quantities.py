@@ -52,7 +52,8 @@ class Subject:
     what messages call the scene and its quantities, and an ``example`` of columns. ``place`` says which quantity a
     column is, by its name and its unit (None where it has none that is known, and is then read by ``bare``), and a note
     on how, or "" and why it is none. ``initial`` is the key of the temperature at the start. ``turned`` says of a
-    current's values that they count the other way round."""
+    current's values that they count the other way round. Where several keys end alike, that of the ``main`` section
+    is meant."""
 
     of: Quantities
     kinds: Mapping[str, Quantity]
@@ -63,6 +64,7 @@ class Subject:
     bare: Callable[[Column, Meaning | None, float | None], Match | None]
     initial: str
     turned: Callable[[np.ndarray], bool] = lambda _: False
+    main: str = ""
 
     @property
     def names(self) -> dict[str, str]:

@@ -56,6 +56,7 @@ def key_of(subject: Subject, name: str) -> str | None:
     plain = re.sub(r"\s+", "_", name.strip()).lower()
     known = {path.lower(): path for path in subject.kinds}
     ends = [path for path in known if f".{path}".endswith(f".{plain}")]
+    ends = [path for path in ends if path == f"{subject.main}.{plain}"] or ends
     if plain in known or len(ends) == 1:
         return known[plain if plain in known else ends[0]]
     return "drive.voltage" if "drive.voltage" in known and _VOLTAGE.fullmatch(plain) else None
@@ -164,8 +165,8 @@ def _meaning(subject: Subject, left: str) -> Meaning:
     path = key_of(subject, plain)
     if path is None:
         known = ("time", *names, IGNORED)
-        key = f", or a key of the scene such as {next(iter(subject.kinds))}" if subject.kinds else ""
-        key = key.replace("sink.length", "drive.voltage")
+        example = "drive.voltage" if "drive.voltage" in subject.kinds else next(iter(subject.kinds), "")
+        key = f", or a key of the scene such as {example}" if example else ""
         raise SceneError(
             f"--column {quoted(left)} is no quantity: give {', '.join(known)}{key}{did_you_mean(plain, known)}"
         )

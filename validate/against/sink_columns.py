@@ -44,7 +44,7 @@ def subject(sink: Sink) -> Subject:
         "a quantity of the sink",
         'with place and unit, such as "peak (K)", "end (degC)", "mean temperature (K)", "current (mA)", "power (W)"',
         place, partial(_bare, sink), "room_temperature",
-        lambda values: float(np.nanmedian(values)) * sink.voltage < 0,
+        lambda values: float(np.nanmedian(values)) * sink.voltage < 0, SINK.schema.main,
     )  # fmt: skip
 
 

@@ -228,6 +228,8 @@ def run(
         show(kept_text(outcome, style(), planned))
     if outcome.runs_away:
         return complain(outcome.runs_away, NUMERICS)
+    if outcome.failed:
+        return complain(outcome.failed, NUMERICS)
     if outcome.interrupted:
         return INTERRUPTED
     return DIFFERS if against else FINE

@@ -6,6 +6,7 @@ examples:
   validate sink --voltage 2V --set sink.width=20um --set drive.electrodes=pad-edge
   validate sink --export my-model
   validate sink --why
+  validate sink --left-out
   validate sink --sensitivities
   validate scene sink > mine.toml; validate sink mine.toml --accuracy 1e-4 --strict
 
@@ -39,6 +40,7 @@ OPTIONS = {
     "FILE.py:FUNCTION, FILE.cir, FILE.fmu or FILE.csv",
     "--why": "split the 1D model's differences from 3D by the assumptions behind them",
     "--air": "up to which coefficient losses to the air may be left out, and what a lumped term gives",
+    "--left-out": "what both models leave out: the substrate and the air above, each solved in 3D, and both at once",
     "--sensitivities": "how both models follow each key: d ln quantity / d ln key, 1D against 3D",
     **common.of_inputs("oxide_thickness=0.1um, voltage=1%%; or materials, for the scene's table of them",
                        "pad_width,oxide_width=0.9"),
@@ -79,6 +81,7 @@ def _request(arguments: argparse.Namespace, sink: Sink) -> Request:
     common.refuse(
         (arguments.why and only, f"--why compares both models: leave out --only {only}"),
         (arguments.air and only, f"--air compares both models: leave out --only {only}"),
+        (arguments.left_out and only == "1d", "--left-out solves in 3D: leave out --only 1d"),
         (arguments.fields and only == "1d", "--fields writes the 3D model's fields: leave out --only 1d"),
         (
             arguments.export is not None and only == "1d",

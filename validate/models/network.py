@@ -16,9 +16,10 @@ NAME = "network"
 
 @dataclass
 class Network:
-    """The network of the scene that it is asked about."""
+    """The network of the scene that it is asked about, without noise: it is solved to rounding."""
 
     name: str = NAME
+    smooth: bool = True
 
     def rows(self, asked: Asked) -> np.ndarray:
         return np.empty(0)

@@ -31,11 +31,10 @@ NOTHING = 1e-9
 
 @dataclass(frozen=True)
 class Followed:
-    """d quantity / d ln key of a model by key and quantity, each (times,), or one number in the steady state, and its
-    ``error``; ``left_out`` says why a key has none."""
+    """d quantity / d ln key of a model by key and quantity, each (times,), or one number in the steady state;
+    ``left_out`` says why a key has none."""
 
     slopes: dict[str, dict[str, np.ndarray]]
-    errors: dict[str, dict[str, float]]
     left_out: dict[str, str]
 
 
@@ -52,23 +51,25 @@ def follow(
         answer, _ = model.steady(asked) if times is None else model.over_time(asked, times)
         return {name: np.asarray(value, float) for name, value in answer.items()}
 
-    found = Followed({}, {}, {})
+    found, smooth = Followed({}, {}), getattr(model, "smooth", False)
     for key in keys:
         say(f"asking {model.name} beside {key}")
         for h in STEPS:
             try:
-                moved = {step: at(key, step) for step in (h, -h, 2 * h, -2 * h)}
+                moved = {step: at(key, step) for step in ((h, -h) if smooth else (h, -h, 2 * h, -2 * h))}
             except SceneError as error:
                 found.left_out[key] = f"{model.name} has no answer beside it ({error})"
                 break
             near = {name: (moved[h][name] - moved[-h][name]) / (2 * h) for name in moved[h]}
-            far = {name: (moved[2 * h][name] - moved[-2 * h][name]) / (4 * h) for name in moved[h]}
             found.slopes[key] = near
-            found.errors[key] = {name: float(np.abs(near[name] - far[name]).max()) for name in near}
+            if smooth:
+                break
+            far = {name: (moved[2 * h][name] - moved[-2 * h][name]) / (4 * h) for name in moved[h]}
+            errors = {name: float(np.abs(near[name] - far[name]).max()) for name in near}
             sizes = {name: float(np.abs(moved[h][name]).max()) for name in near}
             rough = [
                 name
-                for name, error in found.errors[key].items()
+                for name, error in errors.items()
                 if error > SMOOTH * float(np.abs(near[name]).max()) and error > NOTHING * sizes[name]
             ]
             if not rough:

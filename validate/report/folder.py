@@ -24,7 +24,7 @@ SCHEMA = 1
 RUN = Content(
     "a run of this program", "output", "--out",
     re.compile(
-        r"scene\.png|summary\.json|(traces|sensitivities)\.csv|(figure\w+|islands|islands_runs|air|why|sensitivity"
+        r"scene\.png|summary\.json|(traces|sensitivities)\.csv|(figure\w+|islands|islands_runs|air|left_out|why|sensitivity"
         r"|shielding|validation)\.(png|svg)|fem3d\.(pvd|vtkhdf(\.part)?)|fem3d_\w+\.vtu|report\.html"
     ),
     "summary.json", ("schema", "plan"), (PICTURE,),
@@ -71,6 +71,7 @@ def folder_of(scene: Any, request: Request, settings: Sequence[str] = (), data: 
         words = [request.reduction.replace(":", "")] * (request.reduction != "paper")
         words += ["3d"] * (request.models == ("fem3d",)) + ["1d"] * (request.models == ("reduced1d",))
         words += ["steady"] * (not request.transient) + ["why"] * request.why + ["air"] * request.air
+        words += ["left-out"] * request.left_out
         words += [*asked, *held]
         words += [f"monte-carlo-{request.monte_carlo}"] * (request.monte_carlo > 0)
         words += [*fields, *(TIME.show(time).replace(" ", "") for time in request.field_times)]

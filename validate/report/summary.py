@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
 _LIBRARIES = {"numpy": "numpy", "scipy": "scipy", "skfem": "scikit-fem", "matplotlib": "matplotlib"}
 _ANALYSES = {
-    "calibration": "fit", "validation": "validation", "air": "air", "sensitivities": "sensitivities",
-    "against": "against",
+    "calibration": "fit", "validation": "validation", "air": "air", "left_out": "left_out",
+    "sensitivities": "sensitivities", "against": "against",
 }  # fmt: skip
 """Entries with the fields of an Outcome that make them, where they are there."""
 

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from scenes.result import Result
     from validate.inputs.air import Air
     from validate.inputs.calibration import Fit
+    from validate.inputs.left_out import LeftOut
     from validate.inputs.propagation import Propagated, Sampled
     from validate.inputs.sensitivities import Sensitivities
     from validate.inputs.validation import Validation
@@ -45,12 +46,13 @@ class Outcome(Generic[S]):
     """What a run found: the plan as carried out, each model's result (``None`` where not asked for), the checks, the
     remarks on the run, the answer in a sentence, how long each stage took (s), the folder with its files, which earlier
     run it replaced; and what was asked for beside: of a sink ``why`` (the budget of the 1D model's differences),
-    ``varied`` (how those of a row run), the 3D result of one span alone (``single``), what the ``air`` does and a
+    ``varied`` (how those of a row run), the 3D result of one span alone (``single``), what the ``air`` does,
+    what both models leave out (``left_out``) and a
     user's own traces (``against``); of any the few-state model (``exported``), and what inputs do; of a
-    device its runs and a designer's answers. ``own`` is the user's own model; ``interrupted`` says that the user's
-    own model was, and what stands here is without it. Of a free scene over time ``shown``: the time (s) whose field
-    is drawn, and whether it is then above the initial temperature; ``runs_away`` says when its heating does, and that
-    it is solved until shortly before, ``scene`` ending then.
+    device its runs and a designer's answers. ``own`` is the user's own model; ``interrupted`` says that the user's own
+    model was, and what stands here is without it, and ``failed`` why that has no answer. Of a free scene over time
+    ``shown``: the time (s) whose field is drawn, and whether it is then above the initial temperature; ``runs_away``
+    says when its heating does, and that it is solved until shortly before, ``scene`` ending then.
     """
 
     scene: S
@@ -69,6 +71,7 @@ class Outcome(Generic[S]):
     exported: Exported | None = None
     varied: tuple[Varied, ...] = ()
     air: Air | None = None
+    left_out: LeftOut | None = None
     against: Data | None = None
     sensitivities: Sensitivities | None = None
     propagated: Propagated | None = None
@@ -82,6 +85,7 @@ class Outcome(Generic[S]):
     shown: tuple[float, bool] | None = None
     runs_away: str = ""
     interrupted: bool = False
+    failed: str = ""
     own: Model | None = None
 
     @property

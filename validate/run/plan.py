@@ -63,6 +63,8 @@ def of_sink(sink: Sink, request: Request, solver: tuple[Step, ...], data: Data |
     steps += _uncertain(request)
     if request.air:
         steps.append(step("air", "3D at coefficients from 0 to 1e5 W/(m2 K), and where the limits are"))
+    if request.left_out:
+        steps.append(step("left_out", "3D again with each effect that both models leave out, and with all"))
     if request.sensitivities:
         of = "by dual solutions in 3D, by the formulas in 1D" if len(request.models) > 1 else "of one model"
         steps.append(step("sensitivity", f"how quantities follow each key, {of}"))

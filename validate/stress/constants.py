@@ -137,11 +137,11 @@ def off(edge: Edge, degrees: tuple[int, int], lengths: tuple[float, float]) -> f
 
     def took(k: int) -> Spread:
         new = np.flatnonzero(space.nested[k] & ~space.nested[k - 1] & ~fixed)
-        return estimate.spread(space, new, (solved[k] * (load - matrix @ solved[k - 1]))[new])
+        return space.spread(new, (solved[k] * (load - matrix @ solved[k - 1]))[new])
 
     marks = Features((frozenset({0.0}), frozenset({0.0}), frozenset()), ({0.0: s}, {0.0: s}, {}))
     nothing = [np.zeros(len(d)) for d in grid.degrees]
-    said = estimate.total(Estimator(grid, marks).remains(Parts(took(1), took(2), nothing)))
+    said = estimate.total(Estimator.of_grid(grid, marks).remains(Parts(took(1), took(2), nothing)))
     return (energy - float(load @ solved[-1])) / said
 
 

@@ -122,7 +122,7 @@ class Cluster:
 
         A task whose process dies is begun again. If it dies each time, or is killed for its time, its points are solved
         one by one, so that the one to blame is a row that says so and the others are solved. Raises LostError where
-        the cluster is gone, or processes end before they begin.
+        the cluster is gone, or processes end before they begin, ModuleNotFoundError where they miss a package.
         """
         waiting, again = iter(tasks), deque[Work]()
         running: dict[Future[list[Row]], Work] = {}
@@ -170,6 +170,8 @@ class Cluster:
                 future.cancel()
             raise
         except Exception as error:
+            if isinstance(error, BrokenProcessPool):
+                import fem3d.runs.scene  # noqa: F401 - what processes miss before they begin is missing here too
             why = f" ({_said(error)})" if str(error) else ""
             raise LostError(
                 f"the workers are gone{why}: what is solved is stored, and the same command goes on"

@@ -9,7 +9,7 @@ from itertools import chain
 from typing import NamedTuple
 
 from validate.pool import side_by_side
-from validate.verify import exact, orders, published
+from validate.verify import exact, orders, published, surroundings
 from validate.verify.manufactured import conduction, heating, joule
 from validate.verify.report import Row, skipped
 
@@ -63,6 +63,10 @@ CASES = (
     Case("exact", "Joule-heated bar", exact.joule_bar),
     Case("exact", "L-shaped conductor", exact.bend),
     Case("exact", "partial electrodes", exact.partial_electrodes),
+    Case("exact", "contacts at faces", surroundings.contact_at_a_face),
+    Case("exact", "given current", surroundings.given_current),
+    Case("exact", "three conductivities", surroundings.anisotropic_block),
+    Case("exact", "source on a plate", surroundings.spreading),
     Case("published", "NAFEMS T3", published.nafems_t3),
     Case("published", "NAFEMS T4", published.nafems_t4),
     Case("published", "ISO 10211 case 1", published.iso_case_1),

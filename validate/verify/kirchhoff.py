@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.polynomial import chebyshev, legendre
+from scipy.constants import Stefan_Boltzmann
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
@@ -17,8 +18,6 @@ Curve = Callable[[np.ndarray], np.ndarray]
 POINTS = 40  # of Gauss on each smooth piece, far more than a power law needs over a few hundred kelvin
 NODES = 20  # of the method of lines: its error, that of polynomials, is then below that in time
 IN_TIME = 1e-9
-STEFAN_BOLTZMANN = 5.670374419e-8
-"""W/(m2 K4), CODATA 2018."""
 
 
 def integral(curve: Curve, start: float, end: float, bends: Sequence[float] = ()) -> float:
@@ -59,7 +58,7 @@ def radiating_slab(conductivity: float, thickness: float, hot: float, emissivity
     large room: k (T_hot - T)/d = e s (T^4 - T_ambient^4)."""
 
     def excess(T: float) -> float:
-        return conductivity / thickness * (hot - T) - emissivity * STEFAN_BOLTZMANN * (T**4 - ambient**4)
+        return conductivity / thickness * (hot - T) - emissivity * Stefan_Boltzmann * (T**4 - ambient**4)
 
     return float(brentq(excess, min(hot, ambient), max(hot, ambient), xtol=1e-11, rtol=1e-14))
 

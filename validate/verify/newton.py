@@ -16,6 +16,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from scipy.constants import Stefan_Boltzmann
 from scipy.sparse import bmat, coo_matrix, csc_matrix, csr_matrix, diags
 from scipy.sparse.linalg import splu
 
@@ -27,8 +28,6 @@ Law = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 SETTLED = 1e-12  # of the largest rise: the change that ends Newton's iterations
 LONGEST = 0.5  # of a temperature: the largest change in one of them
 MOST = 60
-STEFAN_BOLTZMANN = 5.670374419e-8
-"""W/(m2 K4), CODATA 2018."""
 
 
 def constant(value: float) -> Law:
@@ -58,7 +57,7 @@ def cooled(coefficient: float, ambient: float) -> Law:
 
 def radiating(emissivity: float, ambient: float) -> Law:
     """The flux (W/m2) that a grey face radiates into a large room."""
-    factor = emissivity * STEFAN_BOLTZMANN
+    factor = emissivity * Stefan_Boltzmann
     return lambda T: (factor * (T**4 - ambient**4), 4 * factor * T**3)
 
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
+import math
 
 import numpy as np
 from skfem import Basis, ElementHex1, ElementHexS2, FacetBasis, MeshHex
 
 from meshes.grid import Grid
+from scenes import laws
+from scenes.laws import PowerLaw, Property, Table
 from scenes.model import Boundary, Material, Scene
 from validate.verify import newton
 from validate.verify.newton import Electrode, Law, On, Part, Problem, State
@@ -30,17 +32,18 @@ def problem(scene: Scene, basis: Basis, owner: np.ndarray, order: int) -> Proble
         cells = np.flatnonzero(owner == number)
         if len(cells):
             m = box.material
-            parts.append(
-                Part(On(basis.with_elements(cells)), axes(m.thermal_conductivity), law(m.heat_capacity), resistivity(m),
-                     constant(box.heat_source))
-            )  # fmt: skip
+            conductivity, capacity = axes(m.thermal_conductivity), law(m.specific_heat, m.density)
+            on, source = On(basis.with_elements(cells)), constant(box.heat_source)
+            parts.append(Part(on, conductivity, capacity, resistivity(m), source))
     held, faces, electrodes = [], [], []
     for boundary in scene.boundaries:
         value = constant(boundary.value)
         if boundary.kind == "temperature":
             held.append((_nodes(basis, boundary), value))
         elif boundary.kind == "voltage":
-            electrodes.append(Electrode(_nodes(basis, boundary), value))
+            nodes, series = _nodes(basis, boundary), boundary.series_resistance
+            given = Electrode(nodes, current=value) if series == math.inf else Electrode(nodes, value, series)
+            electrodes.append(given)
         else:
             leaving = (
                 newton.constant(-value)
@@ -51,22 +54,29 @@ def problem(scene: Scene, basis: Basis, owner: np.ndarray, order: int) -> Proble
     return Problem(basis.N, scene.initial_temperature, tuple(parts), tuple(held), tuple(faces), tuple(electrodes))
 
 
-def law(given: Any) -> Law:
-    """A property as a function of the temperature."""
-    return newton.constant(float(given))
+def law(given: Property, times: float = 1.0) -> Law:
+    """A property as a function of the temperature, by its numbers alone, perhaps times a number."""
+    if isinstance(given, PowerLaw):
+        return newton.power(times * given.value, given.at, given.exponent)
+    if isinstance(given, Table):
+        return newton.table(given.temperatures, times * np.array(given.values))
+    return newton.constant(times * float(given))
 
 
-def axes(given: Any) -> tuple[Law, Law, Law]:
+def axes(given: Property) -> tuple[Law, Law, Law]:
     """A property along x, y and z."""
-    one = law(given)
-    return one, one, one
+    x, y, z = (law(each) for each in laws.along(given))
+    return x, y, z
 
 
 def resistivity(material: Material) -> tuple[Law, Law, Law] | None:
     if material.resistivity is None:
         return None
-    one = newton.linear(material.resistivity, material.temperature_coefficient, material.reference_temperature)
-    return one, one, one
+    a, at = material.temperature_coefficient, material.reference_temperature
+    x, y, z = (
+        law(each) if laws.varies(each) else newton.linear(each, a, at) for each in laws.along(material.resistivity)
+    )
+    return x, y, z
 
 
 def _nodes(basis: Basis, boundary: Boundary) -> np.ndarray:

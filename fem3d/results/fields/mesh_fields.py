@@ -1,4 +1,4 @@
-"""Fields on the cells and points of a mesh file, for files, and on linear hexahedra, for pictures."""
+"""Fields on the cells and points of a mesh, for files, and on linear hexahedra, for pictures."""
 
 from __future__ import annotations
 
@@ -7,16 +7,15 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from skfem import ElementHex2, ElementTetP2
+from skfem.assembly.dofs import Dofs
 
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
 from fem3d.results.fields.fields import Drawn, RunFields
 from fem3d.results.fields.hexahedra import CORNERS
 from fem3d.results.fields.quadratic import Snapshot
-from fem3d.solution.steady import SteadyState
-from fem3d.solution.transient import State, Transient
-from fem3d.spaces.mapped import MappedSpace
-from meshes.grouped.place import Placed
+from fem3d.solution.transient import State
 from meshes.grouped.read import own_order
 
 _IN_TETRA = (
@@ -26,22 +25,18 @@ _IN_TETRA = (
     (3, 7, 11, 8, 9, 13, 14, 12),
 )
 """A tetrahedron as four hexahedra of its corners, the middles of its edges and faces, and its own."""
+_MIRRORED = np.array([1, 0, 2, 3, 4, 6, 5, 8, 7, 9])
+"""The nodes of a tetrahedron of second order with its first two corners in each other's place."""
 
 
 class MeshFields(RunFields):
     """For pictures ``points`` (n, 3) in m and ``hexes`` (m, 8), where ``steady`` and ``at`` are temperatures (K); for
     files ``quadratic``."""
 
-    def __init__(
-        self, placed: Placed, heat: HeatProblem, state: SteadyState | None, transient: Transient | None
-    ) -> None:
-        super().__init__(heat, state, transient)
-        self._placed = placed
-
     def quadratic(self, times: np.ndarray, accuracy: float) -> OwnCells:
-        """The file's own cells, whatever the ``accuracy``, with the steady state, if there is one, and some times (s),
-        in this order; ValueError for times where the run has no transient."""
-        return OwnCells(self._placed, self._heat, self._conductor, self._states(times))
+        """The cells that were solved on, whatever the ``accuracy``, with the steady state, if there is one, and some
+        times (s), in this order; ValueError for times where the run has no transient."""
+        return OwnCells(self._heat, self._conductor, self._states(times))
 
     @cached_property
     def _drawn(self) -> Drawn:
@@ -62,17 +57,28 @@ class MeshFields(RunFields):
 
 
 class OwnCells:
-    """``hexes`` (m, nodes) of meshio's type ``cell_type`` on ``points`` (n, 3) in m, as in the file, whatever their
-    shape; ``material`` (m,) the number of each cell's material; ``snapshot(k)`` the fields of the k-th of some states.
-    """
+    """``hexes`` (m, nodes) of meshio's type ``cell_type``, of second order, on ``points`` (n, 3) in m, those that were
+    solved on; ``material`` (m,) the number of each cell's material; ``snapshot(k)`` the fields of the k-th of some
+    states."""
 
-    error = None  # of cells that are given, nothing is known to bound it
+    error = None  # nothing is known to bound that of a field
 
-    def __init__(self, placed: Placed, heat: HeatProblem, conductor: Conductor | None, states: Sequence[State]) -> None:
-        self._placed, self._heat, self._conductor, self._states = placed, heat, conductor, states
-        mesh = placed.mesh
-        self.cell_type, self.points, self.hexes = mesh.file_type, mesh.points, mesh.cells
-        self.material, self.material_names = placed.body, [m.name for m in placed.materials]
+    def __init__(self, heat: HeatProblem, conductor: Conductor | None, states: Sequence[State]) -> None:
+        self._heat, self._conductor, self._states = heat, conductor, states
+        mesh, domain = heat.domain.space.mesh, heat.domain
+        simplex = len(mesh.t) == 4
+        self.cell_type, second = ("tetra10", ElementTetP2()) if simplex else ("hexahedron27", ElementHex2())
+        self._places, self._nodes = np.asarray(second.doflocs).T, Dofs(mesh, second).element_dofs
+        self.points = np.empty((int(self._nodes.max()) + 1, 3))
+        at = np.moveaxis(mesh.mapping().F(self._places), 0, -1)
+        self.points[self._nodes.T] = at
+        self.hexes = self._nodes[own_order(self.cell_type)].T.copy()
+        if simplex:
+            # Some cells are mirror images of the reference one.
+            a, b, c, d = np.swapaxes(at[:, :4], 0, 1)
+            inverted = ((b - a) * np.cross(c - a, d - a)).sum(axis=1) < 0
+            self.hexes[inverted] = self.hexes[inverted][:, _MIRRORED]
+        self.material, self.material_names = domain.body, [m.name for m in domain.materials]
 
     def snapshot(self, k: int) -> Snapshot:
         """The fields of the k-th state; the potential is solved for at its temperature."""
@@ -87,29 +93,18 @@ class OwnCells:
             found = conductor.solve(rise, inputs @ conductor.voltages)
             density[:, conductor.cells] = found.density
             heating[conductor.cells] += conductor.heating(found.density, found.density, rise)
-            live = np.unique(self.hexes[self._placed.conductors[0]])
+            live = np.unique(self.hexes[domain.live])
             potential[live] = self._at_points(found.potential)[live]
-        parents = domain.placed.mesh.parents  # type: ignore[attr-defined]
-        parents = np.arange(len(weights)) if parents is None else parents
-        volume = np.bincount(parents, weights.sum(axis=1))
 
         def means(values: np.ndarray) -> np.ndarray:
-            return np.bincount(parents, (weights * values).sum(axis=1)) / volume
+            return (weights * values).sum(axis=1) / weights.sum(axis=1)
 
         return Snapshot(temperature, potential, np.stack([means(d) for d in density], axis=1), means(heating))
 
     def _at_points(self, function: np.ndarray) -> np.ndarray:
-        """(n,): a function (functions,) at the file's points."""
-        space: Any = self._heat.domain.space
-        mesh = self._placed.mesh
-        order, found = own_order(self.cell_type), np.empty(len(self.points))
-        if space.mesh.t.shape[1] > mesh.count:
-            # The nodes of a cell of second order are corners of those that it is refined to, in scikit-fem's order.
-            nodes = MappedSpace(mesh.mesh).dofs[order]
-            found[self.hexes.T] = function[nodes]
-            return found
-        at = space.at(np.asarray(space.element.doflocs).T)[order]
-        found[self.hexes.T] = at @ function[space.dofs]
+        """(n,): a function (functions,) at the points."""
+        space, found = self._heat.domain.space, np.empty(len(self.points))
+        found[self._nodes] = space.at(self._places) @ function[space.dofs]
         return found
 
 

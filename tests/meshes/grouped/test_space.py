@@ -40,7 +40,7 @@ def test_spans_the_spaces_of_scikit_fem(cell: str, tmp_path: Path) -> None:
     stiffness, mass = space.matrices(k, k)
     rng = np.random.default_rng(1)
     for degree, element in enumerate(ELEMENTS[len(space.mesh.t)]):
-        basis = skfem.Basis(space.mesh, element, intorder=5)
+        basis = skfem.Basis(space.mesh, element, intorder=6 if len(space.mesh.t) == 4 else 5)
         u = rng.random(space.size) * space.nested[degree]
         theirs = np.zeros(basis.N)
         theirs[basis.element_dofs] = space.at(np.asarray(element.doflocs).T) @ u[space.dofs]
@@ -61,7 +61,7 @@ def test_faces_are_those_of_scikit_fem(cell: str, tmp_path: Path) -> None:
     space, outer = MappedSpace(mesh), mesh.boundary_facets()
     faces = space.faces(outer, mesh.f2t[0, outer])
     # Lengths of 1, as scikit-fem's search for points in cells stops at an absolute 1e-12.
-    theirs = skfem.FacetBasis(mesh.scaled(1e5), space.element, facets=outer, intorder=5)
+    theirs = skfem.FacetBasis(mesh.scaled(1e5), space.element, facets=outer, intorder=6 if len(mesh.t) == 4 else 5)
     film = forms.film.assemble(theirs, coefficient=np.full(theirs.dx.shape, 1e-10))
     assert abs(faces.mass() - film).max() < 1e-11 * abs(film).max()
     assert faces.areas.sum() == pytest.approx(1e-10 * theirs.dx.sum(), rel=1e-11)
@@ -79,7 +79,8 @@ def test_flux_through_a_closed_surface_is_what_is_inside(cell: str, tmp_path: Pa
     if mesh.doflocs.shape[1] > mesh.nvertices:
         # The map of a curved cell is in the space of degree 2: what its vertex functions leave of it is its bubbles'.
         at, nodes = np.asarray(mesh.elem().doflocs).T, mesh.dofs.element_dofs
-        x[space.dofs] = np.linalg.solve(space.at(at), mesh.doflocs[0, nodes])
+        second = [0, 1, 2, 3, 4, 6, 8, 10, 12, 14] if len(mesh.t) == 4 else np.arange(27)
+        x[space.dofs[second]] = np.linalg.solve(space.at(at)[:, second], mesh.doflocs[0, nodes])
     assert abs(faces.flux(np.ones((len(outer), 1))) @ x) < 1e-12 * faces.areas.sum()
     half = outer[: len(outer) // 2]
     part = space.faces(half, mesh.f2t[0, half])

@@ -106,7 +106,7 @@ REFUSED: dict[str, tuple[Callable[[Document], None], tuple[str, ...]]] = {
         put("boundary", 0, series_resistance=5), ("series_resistance = 5 ohm stands beside a temperature",),
     ),
     "no series resistance": (
-        put("boundary", 1, series_resistance=0), ('"left".series_resistance = 0 is out of range', "from 1e-9 ohm"),
+        put("boundary", 1, series_resistance=0), ('"left".series_resistance = 0 is out of range', "from 1 nohm"),
     ),
     "a negative one": (put("boundary", 1, series_resistance="-5 ohm"), ("series_resistance", "out of range")),
     "a resistance in volts": (

@@ -156,7 +156,7 @@ COMMANDS = {
     "sink --set .width=1": 2, "sink --set 'sink.width=[1]'": 2, "sink --set 'sink.width={a=1}'": 2,
     "sink --set sink.spans=2.5": 2,
     "sink --set sink.spans=1e30": 2, "sink --set sink.length=0.1nm": 2,
-    "sink --set sink.length=1nm": 0,
+    "sink --steady --no-figures --set sink.length=1nm": 0,
     "sink --set checks.tolerances.eq99=1": 2,
     "sink --set materials.gold.density=1": 2, "sink --set drive.electrodes=": 2, f"sink --set sink.width={LONG}": 2,
     f"sink --set {'a.' * 5000}a=1": 2, "sink --set parameters.a=1um": 2,

@@ -26,7 +26,7 @@ DIFFERENT = {
         "--against a.csv --data-uncertainty peak=1K",
         "--against a.csv --data-uncertainty peak=1K --calibrate pad_width",
         "--set checks.tolerances.eq14=0.5", "--set tolerances.eq14=0.4",
-        "--set expect_differs=eq13", "--steady --why", "--set name=other",
+        "--set expect_differs=eq13", "--steady --why", "--set name=other", "--left-out",
     ],
     "device": [
         "", "--set control.sample_time=1ms", "--accuracy 1e-3", "--figure 9", "--figure 10", "--figure 9 --figure 10",
@@ -45,6 +45,10 @@ DIFFERENT = {
         "bridge --uncertain polysilicon.resistivity=1% --uncertain oxide.thermal_conductivity=1%",
         "bridge --uncertain polysilicon.resistivity=1% --uncertain oxide.thermal_conductivity=1% "
         "--correlated polysilicon.resistivity,oxide.thermal_conductivity=0.5",
+        "bridge --against values.csv", "bridge --against others.csv",
+        "bridge --against values.csv --column middle=middle",
+        "bridge --against values.csv --data-uncertainty 0.5K",
+        "bridge --against values.csv --data-uncertainty 0.5K --calibrate polysilicon.resistivity",
     ],
 }  # fmt: skip
 
@@ -53,7 +57,8 @@ DIFFERENT = {
 def _somewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "here" / "sub").mkdir(parents=True)
     monkeypatch.chdir(tmp_path / "here")
-    Path("model.csv").write_text("probe,value\nmiddle,300\n")
+    for name in ("model.csv", "values.csv", "others.csv"):
+        Path(name).write_text("probe,value\nmiddle,300\nbeam mean,290\n")
     for name in ("a.csv", "b.csv", "sub/a.csv", "../a.csv"):
         Path(name).write_text("time (ms),peak (K)\n0,293\n1,294\n2,295\n3,296\n")
 

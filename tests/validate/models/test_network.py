@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+import json
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import compare
 from compare.probes import bends
-from scenes.errors import SceneError
+from scenes.errors import RunawayError, SceneError
+from scenes.model import MeshScene
+from scenes.plan import Request
 from validate import models
+from validate.cli import main
+from validate.run import pipeline
 
 
 def test_the_bridge_is_judged() -> None:
@@ -38,3 +44,37 @@ def test_rows_just_before_a_jump_bend_nothing() -> None:
     assert bends(time, values).max() == 0.0
     assert math.isfinite(bends(time, values).sum())
     assert bends(np.delete(time, 2), np.delete(values, 2)).max() > 0.1
+
+
+def test_a_network_without_an_answer_leaves_what_3d_found(
+    steady: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def runs_away(*_: object, **__: object) -> None:
+        raise RunawayError("the network runs away", 1.0)
+
+    monkeypatch.setattr("validate.models.network.solve", runs_away)
+    out = steady.parent / "run"
+    assert main(["solve", str(steady), "--model", "network", "--no-figures", "--out", str(out)]) == 3
+    said = capsys.readouterr()
+    assert said.err.endswith("network has no answer: the network runs away; what 3D found is kept\n")
+    summary = json.loads((out / "summary.json").read_text())
+    assert summary["fem3d"]["steady"]["tip"]["value"] == pytest.approx(400.0)
+    assert "reduced1d" not in summary
+
+
+def test_why_of_a_drive_that_varies_is_said(transient: Path) -> None:
+    source = 'heat_source = {times = [0, "0.2 ms"], values = [1e12, 2e12]}'
+    transient.write_text(transient.read_text().replace("heat_source = 1e12", source))
+    out = transient.parent / "run"
+    given = ["--model", "network", "--why", "--no-figures", "--accuracy", "1e-2", "--out", str(out)]
+    assert main(["solve", str(transient), *given]) == 0
+    summary = json.loads((out / "summary.json").read_text())
+    assert any("--why is of the steady state" in text for text in summary["warnings"])
+
+
+def test_a_network_of_a_mesh_is_refused_before_3d_is_solved() -> None:
+    """Which is said of the scene alone: the mesh's file is not even read."""
+    scene = MeshScene("plug", "none.msh", 1.0, (), (), (), ())
+    for ask in (pipeline.plan, pipeline.answer):
+        with pytest.raises(SceneError, match="is on a mesh file, and a network is made of boxes"):
+            ask(scene, Request(model="network"))

@@ -215,7 +215,7 @@ def _at_rest(found: Validation, keys: list[str], said: str, colours: dict[str, s
     """A column for each quantity: E of each model, with the interval that its own error lies in."""
     from validate.inputs.validation import finding
 
-    figure = new_figure(max(2.0 + 2.2 * len(keys), 8.0), 4.2, finding(found), [said], bottom=0.9, left=0.85)
+    figure = new_figure(max(2.0 + 2.2 * len(keys), 8.0), 3.8, finding(found), [said], bottom=0.45, left=0.85)
     for key, ax in zip(keys, figure.subplots(1, len(keys), squeeze=False, gridspec_kw={"wspace": 0.5})[0], strict=True):
         own = [s for s in found.statements if s.quantity == key]
         factor, unit = scale(max(abs(s.E) for s in own), own[0].unit)

@@ -91,6 +91,10 @@ def logarithmic(ax: Any, name: str) -> None:
     axis.set_minor_locator(NullLocator())
 
 
+VISIBLE = 0.004
+"""The part of an axis from which on an error band is wider than a line."""
+
+
 def band(ax: Any, x: np.ndarray, y: np.ndarray, half: np.ndarray | float, colour: str) -> None:
     """What a curve is known to, to either side of it."""
     ax.fill_between(x, y - half, y + half, color=colour, alpha=0.25, lw=0)

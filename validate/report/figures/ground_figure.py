@@ -25,7 +25,9 @@ def shared(outcome: Outcome[Device]) -> Figure:
     off, reach = figure.subplots(1, 2, gridspec_kw={"wspace": 0.28})
     lead = np.array([each.resistance_ohm for each in found.leads]) * 1e3
     for film in ("sensor", "sink"):
+        # Where no outer temperature lets both films be held there is no state to be off by.
         values = np.abs([getattr(each, f"{film}_off_K") for each in found.leads])
+        values = np.where(np.isnan([each.highest_K for each in found.leads]), np.nan, values)
         off.plot(lead, values, "o-", color=LAYERS[film], label=f"{film}, 1D, off the temperature without it")
         if outcome.device_3d is not None:
             three = outcome.device_3d.ground

@@ -17,8 +17,8 @@ from matplotlib.patches import Patch
 
 from scenes import physics
 from scenes.formats import cut
-from scenes.free.document import CONDITIONS, HEAT_SOURCE, SERIES
-from scenes.kinds import CURRENT_CONTACT, HEAT_CONTACT, Convection, Quantity, Varying
+from scenes.free.document import CONDITIONS, CURRENT_CONTACT, HEAT_CONTACT, HEAT_SOURCE, SERIES
+from scenes.kinds import Convection, Quantity, Varying
 from scenes.model import Boundary, Material, Point, Probe, Scene, Schedule, Value, values
 from scenes.units import THERMAL_CONDUCTIVITY
 from validate.report.figures import INK, PARTS

@@ -20,7 +20,7 @@ from scenes.formats import quantity, scale, sink_text
 from scenes.result import Result
 from scenes.sink import OF_A_SINK, Sink, start
 from validate.report.figures import INK, LINES
-from validate.report.figures.drawing import band, legend, logarithmic, new_figure, smooth
+from validate.report.figures.drawing import VISIBLE, band, legend, logarithmic, new_figure, smooth
 from validate.run.outcome import Outcome
 
 Spans = list[tuple[float, int]]
@@ -28,8 +28,6 @@ Spans = list[tuple[float, int]]
 _NAMES = {asked.trace: name for name, asked in OF_A_SINK.items()}
 _MARKS = 25
 """How many marks of a user's own trace are drawn."""
-_VISIBLE = 0.004
-"""The part of the axis from which on an error band is wider than a line."""
 _MANY = 8
 """Spans from which on a second panel shows the outer ones alone."""
 _TOO_MANY = 30
@@ -149,7 +147,7 @@ def _against_time(
         return figure
     low, high = axes[0].get_ylim()
     halves = {key: factor * three.traces.errors[key] for key in keys}
-    visible = {key: half for key, half in halves.items() if half > _VISIBLE * (high - low)}
+    visible = {key: half for key, half in halves.items() if half > VISIBLE * (high - low)}
     for key, half in visible.items():
         for ax, times in zip(axes, dense, strict=True):
             band(ax, times * 1e3, shown(three, key, times), half, LINES[key])

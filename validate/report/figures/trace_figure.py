@@ -9,7 +9,7 @@ from scenes import physics
 from scenes.formats import cut, scale
 from scenes.model import UNITS, AnyScene, Schedule
 from scenes.result import Traces
-from validate.report.figures.drawing import band, new_figure, smooth
+from validate.report.figures.drawing import VISIBLE, band, new_figure, smooth
 from validate.run.outcome import Outcome
 
 _COLOURS = ("#8b1a1a", "#3a86c8", "#f0a030", "#5e3c99", "#2a7f62", "#b04f8c", "#707070")
@@ -23,9 +23,9 @@ _SEEN = 0.01  # part of a trace's range that it has to move by to be seen
 
 
 def draw(outcome: Outcome[AnyScene]) -> Figure:
-    """Every probe where its errors hold, with a band for them, a model's dotted beside it, on a common axis of time: a
-    logarithmic one where a trace has done half of all it does in the first twentieth of the run, and nothing that
-    drives the scene changes later."""
+    """Every probe where its errors hold, with a band for them, a model's dotted and a user's data as dots beside it, on
+    a common axis of time: a logarithmic one where a trace has done half of all it does in the first twentieth of the
+    run, and nothing that drives the scene changes later."""
     scene, traces = outcome.scene, outcome.solved.over_time
     model = outcome.reduced1d
     one = None if model is None else model.traces
@@ -33,9 +33,11 @@ def draw(outcome: Outcome[AnyScene]) -> Figure:
     times = np.geomspace(first, scene.end_time, 400) if first else traces.time
     sure = traces.sure(times)
     panels = [q for q in UNITS if any(probe.quantity == q for probe in scene.probes)]
-    figure = new_figure(9.5, 0.9 + _PANEL * len(panels), f"{scene.name}: probes against time", [], left=0.9)
+    height = 1.1 + _PANEL * len(panels)
+    figure = new_figure(9.5, height, f"{scene.name}: probes against time", [], left=0.9, bottom=0.8)
     figure.subplots_adjust(right=0.78)
     axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
+    data, wider = outcome.against, list[str]()
     factor, unit = next((f, u) for f, u in _TIMES if scene.end_time * f >= 1 or u == "ns")
     for ax, name in zip(axes, panels, strict=True):
         probes = [probe.name for probe in scene.probes if probe.quantity == name]
@@ -48,13 +50,21 @@ def draw(outcome: Outcome[AnyScene]) -> Figure:
             colour, dash = _COLOURS[number % len(_COLOURS)], _DASHES[number // len(_COLOURS) % len(_DASHES)]
             ax.plot(times * factor, drawn, color=colour, ls=dash, label=cut(probe, MOST_NAME))
             band(ax, times * factor, drawn, traces.errors[probe] * per, colour)
+            if data is not None and probe in data.values:
+                label = None if number else cut(data.name, MOST_NAME)
+                ax.plot(data.time * factor, data.values[probe] * per, ".", color=colour, ms=5, zorder=1, label=label)
             if model is not None and one is not None and probe in one.values:
                 label = None if number else model.model
                 ax.plot(one.time * factor, one.values[probe] * per, color=colour, ls=":", lw=2.4, label=label)
+        low, high = ax.get_ylim()
+        wider += [probe for probe in probes if traces.errors[probe] * per > VISIBLE * (high - low)]
         ax.set_ylabel(f"{name.replace('_', ' ')} ({shown})")
         ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize=9)
     axes[-1].set(xlabel=f"time ({unit})", xscale="log" if first else "linear")
     axes[-1].set_xlim(first * factor, scene.end_time * factor)
+    listed = ", ".join(cut(probe, MOST_NAME) for probe in wider[:3]) + (" and more" if len(wider) > 3 else "")
+    note = f"is shaded where it is wider than the line: {listed}" if wider else "is narrower than the lines"
+    figure.text(0.5, 0.12 / height, f"the estimated error of the 3D traces {note}", ha="center", fontsize=9)
     return figure
 
 

@@ -39,6 +39,7 @@ _CAPTIONS = {
     "figure7": "The current against time in both models.",
     **ROW_FIGURES,
     "air": "How far 3D without the air, and a lumped term for it, are off 3D with it, against the coefficient.",
+    "left_out": "What each effect that both models leave out would change in 3D.",
     **DEVICE_FIGURES,
 }
 _NAMED = SINK | DEVICE

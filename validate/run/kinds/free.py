@@ -44,7 +44,11 @@ def plan(scene: AnyScene, request: Request, data: Data | None) -> tuple[Step, ..
 
 
 def _refuse(scene: AnyScene, request: Request) -> None:
-    """SceneError for sensitivities that there are not of this scene."""
+    """SceneError for sensitivities, or a network, that there are not of this scene."""
+    if (plans.own_model(scene, request) or ("",))[0] == "network":
+        from reduced1d.network.lines import layout
+
+        layout(scene)
     if inputs.differentiated(request):
         physics.refuse_laws(physics.materials(scene), "a sensitivity")
         physics.refuse_terminals(scene, "a sensitivity")
@@ -112,6 +116,8 @@ def _judged(run: Run, outcome: Outcome[AnyScene], model: Model, asked: Asked) ->
     try:
         with run.clock.stage("reduced1d"):
             both = held(scene, three, model, asked, run.say)
+    except NumericsError as error:
+        return replace(outcome, failed=f"{model.name} has no answer: {error}; what 3D found is kept")
     except KeyboardInterrupt:
         said = f"{model.name} was interrupted: what 3D found is kept, and nothing is compared with it"
         return replace(outcome, warnings=(*outcome.warnings, said), interrupted=True)
@@ -120,7 +126,10 @@ def _judged(run: Run, outcome: Outcome[AnyScene], model: Model, asked: Asked) ->
 
         one, checks = both.model, evaluate(scene, both)
         said = answered(both, checks)
-    if run.request.why and three.steady:
+    if run.request.why and not three.steady:
+        said_of_why = "--why is of the steady state, and there is none, as a drive varies in time: give --steady"
+        outcome = replace(outcome, warnings=(*outcome.warnings, said_of_why))
+    elif run.request.why:
         from compare.network_blame import blame
 
         with run.clock.stage("why"):

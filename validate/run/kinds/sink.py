@@ -86,6 +86,13 @@ def answer(run: Run, data: Data | None) -> Outcome[Sink]:
         with clock.stage("air"):
             air = air_of(sink, run.say, request.transient)
         outcome = replace(outcome, air=air, checks=(*outcome.checks, *air.checks))
+    if request.left_out:
+        from validate.inputs.left_out import of_sink as left_out_of
+
+        with clock.stage("left out"):
+            left_out = left_out_of(sink, run.say)
+        # What decides whether such a sink works at all comes before how far its models agree.
+        outcome = replace(outcome, left_out=left_out, answer=f"{left_out.sentence} {outcome.answer}")
     return inputs.held_against(run, inputs.told(run, outcome), data, fit)
 
 
@@ -147,7 +154,7 @@ def _compared(
 
         made = {check.id for check in outcome.checks}
         if left := [check for check in made_checks(sink, request) if check not in made]:
-            warnings += (f"{own.name} says nothing of what {listed(left)} are of: they are not made",)
+            warnings += (f"not checked, as {own.name} leaves out what it is of: {listed(left)}",)
     steps = plans.of_sink(sink, request, solver_steps, data)
     return replace(outcome, plan=steps, fem3d=fem3d, reduced1d=reduced1d, warnings=warnings, own=own)
 

@@ -1,0 +1,188 @@
+"""Tetrahedra as the search for an accuracy sees them (`fem3d.adaptivity.mesh.Mesh`): degree 3, with degrees 2 and 1
+within, halved where these say that readings miss most.
+
+What degrees 2 and 3 take away of an error tells on each cell how fast it falls and what is left, as on bricks
+(`fem3d.adaptivity.estimate`); what nobody knows of a mesh is where a solution is singular, so that errors are believed
+to fall no faster than they are seen to.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Protocol
+
+import numpy as np
+
+from fem3d.adaptivity import estimate, goal_errors, nested, reach, trace_errors
+from fem3d.adaptivity.estimate import Estimator, Spread
+from fem3d.adaptivity.goal_errors import Level
+from fem3d.adaptivity.nested import Problems, Solution
+from fem3d.adaptivity.trace_errors import Response
+from fem3d.problems.heat import HeatProblem
+from fem3d.results.fields.mesh_fields import MeshFields
+from fem3d.results.study import Study
+from fem3d.solution.steady import SteadyState
+from fem3d.solution.transient import Base, Transient
+from fem3d.spaces.domain import Domain
+from fem3d.spaces.size import Size, of_tetrahedra
+from meshes import grading
+from meshes.symmetry import Symmetry
+from scenes.plan import Step
+
+AIM = 0.5  # of what is enough, at which a refinement aims, as on bricks
+# Unknowns: factors of so many take some 20 s; half as many more than a mesh has are little use.
+MOST_UNKNOWNS, LEAST_GROWTH = 60_000, 1.5
+MOST_GROWTH = 3.0  # times the cells of a level that the next one may have
+MOST_HALVINGS = 3  # of a cell from level to level: three halve its size
+# Cells that a halving leaves in place of one, with those that must follow: 1.6 to 2.1 on plates with pads.
+PER_HALVING = 2.0
+
+
+class Laid(Protocol):
+    """A scene laid on a mesh of tetrahedra."""
+
+    @property
+    def cells(self) -> Any:
+        """scikit-fem's mesh."""
+
+    def domain(self) -> Domain:
+        """Its cells and facets with what is on them."""
+
+    def halved(self, times: np.ndarray) -> Laid:
+        """On the mesh with each cell halved so many ``times`` (cells,)."""
+
+    def of(self, scene: Any) -> Laid:
+        """Another scene, with the same parts, on the mesh."""
+
+    def remarks(self) -> list[str]:
+        """What may not be meant in it."""
+
+    def steps(self, levels: int | None) -> tuple[Step, ...]:
+        """The lines of a plan; after a run with the ``levels`` that it has."""
+
+    def statistics(self) -> dict[str, Any]:
+        """What a result says of it besides cells and degrees."""
+
+
+@dataclass(frozen=True, eq=False)
+class Tetrahedra:
+    """A scene on tetrahedra, to be solved for an accuracy, halved ``levels`` times."""
+
+    laid: Laid
+    accuracy: float
+    levels: int = 0
+
+    @cached_property
+    def domain(self) -> Domain:
+        """The scene on the mesh."""
+        return self.laid.domain()
+
+    @cached_property
+    def size(self) -> Size:
+        """What it costs."""
+        return of_tetrahedra(self.laid.cells, float(self.domain.live.mean()))
+
+    @property
+    def _growth(self) -> float:
+        """By which factor the cells may grow."""
+        room = MOST_UNKNOWNS / self.size.unknowns, (reach.MOST_MEMORY / self.size.memory) ** (3 / 4)
+        return min(*room, MOST_GROWTH)
+
+    @property
+    def _last(self) -> bool:
+        """Whether a finer mesh would take too much time or memory."""
+        return self._growth < LEAST_GROWTH
+
+    def problems(self) -> Problems:
+        """The problems of degrees 1, 2 and 3."""
+        return nested.problems(self.domain, self.accuracy)
+
+    @cached_property
+    def _judge(self) -> Estimator:
+        return Estimator.of_mesh(self.size.cells, self.domain.space.p)
+
+    def examined(self, study: Study, given: Problems, fine: Solution) -> Level | None:
+        return goal_errors.examined(study, given, fine, self._judge)
+
+    def responded(
+        self, study: Study, given: Problems, bases: Sequence[Base], shift: float, steady: Level | None, generations: int
+    ) -> Response:
+        return trace_errors.respond(study, given, bases, shift, self._judge, steady, generations, as_it_is=self._last)
+
+    def refined(
+        self, goals: Collection[Spread], falls: Spread | None, worst: float, enough: float
+    ) -> Tetrahedra | None:
+        """Halved once for each factor of two that a cell misses more than its share, `MOST_HALVINGS` times at most, the
+        cells that miss most first, as far as `MOST_GROWTH` goes."""
+        if self._last:
+            return None
+        (missing,) = estimate.worst(goals)
+        missing = missing * max(worst / max(float(missing.sum()), 1e-300), 1.0)
+        excess = missing / max(grading.share_of(missing, AIM * enough), 1e-300)
+        times = np.ceil(np.log2(np.maximum(excess, 1.0))).clip(max=MOST_HALVINGS).astype(int)
+        order = np.argsort(-missing)
+        more = np.cumsum(PER_HALVING ** times[order] - 1)
+        times[order[more > (self._growth - 1) * len(times)]] = 0
+        finer = self._halved(times)
+        # What must follow is more than is foreseen where cells are few.
+        while finer is not None and finer.size.cells > self._growth * self.size.cells:
+            order = order[times[order] > 0]
+            times[order[(len(order) + 1) // 2 :]] = 0
+            times = np.where(len(order) > 1, times, times - 1)
+            finer = self._halved(times)
+        return finer
+
+    def raised(self) -> Tetrahedra | None:
+        return None if self._last else self._halved(np.ones(self.size.cells, int))
+
+    def _halved(self, times: np.ndarray) -> Tetrahedra | None:
+        if not times.any():
+            return None
+        return Tetrahedra(self.laid.halved(times), self.accuracy, self.levels + 1)
+
+    def refined_for_field(self, level: Level) -> None:
+        """Nothing is."""
+
+    def steps(self, levels: int | None) -> tuple[Step, ...]:
+        """The lines of the plan; after a run with the ``levels`` that it has."""
+        return self.laid.steps(levels)
+
+    def fields(
+        self, heat: HeatProblem, part: Symmetry, state: SteadyState | None, transient: Transient | None
+    ) -> MeshFields:
+        return MeshFields(heat, state, transient)
+
+    def on(self, scene: Any) -> Tetrahedra:
+        """Another scene, with the same parts, on the same cells, for its accuracy."""
+        return Tetrahedra(self.laid.of(scene), scene.accuracy, self.levels)
+
+    def statistics(self, heat: HeatProblem) -> dict[str, Any]:
+        weights = heat.domain.space.on(np.arange(self.size.cells)).weights
+        return {
+            "cells": self.size.cells, "nodes": heat.size, "refined": self.levels > 0,
+            "lowest_degree": 3, "highest_degree": 3, "volume_m3": float(weights.sum()), **self.laid.statistics(),
+        }  # fmt: skip
+
+    def warnings(self, study: Study, relative: dict[str, float]) -> list[str]:
+        return [
+            *less_accurate(study, relative, "tetrahedra of degree 3, as many as memory has room for"),
+            *self.laid.remarks(),
+        ]
+
+
+def less_accurate(study: Study, relative: dict[str, float], words: str) -> list[str]:
+    """What is to be said of ``relative`` errors above the accuracy, on elements that are so in ``words``."""
+    over = {name: e for name, e in relative.items() if e > study.accuracy}
+    if not over:
+        return []
+    worst = max(over, key=lambda name: over[name])
+    shown = f"{over[worst]:.1g}" if over[worst] > 2 * study.accuracy else f"{over[worst]:.3g}"
+    if float(shown) <= study.accuracy:
+        shown = f"just over {shown}"
+    names = f"{len(over)} of {len(relative)} probes are" if len(over) > 1 else f'probe "{worst}" is'
+    return [
+        f"{names} less accurate than the {study.accuracy:g} asked for, {worst} with an estimated {shown}, on "
+        f"{words}; give a finer mesh, above all at edges, corners and the rims of electrodes and fixed temperatures"
+    ]

@@ -1,0 +1,58 @@
+"""The spreading resistance of a substrate: what a plate adds to the resistance from a rectangle on it to its underside,
+because the heat enters through the rectangle alone.
+
+Y. S. Muzychka, J. R. Culham and M. M. Yovanovich, Thermal spreading resistance of eccentric heat sources on rectangular
+flux channels, Journal of Electronic Packaging 125, 178 (2003).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+_TERMS = 40
+"""Of each sum, times the plate's side over the source's; what is left out falls as their square, which half as many
+tell."""
+
+
+def plate_resistance(
+    plate: tuple[float, float, float], source: tuple[float, float], place: tuple[float, float], conductivity: float,
+    other: tuple[float, float] | None = None,
+) -> float:  # fmt: skip
+    """The mean rise (K/W) under a rectangle on a plate whose underside is held, per watt that enters evenly through
+    a rectangle of the same sides: itself, or the one at ``other``.
+
+    ``plate`` are its sides and its thickness (m), ``source`` the rectangle's sides, ``place`` and ``other`` where their
+    middles are, from the plate's corner. With a_m(y) = cos(m pi y / L), whose mean over a rectangle is a_m at its
+    middle times sin(x)/x, x = m pi a / (2 L), the sum over m, n of what each brings of the heat, how it spreads,
+    tanh(b t) / (k b) with b^2 = (m pi / L)^2 + (n pi / W)^2 (t / k for m = n = 0), and what the mean sees of it.
+    """
+    fine, coarse = (_sum(plate, source, place, other or place, terms) for terms in (_TERMS, _TERMS // 2))
+    return (fine + (fine - coarse) / 3) / (conductivity * plate[0] * plate[1])
+
+
+def _sum(
+    plate: tuple[float, float, float], source: tuple[float, float], place: tuple[float, float],
+    other: tuple[float, float], terms: int,
+) -> float:  # fmt: skip
+    """What `plate_resistance` is times the conductivity and the area, of so many terms."""
+    length, width, thickness = plate
+    along = _modes(length, source[0], place[0], other[0], terms)
+    across = _modes(width, source[1], place[1], other[1], terms)
+    squares = [(np.arange(len(of)) * math.pi / side) ** 2 for of, side in ((along, length), (across, width))]
+    total = 0.0
+    for weight, square in zip(along, squares[0], strict=True):
+        b = np.sqrt(square + squares[1])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            spread = np.where(b > 0, np.tanh(b * thickness) / b, thickness)
+        total += weight * float(across @ spread)
+    return total
+
+
+def _modes(side: float, of: float, place: float, other: float, terms: int) -> np.ndarray:
+    """(terms,): how much of each cosine a source along a side makes at one place, as the mean at the other sees it."""
+    m = np.arange(math.ceil(terms * side / of) + 1)
+    mean = np.sinc(m * of / (2 * side)) ** 2
+    found: np.ndarray = mean * np.cos(m * math.pi * place / side) * np.cos(m * math.pi * other / side)
+    return np.where(m == 0, 1.0, 2.0) * found

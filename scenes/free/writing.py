@@ -1,0 +1,116 @@
+"""From a free scene to a document of SI numbers and plain JSON types that reads back equal, and to a TOML file."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from typing import Any
+
+from scenes import laws, physics
+from scenes import model as m
+from scenes.free.document import CONDITIONS, FLOWS, HEAT_SOURCE, LISTS, RESISTANCES, RESISTIVITY, UNUSED
+from scenes.physics import HEAT_KEYS
+
+
+def as_dict(scene: m.AnyScene) -> dict[str, Any]:
+    """What a file of the scene would say; what nothing is said about by default is left out."""
+    run: dict[str, Any] = {"steady": True} if scene.steady else {"end_time": scene.end_time}
+    if scene.output_times and not scene.steady:
+        run["output_times"] = list(scene.output_times)
+    needed = physics.needed(scene)
+    found: dict[str, Any] = {"scene": {"name": scene.name, "initial_temperature": scene.initial_temperature}}
+    if scene.parameters is not None:
+        found["parameters"] = dict(scene.parameters.values)
+    if isinstance(scene, m.MeshScene):
+        found["mesh"] = {"file": scene.file, "unit": scene.unit}
+        found["material"] = [_of_material(b.material, needed) | {"groups": list(b.groups)} for b in scene.bodies]
+        found["source"] = [
+            {"name": s.name, "group": s.group, "heat_source": HEAT_SOURCE.write(s.heat_source)} for s in scene.sources
+        ]
+    else:
+        materials = {box.material.name: box.material for box in scene.boxes}
+        found["material"] = [_of_material(each, needed) for each in materials.values()]
+        found["box"] = [
+            {"name": box.name, "material": box.material.name, **_where(box)}
+            | ({} if m.is_zero(box.heat_source) else {"heat_source": HEAT_SOURCE.write(box.heat_source)})
+            for box in scene.boxes
+        ]
+    found["boundary"] = [{"name": b.name, **_where(b)} | _of_condition(b) for b in scene.boundaries]
+    found["probe"] = [
+        {"name": p.name, "quantity": p.quantity, **_where(p)}
+        | ({} if p.quantity in FLOWS else {"reduce": p.reduce})
+        | ({"box": box} if (box := getattr(p, "box", "")) else {})
+        for p in scene.probes
+    ]
+    if contacts := getattr(scene, "contacts", ()):
+        found["contact"] = [
+            {"name": c.name, "between": list(c.between)}
+            | {key: v for key in RESISTANCES if (v := getattr(c, key)) or c.perfect}
+            for c in contacts
+        ]
+    found |= {"run": {**run, "accuracy": scene.accuracy}}
+    if scene.model is not None:
+        own = scene.model
+        listed = {"file": own.file, "parameters": dict(own.parameters), "outputs": dict(own.outputs)}
+        found["model"] = {key: value for key, value in listed.items() if value}
+    checks: dict[str, Any] = {"tolerances": dict(scene.tolerances)} if scene.tolerances else {}
+    if scene.expected_to_differ is not None:
+        checks["expect_differs"] = list(scene.expected_to_differ)
+    return found | ({"checks": checks} if checks else {})
+
+
+def _of_material(material: m.Material, needed: tuple[str, ...]) -> dict[str, Any]:
+    found: dict[str, Any] = {"name": material.name}
+    kinds = LISTS["material"]
+    found |= {key: kinds[key].write(v) for key in HEAT_KEYS if (v := getattr(material, key)) != UNUSED or key in needed}
+    found["resistivity"] = RESISTIVITY.write(material.resistivity)
+    if laws.is_plain(material.resistivity) and material.resistivity is not None:
+        found |= {key: getattr(material, key) for key in ("temperature_coefficient", "reference_temperature")}
+    return found if material.valid_to is None else found | {"valid_to": material.valid_to}
+
+
+def _of_condition(b: m.Boundary | m.GroupBoundary) -> dict[str, Any]:
+    """The condition of a boundary as a file has it."""
+    if b.key == "convection":
+        return {"convection": CONDITIONS["convection"].write((b.value, b.ambient))}
+    given = b.ambient if b.kind == "convection" else b.value
+    beside = {"contact_resistance": b.contact_resistance} if b.contact_resistance else {}
+    if 0 < b.series_resistance < math.inf:
+        beside["series_resistance"] = b.series_resistance
+    return {b.key: CONDITIONS[b.key].write(given)} | beside
+
+
+def _where(item: m.Box | m.Boundary | m.Probe | m.GroupBoundary | m.GroupProbe) -> dict[str, Any]:
+    """The place of a part: corners, a point or a group."""
+    if isinstance(item, (m.GroupBoundary, m.GroupProbe)):
+        at = getattr(item, "at", None)
+        return {"group": item.group} if at is None else {"at": list(at)}
+    if isinstance(item, m.Probe) and item.lower == item.upper:
+        return {"at": list(item.lower)}
+    return {"lower": list(item.lower), "upper": list(item.upper)}
+
+
+def as_toml(scene: m.AnyScene) -> str:
+    """The file that reads back as an equal scene, in SI units."""
+    lines: list[str] = []
+    for table, given in as_dict(scene).items():
+        for item in given if isinstance(given, list) else [given]:
+            lines.append(f"[[{table}]]" if isinstance(given, list) else f"[{table}]")
+            lines += [f"{key} = {_value(value)}" for key, value in item.items()]
+            lines.append("")
+    return "\n".join(lines)
+
+
+def _key(name: str) -> str:
+    """A key as TOML has it: in quotes where it is more than a word."""
+    return name if re.fullmatch(r"[\w-]+", name, re.ASCII) else json.dumps(name, ensure_ascii=False)
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{_key(key)} = {_value(item)}" for key, item in value.items()) + " }"
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(map(_value, value)) + "]"
+    # JSON's strings, booleans and finite numbers are TOML's.
+    return json.dumps(value, ensure_ascii=False)

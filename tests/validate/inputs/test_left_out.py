@@ -1,0 +1,103 @@
+"""What both models leave out: each effect is what solving with it says, and so are all together."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+import compare
+from fem3d.runs.sink import solve
+from scenes.errors import RunawayError
+from scenes.plan import Request
+from scenes.result import Result
+from scenes.sink import OF_A_SINK, Sink
+from validate.inputs import left_out
+from validate.inputs.air import conduction
+
+SINK = Sink(accuracy=2e-2)
+solved = cache(solve)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def found() -> Iterator[left_out.LeftOut]:
+    """Solved no more closely than the tests need, every sink once."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(left_out, "CLOSE", SINK.accuracy)
+        patch.setattr(left_out, "solve_3d", solved)
+        yield left_out.of_sink(SINK, lambda _: None)
+    solved.cache_clear()
+
+
+def steady(sink: Sink) -> Result:
+    return solved(sink, Request(models=("fem3d",), transient=False))
+
+
+def test_an_effect_is_the_sink_with_it_over_the_sink_without(found: left_out.LeftOut) -> None:
+    cooled = steady(replace(SINK, convection_coefficient=conduction(SINK)))
+    for asked in OF_A_SINK.values():
+        ratio = cooled.steady[asked.steady].value / steady(SINK).steady[asked.steady].value
+        assert found.found["air"].changes[asked.steady].value == pytest.approx(ratio - 1, rel=1e-12)
+    assert found.found["air"].changes["peak_rise_K"].value < -10 * found.found["air"].changes["peak_rise_K"].error
+
+
+def test_the_largest_comes_first_and_decides(found: left_out.LeftOut) -> None:
+    sizes = [abs(each.changes["peak_rise_K"].value) for each in found.found.values()]
+    assert sizes == sorted(sizes, reverse=True)
+    assert found.sentence.startswith("In air ")
+    assert " In vacuum " in found.sentence
+
+
+def test_the_summary_has_every_effect_with_its_source(found: left_out.LeftOut) -> None:
+    document = json.loads(json.dumps(found.document()))
+    assert {*document} == {*found.found, "together"}
+    for name, entry in document.items():
+        assert {*entry} == {"assumed", "source", *(asked.steady for asked in OF_A_SINK.values())}
+        assert {*entry["peak_rise_K"]} == {"change", "error"}
+        assert entry["assumed"]
+        assert bool(entry["source"]) == (name != "together")
+
+
+def test_what_the_scene_has_is_not_left_out(found: left_out.LeftOut) -> None:
+    cooled = left_out.of_sink(replace(SINK, convection_coefficient=50.0), lambda _: None)
+    assert "air" in found.found
+    assert "air" not in cooled.found
+    assert cooled.skipped == {"air": "the scene has it"}
+    assert "In air" not in cooled.sentence
+
+
+def test_what_a_row_cannot_have_is_said() -> None:
+    row = left_out.of_sink(replace(SINK, spans=2), lambda _: None)
+    assert "substrate" not in row.found
+    assert "sink.spans = 2" in row.skipped["substrate"]
+
+
+def test_an_effect_with_which_the_sink_runs_away_decides(monkeypatch: pytest.MonkeyPatch) -> None:
+    def away(sink: Sink, request: Request) -> Result:
+        if sink.substrate_thickness is not None:
+            raise RunawayError("runs away", 0.5)
+        return solved(sink, request)
+
+    monkeypatch.setattr(left_out, "solve_3d", away)
+    found = left_out.of_sink(SINK, lambda _: None)
+    assert next(iter(found.found)) == "substrate"
+    assert "In vacuum the substrate's own resistance makes it run away." in found.sentence
+    assert {*found.document()["substrate"]} == {"assumed", "source"}
+    assert found.together is not None
+    assert not found.together.changes
+
+
+def test_it_is_told_kept_and_drawn(tmp_path: Path) -> None:
+    run = compare.run(SINK, steady=True, left_out=True, out=tmp_path / "run", figures=True)
+    summary = json.loads((tmp_path / "run" / "summary.json").read_text())
+    assert {*summary["left_out"]} == {"substrate", "air", "together"}
+    assert (tmp_path / "run" / "left_out.png").exists()
+    assert summary["answer"].startswith("In air ")
+    assert run.outcome.left_out is not None
+    page = (tmp_path / "run" / "report.html").read_text()
+    assert page.index("What both models leave out") < page.index("their sum")
+    assert any(step["step"] == "left_out" for step in summary["plan"])

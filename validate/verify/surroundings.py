@@ -1,0 +1,124 @@
+"""Exact cases of what a structure stands in and is made of besides constant numbers: contacts, conductivities that
+differ along the axes, and the spreading resistance of a substrate."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from reduced1d.spreading import plate_resistance
+from scenes.model import Boundary, Box, Material, Probe, Scene
+from scenes.sink import OXIDE, SILICON
+from validate.verify.exact import (
+    BAR,
+    DEPTH,
+    ENDS,
+    FAMILY,
+    LENGTH,
+    MIDDLE,
+    ROOM,
+    WIDTH,
+    bar,
+    end,
+    flat,
+    heated_bar,
+    wall,
+)
+from validate.verify.manufactured import face
+from validate.verify.report import ACCURACY, Expected, Row, rows
+from validate.verify.series import Layer
+
+
+def contact_at_a_face() -> Iterator[Row]:
+    """Two layers whose outer faces stand behind contact resistances at given temperatures: resistances in series."""
+    hot, first, last = ROOM + 40.0, 3e-6, 8e-6
+    a, b = Layer(0.3e-3, SILICON.thermal_conductivity, 1.0), Layer(5e-6, OXIDE.thermal_conductivity, 1.0)
+    far = a.thickness + b.thickness
+    ends = [
+        replace(end("convection", y, 1 / resistance, T), contact_resistance=resistance)
+        for y, resistance, T in ((0.0, first, hot), (far, last, ROOM))
+    ]
+    steps = np.array([first, a.thickness / a.conductivity, b.thickness / b.conductivity, last])
+    flux = (hot - ROOM) / steps.sum()
+    faces = hot - flux * np.cumsum(steps)[:3]
+    scene = wall("contacts", [a, b], ends, probes=[Probe("heat", *flat(0.0), "heat_flow")])
+    section = scene.boxes[0].upper
+    flow = flux * section[0] * section[2]
+    yield from rows(FAMILY, "two layers behind contact resistances", scene, [
+        *(Expected(f"face {i}", "K", T, hot - ROOM) for i, T in enumerate(faces)),
+        Expected("heat", "W", flow, flow, name="heat into the near face"),
+    ], "resistances in series")  # fmt: skip
+
+
+def given_current() -> Iterator[Row]:
+    """A bar with the current that a voltage gives, and with a larger voltage behind a resistance: the same state."""
+    volts, series = 7.0, 250.0
+    probes = (MIDDLE, Probe("mean", (0.0, 0.0, 0.0), BAR), Probe("potential", *ENDS[0], "potential"))
+    scene = bar(volts, 5e-4, probes)
+    peak, mean, current = heated_bar(scene.boxes[0].material, LENGTH, WIDTH * DEPTH, volts)
+    expected = [
+        Expected("middle", "K", ROOM + peak, peak), Expected("mean", "K", ROOM + mean, peak),
+        Expected("potential", "V", volts, volts),
+    ]  # fmt: skip
+    for case, value, behind in (("its current given", current, math.inf),
+                                ("its voltage behind a resistance", volts + series * current, series)):  # fmt: skip
+        driven = tuple(
+            replace(b, value=value, series_resistance=behind) if b.name == "plus" else b for b in scene.boundaries
+        )
+        yield from rows(FAMILY, f"Joule-heated bar, {case}", replace(scene, boundaries=driven), expected,
+                        "the state at the voltage: closed solution of the fin")  # fmt: skip
+
+
+def anisotropic_block() -> Iterator[Row]:
+    """A block whose conductivity differs along the axes, heated inside and cold on three faces: where x, y and z are
+    measured in lengths that are as the roots of the conductivities, it is one of a single conductivity."""
+    k, source, size = (40.0, 90.0, 160.0), 1e12, (30e-6, 40e-6, 50e-6)
+    mean = float(np.prod(k)) ** (1 / 3)
+    stretched = tuple(length * (mean / along) ** 0.5 for length, along in zip(size, k, strict=True))
+    corner = heated_corner(stretched, mean, source)
+    material = Material("block", k, 1.0, 1.0)  # type: ignore[arg-type]
+    cold = tuple(Boundary(f"cold {d}", "temperature", *face((0.0, 0.0, 0.0), size, d, 1), ROOM) for d in range(3))
+    hottest = Probe("corner", (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    scene = Scene("block", (Box("block", material, (0.0, 0.0, 0.0), size, source),), cold, (hottest,),
+                  accuracy=ACCURACY, steady=True)  # fmt: skip
+    yield from rows(FAMILY, "block with three conductivities, heated inside", scene,
+                    [Expected("corner", "K", ROOM + corner, corner)],
+                    "the block stretched along x, y and z; its series")  # fmt: skip
+
+
+def heated_corner(size: tuple[float, ...], conductivity: float, source: float) -> float:
+    """The rise (K) in the corner of three mirrors of a block (m) with heat inside (W/m3), cold on the other faces.
+
+    A series of cosines along y and z; along x in closed form: 1 - 1/cosh.
+    """
+    a, b, c = size
+    n = (2 * np.arange(400) + 1) * np.pi / 2
+    by, cz = n[:, None] / b, n[None, :] / c
+    square = by**2 + cz**2
+    signs = np.outer((-1.0) ** np.arange(len(n)), (-1.0) ** np.arange(len(n))) * 4 / np.outer(n, n)
+    along = 1 - 1 / np.cosh(np.minimum(np.sqrt(square) * a, 700.0))
+    # The sums without the cosh are those of the long bar, which one closed sum along y gives far faster.
+    slab = signs / square * (along - 1)
+    bar = (-1.0) ** np.arange(len(n)) * 2 / n / (n / c) ** 2 * (1 - 1 / np.cosh(np.minimum(n / c * b, 700.0)))
+    return source / conductivity * float(slab.sum() + bar.sum())
+
+
+def spreading() -> Iterator[Row]:
+    """A source on a plate whose underside is cold: the mean rise under it, as much at once and spread as 1D has it."""
+    length, width, thickness = 200e-6, 150e-6, 50e-6
+    a, b, flux = 80e-6, 50e-6, 1e7
+    k = SILICON.thermal_conductivity
+    x, y = (width - b) / 2, (length - a) / 2
+    plate = Box("plate", replace(SILICON, resistivity=None), (0.0, 0.0, 0.0), (width, length, thickness))
+    source = ((x, y, thickness), (x + b, y + a, thickness))
+    scene = Scene("plate", (plate,), (
+        Boundary("bottom", "temperature", (0.0, 0.0, 0.0), (width, length, 0.0), ROOM),
+        Boundary("source", "heat_flux", *source, flux),
+    ), (Probe("mean", *source),), accuracy=ACCURACY, steady=True)  # fmt: skip
+    rise = flux * a * b * plate_resistance((width, length, thickness), (b, a), (width / 2, length / 2), k)
+    expected = Expected("mean", "K", ROOM + rise, rise, 1e-5 * rise, name="mean under it")
+    yield from rows(FAMILY, "source on a plate", scene, [expected],
+                    "Muzychka, Culham and Yovanovich, J. Electron. Packag. 125, 178 (2003)")  # fmt: skip
