@@ -138,6 +138,17 @@ def test_temperature_and_potential_jump_by_what_passes_a_contact(resistances: tu
     assert result.details["energy_imbalance"] < 1e-12
 
 
+def test_a_voltage_behind_a_contact_and_a_series_resistance_has_both_in_series() -> None:
+    contact, behind, series = 3e-8, 2e-8, 20.0
+    scene = pair(0.0, contact, behind)
+    ends = (*scene.boundaries[:2], replace(scene.boundaries[2], series_resistance=series))
+    found = solve(check(replace(scene, boundaries=ends))).steady
+    area = SIDE**2
+    current = VOLTS / ((3 * RHO * LENGTH + contact + behind) / area + series)
+    for name, value in (("current", current), ("volts at the end", current * (behind / area + series))):
+        assert abs(found[name].value - value) <= found[name].error + 1e-12 * value < 1e-6 * value, name
+
+
 def test_a_contact_that_is_perfect_in_one_field_doubles_nothing_there() -> None:
     def unknowns(thermal: float, electric: float) -> tuple[int, int, int]:
         scene = pair(thermal, electric)
