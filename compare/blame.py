@@ -30,13 +30,6 @@ if TYPE_CHECKING:
 
 ITSELF = "current"
 QUANTITIES = {name: OF_A_SINK[name] for name in ("peak", "end", "current")}
-_SUBSTRATE = (
-    "3D without a substrate", "substrate", "the oxide stands on room temperature, as in every 1D model",
-    "the missing substrate",
-)  # fmt: skip
-"""The last rung to the 3D model of a sink with a substrate."""
-ROUGH = 1e-2
-"""The accuracy of that rung where the ladder only tells which part is the largest."""
 _PLACES = {"peak": ("peak", "peak_rise_K", "fig4"), "end": ("ends", "end_rise_K", "fig6_end")}
 """Where, which steady rise there, and the check whose tolerance holds for it."""
 _OVER_TIME = {"fig6_peak": "peak", "fig6_end": "end", "fig7_current": "current"}
@@ -93,7 +86,7 @@ def budget(
 
     Raises RunawayError where a model of the ladder has no steady state.
     """
-    from reduced1d.ladder.levels import Rung, rungs, solve
+    from reduced1d.ladder.levels import rungs, solve
     from scenes.errors import RunawayError
 
     found = rungs(levels, start)
@@ -107,10 +100,6 @@ def budget(
             raise RunawayError(
                 f"on the ladder from {start} to 3D, in the model {rung.name} (see --why): {error}", error.limit
             ) from None
-    if sink.substrate_thickness is not None:
-        found = [*found, Rung(*_SUBSTRATE)]
-        progress(f"solving {found[-1].name}")
-        results.append(_without_substrate(sink, ROUGH if levels.rough else 0.0, at is not None))
     results.append(fem3d)
     times, steady, transient, over_time = None, [], [], {}
     if fem3d.traces is not None and fem3d.traces.time[-1] > FIRST_TIME:
@@ -129,15 +118,6 @@ def budget(
     return Budget(start, tuple(steady), tuple(transient), times, over_time, sentence)
 
 
-def _without_substrate(sink: Sink, least: float, transient: bool) -> Result:
-    """The 3D model of a sink whose oxide stands on room temperature, to an accuracy of its own, or the ``least``."""
-    from fem3d.runs.sink import solve
-    from scenes.plan import Request
-
-    accuracy = max(least, sink.accuracy)
-    return solve(replace(sink, substrate_thickness=None, accuracy=accuracy), Request(transient=transient))
-
-
 def scale_of(sink: Sink, name: str, fem3d: Result, levels: Levels) -> float:
     """What differences of a quantity are relative to: the final 3D rise; the change of the 3D current from the cold
     sink's, which is V over the cold resistance, or the current itself (`of_current`)."""
@@ -146,13 +126,14 @@ def scale_of(sink: Sink, name: str, fem3d: Result, levels: Levels) -> float:
         return abs(value)
     if fem3d.traces is not None:
         return abs(value - float(fem3d.traces.values["current_A"][0]))
-    return abs(value - sink.voltage / levels.fine.plate.model.resistance)
+    return abs(value - float(sink.drive.through(levels.fine.plate.model.resistance)))
 
 
 def of_current(sink: Sink) -> str:
     """What differences of the current are relative to, in words: itself where it does not change, and of a row, whose
-    islands add to the resistance whatever the temperature."""
-    return "change of the current" if sink.silicon.temperature_coefficient and sink.spans == 1 else ITSELF
+    islands add to the resistance whatever the temperature; and where it is given."""
+    changes = sink.silicon.temperature_coefficient and sink.spans == 1 and sink.current is None
+    return "change of the current" if changes else ITSELF
 
 
 def _split(
@@ -369,9 +350,8 @@ def _cause(claim: Claim, budget: Budget) -> str:
             break
         chosen.append(part)
         left -= part.value
-    faults = {**AT_FAULT, _SUBSTRATE[1]: _SUBSTRATE[3]}
-    guilty = [faults[part.blame] for part in chosen if part.value * split.total > 0]
-    against = [faults[part.blame] for part in chosen if part.value * split.total < 0]
+    guilty = [AT_FAULT[part.blame] for part in chosen if part.value * split.total > 0]
+    against = [AT_FAULT[part.blame] for part in chosen if part.value * split.total < 0]
     offset = f", offset in part by {' and '.join(against)}," if against else ""
     return f"{' and '.join(guilty)}{offset} {'is' if len(guilty) == 1 else 'are'}"
 

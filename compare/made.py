@@ -51,6 +51,8 @@ def _skipped_of_sink(sink: Sink, request: Request) -> dict[str, str]:
         skipped |= dict.fromkeys(known.OVER_TIME, "they need the transient")
     elif sink.end_time <= FIRST_TIME:
         skipped |= dict.fromkeys(known.OVER_TIME, "they compare from 10 us on, and the run ends before")
+    if sink.current is not None:
+        skipped["fig7_current"] = "the current is given"
     if "reduced1d" not in request.models:
         skipped |= dict.fromkeys(known.OF_THE_REDUCTION, "they need the 1D model")
     if sink.spans == 2:

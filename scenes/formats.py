@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from scenes.sink import Sink
-from scenes.units import VOLTAGE
+from scenes.units import CURRENT, VOLTAGE
 
 _PREFIXES = {-12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 # Units that carry no prefix: a rise of 2e-7 K reads better than 200 nK, and K/W is quoted in full in the paper.
@@ -111,8 +111,9 @@ def _significant(value: float, digits: int) -> str:
 
 
 def sink_text(sink: Sink) -> str:
-    """A sink with its voltage, as its folder is called: "sink at 2 mV"."""
-    return f"{sink.name} at {VOLTAGE.show(sink.voltage)}"
+    """A sink with its voltage or current, as its folder is called: "sink at 2 mV"."""
+    shown = VOLTAGE.show(sink.voltage) if sink.current is None else CURRENT.show(sink.current)
+    return f"{sink.name} at {shown}"
 
 
 def milliseconds(time: float) -> str:

@@ -75,7 +75,10 @@ _PHYSICAL = (
     *_material("silicon", CONDUCTOR),
     *_material("oxide", INSULATOR),
     *_material("substrate", UNREACHED),
-    *_section("drive", voltage=VOLTAGE, electrodes=Choice(("beam-end", "pad-edge"))),
+    *_section(
+        "drive", voltage=VOLTAGE, current=Quantity(d.CURRENT, 1e-9, 1e3, signed=True, word="none"),
+        series_resistance=Quantity(d.RESISTANCE, 0.0, 1e12), electrodes=Choice(("beam-end", "pad-edge")),
+    ),
     *_section(
         "environment", room_temperature=TEMPERATURE,
         convection_coefficient=Quantity(d.CONVECTION_COEFFICIENT, 0.0, 1e6),

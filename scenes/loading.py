@@ -250,8 +250,11 @@ def distinguishes(scene: object) -> str:
         section, _, name = path.rpartition(".")
         if section in ("scene", "checks"):
             continue
-        if path == kind.leading:
+        given = path == "drive.current" and value is not None and kind.leading == SINK.leading
+        if given or (path == kind.leading and getattr(scene, "current", None) is None):
             words.insert(0, _safe(key.kind.show(value)))
+        elif path == kind.leading:
+            continue
         elif value != attrgetter(key.attribute)(kind.default):
             owned = section.startswith("materials.") or section == "substrate"
             owner = section.removeprefix("materials.") + "_" if owned else ""

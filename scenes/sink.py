@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import ClassVar, Literal, NamedTuple
+from typing import Any, ClassVar, Literal, NamedTuple
 
 from scenes import laws
 from scenes.checks import SINK_TOLERANCES, SLOPE_TOLERANCES
@@ -37,9 +37,28 @@ SLOWEST = 0.9
 """Of the ratio of two spans' differences: a row in which they fall more slowly is solved whole."""
 
 
+class Drive(NamedTuple):
+    """A voltage (V) behind a ``series`` resistance (ohm); or where that is infinite a given current (A)."""
+
+    value: float
+    series: float = 0.0
+
+    @property
+    def unit(self) -> str:
+        return "A" if self.series == math.inf else "V"
+
+    @property
+    def called(self) -> str:
+        return "current_A" if self.series == math.inf else "voltage_V"
+
+    def through(self, resistance: Any) -> Any:
+        """The current (A) through a resistance (ohm), a number or an array."""
+        return self.value + 0 * resistance if self.series == math.inf else self.value / (resistance + self.series)
+
+
 @dataclass(frozen=True)
 class Sink:
-    """Sizes in m, voltage in V, room temperature in K, convection in W/(m2 K), time in s.
+    """Sizes in m, voltage in V, current in A, resistance in ohm, temperature in K, convection in W/(m2 K), time in s.
 
     The beam lies along y from 0 to ``length``, its underside in z = 0, symmetric about x = 0. ``oxide_offset`` is the
     paper's u_o, from the pad's edge at the beam to the oxide; ``None`` centres the oxide under its pad. More than one
@@ -70,6 +89,8 @@ class Sink:
     substrate_width: float = 3e-3
     substrate: Material = SUBSTRATE
     voltage: float = 1.0
+    current: float | None = None
+    series_resistance: float = 0.0
     electrodes: Literal["beam-end", "pad-edge"] = "beam-end"
     room_temperature: float = 293.0
     convection_coefficient: float = 0.0
@@ -103,9 +124,18 @@ class Sink:
         return found if self.substrate_thickness is None else (*found, self.substrate)
 
     @property
+    def drive(self) -> Drive:
+        """What drives it: the given current, or the voltage behind its series resistance."""
+        if self.current is not None:
+            return Drive(self.current, math.inf)
+        return Drive(self.spans * self.voltage, self.series_resistance)
+
+    @property
     def absent(self) -> tuple[str, ...]:
-        """How the keys start that say nothing of this sink: those of a substrate where there is none."""
-        return ("substrate.", "materials.substrate.") if self.substrate_thickness is None else ()
+        """How the keys start that say nothing of this sink: those of a substrate where there is none, and the voltage
+        where the current is given."""
+        none = ("substrate.", "materials.substrate.") if self.substrate_thickness is None else ()
+        return none if self.current is None else (*none, "drive.voltage")
 
     @property
     def row_length(self) -> float:
@@ -196,9 +226,10 @@ def _boundaries(sink: Sink, boxes: tuple[Box, ...]) -> tuple[Boundary, ...]:
     if sink.substrate_thickness is not None:
         lowest = {"substrate": boxes[-1]}
     found = [Boundary(name, "temperature", *face(b, 2, 0), room) for name, b in lowest.items()]
+    value, series = sink.drive
     ends = beams if sink.electrodes == "beam-end" else pads
     found += [
-        Boundary("electrode-0", "voltage", *face(ends[0], 1, 0), sink.spans * sink.voltage),
+        Boundary("electrode-0", "voltage", *face(ends[0], 1, 0), value, series_resistance=series),
         Boundary("electrode-1", "voltage", *face(ends[-1], 1, 1), 0.0),
     ]
     if sink.convection_coefficient:

@@ -16,7 +16,7 @@ from scenes.keys import type_of
 from scenes.model import Material
 from scenes.physics import check_resistivity, refuse_both, refuse_laws
 from scenes.sink import Sink
-from scenes.units import LENGTH, TIME
+from scenes.units import CURRENT, LENGTH, TIME, VOLTAGE
 
 T = TypeVar("T")
 _ROUNDING = 1e-9
@@ -93,10 +93,30 @@ def _check_sizes(sink: Sink) -> None:
             f"anchor.pad_length - anchor.oxide_length = {_shown(room)}"
         )
     _check_substrate(sink)
+    _check_drive(sink)
     if sink.spans > 1 and sink.island > sink.length * (1 + _ROUNDING):
         raise SceneError(
             f"sink.island_length = {_shown(sink.island)} is longer than a span: give at most sink.length = "
             f"{_shown(sink.length)}"
+        )
+
+
+def _check_drive(sink: Sink) -> None:
+    if sink.current is not None and sink.voltage != Sink.voltage:
+        raise SceneError(
+            f"drive.voltage = {quoted(VOLTAGE.show(sink.voltage))} stands beside drive.current = "
+            f"{quoted(CURRENT.show(sink.current))}: give one of them"
+        )
+    if sink.current is not None and sink.series_resistance:
+        raise SceneError(
+            f"drive.series_resistance = {sink.series_resistance:g} ohm changes nothing of the given drive.current = "
+            f"{quoted(CURRENT.show(sink.current))}: leave it out, or give drive.voltage"
+        )
+    if sink.spans > 1 and sink.drive.series:
+        has = "drive.current" if sink.current is not None else "drive.series_resistance"
+        raise SceneError(
+            f"sink.spans = {sink.spans} makes a row, and a row takes a drive.voltage alone: give sink.spans = 1, or "
+            f"leave out {has}"
         )
 
 

@@ -18,7 +18,7 @@ NOT_TRACED = ("heat_out_W", "anchor_resistance_K_per_W", "end_flow_W")
 def study(sink: Sink, part: Symmetry) -> Study:
     """What is to be found of a sink."""
     return Study(
-        part, sink.accuracy, sink.voltage, sink.end_time, EARLIEST, (), RISES, TRACES, tuple(RISES),
+        part, sink.accuracy, sink.drive.value, sink.end_time, EARLIEST, (), RISES, TRACES, tuple(RISES),
         tuple(TRACES), {"anchor_resistance_K_per_W": "end_rise_K"},
         steady=lambda out: steady(sink, out), traces=lambda out: traces(sink, out),
         steady_scales=lambda out: sizes(steady(sink, out)), trace_scales=lambda out: trace_sizes(steady(sink, out)),

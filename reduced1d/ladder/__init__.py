@@ -82,7 +82,7 @@ def solve(
     """
     name = canonical(reduction)
     refuse(sink, name)
-    if name == "paper" and sink.spans == 1:
+    if name == "paper" and sink.spans == 1 and not sink.drive.series:
         from reduced1d.sink import solve as solve_paper
 
         found = solve_paper(sink, steady_only=steady_only, times=times)
@@ -110,7 +110,7 @@ def solve(
 def refuse(sink: Sink, name: str) -> None:
     """Raises SceneError for a reduction (its canonical name) that isn't made of a row of spans, and for materials that
     no reduction takes."""
-    refuse_laws((sink.silicon, sink.oxide), "a 1D model")
+    refuse_laws(sink.materials, "a 1D model")
     if sink.spans > 1 and name == "plate":
         raise SceneError(
             f"sink.spans = {sink.spans} makes a row, and the reduction plate is made for one span: give paper, "

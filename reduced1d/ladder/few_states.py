@@ -38,7 +38,7 @@ from reduced1d.sink import time_grid
 from scenes.checks import FIRST_TIME
 from scenes.errors import RunawayError
 from scenes.result import Estimate, Result, Traces
-from scenes.sink import Sink
+from scenes.sink import Drive, Sink
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_matrix
@@ -54,7 +54,7 @@ _SHORTEST = 1e-10  # of the end time: a step that has to be shorter has run away
 @dataclass(frozen=True, eq=False)
 class FewStates:
     """``capacity`` (n, n) in J/K and ``conductance`` (n, n) in W/K; ``source`` (n,) and ``feedback`` (n, n) of 1 A;
-    ``resistance`` in ohm, ``coefficient`` in 1/K; ``voltage`` in V. ``outputs`` are rows (n,) on the states: the rises
+    ``resistance`` in ohm, ``coefficient`` in 1/K; what drives it. ``outputs`` are rows (n,) on the states: the rises
     peak, end, mean in K, and in W the heat to the air and that from the beam alone. ``source_beam`` and
     ``resistance_beam`` are the beam's part of the heat.
 
@@ -69,7 +69,7 @@ class FewStates:
     resistance_beam: float
     outputs: dict[str, np.ndarray]
     coefficient: float
-    voltage: float
+    drive: Drive
 
     @property
     def states(self) -> int:
@@ -96,20 +96,27 @@ class FewStates:
 
 
 def steady_state(model: FewStates) -> tuple[np.ndarray, float]:
-    """The state (n,) and the current (A) at the model's voltage.
+    """The state (n,) and the current (A) at the model's drive.
 
     Raises RunawayError where no current matches it.
     """
     gains, sources, shapes = _diagonal(model)
-    sign, voltage = math.copysign(1.0, model.voltage), abs(model.voltage)
-    upper = voltage / model.resistance
+    sign, voltage, series = math.copysign(1.0, model.drive.value), abs(model.drive.value), model.drive.series
+    if series == math.inf:
+        if voltage >= (most := largest_drive(model)):
+            raise RunawayError(
+                f"the sink has no steady state at {model.drive.value:g} A: from {most:.6g} A on its rising resistance "
+                "makes more heat than its ends carry away (thermal runaway)", most,
+            )  # fmt: skip
+        return shapes @ (voltage**2 * sources / (1 - model.coefficient * voltage**2 * gains)), model.drive.value
+    upper = voltage / (model.resistance + series)
     if model.coefficient > 0:
         pole = model.coefficient * gains.max()
         upper = min(upper, 1 / math.sqrt(pole)) if pole > 0 else upper
     elif model.coefficient < 0:
         limit, at = _first_maximum(model, gains, sources)
         if voltage > limit:
-            raise no_steady_state(model.voltage, limit)
+            raise no_steady_state(model.drive.value, limit)
         upper = at
 
     def excess(current: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -119,16 +126,21 @@ def steady_state(model: FewStates) -> tuple[np.ndarray, float]:
             parts = sources**2 / (1 - np.outer(x, gains))
             resistance = model.resistance + x * parts.sum(axis=1)
             slope = 2 * x * (parts / (1 - np.outer(x, gains))).sum(axis=1)
-            return current - voltage / resistance, 1 + voltage * slope / (current * resistance**2)
+            whole = resistance + series
+            return current - voltage / whole, 1 + voltage * slope / (current * whole**2)
 
-    lower = 1e-3 * upper if model.coefficient >= 0 else voltage / model.resistance * (1 - 1e-12)
+    lower = 1e-3 * upper if model.coefficient >= 0 else voltage / (model.resistance + series) * (1 - 1e-12)
     current = float(increasing_root(excess, np.array([lower]), np.array([upper]))[0])
     amplitudes = current**2 * sources / (1 - model.coefficient * current**2 * gains)
     return shapes @ amplitudes, sign * current
 
 
-def runaway_voltage(model: FewStates) -> float:
-    """The voltage (V) above which there is no steady state; infinite unless the resistance falls with the rise."""
+def largest_drive(model: FewStates) -> float:
+    """The largest voltage (V) with a steady state, from rest on: infinite unless the resistance falls with the rise; of
+    a given current (A): unless it rises."""
+    if model.drive.series == math.inf:
+        pole = model.coefficient * float(_diagonal(model)[0].max())
+        return 1 / math.sqrt(pole) if pole > 0 else math.inf
     return math.inf if model.coefficient >= 0 else _first_maximum(model, *_diagonal(model)[:2])[0]
 
 
@@ -141,14 +153,19 @@ def _diagonal(model: FewStates) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def _first_maximum(model: FewStates, gains: np.ndarray, sources: np.ndarray) -> tuple[float, float]:
-    """The first maximum of V and the current there, by repeatedly sampling the interval around it."""
+    """The first maximum of V and the current there, by repeatedly sampling the interval around it; behind a resistance
+    that is large enough there is none."""
     scale = 1 / math.sqrt(-model.coefficient * gains.max())
     low, high = 1e-4 * scale, 1e4 * scale
     for _ in range(8):
         current = np.geomspace(low, high, 200)
         x = model.coefficient * current**2
-        voltage = current * (model.resistance + x * (sources**2 / (1 - np.outer(x, gains))).sum(axis=1))
+        voltage = current * (
+            model.resistance + model.drive.series + x * (sources**2 / (1 - np.outer(x, gains))).sum(axis=1)
+        )
         falls = np.flatnonzero(np.diff(voltage) < 0)
+        if not falls.size and high == 1e4 * scale:
+            return math.inf, high
         best = int(falls[0]) if falls.size else current.size - 1
         low, high = current[max(best - 1, 0)], current[min(best + 1, current.size - 1)]
     return float(voltage[best]), float(current[best])
@@ -170,8 +187,9 @@ def trajectory(model: FewStates, times: np.ndarray, growth: float = 2.0) -> tupl
         values = _step(model, state, stop - start)
         if values is None:
             if stop - start < _SHORTEST * end:
-                said = f"at {model.voltage:g} V the heating runs away after {start:.3g} s (thermal runaway)"
-                raise RunawayError(said, runaway_voltage(model))
+                at = f"at {model.drive.value:g} {model.drive.unit}"
+                said = f"{at} the heating runs away after {start:.3g} s (thermal runaway)"
+                raise RunawayError(said, largest_drive(model))
             middle = (start + stop) / 2
             return advanced(advanced(state, start, middle), middle, stop)
         here = slice(*np.searchsorted(times, [start, stop], side="right"))
@@ -185,7 +203,13 @@ def trajectory(model: FewStates, times: np.ndarray, growth: float = 2.0) -> tupl
         state = np.zeros(model.states)
         for start, stop in pairwise([0.0, *end * growth ** np.arange(-count, 1.0)]):
             state = advanced(state, start, stop)
-    return states, model.voltage / (model.resistance + model.coefficient * (states @ model.source))
+    return states, model.drive.through(resistance_at(model, states))
+
+
+def resistance_at(model: FewStates, states: np.ndarray) -> np.ndarray:
+    """(...,): the resistance (ohm) at states (..., n)."""
+    found: np.ndarray = model.resistance + model.coefficient * (states @ model.source)
+    return found
 
 
 def _step(model: FewStates, state: np.ndarray, length: float) -> np.ndarray | None:
@@ -200,7 +224,7 @@ def _step(model: FewStates, state: np.ndarray, length: float) -> np.ndarray | No
         resistance = model.resistance + model.coefficient * model.source @ values
         if not resistance.min() > 0:
             return None
-        heat = (model.voltage / resistance) ** 2 * (source + feedback @ values)
+        heat = model.drive.through(resistance) ** 2 * (source + feedback @ values)
         found = free + np.matmul(response, heat[:, :, None])[:, :, 0]
         change, values = np.abs(found - values).max(), found
         if change <= SETTLED * np.abs(found).max():
@@ -217,12 +241,12 @@ def result(
     stays within the sink's accuracy. Raises RunawayError.
     """
     values, other = steady(fine), steady(coarse)
-    limit = runaway_voltage(fine)
+    limit = largest_drive(fine)
     details: dict[str, Any] = {
         "states": fine.states,
         "time_constant_s": float(1 / fine.rates[0]),
         "air_loss_W": values["power_W"] - values["heat_out_W"],
-        "runaway_voltage_V": limit if math.isfinite(limit) else None,
+        f"runaway_{fine.drive.called}": limit if math.isfinite(limit) else None,
     }
     traces = None
     if not steady_only:
@@ -235,7 +259,7 @@ def result(
 def steady(model: FewStates) -> dict[str, float]:
     state, current = steady_state(model)
     found = {name.replace("_K", "_rise_K"): float(value) for name, value in _read(model, state).items()}
-    power = model.voltage * current
+    power = current**2 * float(resistance_at(model, state))
     end_flow = found.get("anchor_heat_W", 0.0)
     if not end_flow:
         beam = current**2 * (model.resistance_beam + model.coefficient * float(model.source_beam @ state))
@@ -251,7 +275,7 @@ def steady(model: FewStates) -> dict[str, float]:
 def over_time(model: FewStates, times: np.ndarray, growth: float = GROWTH) -> dict[str, np.ndarray]:
     """The quantities of traces.csv at ``times`` (s), with rises in place of temperatures."""
     states, current = trajectory(model, times, growth)
-    return {**_read(model, states), "current_A": current, "power_W": model.voltage * current}
+    return {**_read(model, states), "current_A": current, "power_W": current**2 * resistance_at(model, states)}
 
 
 def _read(model: FewStates, states: np.ndarray) -> dict[str, np.ndarray]:

@@ -77,7 +77,7 @@ def fin(
         per_length * integral + anchor.source * end,
         row.line.products(both * per_length) + anchor.feedback * node,
         per_length * sink.row_length + anchor.circuit, per_length * integral, per_length * sink.row_length, outputs,
-        a, sink.spans * sink.voltage,
+        a, sink.drive,
     ).in_modes()  # fmt: skip
 
 

@@ -99,6 +99,11 @@ class Levels:
     rough: bool = False
 
     @cached_property
+    def bare(self) -> Levels:
+        """The same of the sink without its substrate."""
+        return Levels(replace(self.sink, substrate_thickness=None), self.rough)
+
+    @cached_property
     def fine(self) -> Level:
         return self.coarse if self.rough else Level(self.sink, FINE, PLATE_STATES, 2)
 
@@ -110,12 +115,13 @@ class Levels:
 @dataclass(frozen=True)
 class Rung:
     """A model, and the one assumption that the model after it drops: its ``blame`` for tables, a sentence's part that
-    says what the assumption is, and what in the model is ``at_fault``."""
+    says what the assumption is, and what in the model is ``at_fault``; ``bare`` where it has no substrate yet."""
 
     name: str
     blame: str
     says: str
     at_fault: str
+    bare: bool = False
 
 
 def rungs(levels: Levels, start: str = "paper") -> list[Rung]:
@@ -128,15 +134,19 @@ def rungs(levels: Levels, start: str = "paper") -> list[Rung]:
         found = [own for rung in found for own in _OF_ROWS.get(rung.name, (rung,))]
     if levels.sink.electrodes == "beam-end":
         found = [rung for rung in found if rung.name != _WITHOUT_CIRCUIT]
+    if start == "paper" and levels.sink.substrate_thickness is not None:
+        # The paper's equations have no substrate, the models that stand on the plate do: it comes after all the rest.
+        found = [*(replace(rung, bare=True) for rung in found[:-1]), _SUBSTRATE, found[-1]]
     return found
 
 
 def solve(levels: Levels, rung: Rung, steady_only: bool, times: np.ndarray | None) -> Result:
     """The answer of a rung's model, without the remarks on it. Raises RunawayError."""
+    levels = levels.bare if rung.bare else levels
     if rung.name == "paper":
         return ladder.solve(levels.sink, rung.name, steady_only=steady_only, times=times)
     build = _BETWEEN.get(rung.name, partial(ladder.build, name=rung.name))
-    if rung is _PLATE and steady_only:
+    if rung.name == "plate" and steady_only:
         build = partial(Level.moments, states=1)  # that field is the steady state itself
     fine = build(levels.fine)
     coarse = fine if levels.rough else build(levels.coarse)
@@ -148,6 +158,9 @@ _WITH_ISLANDS = "anchored, islands in the circuit"
 _PLATE = Rung(
     "plate", "rest (thin plate)", "the silicon layer is averaged over its thickness",
     "the average over the layer's thickness",
+)  # fmt: skip
+_SUBSTRATE = Rung(
+    "plate", "substrate", "the oxide stands on room temperature", "the missing substrate", bare=True,
 )  # fmt: skip
 _FEW = Rung("moments", "few states", "the response is made of a few fields", "the small number of states")
 _ALL = [
@@ -178,7 +191,9 @@ _OF_ROWS: dict[str, tuple[Rung, ...]] = {
 }  # fmt: skip
 """What stands in a row's ladder for some of these: no plate is made of a row, and the fin is the last before 3D."""
 
-AT_FAULT = {rung.blame: rung.at_fault for rung in (*_ALL, _FEW, *(own for of in _OF_ROWS.values() for own in of))}
+AT_FAULT = {
+    rung.blame: rung.at_fault for rung in (*_ALL, _FEW, _SUBSTRATE, *(own for of in _OF_ROWS.values() for own in of))
+}
 """What is at fault, by its ``blame``."""
 
 _BETWEEN: dict[str, Callable[[Level], FewStates]] = {

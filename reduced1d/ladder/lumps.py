@@ -63,5 +63,5 @@ def lumps(sink: Sink, anchor_resistance: float, circuit: bool = False) -> FewSta
     return FewStates(
         np.diag(number * sink.silicon.heat_capacity * L * A_c), np.diag(number * flows + air), cold,
         np.diag(cold), float(cold.sum()) + circuit * over, cold, float(cold.sum()), outputs,
-        a, sink.spans * sink.voltage,
+        a, sink.drive,
     ).in_modes()  # fmt: skip

@@ -26,6 +26,7 @@ import numpy as np
 
 from reduced1d.equations import room_resistivity
 from reduced1d.ladder.few_states import FewStates
+from reduced1d.spreading import plate_resistance
 from scenes.sink import Sink
 
 if TYPE_CHECKING:
@@ -108,13 +109,27 @@ def factorize(matrix: csc_matrix) -> Any:
 
 
 def film(sink: Sink) -> float:
-    """The oxide as a film coefficient (W/(m2 K)) under the silicon's mean temperature: 1/h = t_o/k_o + t/(3 k).
+    """The oxide as a film coefficient (W/(m2 K)) under the silicon's mean temperature: 1/h = t_o/k_o + t/(3 k), and
+    what is below it.
 
     The oxide's own resistance, and that of the silicon's thickness: with heat taken off below and none above, the
     temperature is a parabola across the layer, whose mean is q t / (3 k) above its foot.
     """
     silicon = sink.thickness / (3 * sink.silicon.thermal_conductivity)
-    return 1 / (sink.oxide_thickness / sink.oxide.thermal_conductivity + silicon)
+    return 1 / (sink.oxide_thickness / sink.oxide.thermal_conductivity + silicon + below(sink))
+
+
+def below(sink: Sink) -> float:
+    """The resistance (m2 K/W) of the substrate under an oxide block through which as much heat flows evenly as through
+    the other: its spreading resistance and what the other's heat adds, times the block's area. The substrate's heat
+    capacity is left out."""
+    if sink.substrate_thickness is None:
+        return 0.0
+    middle = sink.length / 2 + sink.anchor_distance + sink.oxide_length / 2
+    places = [(sink.substrate_length / 2 + side * middle, sink.substrate_width / 2) for side in (-1, 1)]
+    plate = sink.substrate_length, sink.substrate_width, sink.substrate_thickness
+    block, k = (sink.oxide_length, sink.oxide_width), sink.substrate.thermal_conductivity
+    return math.prod(block) * sum(plate_resistance(plate, block, places[0], k, other) for other in places)
 
 
 def assemble(sink: Sink, grading: Grading) -> Plate:
@@ -159,7 +174,7 @@ def assemble(sink: Sink, grading: Grading) -> Plate:
     source = COPIES * heat * over_beam
     model = FewStates(
         (silicon.heat_capacity * t * mass_beam + in_pads + in_oxide).tocsc(), conductance, source,
-        (heat * mass_beam).tocsc(), float(source.sum()), source, float(source.sum()), outputs, a, sink.voltage,
+        (heat * mass_beam).tocsc(), float(source.sum()), source, float(source.sum()), outputs, a, sink.drive,
     )  # fmt: skip
     return Plate(sink, part, basis, model, in_pads, in_oxide, factorize(conductance))
 

@@ -52,7 +52,8 @@ def of_sink(sink: Sink, request: Request, solver: tuple[Step, ...], data: Data |
     """The plan of a sink around the lines of the 3D ``solver``."""
     in_3d, left = "fem3d" in request.models, skipped_of_sink(sink, request)
     if in_3d and sink.substrate_thickness is not None:
-        solver = (*solver, step("substrate", "in 3D; the 1D model's oxide stands on room temperature"))
+        one = "the paper's oxide stands on room temperature" if request.reduction == "paper" else "its resistance in 1D"
+        solver = (*solver, step("substrate", f"in 3D; {one}"))
     steps = [*solver, _reduction(request), *_checks(sink, request), *_figures(figures_of(sink), left)]
     steps.append(step("traces.csv", "every quantity against time", "" if request.transient else _STEADY))
     # What is done only when asked for, and so has no line where it isn't.

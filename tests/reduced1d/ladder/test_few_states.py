@@ -9,13 +9,13 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from reduced1d.ladder.anchor import Anchor
-from reduced1d.ladder.few_states import over_time, runaway_voltage, steady, steady_state, trajectory
+from reduced1d.ladder.few_states import largest_drive, over_time, steady, steady_state, trajectory
 from reduced1d.ladder.fin import fin
 from reduced1d.ladder.levels import Levels
 from reduced1d.ladder.lumps import lumps
 from reduced1d.sink import anchor_series_resistance, solve
 from scenes.errors import RunawayError
-from scenes.sink import SILICON, Sink
+from scenes.sink import SILICON, Drive, Sink
 from tests.fin import fin_runaway_voltage, solve_fin
 from tests.reduced1d import relative
 
@@ -71,21 +71,21 @@ def test_runaway_is_the_exact_fins() -> None:
     sink = Sink(silicon=FALLING)
     model = fin(sink, bare(2663.0))
     limit = fin_runaway_voltage(sink, 2663.0)
-    assert runaway_voltage(model) == relative(limit, 1e-8)
-    steady_state(replace(model, voltage=0.999 * limit))
+    assert largest_drive(model) == relative(limit, 1e-8)
+    steady_state(replace(model, drive=Drive(0.999 * limit)))
     with pytest.raises(RunawayError) as caught:
-        steady_state(replace(model, voltage=1.001 * limit))
+        steady_state(replace(model, drive=Drive(1.001 * limit)))
     assert caught.value.limit == relative(limit, 1e-8)
 
 
 def test_without_feedback_every_mode_is_an_exponential() -> None:
     model = fin(SINKS["constant"], replace(bare(2663.0), pad=1e-7, oxide=1e-9))
     states, current = trajectory(model, TIMES)
-    heat = (model.voltage / model.resistance) ** 2 * model.source
+    heat = (model.drive.value / model.resistance) ** 2 * model.source
     exact = heat * -np.expm1(-np.outer(TIMES, model.rates)) / model.rates
     rows = np.array([model.outputs["peak"], model.outputs["end"]]).T
     assert np.abs((states - exact) @ rows)[TIMES >= 1e-5].max() < 3e-5 * np.abs(exact @ rows).max()
-    assert current == relative(model.voltage / model.resistance, 1e-14)
+    assert current == relative(model.drive.value / model.resistance, 1e-14)
 
 
 @pytest.mark.parametrize("voltage", [2.0, 4.5])
@@ -97,7 +97,7 @@ def test_with_feedback_the_steps_are_those_of_a_general_integrator(voltage: floa
     def rate(_: float, a: np.ndarray) -> np.ndarray:
         resistance = model.resistance + model.coefficient * model.source @ a
         heat = model.source + model.coefficient * model.feedback @ a
-        found: np.ndarray = (model.voltage / resistance) ** 2 * heat - model.rates * a
+        found: np.ndarray = (model.drive.value / resistance) ** 2 * heat - model.rates * a
         return found
 
     times = np.linspace(0.0, end, 30)
@@ -106,7 +106,7 @@ def test_with_feedback_the_steps_are_those_of_a_general_integrator(voltage: floa
     # Where the resistance is about to vanish, the inside of a step is less well known than its ends.
     assert np.abs(found - exact).max() < (3e-5 if voltage < 4.0 else 3e-4) * np.abs(exact).max()
     with pytest.raises(RunawayError, match="runs away after"):
-        trajectory(replace(model, voltage=20.0), times)
+        trajectory(replace(model, drive=Drive(20.0)), times)
 
 
 def test_twice_the_steps_is_more_than_twice_as_good(levels: Levels) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from scenes.errors import listed
 from scenes.formats import sink_text
 from scenes.model import AnyScene, Probe
-from scenes.physics import refuse_laws
+from scenes.physics import refuse_laws, refuse_terminals
 from scenes.plan import Request, Step, noted
 from scenes.sink import OF_A_SINK, Sink
 from validate.run import plan as plans
@@ -52,6 +52,7 @@ def _refuse(sink: Sink, request: Request) -> None:
         refuse(sink, request.reduction)
     if inputs.differentiated(request):
         refuse_laws((sink.silicon, sink.oxide), "a sensitivity")
+        refuse_terminals(sink.scene(), "a sensitivity")
 
 
 def exported(sink: Sink, request: Request) -> AnyScene:
