@@ -16,7 +16,7 @@ from scenes.keys import type_of
 from scenes.model import Material
 from scenes.physics import check_resistivity, refuse_both, refuse_laws
 from scenes.sink import Sink
-from scenes.units import CURRENT, LENGTH, TIME, VOLTAGE
+from scenes.units import CURRENT, LENGTH, THERMAL_CONTACT, TIME, VOLTAGE
 
 T = TypeVar("T")
 _ROUNDING = 1e-9
@@ -52,6 +52,11 @@ def _check_device(device: Device) -> None:
     refuse_laws((device.sink.silicon, device.sink.oxide, device.gold, device.pdms), "a device")
     if device.sink.spans > 1:
         raise SceneError(f"sink.spans = {device.sink.spans} makes a row, and a device has one span: give 1")
+    if device.sink.contact_resistance is not None:
+        raise SceneError(
+            f"anchor.contact_resistance = {quoted(THERMAL_CONTACT.show(device.sink.contact_resistance))} is not solved "
+            'for a device yet: leave it out, or give "perfect"'
+        )
     _check_control(device)
 
 

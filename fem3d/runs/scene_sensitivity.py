@@ -21,7 +21,6 @@ from fem3d.sensitivity.motion import STEP
 from fem3d.sensitivity.over_time import over_time
 from fem3d.sensitivity.steady import Known, Table
 from scenes.errors import SceneError, quoted
-from scenes.free import contacts
 from scenes.model import AnyScene, values
 from scenes.result import Estimate, Result
 from scenes.varied import neighbour, numbers
@@ -45,8 +44,7 @@ class Slopes:
 
 def of_scene(scene: AnyScene, result: Result, keys: Iterable[str] | None = None) -> Slopes:
     """The derivatives of a result of a whole scene by every number other than zero, or by some ``keys`` alone. Raises
-    SceneError for one with contacts, and ConvergenceError."""
-    contacts.refuse(scene, "sensitivities, and what is made of them, don't follow the jump at a contact yet")
+    ConvergenceError."""
     others, torn = dict[str, AnyScene](), dict[str, str]()
     for key in numbers(scene) if keys is None else keys:
         try:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenes import physics
 from scenes.errors import NumericsError, RunawayInTimeError, SceneError, listed
+from scenes.free import contacts
 from scenes.model import UNITS, AnyScene, Schedule
 from scenes.plan import Request, Step
 from validate.run import plan as plans
@@ -52,6 +53,7 @@ def _refuse(scene: AnyScene, request: Request) -> None:
     if inputs.differentiated(request):
         physics.refuse_laws(physics.materials(scene), "a sensitivity")
         physics.refuse_terminals(scene, "a sensitivity")
+        contacts.refuse(scene, "a sensitivity doesn't follow the jump at a contact yet")
 
 
 def exported(scene: AnyScene, request: Request) -> AnyScene:
