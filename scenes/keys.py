@@ -11,10 +11,11 @@ from dataclasses import dataclass, replace
 from typing import Any, Generic, TypeVar
 
 from scenes import units as d
+from scenes.array import SinkArray
 from scenes.checks import DEVICE_CHECKS, SLOPE_TOLERANCES, Differing, tolerances
 from scenes.device import Device
 from scenes.following import Following
-from scenes.kinds import NAME, Choice, Count, Insulator, Kind, Numbers, Quantity, Switch
+from scenes.kinds import NAME, Choice, Count, Insulator, Kind, Numbered, Numbers, Quantity, Switch
 from scenes.schema import Key, Schema
 from scenes.sink import Sink
 
@@ -72,6 +73,9 @@ _PHYSICAL = (
         for name, kind in (
             ("thickness", Quantity(d.LENGTH, 1e-9, 1.0, word="none")), ("length", SIZE), ("width", SIZE),
         )
+    ),
+    *_section(
+        "array", columns=Count(1, 100), pitch=SIZE, rows=Count(1, 100), row_pitch=SIZE, driven=Numbered("all", 10_000),
     ),
     *_material("silicon", CONDUCTOR),
     *_material("oxide", INSULATOR),
@@ -142,11 +146,13 @@ SINK = SceneType("sink", _SINK, Sink(), "drive.voltage")
 DEVICE = SceneType("device", _DEVICE, Device(), "external.final_temperature")
 
 TYPES: dict[str, SceneType[Any]] = {found.name: found for found in (SINK, DEVICE)}
+OF_KIND = {**TYPES, SinkArray.kind: SINK}
+"""What type of scene each kind is of: rows of sinks stand in the file of one."""
 
 
 def type_of(scene: object) -> SceneType[Any]:
     """The type of a scene; TypeError for what is none."""
-    found = TYPES.get(getattr(scene, "kind", ""))
+    found = OF_KIND.get(getattr(scene, "kind", ""))
     if found is None:
         raise TypeError(f"{type(scene).__name__} is not a scene")
     return found

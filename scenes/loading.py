@@ -13,10 +13,11 @@ from operator import attrgetter
 from pathlib import Path
 from typing import Any, Literal, TypeVar, overload
 
+from scenes.array import SinkArray
 from scenes.device import Device
 from scenes.errors import SceneError, did_you_mean, quoted, reason
 from scenes.files import contents, parsed
-from scenes.keys import DEVICE, SINK, TYPES, SceneType, type_of
+from scenes.keys import DEVICE, OF_KIND, SINK, TYPES, SceneType, type_of
 from scenes.kinds import Choice
 from scenes.model import AnyScene
 from scenes.moved import transferred
@@ -104,7 +105,7 @@ def overridden(scene: T, overrides: Sequence[str]) -> T:
     parameters follows them."""
     given: Any = scene
     if not overrides:
-        return check(given) if given.kind in TYPES else given
+        return check(given) if given.kind in OF_KIND else given
     if given.parameters is None:
         return _read(given, _flat(given), overrides)
     flat = given.parameters.flat
@@ -115,7 +116,7 @@ def overridden(scene: T, overrides: Sequence[str]) -> T:
 
 def _flat(scene: Any) -> dict[str, Any]:
     """What a file of the scene would say, by path."""
-    if scene.kind in TYPES:
+    if scene.kind in OF_KIND:
         return type_of(scene).schema.write(scene)
     from scenes import free
 
@@ -124,7 +125,7 @@ def _flat(scene: Any) -> dict[str, Any]:
 
 def _read(scene: Any, flat: Mapping[str, Any], overrides: Sequence[str]) -> Any:
     """What a flat scene says with overrides over it, as a scene of the kind of another."""
-    if scene.kind in TYPES:
+    if scene.kind in OF_KIND:
         return _built(flat, overrides, type_of(scene))
     from scenes import free
 
@@ -136,7 +137,12 @@ def _built(flat: Mapping[str, Any], overrides: Sequence[str], of: SceneType[Any]
     before, values = schema.read(flat), schema.read(override(flat, overrides, schema))
     if _physical(before, of) != _physical(values, of) and _EXPECTED not in override(parameters, overrides, schema):
         values[_EXPECTED] = None
-    return check(schema.apply(values, of.default))
+    return _checked(schema.apply(values, of.default))
+
+
+def _checked(scene: Any) -> Any:
+    """The scene, checked; more than one sink on a substrate as the array that they are."""
+    return check(SinkArray.of(scene) if scene.kind == Sink.kind and scene.count > 1 else scene)
 
 
 @overload
@@ -145,7 +151,7 @@ def from_dict(document: Mapping[str, Any]) -> Sink: ...
 def from_dict(document: Mapping[str, Any], of: SceneType[T]) -> T: ...
 def from_dict(document: Mapping[str, Any], of: SceneType[Any] = SINK) -> Any:
     """The scene of nested sections such as ``as_dict`` returns, checked; raises SceneError."""
-    return check(of.schema.apply(of.schema.read(of.schema.flatten(document)), of.default))
+    return _checked(of.schema.apply(of.schema.read(of.schema.flatten(document)), of.default))
 
 
 def as_dict(scene: object) -> dict[str, Any]:

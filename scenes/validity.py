@@ -9,6 +9,7 @@ from operator import attrgetter
 from typing import Any, TypeVar
 
 from scenes import laws
+from scenes.array import ONE_SINK
 from scenes.device import Device
 from scenes.errors import SceneError, quoted
 from scenes.following import number_of
@@ -52,6 +53,8 @@ def _check_device(device: Device) -> None:
     refuse_laws((device.sink.silicon, device.sink.oxide, device.gold, device.pdms), "a device")
     if device.sink.spans > 1:
         raise SceneError(f"sink.spans = {device.sink.spans} makes a row, and a device has one span: give 1")
+    if device.sink.count > 1:
+        raise SceneError(ONE_SINK.format(device.sink, "one device is simulated"))
     if device.sink.contact_resistance is not None:
         raise SceneError(
             f"anchor.contact_resistance = {quoted(THERMAL_CONTACT.show(device.sink.contact_resistance))} is not solved "
@@ -98,6 +101,7 @@ def _check_sizes(sink: Sink) -> None:
             f"anchor.pad_length - anchor.oxide_length = {_shown(room)}"
         )
     _check_substrate(sink)
+    _check_array(sink)
     _check_drive(sink)
     if sink.spans > 1 and sink.island > sink.length * (1 + _ROUNDING):
         raise SceneError(
@@ -153,6 +157,45 @@ def _check_substrate(sink: Sink) -> None:
             raise SceneError(
                 f"substrate.{side} = {_shown(size)} lets the oxide stick out of it: give at least {_shown(least)}, {of}"
             )
+
+
+def _check_array(sink: Sink) -> None:
+    if sink.count == 1:
+        return
+    if sink.substrate_thickness is None:
+        raise SceneError(
+            f"array.columns = {sink.columns} and array.rows = {sink.rows} stand on one substrate: give its "
+            'substrate.thickness, such as "0.5 mm"'
+        )
+    if sink.current is not None or sink.series_resistance:
+        key = "drive.current" if sink.current is not None else "drive.series_resistance"
+        raise SceneError(ONE_SINK.format(sink, f"each has its voltage, and {key} is of one sink"))
+    wide, long = max(sink.pad_width, sink.width), sink.length + 2 * sink.pad_length
+    least = {
+        "pitch": (sink.columns, wide, "the wider of anchor.pad_width and sink.width"),
+        "row_pitch": (sink.rows, long, "sink.length + 2 anchor.pad_length"),
+    }
+    for key, (count, size, of) in least.items():
+        if count > 1 and getattr(sink, key) <= size * (1 + _ROUNDING):
+            raise SceneError(
+                f"array.{key} = {_shown(getattr(sink, key))} lets pads touch: give more than {_shown(size)}, {of}"
+            )
+    foot = sink.length + 2 * (sink.anchor_distance + sink.oxide_length)
+    needed = {
+        "width": (sink.columns - 1) * sink.pitch + sink.oxide_width,
+        "length": (sink.rows - 1) * sink.row_pitch + foot,
+    }
+    for side, size in needed.items():
+        given = getattr(sink, f"substrate_{side}")
+        if given < size * (1 - _ROUNDING):
+            raise SceneError(
+                f"substrate.{side} = {_shown(given)} is smaller than the array on it: give at least {_shown(size)}"
+            )
+    if sink.driven is not None and sink.driven[-1] > sink.count:
+        raise SceneError(
+            f"array.driven = {list(sink.driven)} names element {sink.driven[-1]}, and the array has {sink.count}: give "
+            f'numbers from 1 to {sink.count}, or "all"'
+        )
 
 
 def _shown(length: float) -> str:

@@ -17,7 +17,7 @@ from typing import Any, TypeVar
 from scenes import laws, physics
 from scenes.following import number_of
 from scenes.free.document import CURRENT_CONTACT, HEAT_CONTACT, HEAT_SOURCE, LISTS, SERIES
-from scenes.keys import TYPES, type_of
+from scenes.keys import OF_KIND, type_of
 from scenes.kinds import KELVIN, Convection, Quantity, Varying
 from scenes.model import AnyScene, Material, Scene, Schedule, Value, values
 from scenes.moved import transferred
@@ -36,7 +36,7 @@ _SIZE = Quantity(LENGTH, 0.0, 1e4)
 
 def is_free(scene: object) -> bool:
     """Whether a scene is one of boxes or on a mesh, and none of the parametric ones."""
-    return getattr(scene, "kind", "") not in TYPES
+    return getattr(scene, "kind", "") not in OF_KIND
 
 
 def numbers(scene: Any) -> dict[str, float]:

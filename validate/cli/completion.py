@@ -9,24 +9,57 @@ to use it:
 from __future__ import annotations
 
 import argparse
+import re
 from importlib import import_module
 from pathlib import Path
 from typing import NamedTuple
 
 from reduced1d.ladder import REDUCTIONS
 from scenes.checks import DEFAULT_TOLERANCES
+from scenes.errors import SceneError
 from scenes.keys import TYPES
-from scenes.loading import known_names
+from scenes.loading import examples, known_names
 from validate.cli.arguments import COMMANDS
 from validate.cli.common import add
 from validate.cli.terminal import FINE, show
 
-OPTIONS = {"shell {bash,zsh,fish}": "the shell"}
+OPTIONS = {
+    "shell {bash,zsh,fish,keys}": "the shell; or keys, which prints those of a scene, as the scripts ask for them",
+    "[scene SCENE.toml]": "of keys: the scene",
+}
+OF_A_SCENE = "--set --vary --uncertain --calibrate"
+"""The options that keys of a scene follow."""
+CONVECTION = ("coefficient", "ambient")
 
 
 def run(arguments: argparse.Namespace) -> int:
-    show(script(arguments.shell))
+    if (arguments.shell == "keys") != (arguments.scene is not None):
+        raise SceneError("keys are of a scene, and scripts are not: give validate completion keys SCENE.toml")
+    show("\n".join(keys(arguments.scene)) if arguments.scene else script(arguments.shell))
     return FINE
+
+
+def keys(source: str) -> list[str]:
+    """The keys of a scene that may be overridden; of each of its boxes, boundaries and so on all that it may have,
+    places by coordinate. Raises SceneError for what can't be read."""
+    from scenes.free import schema_of
+    from scenes.kinds import Convection, Place
+    from scenes.loading import document, type_of_file
+    from scenes.schema import label_of
+
+    given, _, _ = document(source, known_names())
+    kind = type_of_file(given)
+    if kind:
+        return list(kind.schema.paths)
+    schema = schema_of(given)
+    found = [*schema.paths, *(f"parameters.{name}" for name in given.get("parameters", ()))]
+    for table, allowed in schema.lists.items():
+        for number, item in enumerate(given.get(table, ()), 1):
+            for key, of in allowed.items():
+                ends = ("x", "y", "z") if isinstance(of, Place) else CONVECTION if isinstance(of, Convection) else ()
+                name = f"{table}.{label_of(table, number, item)[0]}.{key}"
+                found += [f"{name}.{end}" for end in ends] or [name] * (key != "name")
+    return found
 
 
 def script(shell: str) -> str:
@@ -86,11 +119,20 @@ def _bash() -> str:
             after += f"    {'|'.join(plain)}) ;;\n"
         own += f'        {command}) words="{" ".join([*words, *(option.name for option in options)])}" ;;\n'
     text = Path(__file__).with_suffix(".bash").read_text(encoding="utf-8").rstrip("\n")
-    return text.replace("@commands", " ".join(COMMANDS)).replace("@after", after).replace("@own", own)
+    marks = {
+        "commands": " ".join(COMMANDS), "after": after, "own": own, "examples": "|".join(examples()),
+        "of_a_scene": OF_A_SCENE.replace(" ", "|"),
+    }  # fmt: skip
+    return re.sub("@(" + "|".join(marks) + ")", lambda mark: marks[mark[1]], text)
 
 
 def _fish() -> str:
-    lines = []
+    lines = [
+        "function _validate_keys",
+        "  set -l scene (commandline -opc | string match -r '.*\\.toml$')",
+        '  test -n "$scene[1]" && validate completion keys $scene[1] 2> /dev/null',
+        "end",
+    ]
     for command, said in COMMANDS.items():
         words, options = _words(command)
         lines.append(f"complete -c validate -n __fish_use_subcommand -f -a {command} -d {_quoted(said)}")
@@ -98,6 +140,8 @@ def _fish() -> str:
         if words:
             lines.append(f"{seen} -a {_quoted(' '.join(words))}")
         for option in options:
+            if option.name in OF_A_SCENE.split():
+                lines.append(f"{seen} -l {option.name.removeprefix('--')} -x -a '(_validate_keys)'")
             end = f" -x -a {_quoted(' '.join(option.words))}" if option.words else " -r" if option.takes_value else ""
             lines.append(f"{seen} -l {option.name.removeprefix('--')} -d {_quoted(option.help)}{end}")
     return "\n".join(lines)

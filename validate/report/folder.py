@@ -25,7 +25,7 @@ RUN = Content(
     "a run of this program", "output", "--out",
     re.compile(
         r"scene\.png|summary\.json|(traces|sensitivities)\.csv|(figure\w+|islands|islands_runs|air|left_out|why|sensitivity"
-        r"|shielding|validation)\.(png|svg)|fem3d\.(pvd|vtkhdf(\.part)?)|fem3d_\w+\.vtu|report\.html"
+        r"|array|shielding|validation)\.(png|svg)|fem3d\.(pvd|vtkhdf(\.part)?)|fem3d_\w+\.vtu|report\.html"
     ),
     "summary.json", ("schema", "plan"), (PICTURE,),
 )  # fmt: skip
@@ -67,7 +67,7 @@ def folder_of(scene: Any, request: Request, settings: Sequence[str] = (), data: 
     model = ["model", getattr(request.model, "__name__", str(request.model))] if request.model else []
     if scene.kind == "free":
         return _safe(scene.name, *_words(settings), *model, *["why"] * request.why, *asked, *held, *fields, *against)
-    if scene.kind == "sink":
+    if scene.kind in ("sink", "array"):
         words = [request.reduction.replace(":", "")] * (request.reduction != "paper")
         words += ["3d"] * (request.models == ("fem3d",)) + ["1d"] * (request.models == ("reduced1d",))
         words += ["steady"] * (not request.transient) + ["why"] * request.why + ["air"] * request.air

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -10,8 +11,10 @@ from pathlib import Path
 
 import pytest
 
+from scenes.errors import SceneError
+from scenes.loading import builtin_text, examples, known_names, load
 from validate.cli.arguments import COMMANDS
-from validate.cli.completion import script
+from validate.cli.completion import keys, script
 
 ASKED = {
     "validate ": set(COMMANDS),
@@ -30,7 +33,7 @@ ASKED = {
     "validate device --uncertain device.pol": {"device.polymer_thickness="},
     "validate view --sho": {"--show"},
     "validate view --show pot": {"potential"},
-    "validate completion ": {"bash", "zsh", "fish"},
+    "validate completion ": {"bash", "zsh", "fish", "keys", *known_names()},
 }
 
 
@@ -40,7 +43,7 @@ def bash(line: str) -> set[str]:
     asked = f"COMP_WORDS=({listed}); COMP_CWORD={len(words) - 1}; _validate 2> /dev/null"
     code = f"{script('bash')}\n{asked}; printf '%s\\n' \"${{COMPREPLY[@]}}\""
     found = subprocess.run(["bash", "-c", code], capture_output=True, text=True, check=True)
-    return set(found.stdout.splitlines())
+    return set(found.stdout.splitlines()) - {""}
 
 
 @pytest.mark.skipif(shutil.which("bash") is None, reason="no bash here")
@@ -57,6 +60,38 @@ def test_files_are_offered_where_they_fit() -> None:
     assert "mine.toml" not in bash("validate sink --only m")
     subprocess.run(["touch", "my own scene.toml"], check=True)
     assert {"my own scene.toml", "mine.toml"} <= bash("validate solve m")
+
+
+@pytest.mark.skipif(shutil.which("bash") is None, reason="no bash here")
+def test_keys_of_a_scene_of_boxes_are_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PATH", f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}")
+    assert bash("validate solve bridge --set box.beam.upper.") == {f"box.beam.upper.{axis}=" for axis in "xyz"}
+    Path("mine.toml").write_text(builtin_text("bridge"), encoding="utf-8")
+    assert bash("validate solve mine.toml --uncertain material.oxide.dens") == {"material.oxide.density="}
+    assert bash("validate sweep mine.toml --vary boundary.left") >= {"boundary.left electrode.voltage="}
+    assert bash("validate solve mine.toml --calibrate parameters.f") == {"parameters.foot"}
+    assert bash("validate solve none.toml --set box.") == set()
+
+
+NO_KEY = "unknown|sets nothing|takes"
+
+
+@pytest.mark.parametrize("name", examples())
+def test_every_key_offered_is_a_key(name: str) -> None:
+    """A key that is one may be set to no such value; a key that is none is said to be none."""
+    for key in keys(name):
+        assert not re.search(NO_KEY, refusal(name, key)), key
+    for key in keys(name)[-1], "parameters.w", "run.accuracy":
+        assert re.search(NO_KEY, refusal(name, f"{key}xx")), key
+
+
+def refusal(name: str, key: str) -> str:
+    """What is said against a value of 1 there."""
+    try:
+        load(name, [f"{key}=1"])
+    except SceneError as error:
+        return str(error)
+    return ""
 
 
 @pytest.mark.parametrize("shell", ["zsh", "fish"])

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from scenes.array import ONE_SINK
 from scenes.errors import SceneError, listed
 from scenes.formats import sink_text
 from scenes.model import AnyScene, Probe
@@ -48,6 +49,8 @@ def _refuse(sink: Sink, request: Request) -> None:
     """SceneError for a reduction, or sensitivities, that there are not of this sink."""
     from reduced1d.ladder import refuse
 
+    if sink.count > 1:
+        raise SceneError(ONE_SINK.format(sink, "rows of sinks are a scenes.array.SinkArray"))
     if "reduced1d" in request.models and not request.model:
         refuse(sink, request.reduction)
     if inputs.differentiated(request):

@@ -1,0 +1,242 @@
+"""Rows of sinks on one substrate: one of them in 3D with the substrate, and what the others and the sides of the plate
+do to it through the substrate alone.
+
+One element in the middle of the same plate is solved once: its rises, its current, and how the heat enters the plate
+over its two feet. Elsewhere, and beside others, the plate under its feet is warmer by
+
+    theta_k = sum_j g_kj q_j + (g_kk elsewhere - g_kk in the middle) q_k,
+
+with q the heat of each foot and g the plate's own solution for heat of a footprint (`fem3d.runs.plate`). A foot of an
+idle element changes nothing of that but for the heat that its beam takes from one foot to the other. A plate that is
+warmer by theta all over warms the element by theta; of a driven one the resistance then rises and its power falls.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from fem3d.runs import sink as alone
+from fem3d.runs.plate import Plate
+from meshes import symmetry
+from scenes.array import SinkArray, driven, places
+from scenes.errors import NumericsError
+from scenes.plan import Request, Step
+from scenes.result import Estimate, Result
+
+POINTS = 16
+"""Gauss points across a foot, by which the moments of what enters there are integrated."""
+ROUNDS, SETTLED = 50, 1e-13
+PITCHES, THICKNESSES = 25, (0.25, 0.5, 1.0, 2.0)
+"""How many pitches crosstalk is found at, and on substrates of which parts of the scene's thickness."""
+MATRIX = 100
+"""Up to so many elements summary.json has the whole matrix of who warms whom."""
+
+
+@dataclass(frozen=True, eq=False)
+class Footprint:
+    """How heat enters the plate under a foot: the places, from its middle, of points of equal parts of it along x and
+    (towards the beam being positive) along y, m."""
+
+    x: np.ndarray
+    y: np.ndarray
+
+    @property
+    def middle(self) -> Footprint:
+        """All heat at the centroid."""
+        return Footprint(np.zeros(1), np.full(1, self.y.mean()))
+
+
+@dataclass(frozen=True, eq=False)
+class Coupling:
+    """(elements, elements, 2, 2): the rise (K/W) of each foot of one by heat of each of another's besides what it has
+    alone in the middle of the plate; in the order (element k, element j, foot of k, foot of j)."""
+
+    per_heat: np.ndarray
+
+
+def solve(sink: SinkArray, progress: Callable[[str], None] | None = None) -> Result:
+    """The steady state of every element with estimated errors; ``details`` have the crosstalk and the places.
+
+    Raises what `fem3d.runs.sink.solve` raises, and NumericsError where the plate mirrors the array too often.
+    """
+    say = progress or (lambda _: None)
+    element = sink.element
+    one = alone.solve(element, Request(transient=False), say)
+    say("the substrate between the elements")
+    print_ = footprint(one)
+    fine, rough = (coupling(sink, of) for of in (print_, print_.middle))
+    found, other = (coupled(sink, one, by) for by in (fine, rough))
+    result = _result(sink, one, found, other, fine)
+    result.details["footprint"] = print_
+    return result
+
+
+def footprint(one: Result) -> Footprint:
+    """Of one element's solution: two points a side that have the moments of what enters under a foot, up to the third
+    across, where it is symmetric, and the mean and the variance along."""
+    sink, state = one.details["sink"], one.details["answer"].fine.state
+    space: Any = state.heat.domain.space
+    nodes, weights = np.polynomial.legendre.leggauss(POINTS)
+    part = symmetry.reduce(sink.scene())
+    near = sink.anchor_distance
+    x = sink.oxide_width / 2 * nodes
+    y = -(near + sink.oxide_length / 2) + sink.oxide_length / 2 * nodes
+    points = np.array([(a, b, -sink.oxide_thickness / 2) for a in x for b in y])
+    inside = part.mirrored(points)
+    field = state.heat.field(state.rise)
+    flux = np.empty(len(points))
+    for i, at in enumerate(inside):
+        flux[i] = space.sample(field, *(at[d : d + 1] for d in range(3)), slope=2)[0, 0, 0]
+    flux = flux.reshape(POINTS, POINTS) * np.outer(weights, weights)
+    flux = flux / flux.sum()
+    across, along = flux.sum(axis=1), flux.sum(axis=0)
+    spread = np.sqrt(across @ x**2)
+    local = y - y.mean()
+    middle = float(along @ local)
+    deviation = np.sqrt(along @ (local - middle) ** 2)
+    return Footprint(np.array([-spread, spread]), np.array([middle - deviation, middle + deviation]))
+
+
+def coupling(sink: SinkArray, of: Footprint) -> Coupling:
+    """The plate's part of the array."""
+    plate = Plate(
+        sink.substrate_width, sink.substrate_length, sink.substrate_thickness or 0.0,
+        float(sink.substrate.thermal_conductivity),
+    )  # fmt: skip
+    centre = np.array([plate.x / 2, plate.y / 2])
+    at = np.array(places(sink)).reshape(sink.rows, sink.columns, 2)
+    columns = centre[0] + at[0, :, 0][:, None] + of.x
+    out = sink.length / 2 + sink.anchor_distance + sink.oxide_length / 2
+    feet = np.stack([-out + of.y, out - of.y])
+    rows = centre[1] + at[:, 0, 1][:, None, None] + feet
+    count, n, m = sink.count, sink.columns, sink.rows
+    between = plate.between(columns, rows.reshape(2 * m, -1)).reshape(n, n, m, 2, m, 2)
+    found = between.transpose(2, 0, 4, 1, 3, 5).reshape(count, count, 2, 2)
+    middle = plate.mirrored(centre[0] + of.x, centre[1] + feet)
+    for k in range(count):
+        row, column = divmod(k, n)
+        found[k, k] = plate.mirrored(columns[column], rows[row]) - middle
+    return Coupling(found)
+
+
+@dataclass(frozen=True, eq=False)
+class Coupled:
+    """Of each element: how much warmer the plate is under its feet (elements, 2) in K, and its power (W)."""
+
+    warmer: np.ndarray
+    power: np.ndarray
+
+
+def coupled(sink: SinkArray, one: Result, by: Coupling) -> Coupled:
+    """The elements on the plate that they warm together."""
+    on = np.zeros(sink.count)
+    on[np.array(driven(sink)) - 1] = 1.0
+    own, mean = one.steady["power_W"].value, one.steady["mean_rise_K"].value
+    silicon = sink.silicon
+    change = silicon.temperature_coefficient / (
+        1 + silicon.temperature_coefficient * (sink.room_temperature - silicon.reference_temperature)
+    )
+    along = sink.length / (float(silicon.thermal_conductivity) * sink.cross_section)
+    from_foot_to_foot = 1 / (along + 2 * one.steady["anchor_resistance_K_per_W"].value)
+    warmer, power = np.zeros((sink.count, 2)), own * on
+    for _ in range(ROUNDS):
+        through = from_foot_to_foot * (warmer[:, 0] - warmer[:, 1])
+        heat = power[:, None] / 2 + np.stack([-through, through], axis=1)
+        before, warmer = warmer, np.einsum("kjab,jb->ka", by.per_heat, heat)
+        # V^2/R with the rise in proportion to the power: R_0 (1 + a (m P/P_0 + theta)) P = V^2.
+        theta = warmer.mean(axis=1)
+        warm, ratio = 1 + change * mean, change * mean / own
+        slope = 1 + change * theta
+        root = slope**2 + 4 * ratio * own * warm
+        if (root <= 0).any() or not np.isfinite(root).all():
+            raise NumericsError("the array has no steady state at this voltage: its elements warm each other too much")
+        power = on * (2 * own * warm / (slope + np.sqrt(root)))
+        if np.abs(warmer - before).max() <= SETTLED * max(np.abs(warmer).max(), 1e-300):
+            return Coupled(warmer, power)
+    raise NumericsError("the elements of the array warm each other without end: no steady state is found")
+
+
+def _result(sink: SinkArray, one: Result, found: Coupled, other: Coupled, by: Coupling) -> Result:
+    own = one.steady
+    on = np.isin(np.arange(1, sink.count + 1), driven(sink))
+    base = {q: own[q].error / abs(own[q].value) for q in ("peak_rise_K", "mean_rise_K", "current_A", "power_W")}
+    theta = found.warmer.mean(axis=1)
+    footprints = np.abs(found.warmer - other.warmer).max(axis=1)
+    part = found.power / own["power_W"].value
+    # The pattern of the heat along the beam follows the resistance of each place, which what is left out changes.
+    moved = np.abs(1 - part) * abs(sink.silicon.temperature_coefficient) * own["peak_rise_K"].value
+    steady: dict[str, Estimate] = {}
+    for k in range(sink.count):
+        through = base["power_W"] * abs(theta[k]) + footprints[k]
+        for q in ("peak_rise_K", "mean_rise_K"):
+            rise = own[q].value * part[k] * on[k]
+            error = (base[q] + moved[k]) * rise + through
+            steady[f"sink{k + 1}_{q}"] = Estimate(float(rise + theta[k]), float(error))
+        current = own["current_A"].value * part[k] * on[k]
+        change = abs(sink.silicon.temperature_coefficient) * through
+        steady[f"sink{k + 1}_current_A"] = Estimate(
+            float(current), float((base["current_A"] + moved[k] * on[k] + change) * current)
+        )
+    crosstalk = by.per_heat.mean(axis=(2, 3))
+    crosstalk[np.diag_indices(sink.count)] += own["mean_rise_K"].value / own["power_W"].value
+    details = {
+        "sink": sink, "one": one, "places": places(sink), "driven": driven(sink), "crosstalk": crosstalk,
+        "unknowns": one.details["unknowns"], "warnings": one.details["warnings"], "plan": plan(sink),
+        "energy_imbalance": one.details.get("energy_imbalance"),
+    }  # fmt: skip
+    return Result("fem3d", steady, None, details)
+
+
+@dataclass(frozen=True, eq=False)
+class Fall:
+    """Of two elements beside each other on a substrate of a ``thickness`` (m): the ``part`` of the driven one's mean
+    rise that the idle one gets, by their ``pitch`` (m)."""
+
+    thickness: float
+    pitch: np.ndarray
+    part: np.ndarray
+
+    def below(self, tolerance: float) -> float:
+        """The pitch (m) from which the part is below a tolerance; infinite where none that fits is."""
+        over = np.flatnonzero(self.part > tolerance)
+        if not len(over):
+            return float(self.pitch[0])
+        if (i := int(over[-1])) == len(self.part) - 1:
+            return float("inf")
+        x, y = np.log(self.pitch[i : i + 2]), np.log(self.part[i : i + 2])
+        return float(np.exp(np.interp(-np.log(tolerance), -y, x)))
+
+
+def fall(sink: SinkArray, result: Result) -> list[Fall]:
+    """How crosstalk falls with the pitch, on substrates of a quarter, half, the whole and twice the thickness.
+
+    The two stand about the middle of the plate; the footprint is that on the sink's own substrate, and so is the driven
+    one's rise per watt, most of which is its own.
+    """
+    of, one = result.details["footprint"], result.details["one"]
+    own = one.steady["mean_rise_K"].value / one.steady["power_W"].value
+    least, most = 1.01 * max(sink.pad_width, sink.width), sink.substrate_width - sink.oxide_width
+    pitches, found = np.geomspace(least, max(most, 1.02 * least), PITCHES), []
+    for factor in THICKNESSES:
+        thickness = factor * (sink.substrate_thickness or 0.0)
+        part = []
+        for pitch in pitches.tolist():
+            pair = replace(sink, columns=2, rows=1, pitch=pitch, driven=None, substrate_thickness=thickness)
+            part.append(float(coupling(pair, of).per_heat[0, 1].mean()) / own)
+        found.append(Fall(thickness, pitches, np.array(part)))
+    return found
+
+
+def plan(sink: SinkArray) -> tuple[Step, ...]:
+    """What `solve` does."""
+    names = f"{sink.count} elements" if sink.rows == 1 else f"{sink.columns} x {sink.rows} elements"
+    return (
+        *(step for step in alone.plan(sink.element, Request(transient=False)) if step.state == "done"),
+        Step(
+            names, "done", "one is solved in 3D; the substrate between them by its own solution for heat at a footprint"
+        ),
+    )

@@ -1,0 +1,88 @@
+"""Rows of sinks on one substrate: columns of them side by side across, rows along, each an element of the array.
+
+Elements are numbered from 1, along x first, from the plate's lower corner. Any of them are driven at the sink's
+voltage, the others have no circuit.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+from typing import Any, ClassVar
+
+from scenes.model import Boundary, Box, Point, Probe, Scene
+from scenes.sink import Sink, face
+
+ONE_SINK = "array.columns = {0.columns} and array.rows = {0.rows}: {1}, so give 1 of each"
+"""What is said where more than one isn't solved."""
+
+
+@dataclass(frozen=True)
+class SinkArray(Sink):
+    """A sink that stands on its substrate more than once; all of it is a sink's."""
+
+    kind: ClassVar[str] = "array"
+
+    @staticmethod
+    def of(sink: Sink) -> SinkArray:
+        """The array that a sink's keys ask for."""
+        return SinkArray(**_given(sink))
+
+    @property
+    def element(self) -> Sink:
+        """One of them alone, in the middle of the same substrate."""
+        return alone(self)
+
+    def scene(self, count: int | None = None) -> Scene:
+        """All of them as boxes, conditions and probes, in one structure."""
+        return whole(self)
+
+
+def alone(sink: Sink) -> Sink:
+    """One element in the middle of the array's substrate."""
+    return Sink(**_given(sink) | {"columns": 1, "rows": 1, "driven": None})
+
+
+def _given(sink: Sink) -> dict[str, Any]:
+    return {field.name: getattr(sink, field.name) for field in fields(sink)}
+
+
+def places(sink: Sink) -> list[tuple[float, float]]:
+    """The middles (x, y) of the elements in m, about the middle of the plate."""
+    return [
+        ((column - (sink.columns - 1) / 2) * sink.pitch, (row - (sink.rows - 1) / 2) * sink.row_pitch)
+        for row in range(sink.rows)
+        for column in range(sink.columns)
+    ]
+
+
+def driven(sink: Sink) -> tuple[int, ...]:
+    """The numbers of the elements that are."""
+    return tuple(range(1, sink.count + 1)) if sink.driven is None else sink.driven
+
+
+def whole(sink: Sink) -> Scene:
+    """The array in one structure: of each element ``sink<k>_`` and its own names, of idle ones without circuits."""
+    one = alone(sink).scene()
+    on = driven(sink)
+    boxes: list[Box] = []
+    boundaries: list[Boundary] = []
+    probes: list[Probe] = []
+    for number, (x, y) in enumerate(places(sink), 1):
+
+        def moved(point: Point, x: float = x, y: float = y) -> Point:
+            return (point[0] + x, point[1] + y, point[2])
+
+        def put(item, number: int = number):  # type: ignore[no-untyped-def]
+            return replace(item, name=f"sink{number}_{item.name}", lower=moved(item.lower), upper=moved(item.upper))
+
+        boxes += [put(b) for b in one.boxes if b.name != "substrate"]
+        boundaries += [
+            put(b) for b in one.boundaries if b.kind == "convection" or (b.kind == "voltage" and number in on)
+        ]
+        probes += [put(p) for p in one.probes if p.name != "end"]
+    plate = one.boxes[-1]
+    bottom = Boundary("substrate", "temperature", *face(plate, 2, 0), sink.room_temperature)
+    return Scene(
+        sink.name, (*boxes, plate), (*boundaries, bottom), tuple(probes), sink.room_temperature, sink.end_time,
+        sink.accuracy, steady=True,
+    )  # fmt: skip

@@ -1,0 +1,80 @@
+"""Rows of sinks on one substrate: the plate's own solution against a cosine series, and elements that are coupled by it
+against all of them in one mesh."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fem3d.runs import array
+from fem3d.runs import scene as free
+from fem3d.runs.plate import Plate
+from scenes.array import SinkArray, whole
+from scenes.errors import SceneError
+from scenes.loading import load
+
+SMOOTH = 3e-6
+"""m: the source of the series is a Gaussian of that width, so that it ends; at a distance r it adds (SMOOTH/r)^2."""
+
+
+def series(plate: Plate, source: tuple[float, float], target: tuple[float, float], count: int = 1500) -> float:
+    """The rise (K/W) of a plate heated at a point of its top, as a double series of cosines."""
+    a, b = (np.pi * np.arange(count) / side for side in (plate.x, plate.y))
+    g = np.hypot(a[:, None], b[None])
+    g[0, 0] = 1e-30
+    depth = np.tanh(g * plate.thickness) / (plate.conductivity * g) * np.exp(-((g * SMOOTH) ** 2) / 2)
+    twice = np.where(np.arange(count) > 0, 2.0, 1.0)
+    along = [np.cos(w * p) * np.cos(w * q) * twice for w, p, q in zip((a, b), source, target, strict=True)]
+    return float(along[0] @ depth @ along[1] / (plate.x * plate.y))
+
+
+@pytest.mark.parametrize(
+    ("source", "target"),
+    [((1.3e-3, 0.9e-3), (1.7e-3, 0.9e-3)), ((0.3e-3, 0.1e-3), (0.7e-3, 0.2e-3)), ((1.3e-3, 0.9e-3), (1.7e-3, 2.1e-3))],
+)
+def test_the_plate_is_its_cosine_series(source: tuple[float, float], target: tuple[float, float]) -> None:
+    plate = Plate(3e-3, 3e-3, 0.5e-3, 130.0)
+    columns, rows = (np.array([[a], [b]]) for a, b in zip(source, target, strict=True))
+    found, expected = plate.between(columns, rows)[0, 1, 0, 1], series(plate, source, target)
+    assert found == pytest.approx(expected, rel=1.5e-4)
+    assert found == pytest.approx(plate.between(columns, rows)[1, 0, 1, 0], rel=1e-9)
+    thicker = Plate(3e-3, 3e-3, 0.505e-3, 130.0)
+    assert thicker.between(columns, rows)[0, 1, 0, 1] != pytest.approx(expected, rel=1.5e-4)
+
+
+@pytest.mark.parametrize(("columns", "pitch", "driven"), [(2, 400e-6, (1,)), (3, 200e-6, (1, 3))])
+def test_coupled_elements_are_those_of_one_mesh(columns: int, pitch: float, driven: tuple[int, ...]) -> None:
+    sink = SinkArray(columns=columns, pitch=pitch, driven=driven, substrate_thickness=0.5e-3)
+    found, one = array.solve(sink), free.solve(whole(sink))
+    for k in range(1, columns + 1):
+        for name in ("peak", "mean"):
+            own, other = found.steady[f"sink{k}_{name}_rise_K"], one.steady[f"sink{k}_{name}"]
+            assert abs(own.value - (other.value - 293.0)) < own.error + other.error
+            if k not in driven:
+                # By itself an idle one is known to less: its own error is checked against what the two are apart.
+                assert own.value == pytest.approx(other.value - 293.0, rel=2e-3)
+                assert own.error < 0.02 * own.value
+
+
+def test_known_numbers_of_two_columns() -> None:
+    """A solution of both in one mesh at 1e-4 has 2.6466 mK in the idle one and 20.4477 K in the driven one."""
+    sink = SinkArray(columns=2, driven=(1,), substrate_thickness=0.5e-3)
+    found = array.solve(sink).steady
+    assert found["sink2_mean_rise_K"].value == pytest.approx(2.6466e-3, rel=1e-3)
+    assert found["sink1_peak_rise_K"].value == pytest.approx(20.4477, abs=found["sink1_peak_rise_K"].error)
+
+
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        (("array.columns=2", "array.pitch=100um"), "lets pads touch"),
+        (("array.columns=0",), "must be a whole number from 1 to 100"),
+        (("array.columns=20",), "is smaller than the array on it"),
+        (("array.columns=5", "array.driven=[7]"), "names element 7, and the array has 5"),
+        (("array.columns=2", "drive.current=3mA"), "drive.current is of one sink"),
+        (("array.columns=2", "substrate.thickness=none"), "stand on one substrate"),
+    ],
+)
+def test_what_is_no_array_is_refused(settings: tuple[str, ...], said: str) -> None:
+    with pytest.raises(SceneError, match=said):
+        load("sink", ("substrate.thickness=0.5mm", *settings) if "none" not in settings[-1] else settings)
