@@ -17,7 +17,7 @@ from scipy.sparse.linalg import LinearOperator, cg
 from fem3d.problems.cholesky import Factors, Ordering, part
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.kept import Kept
-from fem3d.problems.paths import Paths, crossings
+from fem3d.problems.paths import Paths, across, crossings
 from fem3d.problems.reactions import SharedReactions
 from fem3d.problems.terminals import Terminal, packed, unpacked
 from fem3d.spaces.integrals import Cells, Faces
@@ -72,8 +72,9 @@ class Conductor:
     resistance, or its current (A).
 
     ``matrix`` is that of the initial temperature. ``electrodes``: for each its part (functions,) of the currents that
-    enter. ``sections``: the current probes inside. ``stands_for`` (rows, 1): how many such cells in series each one
-    is, all of which the resistivity counts and the heat does not. ``names`` (rows,) are those of bodies and contacts.
+    enter. ``sections``: the current probes inside, of which what lies on contacts is told by the ``jumps`` there, as a
+    row (functions,) of each. ``stands_for`` (rows, 1): how many such cells in series each one is, all of which the
+    resistivity counts and the heat does not. ``names`` (rows,) are those of bodies and contacts.
     Current densities are (3, rows, points).
     """
 
@@ -86,6 +87,7 @@ class Conductor:
     voltages: np.ndarray
     electrodes: dict[str, np.ndarray]
     sections: dict[str, Section]
+    jumps: dict[str, np.ndarray]
     matrix: csc_array
     stands_for: np.ndarray
     names: np.ndarray
@@ -276,7 +278,7 @@ class Conductor:
             more = cg(operator, right, rtol=0.0, atol=0.0, maxiter=steps, M=inverse)[0]
             start += unpacked(ends, free, more, len(start))
         density = -self.on.gradient(start) / resistivity
-        through = {name: self._through(section, start, rise) for name, section in self.sections.items()}
+        through = {name: self._through(name, start, rise) for name in self.sections}
         return Potential(start, density, -self.on.flow(density), through)
 
     def _unknowns(self, potential: np.ndarray) -> np.ndarray:
@@ -291,13 +293,14 @@ class Conductor:
         shrinks = (root - 1) / (root + 1)
         return int(np.ceil(np.log(self.solved / 2) / np.log(shrinks))) if shrinks > 1e-15 else 0
 
-    def _through(self, section: Section, phi: np.ndarray, rise: np.ndarray) -> float:
-        """The current along the normals (A), the mean of what both sides say."""
+    def _through(self, name: str, phi: np.ndarray, rise: np.ndarray) -> float:
+        """The current along the normals of a probe (A), the mean of what both sides say, at contacts by the jump."""
         at = self.heat.field(rise)
-        return sum(
+        beside = sum(
             sign * float(faces.flux(1 / (cold + warm * warmed.value(at))) @ phi)
-            for faces, warmed, sign, cold, warm in section
+            for faces, warmed, sign, cold, warm in self.sections[name]
         )
+        return beside + float(self.jumps[name] @ phi)
 
     def pattern(self, potential: Potential) -> Pattern:
         """The current field of a potential.
@@ -387,13 +390,17 @@ def find(heat: HeatProblem, solved: float = SOLVED) -> Conductor | None:
         if b.series_resistance and (own := np.where(face.functions, space.unit, 0.0)).any()
     )
     parts = SharedReactions.of([b.name for b in electrodes], [b.value for b in electrodes], faces, space.unit).shares
-    sections: dict[str, Section] = {}
+    sections, jumps = dict[str, Section](), dict[str, np.ndarray]()
+    torn = [joint for joint in domain.contacts if joint.contact.electrical_resistance]
     for probe in scene.probes:
         if probe.quantity == "current":
             sections[probe.name] = [
                 (own, Faces(heat.domain.space, own.facets, own.cells), sign, laws[at, :1], laws[at, 1:])
-                for own, sign, at in domain.sides(probe, domain.live)
+                for own, sign, at in domain.sides(probe, domain.live, [joint.facets for joint in torn])
             ]
+            jumps[probe.name] = across(
+                domain, probe, [(joint.facets, joint.contact.electrical_resistance) for joint in torn]
+            )
     cold, warm = laws[cells, :1], laws[cells, 1:]
     matrix, names, copies = (
         space.stiffness(1 / cold[:, 0], cells),
@@ -411,5 +418,5 @@ def find(heat: HeatProblem, solved: float = SOLVED) -> Conductor | None:
         names = np.concatenate([names, np.repeat([c.name for c in crossed], counts)])
     return Conductor(
         heat, cells, on, np.flatnonzero(mine & ~fixed & space.nested[-1]), cold, warm, voltages, parts,
-        sections, csc_array(matrix), copies, names, Ordering(space.places), solved, terminals,
+        sections, jumps, csc_array(matrix), copies, names, Ordering(space.places), solved, terminals,
     )  # fmt: skip

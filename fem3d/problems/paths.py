@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -44,6 +45,18 @@ def crossings(domain: Domain) -> list[Crossing]:
             near = electric.seen(domain.on(b), domain.live)
             warmed_by = domain.seen(domain.on(b), domain.live)
             found.append(Crossing(b.name, b.contact_resistance, Interface(electric.faces(b), near), (warmed_by,)))
+    return found
+
+
+def across(domain: Domain, probe: Any, contacts: Sequence[tuple[np.ndarray, float]]) -> np.ndarray:
+    """(functions,): what passes a flat probe where it lies on contacts, of which these are facets and resistances: the
+    jump of each function over the resistance."""
+    facets, found = domain.facets(probe), np.zeros(domain.space.size)
+    for own, resistance in contacts:
+        on = np.isin(facets, own)
+        if on.any():
+            along = domain.directions(probe)[on, None] / resistance
+            found += Interface.inside(domain.space, facets[on]).load(along)
     return found
 
 

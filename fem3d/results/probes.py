@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from fem3d.problems.heat import HeatProblem
+from fem3d.problems.paths import across
 from fem3d.spaces.domain import Domain
 from fem3d.spaces.extreme import Extreme
-from fem3d.spaces.split import Interface
 from scenes.model import Schedule
 
 
@@ -89,16 +89,11 @@ def gradient(domain: Domain, probe: Any, conductivity: np.ndarray) -> np.ndarray
     found = np.zeros(domain.space.size)
     if len(outer):
         found -= domain.seen(outer).flux(conductivity[..., domain.space.mesh.f2t[0, outer], :])
-    jumping = [joint for joint in domain.contacts if joint.contact.thermal_resistance]
+    jumping = [(joint.facets, r) for joint in domain.contacts if (r := joint.contact.thermal_resistance)]
     every = np.ones(len(domain.body), bool)
-    for faces, sign, cells in domain.sides(probe, every, [joint.facets for joint in jumping]):
+    for faces, sign, cells in domain.sides(probe, every, [torn for torn, _ in jumping]):
         found += sign * faces.flux(conductivity[..., cells, :])
-    for joint in jumping:
-        on = np.isin(facets, joint.facets)
-        if on.any():
-            along = domain.directions(probe)[on, None] / joint.contact.thermal_resistance
-            found += Interface.inside(domain.space, facets[on]).load(along)
-    return found
+    return found + across(domain, probe, jumping)
 
 
 def _electrodes(domain: Domain, probe: Any) -> tuple[tuple[str, ...], float]:

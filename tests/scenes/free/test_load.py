@@ -193,6 +193,7 @@ def test_every_document_is_a_scene_or_is_refused_in_one_line(changes: list) -> N
 
 SINKS = [
     Sink(), Sink(electrodes="pad-edge"), Sink(convection_coefficient=10.0), Sink(width=400e-6),
+    Sink(contact_resistance=1e-7), Sink(contact_resistance=1e-7, spans=3),
     Sink(oxide_offset=0.0), Sink(oxide_thickness=20e-9),
 ]  # fmt: skip
 
