@@ -23,7 +23,8 @@ class NumericsError(ArithmeticError):
 
 class RunawayError(NumericsError):
     """Thermal runaway: the heating grows with temperature faster than heat can leave. Above the ``limit``, a voltage
-    (V) or where it is given a current (A), no steady state exists; ``largest`` says that in words, where it is known.
+    (V), where it is given a current (A), or where there is neither a fraction of what heats the scene, no steady state
+    exists; ``largest`` says that in words, where it is known.
     """
 
     def __init__(self, message: str, limit: float, largest: str = "") -> None:

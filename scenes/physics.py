@@ -68,18 +68,40 @@ def needed(scene: AnyScene) -> tuple[str, ...]:
     return HEAT_KEYS if capacity(scene) else HEAT_KEYS[:1] if heat(scene) else ()
 
 
-def follows(scene: AnyScene) -> bool:
+def may_follow(scene: AnyScene, over_time: bool) -> tuple[str, ...]:
+    """The properties that matter here and may have a law of the temperature."""
+    if not heat(scene):
+        return ()
+    capacities = ("specific_heat",) if over_time else ()
+    return "thermal_conductivity", *capacities, *(("resistivity",) if electric(scene) else ())
+
+
+def follows(scene: AnyScene, over_time: bool) -> bool:
     """Whether a property that matters here has a law of the temperature."""
-    used = {*needed(scene), *(("resistivity",) if electric(scene) else ())}
-    return heat(scene) and any(used & set(m.follows) for m in materials(scene))
+    keys = set(may_follow(scene, over_time))
+    return any(keys & set(m.follows) for m in materials(scene))
 
 
-def refuse_following(scene: AnyScene) -> None:
-    """Refuses a law of the temperature, which the 3D solution does not have yet."""
-    if follows(scene):
+def refuse_contacts(scene: AnyScene, what: str) -> None:
+    """Refuses a scene where the temperature or the potential jumps, for ``what`` doesn't know of that."""
+    jumps = [f"contact {quoted(c.name)}" for c in getattr(scene, "contacts", ()) if not c.perfect]
+    jumps += [
+        f"boundary {quoted(b.name)}.contact_resistance"
+        for b in scene.boundaries
+        if b.kind == "voltage" and b.contact_resistance
+    ]
+    if jumps:
+        raise SceneError(f"{what}: leave {jumps[0]} out")
+
+
+def refuse_following(scene: AnyScene, over_time: bool) -> None:
+    """Refuses a law of the temperature over time, and beside a contact, which the 3D solution does not have yet."""
+    if follows(scene, over_time):
+        refuse_contacts(scene, "a property follows the temperature, and no law is solved beside a contact yet")
+    if over_time and follows(scene, over_time):
         raise SceneError(
-            "a property follows the temperature, and the 3D solution takes numbers, or three along x, y and z: give "
-            "its value at a temperature"
+            "a property follows the temperature, and over time the 3D solution takes numbers, or three along x, y and "
+            "z: give its value at a temperature, or ask for the steady state"
         )
 
 

@@ -36,6 +36,9 @@ SLOWEST = 1.0  # slowest rate a that is assumed next to an edge, unless theory h
 LAG, LAG_OVER_EXPONENT = 3.0, 0.6
 REGULAR = 2.0  # slowest rate a away from edges: that next to an edge of exponent 1/2
 FASTEST = 40.0
+# Of a solution whose second derivative jumps inside an interval, at p^-3/2 in the energy norm (Gui and Babuska) and
+# twice that in a reading, less one, as parts of either sign make up what is seen of it.
+BENT = 2.0
 
 Spread = list[np.ndarray]
 """What is missing where: on bricks per axis (intervals,), on a mesh one array (cells,)."""
@@ -114,6 +117,14 @@ class Estimator:
             slowest.append(np.where(np.isfinite(s), np.minimum(edge, SLOWEST), REGULAR))
             caps.append(np.where(np.isfinite(s), edge, rate(p, fall)).clip(max=FASTEST))
         return cls(degrees, caps, slowest, falls, at_planes)
+
+    def bending(self, bent: Spread | None) -> Estimator:
+        """With the marked ones among ``bent`` (booleans) as places across which a property's law bends: a small part is
+        so by chance there, and errors fall no faster than `BENT`."""
+        if bent is None:
+            return self
+        cap = [np.where(at, np.minimum(own, BENT), own) for at, own in zip(bent, self._cap, strict=True)]
+        return Estimator(self._degrees, cap, self._least, self._fall, self._near)
 
     def at_vertices(self, space: Any, vertices: np.ndarray, parts: np.ndarray) -> Spread:
         """What the functions (n,) of some vertices on edges miss, on what ends there, in equal parts."""

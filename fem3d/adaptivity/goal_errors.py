@@ -62,6 +62,8 @@ def examined(study: Study, given: Problems, fine: Solution, judge: Estimator) ->
         low = solution(study, given, 1, fine.state.follows_pattern)
     except NumericsError:
         return None
+    given = given.about(fine.state)
+    judge = judge.bending(given.bent)
     scales = study.steady_scales(fine.out)
     own = of_part(study.part, study.goals, scales)
     duals = duals_of(study.goals, given, fine.state.rise, None)
@@ -185,12 +187,16 @@ def steady_parts(
     source = heat.loads[0].copy()
     if state.conductor is not None:
         source += heat.take(state.conductor.on.load(state.conductor.heating(state.density, state.density, state.rise)))
-    # Two degrees lower only the rate is asked for, which the heat of the low solution gives.
+    # Two degrees lower only the rate is asked for, which the heat of the low solution gives, at the conductivity of the
+    # fine one.
     lowest = given.heats[0]
-    to_lowest = lowest.take(heat.field(source))
+    nonlinear = heat.about is not None
+    balanced = source + (heat.stiffness @ fine.state.rise - heat.outflow(fine.state.rise) if nonlinear else 0.0)
+    to_lowest = lowest.take(heat.field(balanced))
     rise = lowest.lifts[0] + lowest.whole(lowest.solve_steady(to_lowest[: lowest.free]))
-    fields = given.lifted(rise, 0), given.lifted(state.rise, 1)
-    residuals = tuple(source - heat.stiffness @ u for u in fields)
+    residuals = (
+        balanced - heat.stiffness @ given.lifted(rise, 0), source - heat.outflow(given.lifted(state.rise, 1))
+    )  # fmt: skip
     found = thermal_parts(given, fine.state.rise, residuals, scales, None, duals)
     return found | _potentials(study, given, scales)
 
@@ -225,7 +231,7 @@ def duals_of(goals: Mapping[str, str], given: Problems, rise: np.ndarray, time: 
         return {}
     loads, fields = np.array(list(thermal.values())), []
     for heat in given.heats[1:]:
-        solve = heat.solve_steady if time is None else heat.solve_shifted(time)
+        solve = heat.solve_dual if time is None else heat.solve_shifted(time)
         fields.append(heat.field(solve(loads[:, : heat.free])))
     return {name: [of[i] for of in fields] for i, name in enumerate(thermal)}
 
@@ -273,7 +279,7 @@ def joule_parts(
 def _warmed(given: Problems, state: SteadyState) -> list[np.ndarray]:
     """(functions,) in each space: the potential of the cold conductor, at so many volts that the power is the state's;
     nothing where no heat is asked for."""
-    own = given.conductor
+    own = state.conductor
     if own is None or not physics.heat(given.domain.scene):
         return []
     potentials = [phi[0] for phi in given.cold_potentials]
@@ -308,7 +314,7 @@ def at_contradictions(
         row = goal_row(heat, given.domain.probes[goals[name]], rise)
         assert row is not None
         dual = heat.take(of_spaces[-1])
-        residual = row - heat.stiffness @ dual - (0.0 if time is None else heat.mass @ dual / time)
+        residual = row - heat.turned(dual) - (0.0 if time is None else heat.mass @ dual / time)
         spreads[name] = judge.at_vertices(space, heat.order[nodes], (heat.torn * residual)[nodes] / scales[name])
     return spreads
 

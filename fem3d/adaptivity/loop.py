@@ -90,7 +90,7 @@ def solve(
 
 @dataclass
 class Search:
-    """What one level hands to the next: the voltage of the last mesh's fold (V), whether a transient ran away, and the
+    """What one level hands to the next: the limit of the last mesh's runaway, whether a transient ran away, and the
     slowest time constant (s) and the generations of fields of a transient without steady state."""
 
     study: Study
@@ -156,4 +156,5 @@ class Search:
         assert runaway is not None
         change = np.inf if self.fold is None else abs(runaway.limit - self.fold)
         self.fold = runaway.limit
-        return abs(self.study.voltage) - runaway.limit > SURELY * change
+        # Where heat alone drives a scene the limit is a fraction of it.
+        return (abs(self.study.voltage) or 1.0) - runaway.limit > SURELY * change

@@ -7,7 +7,7 @@ its own; so has the space of degree 3 on tetrahedra.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
 from typing import Any
@@ -22,12 +22,14 @@ from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
 from fem3d.results.outputs import Outputs, of_steady
 from fem3d.results.study import Quantities, Study
-from fem3d.solution import steady
+from fem3d.solution import newton, steady
 from fem3d.solution.steady import SteadyState
 from fem3d.spaces.bricks import BrickSpace
 from fem3d.spaces.domain import Domain
 from scenes import physics
+from scenes.errors import NumericsError
 
+ALONG = 0.1  # of the largest change over a cell, along another axis, from which on it bends along that one too
 SOLVED = 1e-3  # potentials are solved to this fraction of the accuracy in the energy norm; powers see the square of it
 
 
@@ -38,6 +40,8 @@ class Problems:
     domain: Domain
     heats: tuple[HeatProblem, ...]
     conductors: tuple[Conductor | None, ...]
+    states: dict[int, SteadyState] = field(default_factory=dict)
+    """Of a nonlinear problem the steady states that are known, by the number of the space."""
 
     @property
     def heat(self) -> HeatProblem:
@@ -55,9 +59,33 @@ class Problems:
         assert isinstance(self.domain.space, BrickSpace)
         return self.domain.space
 
+    def about(self, state: SteadyState) -> Problems:
+        """The problems linearized about the steady state of the highest space, where they are nonlinear."""
+        if state.heat.about is None:
+            return self
+        lower = (state.heat.lower(k) for k in range(len(self.heats) - 1))
+        return replace(self, heats=(*lower, state.heat))
+
     def lifted(self, rise: np.ndarray, level: int) -> np.ndarray:
         """(..., all nodes of the highest space): fields of a lower one."""
         return self.heat.take(self.heats[level].field(rise))
+
+    @property
+    def bent(self) -> list[np.ndarray] | None:
+        """Per axis (intervals,), or on a mesh (cells,): those across which the law of a property bends at the state
+        that the problems are linearized about; None where nothing does."""
+        space, about = self.domain.space, self.heat.about
+        if about is None:
+            return None
+        changes = np.max([np.zeros((3, len(self.domain.body))), *(t.bent(about) for t in self.heat.terms)], axis=0)
+        if not changes.any():
+            return None
+        if not isinstance(space, BrickSpace):
+            return [(changes > 0).any(axis=0)]
+        matter = (changes > 0) & (changes >= ALONG * changes.max(axis=0))
+        return [
+            np.bincount(at, own, len(n)) > 0 for at, own, n in zip(space.ijk, matter, space.grid.degrees, strict=True)
+        ]
 
     def let_go(self) -> None:
         """Lets go of the factors of the lower spaces, of which a response with a known steady state needs none."""
@@ -107,9 +135,32 @@ def solution(study: Study, given: Problems, level: int = -1, follow: bool | None
     """The steady state in one of the nested spaces, by default the highest; ``follow`` as of `steady.coupled`."""
     heat, conductor = given.heats[level], given.conductors[level]
     thermal = physics.heat(given.domain.scene)
-    state = steady.coupled(heat, conductor, thermal, study.voltage, study.accuracy, follow)
+    if thermal and (heat.terms or (conductor is not None and conductor.following is not None)):
+        state = _nonlinear(study, given, range(len(given.heats))[level])
+    else:
+        state = steady.coupled(heat, conductor, thermal, study.voltage, study.accuracy, follow)
     out = of_steady(state, study.part)
     return Solution(state, out, study.steady(out))
+
+
+def _nonlinear(study: Study, given: Problems, space: int) -> SteadyState:
+    """The steady state of a nonlinear problem in a space by its number, from that of the next lower one."""
+    if space in given.states:
+        return given.states[space]
+    heat, start = given.heats[space], None
+    if heat.about is not None:
+        raise NumericsError("a lower space has no steady state")
+    if space:
+        try:
+            below = _nonlinear(study, given, space - 1)
+            start = heat.take(below.heat.field(below.rise))
+        except NumericsError:
+            pass
+    state = newton.coupled(
+        heat, given.conductors[space], study.voltage, study.accuracy, start, space + 1 == len(given.heats)
+    )
+    given.states[space] = state
+    return state
 
 
 def free_functions(given: Problems) -> list[np.ndarray]:

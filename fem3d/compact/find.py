@@ -23,7 +23,6 @@ from fem3d.solution.transient import Base
 from scenes import physics
 from scenes.compact.channels import OWN, Channel, channels, driven, scenarios
 from scenes.errors import NumericsError, SceneError, quoted
-from scenes.free import contacts
 from scenes.model import AnyScene, MeshScene, Schedule
 
 TRUTH, SPACE = 0.5, 0.02  # fractions of the accuracy: for the runs that a model is held against, and for its fields
@@ -87,7 +86,7 @@ def check(scene: AnyScene) -> None:
     physics.refuse_terminals(scene, "a compact model")
     if not scene.probes:
         raise SceneError("--export writes a model of the scene's probes, and it has none: add a [[probe]]")
-    contacts.refuse(scene, "--export doesn't write a model of a scene with a contact yet")
+    physics.refuse_contacts(scene, "--export doesn't write a model of a scene with a contact yet")
     for probe in scene.probes:
         if probe.quantity == "potential" and probe.reduce != "mean":
             raise SceneError(

@@ -17,6 +17,7 @@ import numpy as np
 from scipy.sparse import csc_array
 
 from fem3d.problems.cholesky import Ordering, part
+from fem3d.problems.following import terms
 from fem3d.problems.heat import Film, HeatProblem, above
 from fem3d.problems.reactions import SharedReactions
 from fem3d.spaces.domain import Domain
@@ -54,7 +55,7 @@ def assemble(domain: Domain, order: np.ndarray | None = None, matrices: Matrices
         {name: share[fixed] for name, share in held.reactions.shares.items()}, part(held.reactions.edges, fixed),
         {name: Film(entering, row[order]) for name, (entering, row) in films.rows.items()},
         domain.anchored, scene.end_time, space.unit[order], space.entity[order], Ordering(space.places), domain, order,
-        held.contradiction[order],
+        held.contradiction[order], terms(domain),
     )  # fmt: skip
 
 

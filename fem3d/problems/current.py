@@ -15,23 +15,29 @@ from scipy.sparse import csc_array
 from scipy.sparse.linalg import LinearOperator, cg
 
 from fem3d.problems.cholesky import Factors, Ordering, part
+from fem3d.problems.following import FINEST, OfCells, following
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.kept import Kept
 from fem3d.problems.paths import Paths, across, crossings
 from fem3d.problems.reactions import SharedReactions
 from fem3d.problems.terminals import Terminal, packed, unpacked
-from fem3d.spaces.integrals import Cells, Faces
+from fem3d.spaces.domain import Domain
+from fem3d.spaces.integrals import WHOLE, Faces, Pieces
+from scenes import laws
 from scenes.errors import NumericsError
 from scenes.model import Material
 
 SAME = 1e-9  # relative size below which a current field is taken for a sum of others
 # Error of a potential over that of its first guess, in the energy norm, unless a looser one is asked for.
 SOLVED = 1e-12
+NOTHING = 1e-30  # a residual of which, relatively, only an exact solution leaves no more
 Influence = tuple[np.ndarray, np.ndarray, dict[str, float]]
 """What `Conductor.influence` returns."""
-Section = list[tuple[Faces, Faces, float, np.ndarray, np.ndarray]]
+Resistivity = Callable[[np.ndarray], np.ndarray]
+"""The resistivity (ohm m) at a rise (K)."""
+Section = list[tuple[Faces, Faces, float, np.ndarray, np.ndarray, Resistivity]]
 """Faces inside a conductor by the functions of the potential and by those of the temperature, half the sign of their
-normal, and the law of the resistivity (facets, 1) there."""
+normal, and the resistivity there: cold, its change per kelvin (facets, 1), and at a rise."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,13 +80,15 @@ class Conductor:
     ``matrix`` is that of the initial temperature. ``electrodes``: for each its part (functions,) of the currents that
     enter. ``sections``: the current probes inside, of which what lies on contacts is told by the ``jumps`` there, as a
     row (functions,) of each. ``stands_for`` (rows, 1): how many such cells in series each one is, all of which the
-    resistivity counts and the heat does not. ``names`` (rows,) are those of bodies and contacts.
-    Current densities are (3, rows, points).
+    resistivity counts and the heat does not. ``names`` (rows,) are those of bodies and contacts. ``following``: the
+    resistivity (ohm m) where one is a law, of which ``cold`` and ``warm`` are the tangent. Current densities are (3,
+    rows, points), by a quadrature with ``more`` points along each axis than the space asks for, on ``pieces`` of each
+    cell.
     """
 
     heat: HeatProblem
     cells: np.ndarray
-    on: Cells | Paths
+    on: Any
     free: np.ndarray
     cold: np.ndarray
     warm: np.ndarray
@@ -94,6 +102,9 @@ class Conductor:
     ordering: Ordering
     solved: float = SOLVED
     terminals: tuple[Terminal, ...] = ()
+    following: OfCells | None = None
+    pieces: Pieces = WHOLE
+    more: int = 0
     kept: Kept = field(init=False, default_factory=Kept)
 
     def lower(self, level: int, heat: HeatProblem) -> Conductor:
@@ -109,12 +120,44 @@ class Conductor:
         """(cells, points) in ohm m at a rise (all nodes of the heat problem)."""
         if not self.warms:
             return np.broadcast_to(self.cold, self.on.weights.shape)
-        return self.cold + self.warm * self.on.value(self.heat.field(rise))
+        at = self.on.value(self.heat.field(rise))
+        return self.cold + self.warm * at if self.following is None else self.stands_for * self.following.value(at)
+
+    def steepness(self, rise: np.ndarray) -> np.ndarray:
+        """(cells, points): the derivative of the resistivity's logarithm (1/K) at a rise (all nodes)."""
+        if self.following is None:
+            return self.warm / self.resistivity(rise)
+        at = self.on.value(self.heat.field(rise))
+        return self.following.slope(at) / self.following.value(at)
+
+    def finer(self, u: np.ndarray) -> Conductor:
+        """By a quadrature that is finer for a field u (functions,), where a table of the resistivity bends between its
+        temperatures: by four times the pieces along the axis along which it changes most; else itself."""
+        if self.following is None:
+            return self
+        at = self.following.bent(self.on, u)
+        if not len(at):
+            return self
+        pieces, more = np.array(self.pieces), self.more
+        pieces[self.on.within(self.on.gradient(u))[:, at].max(axis=1).argmax()] *= 4
+        if pieces.max() > FINEST:
+            pieces, more = np.array(self.pieces), more + 2
+        x, y, z = pieces.tolist()
+        return replace(self, on=self.heat.domain.space.on(self.cells, more, (x, y, z)), pieces=(x, y, z), more=more)
+
+    def taken(self, density: np.ndarray, dissipated: float) -> float:
+        """Of what drives a current the part that the conductor takes, which ``dissipated`` so much (W): the rest is
+        for the resistances of terminals, and nothing of a given current follows the conductor."""
+        if self.by_current:
+            return 0.0
+        charge = self.on.flow(density)
+        outside = sum(float(t.unit @ charge) ** 2 * t.resistance for t in self.terminals if t.conductance)
+        return dissipated / (dissipated + outside) if dissipated > 0 else 1.0
 
     @property
     def warms(self) -> bool:
         """Whether any resistivity depends on the temperature."""
-        return bool(self.warm.any())
+        return self.following is not None or bool(self.warm.any())
 
     def conducts(self, rise: np.ndarray) -> bool:
         """Whether the resistivity is positive everywhere."""
@@ -275,7 +318,7 @@ class Conductor:
             size = (len(leak), len(leak))
             operator, inverse = (LinearOperator(size, f, dtype=float) for f in (inner, near))
             right = loads - leak * self._unknowns(start) - packed(ends, free, charge(start))
-            more = cg(operator, right, rtol=0.0, atol=0.0, maxiter=steps, M=inverse)[0]
+            more = cg(operator, right, rtol=NOTHING, atol=0.0, maxiter=steps, M=inverse)[0]
             start += unpacked(ends, free, more, len(start))
         density = -self.on.gradient(start) / resistivity
         through = {name: self._through(name, start, rise) for name in self.sections}
@@ -297,8 +340,8 @@ class Conductor:
         """The current along the normals of a probe (A), the mean of what both sides say, at contacts by the jump."""
         at = self.heat.field(rise)
         beside = sum(
-            sign * float(faces.flux(1 / (cold + warm * warmed.value(at))) @ phi)
-            for faces, warmed, sign, cold, warm in self.sections[name]
+            sign * float(faces.flux(1 / resistivity(warmed.value(at))) @ phi)
+            for faces, warmed, sign, _, _, resistivity in self.sections[name]
         )
         return beside + float(self.jumps[name] @ phi)
 
@@ -362,6 +405,8 @@ def law(material: Material, initial: float) -> tuple[float, float]:
     material that doesn't conduct."""
     if material.resistivity is None:
         raise ValueError(f"{material.name} doesn't conduct")
+    if isinstance(material.resistivity, laws.Law):
+        return float(material.resistivity(initial)), float(material.resistivity.slope(initial))
     a = material.temperature_coefficient
     return material.resistivity * (1 + a * (initial - material.reference_temperature)), material.resistivity * a
 
@@ -373,9 +418,9 @@ def find(heat: HeatProblem, solved: float = SOLVED) -> Conductor | None:
     scene, cells = domain.scene, np.flatnonzero(domain.live)
     if not len(cells):
         return None
-    laws = np.array([law(m, scene.initial_temperature) if m.resistivity else (np.inf, 0.0) for m in domain.materials])
+    lines = np.array([law(m, scene.initial_temperature) if m.resistivity else (np.inf, 0.0) for m in domain.materials])
     each = domain.stands_for[domain.body][:, None]
-    laws = laws[domain.body] * each
+    lines = lines[domain.body] * each
     electrodes = [b for b in scene.boundaries if b.kind == "voltage" and len(domain.on(b))]
     faces = [domain.faces(b) for b in electrodes]
     fixed, voltages = np.zeros(space.size, bool), np.zeros((domain.inputs.count, space.size))
@@ -391,17 +436,17 @@ def find(heat: HeatProblem, solved: float = SOLVED) -> Conductor | None:
     )
     parts = SharedReactions.of([b.name for b in electrodes], [b.value for b in electrodes], faces, space.unit).shares
     sections, jumps = dict[str, Section](), dict[str, np.ndarray]()
-    torn = [joint for joint in domain.contacts if joint.contact.electrical_resistance]
+    torn = [(joint.facets, r) for joint in domain.contacts if (r := joint.contact.electrical_resistance)]
     for probe in scene.probes:
         if probe.quantity == "current":
+            sides = domain.sides(probe, domain.live, [facets for facets, _ in torn])
             sections[probe.name] = [
-                (own, Faces(heat.domain.space, own.facets, own.cells), sign, laws[at, :1], laws[at, 1:])
-                for own, sign, at in domain.sides(probe, domain.live, [joint.facets for joint in torn])
-            ]
-            jumps[probe.name] = across(
-                domain, probe, [(joint.facets, joint.contact.electrical_resistance) for joint in torn]
-            )
-    cold, warm = laws[cells, :1], laws[cells, 1:]
+                (own, own.by(heat.domain.space), sign, lines[at, :1], lines[at, 1:],
+                 _resistivity(domain, at, lines[at], each[at]))
+                for own, sign, at in sides
+            ]  # fmt: skip
+            jumps[probe.name] = across(domain, probe, torn)
+    cold, warm = lines[cells, :1], lines[cells, 1:]
     matrix, names, copies = (
         space.stiffness(1 / cold[:, 0], cells),
         np.array(domain.names)[domain.body[cells]],
@@ -419,4 +464,13 @@ def find(heat: HeatProblem, solved: float = SOLVED) -> Conductor | None:
     return Conductor(
         heat, cells, on, np.flatnonzero(mine & ~fixed & space.nested[-1]), cold, warm, voltages, parts,
         sections, jumps, csc_array(matrix), copies, names, Ordering(space.places), solved, terminals,
+        OfCells(domain, "resistivity", cells) if len(np.intersect1d(following(domain, "resistivity"), cells)) else None,
     )  # fmt: skip
+
+
+def _resistivity(domain: Domain, cells: np.ndarray, line: np.ndarray, each: np.ndarray) -> Resistivity:
+    """The resistivity of facets seen from some cells; a ``line`` (facets, 2) where no law bends it."""
+    if len(np.intersect1d(following(domain, "resistivity"), cells)):
+        own = OfCells(domain, "resistivity", cells)
+        return lambda rise: each * own.value(rise)
+    return lambda rise: line[:, :1] + line[:, 1:] * rise

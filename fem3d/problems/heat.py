@@ -17,7 +17,9 @@ import numpy as np
 from scipy.sparse import csc_array
 
 from fem3d.problems.cholesky import Factors, Ordering, part
+from fem3d.problems.following import Term
 from fem3d.problems.kept import Kept
+from fem3d.problems.rest import Rest
 from fem3d.spaces.channels import Inputs
 from fem3d.spaces.domain import Domain
 from scenes.model import Value
@@ -50,6 +52,9 @@ class HeatProblem:
     ``groups`` (all nodes,) numbers the vertex, edge, facet or cell that each belongs to, ``ordering`` says when these
     are eliminated. ``order`` (all nodes,) is the function of the domain's space that each is of, ``torn`` (all nodes,)
     by how much temperatures given there contradict each other (K).
+
+    ``terms`` make the problem nonlinear. One that is linearized (`fem3d.problems.linearized`) knows the field
+    (functions,) ``about`` which it is, the ``rest`` of its tangent beside the stiffness, and the ``exact`` problem.
     """
 
     inputs: Inputs
@@ -70,6 +75,10 @@ class HeatProblem:
     domain: Domain
     order: np.ndarray
     torn: np.ndarray
+    terms: tuple[Term, ...] = ()
+    rest: Rest | None = None
+    about: np.ndarray | None = None
+    exact: HeatProblem | None = None
     kept: Kept = field(init=False, default_factory=Kept)
 
     def field(self, u: np.ndarray) -> np.ndarray:
@@ -95,7 +104,8 @@ class HeatProblem:
             held={name: own[fixed] for name, own in self.held.items()}, edges=part(self.edges, fixed),
             films={name: replace(f, per_kelvin=f.per_kelvin[kept]) for name, f in self.films.items()},
             unit=self.unit[kept], groups=self.groups[kept], order=self.order[kept],
-            torn=self.torn[kept],
+            torn=self.torn[kept], rest=None if self.rest is None else self.rest.part(kept),
+            exact=None if self.exact is None else self.exact.lower(level),
         )  # fmt: skip
 
     @property
@@ -135,6 +145,29 @@ class HeatProblem:
         """What `solve_steady` solves with."""
         own = self.inner_stiffness
         return own if self.anchored else _combined(own, 1.0 / self.end_time, self.inner_mass)
+
+    def outflow(self, rise: np.ndarray) -> np.ndarray:
+        """(all nodes,): what leaves by conduction and films at a rise (all nodes), in W: K times it, and the terms."""
+        problem = self.exact or self
+        found = problem.stiffness @ rise
+        for term in problem.terms:
+            found += problem.take(term.outflow(problem.field(rise)))
+        return found
+
+    def solve_dual(self, loads: np.ndarray) -> np.ndarray:
+        """(k, free nodes): the solutions of the transposed problem, linearized where it is nonlinear, for loads of that
+        shape."""
+        if self.rest is None:
+            return self.solve_steady(loads)
+        return self.inner_rest.transposed().solve(self.solve_steady, loads)
+
+    @property
+    def inner_rest(self) -> Rest:
+        """The rest of the tangent on the free nodes."""
+        assert self.rest is not None
+        rest = self.rest
+        found: Rest = self.kept.get("inner_rest", lambda: rest.part(np.arange(self.free)))
+        return found
 
     def solve_shifted(self, shift: float) -> Callable[[np.ndarray], np.ndarray]:
         """What solves (M + shift K) u = b on the free nodes; the factors of the last shift are kept."""
@@ -239,7 +272,12 @@ class HeatProblem:
     @cached_property
     def held_rows(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         """For each boundary of given temperature the rows (all nodes,) of its heat flow per rise and per rate."""
-        return {name: (self.stiffness @ v, self.mass @ v) for name, v in self.held_fields.items()}
+        return {name: (self.turned(v), self.mass @ v) for name, v in self.held_fields.items()}
+
+    def turned(self, z: np.ndarray) -> np.ndarray:
+        """(all nodes,): the transposed tangent times a field (all nodes), in W per K of what it tests."""
+        found: np.ndarray = self.stiffness @ z
+        return found if self.rest is None else found + self.rest.transposed()(z)
 
 
 def _combined(a: csc_array, factor: float, b: csc_array) -> csc_array:

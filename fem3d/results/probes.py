@@ -6,16 +6,22 @@ integrated elsewhere.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from fem3d.problems.following import at_faces
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.paths import across
 from fem3d.spaces.domain import Domain
 from fem3d.spaces.extreme import Extreme
+from fem3d.spaces.integrals import Faces
 from scenes.model import Schedule
+
+Conductivity = Callable[[Faces, np.ndarray], np.ndarray]
+"""That of facets seen from some cells: (facets, 1 or points), or with axes in front."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +67,7 @@ def _reading(heat: HeatProblem, probe: Any) -> Reading:
     cut = any(b.kind == "temperature" and len(shared) < len(on) for b, on, shared in within)
     conditions = domain.conditions_first and within
     if not conditions and (cut or not domain.exposed(facets).any()):
-        row = gradient(domain, probe, domain.per_cell("thermal_conductivity"))
+        row = gradient(domain, probe, _conductivity(heat))
         return Reading(heat.take(row), still, gradient=True)
     row, entering = nothing, still
     for b, on, shared in within:
@@ -80,20 +86,33 @@ def extreme(domain: Domain, probe: Any, inside: np.ndarray | None = None) -> Ext
     return Extreme(domain.space, domain.patches(probe, inside), 1.0 if probe.reduce == "max" else -1.0)
 
 
-def gradient(domain: Domain, probe: Any, conductivity: np.ndarray) -> np.ndarray:
-    """(functions,): the heat (W) that passes a flat probe, per rise, for a conductivity (cells,), or (3, cells) along
-    the axes: on the surface into the solid, inside the mean of what both sides say, at contacts by the jump."""
-    conductivity = conductivity[..., None]
+def gradient(domain: Domain, probe: Any, conductivity: Conductivity) -> np.ndarray:
+    """(functions,): the heat (W) that passes a flat probe, per rise, for a conductivity of facets seen from some cells:
+    on the surface into the solid, inside the mean of what both sides say, at contacts by the jump."""
     facets = domain.facets(probe)
     outer = facets[domain.exposed(facets)]
     found = np.zeros(domain.space.size)
     if len(outer):
-        found -= domain.seen(outer).flux(conductivity[..., domain.space.mesh.f2t[0, outer], :])
+        seen = domain.seen(outer)
+        found -= seen.flux(conductivity(seen, domain.space.mesh.f2t[0, outer]))
     jumping = [(joint.facets, r) for joint in domain.contacts if (r := joint.contact.thermal_resistance)]
     every = np.ones(len(domain.body), bool)
     for faces, sign, cells in domain.sides(probe, every, [torn for torn, _ in jumping]):
-        found += sign * faces.flux(conductivity[..., cells, :])
+        found += sign * faces.flux(conductivity(faces, cells))
     return found + across(domain, probe, jumping)
+
+
+def cell_by_cell(conductivity: np.ndarray) -> Conductivity:
+    """That of a conductivity of the cells: (cells,), or (3, cells) along the axes."""
+    return lambda faces, cells: conductivity[..., cells, None]
+
+
+def _conductivity(heat: HeatProblem) -> Conductivity:
+    """That of a heat problem, at the state about which it is linearized."""
+    about, domain = heat.about, heat.domain
+    if about is None:
+        return cell_by_cell(domain.per_cell("thermal_conductivity"))
+    return lambda faces, cells: at_faces(domain, about, faces, cells)
 
 
 def _electrodes(domain: Domain, probe: Any) -> tuple[tuple[str, ...], float]:

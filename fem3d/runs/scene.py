@@ -11,6 +11,7 @@ from fem3d.adaptivity import loop
 from fem3d.adaptivity.mesh import Answer
 from fem3d.adaptivity.trace_errors import ROW_SHARE, Response
 from fem3d.results import outputs
+from fem3d.results.beyond import tables
 from fem3d.results.study import Study
 from fem3d.runs import currents, probe_quantities
 from meshes import connected, symmetry
@@ -30,7 +31,7 @@ def solve(scene: AnyScene, progress: Callable[[str], None] | None = None, whole:
     Where errors on a mesh file exceed the accuracy of the scene, a warning says so. Raises SceneError where mesh and
     scene do not fit, scenes.errors.RunawayError where no steady state exists, NumericsError where the numerics fail.
     """
-    physics.refuse_following(scene)
+    physics.refuse_following(scene, not scene.steady)
     if not scene.steady and not physics.heat(scene):
         return currents.over_time(scene, lambda alone: solve(alone, progress), plan(scene))
     mesh = on_file(scene) if isinstance(scene, MeshScene) else None
@@ -111,10 +112,11 @@ def described(study: Study, answer: Answer) -> dict[str, Any]:
     transient = None if response is None else response.transient
     electric = 0 if conductor is None else len(conductor.free)
     over_time = None if response is None else response.imbalance
+    beyond = [] if state is None else tables(heat, state.rise, physics.may_follow(heat.domain.scene, over_time=False))
     return {
         "unknowns": heat.free if physics.heat(heat.domain.scene) else electric, "electric_unknowns": electric,
         "levels": answer.levels, "symmetry": study.part.part,
-        "warnings": _of_rows(study, response),
+        "warnings": [*_of_rows(study, response), *beyond],
         "fields": mesh.fields(heat, study.part, state, transient), "mesh": mesh.statistics(heat),
         "steps": 0 if transient is None else len(transient.trajectory.steps),
         "energy_imbalance": over_time if answer.steady is None else outputs.unbalanced(answer.steady.out)[1],
@@ -152,7 +154,9 @@ def plan(scene: AnyScene, whole: bool = False, mesh: Any = None) -> tuple[Step, 
 def heat_step(scene: AnyScene) -> Step:
     """The line of the heat problem."""
     if physics.heat(scene):
-        return Step("heat", "done", "one factorization per mesh: the conductivity doesn't depend on temperature")
+        how = "by Newton's method: a property follows the temperature by a law"
+        once = "one factorization per mesh: the conductivity doesn't depend on temperature"
+        return Step("heat", "done", how if physics.follows(scene, not scene.steady) else once)
     return Step("heat", "skipped", "nothing thermal is asked for: the currents at the initial temperature")
 
 

@@ -17,7 +17,7 @@ from fem3d.runs import scene as scene_run
 from fem3d.solution.steady import SteadyState
 from meshes import connected, symmetry
 from meshes.symmetry import Symmetry
-from scenes import physics
+from scenes import laws, physics
 from scenes.plan import Request, Step, noted, step
 from scenes.result import Result
 from scenes.sink import Sink, different
@@ -34,7 +34,7 @@ def solve(
     count = long_rows.modelled(sink)
     while True:
         part = symmetry.reduce(sink.scene(count))
-        physics.refuse_following(part.scene)
+        physics.refuse_following(part.scene, request.transient)
         answer = _answer(sink, count, part, request, progress or (lambda _: None), earlier)
         off = long_rows.apart(sink, count, answer)
         if off.within(sink.accuracy):
@@ -64,7 +64,8 @@ def _answer(
     answer = None
     if earlier is not None and earlier.details["spans_solved"] == count:
         first, before = earlier.details["sink"], earlier.details["answer"]
-        if replace(first, voltage=sink.voltage) == sink and request.transient == (before.response is not None):
+        alike = replace(first, voltage=sink.voltage) == sink and request.transient == (before.response is not None)
+        if alike and not physics.follows(part.scene, request.transient):
             answer = rescaled.solve(of, before, sink.voltage / first.voltage)
     return answer or loop.solve(of, request.transient, progress)
 
@@ -83,10 +84,14 @@ def _plan(sink: Sink, part: Symmetry, request: Request) -> tuple[Step, ...]:
     grid, boxes = connected.coarsest(part.scene), part.scene.boxes
     live = {boxes[n].name for n in np.unique(grid.owner[connected.live(part.scene)])}
     dead = sorted(b.name for b in boxes if b.name not in live)
+    newton = physics.follows(part.scene, request.transient)
+    factors = "one per mesh: the conductivity doesn't depend on temperature"
+    if newton:
+        factors = "for Newton's steps: a property follows the temperature"
     steps = [
         part.step,
         Step("steady state", "done", f"refined until every estimated error is below {sink.accuracy:g}"),
-        Step("thermal factorization", "done", "one per mesh: the conductivity doesn't depend on temperature"),
+        Step("thermal factorization", "done", factors),
         Step("electric problem", "done", f"in {', '.join(sorted(live))}, factorized once per mesh"),
     ]
     count = sum(name.startswith("span-") for name in live)
@@ -95,7 +100,9 @@ def _plan(sink: Sink, part: Symmetry, request: Request) -> tuple[Step, ...]:
         steps.insert(1, Step(f"{sink.spans} spans", "done", reason))
     if dead:
         steps.append(Step(f"electric unknowns in {', '.join(dead)}", "skipped", "no current flows there"))
-    if sink.silicon.temperature_coefficient:
+    if newton:
+        steps.append(Step("Newton's method", "done", "with the current of the hot state at each step"))
+    elif sink.silicon.temperature_coefficient:
         steps.append(Step("electric iteration", "done", "the resistance follows the temperature"))
         checked = "checked once at the hot state; followed only if that matters at this accuracy"
         steps.append(Step("current pattern when hot", "done", checked))
@@ -106,6 +113,8 @@ def _plan(sink: Sink, part: Symmetry, request: Request) -> tuple[Step, ...]:
 def _found(sink: Sink, answer: Answer) -> list[Step]:
     """What the plan could not know: how many steps and fields it took, and whether the current moved."""
     state = answer.fine.state
+    if state.heat.about is not None:
+        return [Step("Newton's method", "done", f"{state.steps} steps on the last mesh's finest space")]
     moved = f"heating moves it by {state.pattern_change:.0e} in terms of the rise"
     steps = [
         Step("electric iteration", "done", f"{state.steps} coupled steps to the steady state"),
@@ -126,9 +135,10 @@ def _warnings(sink: Sink, peak: float) -> list[str]:
     change = sink.silicon.temperature_coefficient * hottest
     if abs(change) <= 0.1:
         return []
+    constant = "" if laws.varies(sink.silicon.thermal_conductivity) else "constant conductivity or "
     return [
         f"the linear resistivity law is used {hottest:.0f} K from its reference, where it changes the resistivity by "
-        f"{change:+.0%}; constant conductivity and linear resistivity are rarely true that far"
+        f"{change:+.0%}; {constant}linear resistivity is rarely true that far"
     ]
 
 

@@ -111,9 +111,11 @@ class Goals:
 
             def own(by: Motion) -> float:
                 changed = conductivity * _shrinks(domain, probe, by) + by.conductivity
-                return float(probes.gradient(domain, probe, changed) @ rise)
+                return float(probes.gradient(domain, probe, probes.cell_by_cell(changed)) @ rise)
 
-            return replace(self._none, row=probes.gradient(domain, probe, conductivity), own=((1.0, own),))
+            return replace(
+                self._none, row=probes.gradient(domain, probe, probes.cell_by_cell(conductivity)), own=((1.0, own),)
+            )
         found, facets = self._none, domain.facets(probe)
         for boundary in domain.scene.boundaries:
             if boundary.kind != "voltage":
@@ -132,7 +134,7 @@ class Goals:
         domain, rise, phi = self._domain, self._linearized.rise, self._state.hot_potential
         row, charges, sides = np.zeros(len(phi)), np.zeros(len(phi)), []
         section, beside = conductor.sections[probe.name], domain.sides(probe, domain.live)
-        for (faces, warmed, sign, cold, warm), (_, _, cells) in zip(section, beside, strict=True):
+        for (faces, warmed, sign, cold, warm, _), (_, _, cells) in zip(section, beside, strict=True):
             at = warmed.value(rise)
             rho = cold + warm * at
             charges += sign * faces.flux(1 / rho)

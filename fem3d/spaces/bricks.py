@@ -16,11 +16,14 @@ from skfem import MeshHex
 from skfem.assembly.dofs import Dofs
 from skfem.refdom import RefHex
 
+from fem3d.spaces import varying as coefficient
 from fem3d.spaces.element import Degrees, ElementHexTrunk, active, factors, gauss, heights, line, local, modes
 from fem3d.spaces.entities import entities
-from fem3d.spaces.integrals import Rule, Side, Space, halves, rule, side
+from fem3d.spaces.integrals import WHOLE, Pieces, Rule, Side, Space, halves, rule, side
 from meshes.grid import Grid
 from scenes.model import Point
+
+FEW = 6  # points of a piece of a brick: for what bends inside, more pieces help and more points hardly do
 
 
 class BrickSpace(Space):
@@ -167,10 +170,24 @@ class BrickSpace(Space):
         joined = np.concatenate(data), (np.concatenate(rows), np.concatenate(columns))
         return csc_array(coo_array(joined, shape=(self.size, self.size)))
 
-    def rule(self, cells: np.ndarray, more: int) -> Rule:
+    def alike(self, cells: np.ndarray) -> list[np.ndarray]:
+        return [own for _, of in self._classes if len(own := np.intersect1d(of, cells))]
+
+    def varying(
+        self, cells: np.ndarray, rule: Rule, inverse: np.ndarray, k: np.ndarray, drift: np.ndarray, ratio: float
+    ) -> tuple[np.ndarray, np.ndarray]:
+        (x, y, z), n, degree = self.degrees[:, cells[0]].tolist(), len(rule.there), coefficient.degree_for(ratio)
+        one = coefficient.reference(self.p, (x, y, z), degree)
+        modes = [coefficient.coefficients(f * s, rule.points, degree) for f, s in ((k, inverse**2), (drift, inverse))]
+        return tuple(  # type: ignore[return-value]
+            sum(c @ own for c, own in zip(each, table, strict=True)).reshape(-1, n, n)
+            for each, table in zip(modes, one, strict=True)
+        )
+
+    def rule(self, cells: np.ndarray, more: int, pieces: Pieces = WHOLE) -> Rule:
         """Gauss's rule of as many points along each axis as the highest degree of the cells there plus one."""
         x, y, z = self.degrees[:, cells].max(axis=1, initial=1).tolist()
-        return _rule(self.p, (x, y, z), more)
+        return _rule(self.p, (x, y, z), more, pieces)
 
     def side(self, number: int) -> Side:
         return _side(self.p, number)
@@ -282,11 +299,17 @@ def _values(p: int, X: np.ndarray, along: int | None = None) -> np.ndarray:
 
 
 @lru_cache(maxsize=32)
-def _rule(p: int, degrees: Degrees, more: int) -> Rule:
-    (x, u), (y, v), (z, w) = (gauss(d + 1 + more) for d in degrees)
+def _rule(p: int, degrees: Degrees, more: int, pieces: Pieces) -> Rule:
+    (x, u), (y, v), (z, w) = (_composite(d + 1 + more, n) for d, n in zip(degrees, pieces, strict=True))
     points = np.array(np.meshgrid(x, y, z, indexing="ij")).reshape(3, -1)
     weights = np.einsum("i,j,k->ijk", u, v, w).ravel()
     return rule(points, weights, partial(_values, p), np.flatnonzero(active(p, degrees)))
+
+
+def _composite(points: int, pieces: int) -> tuple[np.ndarray, np.ndarray]:
+    """Gauss's rule on each of some equal pieces of (0, 1); on many, of few points: they are for what bends inside."""
+    x, w = gauss(points if pieces == 1 else min(points, FEW))
+    return ((np.arange(pieces)[:, None] + x) / pieces).ravel(), np.tile(w / pieces, pieces)
 
 
 @lru_cache(maxsize=64)

@@ -38,6 +38,8 @@ def halves(both: csc_array) -> tuple[csc_array, csc_array]:
     return real, imaginary
 
 
+Pieces = tuple[int, int, int]
+WHOLE: Pieces = (1, 1, 1)
 Side = tuple[Rule, np.ndarray]
 """The rule of a side of the reference cell, with exact zeros of what vanishes there, and its outward normal, as long as
 the parallelogram that two of its edges span."""
@@ -162,8 +164,9 @@ class Space(ABC):
         """(points, functions of a cell): their values at reference points (3, points)."""
 
     @abstractmethod
-    def rule(self, cells: np.ndarray, more: int) -> Rule:
-        """The quadrature of some cells, with ``more`` points along each axis than is their due."""
+    def rule(self, cells: np.ndarray, more: int, pieces: Pieces = WHOLE) -> Rule:
+        """The quadrature of some cells, with ``more`` points along each axis than is their due, on so many ``pieces``
+        along each axis, or as fine without."""
 
     @abstractmethod
     def side(self, number: int) -> Side:
@@ -174,15 +177,30 @@ class Space(ABC):
         """The inverse of the map's derivative, (3, 3, cells, points) or, where it is diagonal, (3, cells, 1); and the
         size of its determinant (cells, points or 1)."""
 
+    def varying(
+        self, cells: np.ndarray, rule: Rule, inverse: np.ndarray, k: np.ndarray, drift: np.ndarray, ratio: float
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """`Cells.tangent`, for k and drift (3, cells, points) times the weights; ``inverse`` as of `jacobian`."""
+        one = other = np.zeros(())
+        for d in range(3):
+            slopes = np.einsum("icp,ipn->cpn", np.broadcast_to(inverse[:, d], (3, *k.shape[1:])), rule.slopes)
+            one = one + np.matmul(np.ascontiguousarray((k[d][..., None] * slopes).swapaxes(1, 2)), slopes)
+            other = other + np.matmul(np.ascontiguousarray((drift[d][..., None] * slopes).swapaxes(1, 2)), rule.values)
+        return one, other
+
     def of(self, cells: np.ndarray) -> np.ndarray:
         """(functions,): which are those of some cells, by number or as a mask."""
         found = np.zeros(self.size, bool)
         found[self.dofs[:, cells]] = True
         return found
 
-    def on(self, cells: np.ndarray, more: int = 0) -> Cells:
-        """Integrals over some cells; ``more`` as of `rule`."""
-        return Cells(self, cells, self.rule(cells, more))
+    def alike(self, cells: np.ndarray) -> list[np.ndarray]:
+        """Some cells, those together that have the same functions."""
+        return [cells]
+
+    def on(self, cells: np.ndarray, more: int = 0, pieces: Pieces = WHOLE) -> Cells:
+        """Integrals over some cells; ``more`` and ``pieces`` as of `rule`."""
+        return Cells(self, cells, self.rule(cells, more, pieces))
 
     def faces(self, facets: np.ndarray, cells: np.ndarray) -> Faces:
         """Integrals over some facets of the mesh, each seen from one of its cells."""
@@ -212,6 +230,18 @@ class Cells:
         own = u[self.dofs]
         return self.covariant(np.array([own @ s.T for s in self._rule.slopes]))
 
+    def within(self, slopes: np.ndarray) -> np.ndarray:
+        """(3, cells): how far a gradient (3, cells, points) spans each cell along the axes of the reference cell, in
+        the mean square."""
+        own = (
+            slopes / self._inverse
+            if self._inverse.ndim == 3
+            else np.linalg.solve(np.moveaxis(self._inverse, (0, 1), (-1, -2)), np.moveaxis(slopes, 0, -1)[..., None])[
+                ..., 0
+            ].transpose(2, 0, 1)
+        )
+        return np.sqrt((own**2).mean(axis=-1))
+
     def covariant(self, field: np.ndarray) -> np.ndarray:
         """(3, cells, points): a gradient (3, cells or 1, points or 1) of the reference cell on the cells themselves."""
         if self._inverse.ndim == 3:
@@ -227,20 +257,31 @@ class Cells:
         within = self._inverse * field if self._inverse.ndim == 3 else np.einsum("ijcp,jcp->icp", self._inverse, field)
         return self._scattered(sum((f * self.weights) @ s for f, s in zip(within, self._rule.slopes, strict=True)))
 
-    def blocks(self) -> tuple[np.ndarray, np.ndarray]:
-        """The integral of u v in each cell (cells, n, n), for those n functions of a cell that don't vanish, and which
-        these are."""
+    def blocks(self, density: np.ndarray | float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+        """The integral of a density (cells, 1 or points) times u v in each cell (cells, n, n), for those n functions of
+        a cell that don't vanish, and which these are."""
         there = np.asarray(self._rule.values.any(axis=0))
         values = self._rule.values[:, there]
-        return np.matmul(values.T * self.weights[:, None], values), there
+        return np.matmul(values.T * (density * self.weights)[:, None], values), there
 
     def mass(self) -> csc_array:
         """The integral of u v."""
-        blocks, there = self.blocks()
+        return self.mass_of(np.ones((1, 1)))
+
+    def mass_of(self, density: np.ndarray) -> csc_array:
+        """The integral of a density (cells, 1 or points) times u v."""
+        blocks, there = self.blocks(density)
         dofs, size = self.dofs[:, there], self._space.size
         found = np.abs(blocks) > 1e-14 * np.abs(blocks).max(axis=(1, 2), keepdims=True)
         rows, columns = (np.broadcast_to(d, blocks.shape)[found] for d in (dofs[:, :, None], dofs[:, None]))
         return csc_array(coo_array((blocks[found], (rows, columns)), shape=(size, size)))
+
+    def tangent(self, k: np.ndarray, field: np.ndarray, ratio: float) -> tuple[np.ndarray, np.ndarray]:
+        """(cells, n, n) twice: the integrals of k grad u . grad v and of u field . grad v in each cell, for k (cells,
+        points), or with axes in front, and a field (3, cells, points); rows are v. ``ratio``: of the largest to the
+        smallest value of what k comes from in a cell, by which bricks see how finely they must take it."""
+        along, drift = np.broadcast_to(k, field.shape) * self.weights, field * self.weights
+        return self._space.varying(self._cells, self._rule, self._inverse, along, drift, ratio)
 
     def _scattered(self, own: np.ndarray) -> np.ndarray:
         return np.bincount(self.dofs.ravel(), own.ravel(), self._space.size)
@@ -263,6 +304,10 @@ class Faces:
     def __init__(self, space: Space, facets: np.ndarray, cells: np.ndarray) -> None:
         self.space, self.facets, self.cells = space, facets, cells
         self._local = (space.mesh.t2f[:, cells] == facets).argmax(axis=0)
+
+    def by(self, space: Space) -> Faces:
+        """The same facets, seen from the same cells, by the functions of another space on the mesh."""
+        return Faces(space, self.facets, self.cells)
 
     @cached_property
     def sides(self) -> list[tuple[np.ndarray, Cells, np.ndarray]]:

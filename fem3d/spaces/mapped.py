@@ -20,9 +20,11 @@ from skfem.element import ElementH1
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefHex, RefTet
 
+from fem3d.spaces.element import gauss
 from fem3d.spaces.entities import entities
-from fem3d.spaces.integrals import Rule, Side, Space, halves, rule, side
+from fem3d.spaces.integrals import WHOLE, Pieces, Rule, Side, Space, halves, rule, side
 
+LARGEST_ORDER = 8  # of scikit-fem's rules of the tetrahedron
 AT_ONCE = 2_000  # curved cells whose matrices are made together, which bounds the memory
 
 _EDGES, _FACES = np.array(RefTet.edges), np.array(RefTet.facets)
@@ -128,10 +130,10 @@ class MappedSpace(Space):
         rows, columns = (np.broadcast_to(d, blocks.shape).ravel() for d in (dofs[:, :, None], dofs[:, None]))
         return csc_array(coo_array((blocks.ravel(), (rows, columns)), shape=(self.size, self.size)))
 
-    def rule(self, cells: np.ndarray, more: int) -> Rule:
+    def rule(self, cells: np.ndarray, more: int, pieces: Pieces = WHOLE) -> Rule:
         """scikit-fem's, of twice the degree of the mass matrix, one more for a coefficient on hexahedra, and two more
-        for each point."""
-        return _rule(self._simplex, _order(self._simplex) + 2 * more)
+        for each point; as many more for each factor of two in ``pieces``, into which these cells aren't cut."""
+        return _rule(self._simplex, _order(self._simplex) + 2 * (more + int(np.log2(np.prod(pieces)))))
 
     def side(self, number: int) -> Side:
         return _side(self._simplex, number)
@@ -190,8 +192,19 @@ def _values(simplex: bool, X: np.ndarray, along: int | None = None) -> np.ndarra
 
 @lru_cache
 def _rule(simplex: bool, order: int) -> Rule:
-    points, weights = get_quadrature(_element(simplex).refdom, order)
+    points, weights = _collapsed(order) if simplex else get_quadrature(_element(simplex).refdom, order)
     return rule(points, weights, partial(_values, simplex))
+
+
+def _collapsed(order: int) -> tuple[np.ndarray, np.ndarray]:
+    """scikit-fem's rule of the tetrahedron, or beyond its highest order that of a collapsed cube (Stroud, Approximate
+    Calculation of Multiple Integrals, 1971, section 2.4)."""
+    if order <= LARGEST_ORDER:
+        return get_quadrature(RefTet, order)
+    x, w = gauss(order // 2 + 2)
+    u, v, t = (c.ravel() for c in np.meshgrid(x, x, x, indexing="ij"))
+    weights = np.einsum("i,j,k->ijk", w, w, w).ravel() * (1 - u) ** 2 * (1 - v)
+    return np.array([u, (1 - u) * v, (1 - u) * (1 - v) * t]), weights
 
 
 @lru_cache

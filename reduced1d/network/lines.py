@@ -17,7 +17,6 @@ import numpy as np
 
 from scenes import physics
 from scenes.errors import SceneError, quoted
-from scenes.free import contacts
 from scenes.free.grid import Grid, grid_of
 from scenes.free.validity import tidy
 from scenes.model import AnyScene, Boundary, Box, MeshScene, Point, Scene
@@ -141,7 +140,7 @@ def layout(scene: AnyScene) -> Layout:
         raise SceneError(
             f"scene {quoted(scene.name)} is on a mesh file, and a network is made of boxes: give [[box]]es"
         )
-    contacts.refuse(scene, "a network has no resistance at a contact yet")
+    physics.refuse_contacts(scene, "a network has no resistance at a contact yet")
     grid = grid_of(scene)
     return _Cutting(replace(grid, scene=tidy(grid))).layout()
 

@@ -6,22 +6,10 @@ import numpy as np
 
 from scenes.errors import SceneError, did_you_mean, quoted
 from scenes.free.grid import Grid
-from scenes.model import AnyScene, Boundary, Contact, Probe, Scene
+from scenes.model import Boundary, Contact, Probe, Scene
 
 THERMAL, ELECTRIC = 0, 1
 """Which resistance of a contact is asked for."""
-
-
-def refuse(scene: AnyScene, what: str) -> None:
-    """Refuses a scene where the temperature or the potential jumps, for ``what`` doesn't know of that."""
-    jumps = [f"contact {quoted(c.name)}" for c in getattr(scene, "contacts", ()) if not c.perfect]
-    jumps += [
-        f"boundary {quoted(b.name)}.contact_resistance"
-        for b in scene.boundaries
-        if b.kind == "voltage" and b.contact_resistance
-    ]
-    if jumps:
-        raise SceneError(f"{what}: leave {jumps[0]} out")
 
 
 def resistances(scene: Scene) -> np.ndarray:

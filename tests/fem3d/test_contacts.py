@@ -13,7 +13,9 @@ from fem3d.runs.scene import solve
 from fem3d.spaces.domain import boxes
 from meshes import connected, singular
 from meshes.grid import Grid
+from scenes.errors import SceneError
 from scenes.free import as_dict, check, from_dict
+from scenes.laws import PowerLaw
 from scenes.model import Boundary, Box, Contact, Material, Probe, Scene
 from tests.fem3d.contact_second_path import rim_by_quadrilaterals
 from validate.verify.series import Layer, step_response
@@ -295,3 +297,35 @@ def test_fields_show_the_jump() -> None:
     assert np.unique(snapshot.temperature[on].round(6)) == pytest.approx(both)
     volts = [expected["potential b"], expected["potential a"]]
     assert np.unique(snapshot.potential[on].round(9)) == pytest.approx(volts)
+
+
+def test_a_law_beside_a_contact_is_refused() -> None:
+    scene = pair(5e-4, 0.0)
+    boxes_ = tuple(replace(b, material=replace(b.material, thermal_conductivity=PowerLaw(2.0, 293.0, -1.0)))
+                   for b in scene.boxes)  # fmt: skip
+    with pytest.raises(SceneError, match='no law is solved beside a contact yet: leave contact "c" out'):
+        solve(replace(scene, boxes=boxes_))
+    perfect = replace(scene, boxes=boxes_, contacts=())
+    assert solve(perfect).steady["end"].value > 293.0
+
+
+def test_the_current_across_a_contact_is_told_by_the_jump() -> None:
+    # At a contact that ends inside the gradients on its two sides converge slowly, and the errors know of the jump.
+    rough, fine = (solve(_rim_with_current(accuracy)).steady["across"] for accuracy in (1e-2, 1e-3))
+    assert abs(rough.value - fine.value) <= rough.error + fine.error
+    assert fine.error < 5e-3 * abs(fine.value)
+
+
+def _rim_with_current(accuracy: float) -> Scene:
+    """`_rim`, which current crosses from top to bottom, with a contact for it under the first block."""
+    scene = _rim(RESISTANCE)
+    m = Material("m", K, 1.0, CAPACITY, RHO)
+    top, bottom = scene.boundaries[1], scene.boundaries[0]
+    across = scene.probes[3]
+    return check(replace(
+        scene, boxes=tuple(replace(b, material=m) for b in scene.boxes), accuracy=accuracy,
+        boundaries=(bottom, replace(top, name="plus", kind="voltage", value=0.1),
+                    replace(bottom, name="minus", kind="voltage", value=0.0)),
+        probes=(replace(across, quantity="current"),),
+        contacts=(Contact("c", ("plate", "block"), 0.0, 0.3 * RHO * LENGTH),),
+    ))  # fmt: skip

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fem3d.problems.assembly import assemble
-from fem3d.results.probes import gradient, reading
+from fem3d.results.probes import cell_by_cell, gradient, reading
 from fem3d.spaces.domain import boxes
 from scenes.model import Boundary, Box, Probe, Scene
 from scenes.sink import SILICON
@@ -92,6 +92,6 @@ def test_a_mean_and_the_flow_through_a_section_are_those_of_the_field(block):
     assert reading(heat, inside).row @ heat.take(u) == pytest.approx(exact, rel=1e3 * ROUNDING)
     k = given.per_cell("thermal_conductivity")
     # along x: -k int (y + 3) over 2 x 1
-    assert gradient(given, section, k) @ u == pytest.approx(-8.0 * SILICON.thermal_conductivity)
+    assert gradient(given, section, cell_by_cell(k)) @ u == pytest.approx(-8.0 * SILICON.thermal_conductivity)
     twice = replace(section, upper=(1.0, 2.0, 0.4))
-    assert gradient(given, twice, k) @ u == pytest.approx(-3.2 * SILICON.thermal_conductivity)
+    assert gradient(given, twice, cell_by_cell(k)) @ u == pytest.approx(-3.2 * SILICON.thermal_conductivity)

@@ -13,6 +13,7 @@ from typing import Any
 
 from compare.verdict import relative, spread
 from fem3d.runs.sink import solve as solve_3d
+from scenes import laws
 from scenes.errors import NumericsError, RunawayError, SceneError
 from scenes.formats import percent
 from scenes.plan import Request
@@ -39,7 +40,26 @@ class Effect:
     changed: Callable[[Sink], dict[str, Any]]
 
 
+EXPONENT = -1.3
+"""Of silicon's conductivity over the temperature, from 300 to 1400 K, within a tenth."""
+
+
+def _falling(sink: Sink) -> dict[str, Any]:
+    """The keywords of a sink whose silicon's conductivity falls from its value at room temperature."""
+    given = sink.silicon.thermal_conductivity
+    if laws.varies(given):
+        return {}
+    of = [laws.PowerLaw(k, sink.room_temperature, EXPONENT) for k in laws.along(given)]
+    return {"silicon": replace(sink.silicon, thermal_conductivity=tuple(of) if isinstance(given, tuple) else of[0])}
+
+
 EFFECTS = {
+    "conductivity": Effect(
+        "silicon's falling conductivity",
+        "Glassbrenner and Slack, Phys. Rev. 134, A1058 (1964)",
+        lambda sink: f"that of room temperature times (T/{sink.room_temperature:g} K)^{EXPONENT:g}",
+        _falling,
+    ),
     "substrate": Effect(
         "the substrate's own resistance",
         "525 um is the thickness of wafers of 100 mm (SEMI M1)",
@@ -54,7 +74,7 @@ EFFECTS = {
     ),
 }
 """By name, as summary.json has them."""
-UNSOLVED = "a conductivity that follows the temperature, contacts, the gas in the gap and radiation"
+UNSOLVED = "contacts, the gas in the gap and radiation"
 """What both models leave out and 3D can't be asked for either: nothing is known of how much it matters."""
 IN_AIR = ("gap_gas", "air")
 """The effects that a vacuum is without."""

@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from fem3d.problems.current import Conductor, law
+from fem3d.problems.following import COLDEST
 from fem3d.problems.heat import HeatProblem
 from fem3d.results.fields.hexahedra import CORNERS, Whole, with_none
 from fem3d.results.fields.parabolas import GAUSS, cut, samples
@@ -21,6 +22,7 @@ from fem3d.solution.transient import State
 from fem3d.spaces.bricks import BrickSpace
 from meshes.grid import VOID
 from meshes.symmetry import Symmetry
+from scenes import laws
 
 # VTK's order of the 27 points of a triquadratic hexahedron: corners, edges, faces, middle; as steps of half a cell.
 _CORNERS = [(2 * x, 2 * y, 2 * z) for x, y, z in CORNERS]
@@ -138,8 +140,7 @@ class Quadratic(Whole):
     def _means(self, rise: np.ndarray, potential: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Current density (m, 3) in A/m2 and Joule heat (m,) in W/m3, means over the cells."""
         at = [p.gauss for p in self._pieces]
-        at_room, per_kelvin = self._laws
-        resistivity = at_room + per_kelvin * self._space.sample(rise, *at)
+        resistivity = self._resistivity(self._space.sample(rise, *at))
         gradient = [self._electric.sample(potential, *at, slope=d) for d in range(3)]
         alive = _at_gauss(with_none(self._live, False)[self._at])
         conductivity = np.zeros(alive.shape)
@@ -166,15 +167,19 @@ class Quadratic(Whole):
         ]
         return found
 
-    @cached_property
-    def _laws(self) -> tuple[np.ndarray, np.ndarray]:
-        """The resistivity at the initial temperature and its change per kelvin at the Gauss points; 0 in insulators."""
+    def _resistivity(self, rise: np.ndarray) -> np.ndarray:
+        """The resistivity at the Gauss points, at a rise there; 0 in insulators."""
         initial = self._heat.domain.scene.initial_temperature
-        boxes = [law(b.material, initial) if b.material.resistivity else (0.0, 0.0) for b in self._grid.boxes]
-        wide = _at_gauss(
-            np.array([*boxes, (0.0, 0.0)])[with_none(self._grid.owner, VOID)[self._at]] * self._each[..., None]
-        )
-        return wide[..., 0], wide[..., 1]
+        materials = [b.material for b in self._grid.boxes]
+        lines = [law(m, initial) if m.resistivity else (0.0, 0.0) for m in materials]
+        owner = _at_gauss(with_none(self._grid.owner, VOID)[self._at])
+        at_room, per_kelvin = np.moveaxis(np.array([*lines, (0.0, 0.0)])[owner], -1, 0)
+        found = at_room + per_kelvin * rise
+        for n, material in enumerate(materials):
+            if isinstance(material.resistivity, laws.Law):
+                found[owner == n] = material.resistivity(np.maximum(initial + rise[owner == n], COLDEST))
+        each: np.ndarray = _at_gauss(self._each)
+        return found * each
 
 
 def _at_gauss(of_pieces: np.ndarray) -> np.ndarray:

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 from scenes import physics
 from scenes.errors import NumericsError, RunawayInTimeError, SceneError, listed
-from scenes.free import contacts
 from scenes.model import UNITS, AnyScene, Schedule
 from scenes.plan import Request, Step
 from validate.run import plan as plans
@@ -53,7 +52,7 @@ def _refuse(scene: AnyScene, request: Request) -> None:
     if inputs.differentiated(request):
         physics.refuse_laws(physics.materials(scene), "a sensitivity")
         physics.refuse_terminals(scene, "a sensitivity")
-        contacts.refuse(scene, "a sensitivity doesn't follow the jump at a contact yet")
+        physics.refuse_contacts(scene, "a sensitivity doesn't follow the jump at a contact yet")
 
 
 def exported(scene: AnyScene, request: Request) -> AnyScene:

@@ -1,0 +1,187 @@
+"""Heat conduction whose conductivity follows the temperature, as a term beside the linear problem.
+
+The linear problem has the conductivity k0 of the initial temperature. `Conduction` adds the integral of (k(T) - k0)
+grad u . grad v, by a quadrature of its own, and what its tangent is made of: the matrix of k(T) - k0, symmetric, and
+the integral of k'(T) w grad u . grad v, which is not. A term of another kind has the methods of `Term` and joins
+`HeatProblem.terms`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+from scipy.sparse import csc_array
+
+from fem3d.spaces.domain import Domain
+from fem3d.spaces.integrals import Cells, Faces
+from scenes import laws
+from scenes.laws import Property
+
+COLDEST = 1.0  # K: a state on the way to the solution may lie below, where no law says anything
+# Of the span of the points of a quadrature, which a cell may go on beyond them: two points leave 1/4 (1/sqrt(3) - 1/2
+# on either side over 1/sqrt(3)), more of them less.
+OUTSIDE = 0.37
+FINEST = 64  # pieces of a cell
+MORE = 1  # points along each axis beyond those of the linear problem: see `fem3d.solution.newton` for what they leave
+
+
+class Term(Protocol):
+    """What makes the heat problem nonlinear: at a field u (functions,), a rise in K."""
+
+    def outflow(self, u: np.ndarray) -> np.ndarray:
+        """(functions,): what it adds to K u, in W."""
+
+    def tangent(self, u: np.ndarray) -> tuple[csc_array, csc_array | None]:
+        """(functions, functions) twice, in W/K: a symmetric part of its derivative, with which K stays positive
+        definite, and the rest where there is one."""
+
+    def bent(self, u: np.ndarray) -> np.ndarray:
+        """(3, all cells): by how much u (K) changes along each axis of the cells in which the term bends, else zero."""
+
+    def finer(self, u: np.ndarray) -> Term:
+        """The same by a quadrature that is finer for a field u, which tells the error of its own."""
+
+
+class OfCells:
+    """A property (by its key) on some cells, as a function of the temperature at points (cells, points): (cells,
+    points), or (3, cells, points) where it differs along the axes."""
+
+    def __init__(self, domain: Domain, key: str, cells: np.ndarray) -> None:
+        given = [getattr(m, key) for m in domain.materials]
+        bodies = domain.body[cells]
+        self._start = domain.scene.initial_temperature
+        self._axes = any(isinstance(given[b], tuple) for b in np.unique(bodies))
+        of = {b: given[b] for b in np.unique(bodies).tolist()}
+        self._parts = [(np.flatnonzero(bodies == b), each) for b, each in of.items()]
+
+    def value(self, rise: np.ndarray) -> np.ndarray:
+        """The property at a rise (K)."""
+        return self._made(rise, lambda law, t: law(t) if callable(law) else np.full_like(t, law))
+
+    def slope(self, rise: np.ndarray) -> np.ndarray:
+        """Its derivative (per K)."""
+        return self._made(rise, lambda law, t: law.slope(t) if callable(law) else np.zeros_like(t))
+
+    def bends(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+        """(cells,): where a table has a bend between two rises (cells,), in K."""
+        found = np.zeros(len(low), bool)
+        for at, given in self._parts:
+            for law in laws.of(given):
+                for bend in getattr(law, "temperatures", ()):
+                    found[at] |= (self._start + low[at] < bend) & (bend < self._start + high[at])
+        return found
+
+    def bent(self, on: Cells, u: np.ndarray) -> np.ndarray:
+        """The cells, by their place among those that integrals are ``on``, in which a law bends between the
+        temperatures of a field u (functions,)."""
+        rise = on.value(u)
+        low, high = rise.min(axis=1), rise.max(axis=1)
+        beyond = OUTSIDE * (high - low)
+        return np.flatnonzero(self.bends(low - beyond, high + beyond))
+
+    def _made(self, rise: np.ndarray, of: Callable[[Property, np.ndarray], np.ndarray]) -> np.ndarray:
+        temperature = np.maximum(self._start + rise, COLDEST)
+        found = np.empty((*((3,) if self._axes else ()), *rise.shape))
+        for at, given in self._parts:
+            if self._axes:
+                for d, law in enumerate(laws.along(given)):
+                    found[d, at] = of(law, temperature[at])
+            else:
+                found[at] = of(given, temperature[at])
+        return found
+
+
+def following(domain: Domain, key: str) -> np.ndarray:
+    """The cells whose property of a key follows the temperature."""
+    follows = np.array([laws.varies(getattr(m, key)) for m in domain.materials])
+    return np.flatnonzero(follows[domain.body])
+
+
+@dataclass(frozen=True, eq=False)
+class Conduction:
+    """The conductivity beyond that of the initial temperature, on the cells where it follows; ``more`` points along
+    each axis than is their due, on so many ``pieces`` (3, all cells) where a law bends inside."""
+
+    domain: Domain
+    more: int = MORE
+    pieces: np.ndarray | None = None
+
+    @cached_property
+    def parts(self) -> list[tuple[Cells, OfCells, np.ndarray, np.ndarray]]:
+        """Cells with a quadrature, the law and its value at the initial temperature there, and their numbers."""
+        found, space = [], self.domain.space
+        for alike in space.alike(following(self.domain, "thermal_conductivity")):
+            pieces = np.ones((3, len(alike)), int) if self.pieces is None else self.pieces[:, alike]
+            kinds, kind = np.unique(pieces, axis=1, return_inverse=True)
+            for k, (x, y, z) in enumerate(kinds.T.tolist()):
+                cells = alike[kind.ravel() == k]
+                on, law = space.on(cells, self.more, (x, y, z)), OfCells(self.domain, "thermal_conductivity", cells)
+                found.append((on, law, law.value(np.zeros((len(cells), 1))), cells))
+        return found
+
+    def outflow(self, u: np.ndarray) -> np.ndarray:
+        """(functions,): int (k - k0) grad u . grad v, in W."""
+        found = np.zeros(self.domain.space.size)
+        for on, law, cold, _ in self.parts:
+            found += on.flow((law.value(on.value(u)) - cold) * on.gradient(u))
+        return found
+
+    def tangent(self, u: np.ndarray) -> tuple[csc_array, csc_array]:
+        """(functions, functions) twice: the integrals of (k - k0) grad w . grad v and of k' w grad u . grad v."""
+        both = []
+        for on, law, cold, _ in self.parts:
+            rise = on.value(u)
+            k = law.value(rise)
+            ratio = float((k.max(axis=-1) / k.min(axis=-1)).max())
+            one, other = on.tangent(k - cold, law.slope(rise) * on.gradient(u), ratio)
+            both.append((one.ravel(), other.ravel()))
+        pattern, places = self._pattern
+        matrices = (np.bincount(places, np.concatenate(data), pattern.nnz) for data in zip(*both, strict=True))
+        symmetric, rest = (csc_array((d, pattern.indices, pattern.indptr), pattern.shape) for d in matrices)
+        return symmetric, rest
+
+    @cached_property
+    def _pattern(self) -> tuple[csc_array, np.ndarray]:
+        """The pattern of the matrices, and which of its entries each entry of a cell's block adds to."""
+        size, keys = self.domain.space.size, []
+        for on, _, _, _ in self.parts:
+            numbers = on.dofs.astype(np.int64)
+            keys.append((numbers[:, None, :] * size + numbers[:, :, None]).ravel())
+        every, places = np.unique(np.concatenate(keys), return_inverse=True)
+        starts = np.searchsorted(every, np.arange(size + 1, dtype=np.int64) * size)
+        return csc_array((np.zeros(len(every)), every % size, starts), (size, size)), places
+
+    def bent(self, u: np.ndarray) -> np.ndarray:
+        """(3, all cells): by how much a field u changes along each axis of the cells where a law bends between its
+        temperatures (K); zero elsewhere."""
+        found = np.zeros((3, len(self.domain.body)))
+        for on, law, _, cells in self.parts:
+            at = law.bent(on, u)
+            if len(at):
+                found[:, cells[at]] = on.within(on.gradient(u))[:, at]
+        return found
+
+    def finer(self, u: np.ndarray) -> Conduction:
+        """By four times the pieces along the axis along which a field u changes most in cells where a law bends between
+        its temperatures; without such cells, or where they are cut finely, by two more points along each axis."""
+        pieces = np.ones((3, len(self.domain.body)), int) if self.pieces is None else self.pieces.copy()
+        changes = self.bent(u)
+        cells = np.flatnonzero(changes.any(axis=0))
+        pieces[changes.argmax(axis=0)[cells], cells] *= 4
+        if 1 < pieces.max() <= FINEST:
+            return Conduction(self.domain, self.more, pieces)
+        return Conduction(self.domain, self.more + 2, self.pieces)
+
+
+def at_faces(domain: Domain, u: np.ndarray, faces: Faces, cells: np.ndarray) -> np.ndarray:
+    """(facets, points), or with axes in front: the conductivity at a field u of facets seen from some cells."""
+    return OfCells(domain, "thermal_conductivity", cells).value(faces.value(u))
+
+
+def terms(domain: Domain) -> tuple[Term, ...]:
+    """What makes the heat problem of a domain nonlinear."""
+    return (Conduction(domain),) if len(following(domain, "thermal_conductivity")) else ()

@@ -1,0 +1,238 @@
+"""The coupled steady state where a term makes the heat problem nonlinear: Newton's method, along a rising drive.
+
+The residual is exact but for its quadrature: outflow(u) - source(u), the Joule heat being that of the current that is
+solved for at u. Its tangent (`fem3d.problems.linearized`) treats the current's pattern as given, which costs steps and
+no accuracy. Where a step fails, the drive is raised in smaller steps from a state that is known; where these end
+nowhere, no steady state exists beyond: the heating runs away, as a conductivity falls or a resistance changes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from fem3d.problems.current import Conductor, Potential
+from fem3d.problems.heat import HeatProblem
+from fem3d.problems.linearized import linearized
+from fem3d.solution.steady import CONVERGED, SteadyState
+from scenes.errors import NumericsError, RunawayError
+
+MOST_STEPS = 30  # of Newton's method at one drive
+INNER = 1e-4  # to which each step's linear system is solved, relatively
+HALVINGS = 3  # of a step that doesn't bring the state nearer
+SHORTEST = 1e-3  # step of the drive, relative, at which its largest value counts as found
+NEAR = 0.1  # of a drive: a step of that size fails because there is no state ahead, not because it is too long
+ON_THE_WAY = 1e-3  # relative size of the last step to a state that only leads on to another
+HOTTEST = 1e5  # K, beyond any solid: a state that hot counts as none
+TOLD = 0.03  # of the accuracy: what a finer quadrature may change of the rise
+MOST_FINER = 6
+OLD = 1e-2  # of the rise, by which a state may have moved from where its tangent was made
+
+
+@dataclass(frozen=True, eq=False)
+class Point:
+    """A rise (all nodes), the current there, the ``source`` (all nodes, W) and the residual (free nodes, W)."""
+
+    rise: np.ndarray
+    potential: Potential | None
+    source: np.ndarray
+    residual: np.ndarray
+
+    @property
+    def volts(self) -> np.ndarray | None:
+        """(functions,): the potential."""
+        return None if self.potential is None else self.potential.potential
+
+
+@dataclass
+class Newton:
+    """The states of a nonlinear problem at fractions of what drives it: how many ``steps`` they took, the relative size
+    of the ``last`` one, and a ``tangent`` from which the state has moved by ``old`` of itself."""
+
+    heat: HeatProblem
+    conductor: Conductor | None
+    accuracy: float
+    steps: int = 0
+    last: float = np.inf
+    old: float = np.inf
+    tangent: HeatProblem | None = field(default=None, repr=False)
+
+    def at(self, rise: np.ndarray, drive: float, near: np.ndarray | None = None) -> Point | None:
+        """The point of a rise, ``near`` being the potential of a similar one at this drive; None where no law says
+        anything there."""
+        heat, conductor = self.heat, self.conductor
+        hottest = float(np.abs(rise[heat.unit == 1.0]).max(initial=0.0))
+        if not np.isfinite(rise).all() or hottest > HOTTEST:
+            return None
+        source, potential = drive * heat.loads[0], None
+        if conductor is not None:
+            if not conductor.conducts(rise):
+                return None
+            potential = conductor.solve(rise, drive * conductor.voltages[0], near)
+            source = source + conductor.joule_load(potential.density, rise)
+        return Point(rise, potential, source, (source - heat.outflow(rise))[: heat.free])
+
+    def solve(self, drive: float, start: np.ndarray, near: np.ndarray | None, enough: float = 0.0) -> Point | None:
+        """The state at a fraction of the drive, from a rise near it, until a step is ``enough`` or as small as the
+        accuracy asks for; None where the iteration leads nowhere."""
+        heat = self.heat
+        start = np.concatenate([start[: heat.free], drive * heat.given[0]])
+        point, self.old = self.at(start, drive, near), np.inf
+        for _ in range(MOST_STEPS):
+            if point is None:
+                return None
+            self.steps += 1
+            tangent = self.tangent_at(point)
+            try:
+                direction = tangent.inner_rest.solve(tangent.solve_steady, point.residual[None], INNER)[0]
+            except NumericsError:
+                return None
+            moved = _largest(direction) / (_largest(point.rise[: heat.free] + direction) or 1.0)
+            new = self._along(point, tangent, direction, drive)
+            if new is None:
+                return None
+            point, self.last, self.old = new, moved, self.old + moved
+            if moved < max(CONVERGED * self.accuracy, enough):
+                return point
+        return None
+
+    def tangent_at(self, point: Point) -> HeatProblem:
+        """The problem linearized about a point, or about one so near that its factors serve."""
+        if self.tangent is None or self.old > OLD:
+            density = np.empty(0) if point.potential is None else point.potential.density
+            self.tangent, self.old = linearized(self.heat, self.conductor, point.rise, density), 0.0
+        return self.tangent
+
+    def finer(self, u: np.ndarray) -> Newton:
+        """The same problem by quadratures that are finer for a field u (functions,)."""
+        heat = replace(self.heat, terms=tuple(term.finer(u) for term in self.heat.terms))
+        return Newton(heat, self.conductor and self.conductor.finer(u), self.accuracy)
+
+    def off(self, point: Point, better: Newton) -> float:
+        """What a better quadrature would change of the rise of a point, relatively, seen through the tangent."""
+        change = better.heat.outflow(point.rise) - self.heat.outflow(point.rise)
+        if better.conductor is not None and better.conductor is not self.conductor:
+            again = better.conductor.solve(point.rise, better.conductor.voltages[0], point.volts)
+            change -= better.conductor.joule_load(again.density, point.rise) + self.heat.loads[0] - point.source
+        seen = self.tangent_at(point).solve_steady(change[: self.heat.free])
+        return _largest(seen) / (_largest(point.rise) or 1.0)
+
+    def _along(self, point: Point, tangent: HeatProblem, direction: np.ndarray, drive: float) -> Point | None:
+        """The point at the end of a step, which is halved until it is nearer, as the tangent sees it."""
+        n, size = self.heat.free, _largest(direction)
+        for halving in range(HALVINGS + 1):
+            factor = 0.5**halving
+            rise = np.concatenate([point.rise[:n] + factor * direction, point.rise[n:]])
+            new = self.at(rise, drive, point.volts)
+            if new is None:
+                continue
+            left = _largest(tangent.solve_steady(new.residual))
+            if left < (1 - factor / 4) * size or left < 1e-9 * _largest(rise):
+                return new
+        return None
+
+
+def coupled(
+    heat: HeatProblem,
+    conductor: Conductor | None,
+    voltage: float,
+    accuracy: float,
+    start: np.ndarray | None = None,
+    finer: bool = True,
+) -> SteadyState:
+    """The steady state at constant inputs; ``start`` is a rise (all nodes) that may be near it. The heat problem of the
+    state is the one linearized about it, by a quadrature that is made ``finer`` until its error hardly counts.
+    ``voltage`` (V) names the drive in messages.
+
+    Raises RunawayError where no steady state exists, NumericsError where the iteration fails.
+    """
+    if heat.inputs.schedules:
+        raise NumericsError("a scene whose conditions vary in time has no steady state")
+    if not heat.anchored:
+        raise NumericsError("a part of the scene has no exit for heat: it has no steady state")
+    newton = Newton(heat, conductor, accuracy)
+    point = None if start is None else newton.solve(1.0, start, None)
+    point = point or _driven(newton, voltage)
+    off = 0.0
+    for _ in range(MOST_FINER):
+        if finer:
+            better = newton.finer(heat.field(point.rise))
+            off = newton.off(point, better)
+        if off <= TOLD * accuracy:
+            return _state(newton, point, off)
+        newton.heat, newton.conductor = better.heat, better.conductor
+        again = newton.solve(1.0, point.rise, point.volts)
+        if again is None:
+            break
+        point = again
+    raise NumericsError("the law of a property bends so sharply that no quadrature is fine enough for this accuracy")
+
+
+def _driven(newton: Newton, voltage: float) -> Point:
+    """The state at the whole drive, which is raised as far as each step leads."""
+    heat = newton.heat
+    drive, step, beyond, rise = 0.0, 1.0, np.inf, np.zeros(heat.size)
+    near: np.ndarray | None = None
+    before: tuple[float, np.ndarray] | None = None
+    while True:
+        ahead = min(1.0, drive + step)
+        if ahead >= beyond:
+            ahead = (drive + beyond) / 2
+        guess = rise if before is None else rise + (ahead - drive) / (drive - before[0]) * (rise - before[1])
+        volts = None if near is None else near * (ahead / drive)
+        point = newton.solve(ahead, guess, volts, 0.0 if ahead == 1.0 else ON_THE_WAY)
+        if point is not None:
+            if ahead == 1.0:
+                return point
+            before, drive, rise, near = (drive, rise), ahead, point.rise, point.volts
+        else:
+            step = (ahead - drive) / 2
+            if step <= NEAR / 2 * ahead:
+                beyond = ahead
+        if min(step, beyond - drive) < SHORTEST * max(drive, SHORTEST):
+            raise _runaway(newton, voltage, drive)
+
+
+def _runaway(newton: Newton, voltage: float, drive: float) -> RunawayError:
+    """What is said where the largest fraction of the drive with a steady state is ``drive``."""
+    conductor, limit = newton.conductor, drive * (abs(voltage) or 1.0)
+    where = f"no steady state exists below {newton.heat.domain.scene.initial_temperature + HOTTEST:,.0f} K"
+    if conductor is None or not voltage:
+        return RunawayError(
+            f"thermal runaway: {where}, because the conductivity falls as it heats", limit,
+            f"the largest part of what heats the scene that has one is {limit:.3g}",
+        )  # fmt: skip
+    what, unit = ("current", "A") if conductor.by_current else ("voltage", "V")
+    return RunawayError(
+        f"thermal runaway: at {voltage:g} {unit} {where}, because the conductivity falls or the resistance changes as "
+        "it heats", limit, f"the largest {what} that has one is {limit:.3g} {unit}",
+    )  # fmt: skip
+
+
+def _state(newton: Newton, point: Point, off: float) -> SteadyState:
+    """The state of a point, with what its quadrature is ``off`` by."""
+    conductor, potential = newton.conductor, point.potential
+    density = np.zeros((3, 0, 0)) if potential is None else potential.density
+    near = newton.tangent_at(point)
+    heat = replace(near, about=near.field(point.rise), exact=newton.heat)
+    heat.kept.tell(solve_steady=near.solve_steady)
+    # What the stiffness makes of the rise is not the outflow where a term is no conduction.
+    source = point.source + heat.stiffness @ point.rise - newton.heat.outflow(point.rise)
+    lift = heat.lifts[0]
+    fields = (point.rise - lift)[: heat.free, None]
+    unsettled = newton.last + off
+    if conductor is None or potential is None:
+        return SteadyState(
+            heat, None, point.rise, source, {}, {}, 0.0, None, fields, [], 0.0, False, newton.steps,
+            unsettled=unsettled,
+        )  # fmt: skip
+    pattern, joule = conductor.pattern(potential), conductor.joule(density, point.rise)
+    return SteadyState(
+        heat, conductor, point.rise, source, joule, pattern.currents, float(sum(joule.values())), potential.potential,
+        fields, [pattern], 0.0, True, newton.steps, unsettled=unsettled, density=density,
+    )  # fmt: skip
+
+
+def _largest(field: np.ndarray) -> float:
+    return float(np.abs(field).max(initial=0.0))
