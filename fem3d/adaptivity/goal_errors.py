@@ -336,16 +336,22 @@ def goal_row(heat: HeatProblem, probe: Any, rise: np.ndarray) -> np.ndarray | No
 
 
 def _potentials(study: Study, given: Problems, scales: Mapping[str, float]) -> dict[str, Parts]:
-    """For each potential that is read inside the conductor the parts of its error, at the initial temperature."""
+    """For each potential that is read inside the conductor, and each current that crosses a contact there, the parts of
+    its error, at the initial temperature."""
     domain, own, space = given.domain.electric, given.conductor, given.domain.electric.space
-    names = [n for n, p in study.goals.items() if domain.probes[p].quantity == "potential"]
-    if own is None or not names:
+    if own is None:
+        return {}
+    crossing = {p for p, row in own.jumps.items() if row.any()}
+    names = [n for n, p in study.goals.items() if p in crossing or domain.probes[p].quantity == "potential"]
+    if not names:
         return {}
     *lower, fine = given.cold_potentials
     sizes, found = estimate.weights(own.matrix, fine.sum(axis=0), space.depth), {}
     for name in names:
         probe = domain.probes[study.goals[name]]
-        if probe.reduce == "mean":
+        if probe.name in crossing:
+            row = own.crossing_row(probe.name)
+        elif probe.reduce == "mean":
             row = domain.mean(probe, domain.live)
         else:
             row = extreme(domain, probe, domain.live).where(fine.sum(axis=0)).row(space)

@@ -345,6 +345,11 @@ class Conductor:
         )
         return beside + float(self.jumps[name] @ phi)
 
+    def crossing_row(self, name: str) -> np.ndarray:
+        """(functions,): the current along the normals of a probe (A) per volt of each, at the initial temperature."""
+        beside = (sign * faces.flux(1 / cold) for faces, _, sign, cold, _, _ in self.sections[name])
+        return sum(beside, self.jumps[name])
+
     def pattern(self, potential: Potential) -> Pattern:
         """The current field of a potential.
 
