@@ -93,7 +93,7 @@ def eq14(models: Models) -> Comparison:
                 f"{both}: eq 14's two prisms leave out the constriction where the heat turns from beam to pad and down "
                 f"into the oxide, {missing}"
             )
-        air = " and the air cools the pads" if sink.convection_coefficient else ""
+        air = " and the air cools the pads" if sink.convection_coefficient or sink.gap_gas_conductivity else ""
         return (
             f"{both}: part of the heat takes a shorter way than the {quantity(sink.anchor_distance * 1e6, 'um')} to "
             f"the oxide's near side and through its whole area that eq 14 assumes{air}"
@@ -353,19 +353,22 @@ def not_parabolic(models: Models) -> str:
     causes = []
     if abs(hot / cold - 1) > NOTABLE:
         causes.append(f"the heating at the peak is {percent(hot / cold)} of that at the ends")
-    if sink.convection_coefficient:
-        causes.append(f"the air takes {percent(_air_from_beam(models) / _beam_power(models))} of the beam's heat")
+    for name, taken in _from_beam(models).items():
+        if taken:
+            causes.append(f"the {name} takes {percent(taken / _beam_power(models))} of the beam's heat")
     if sink.electrodes == "pad-edge":
         causes.append("the current crowds where it enters the beam")
     return " and ".join(causes) or "the heat flow is not one-dimensional near the ends"
 
 
-def _air_from_beam(models: Models) -> float:
-    """Heat (W) that the air takes from the beam's top face, at the mean rise of the beam's volume."""
+def _from_beam(models: Models) -> dict[str, float]:
+    """Heat (W) that the air takes from the beam's top face, and a gas in the gap from its underside, at the mean rise
+    of the beam's volume, a substrate's surface being at room temperature."""
     sink = models.sink
-    return sink.convection_coefficient * sink.length * sink.width * models.steady("mean_rise_K")
+    through = sink.length * sink.width * models.steady("mean_rise_K")
+    return {"air": sink.convection_coefficient * through, "gas below": sink.gap_coefficient * through}
 
 
 def _beam_power(models: Models) -> float:
-    """Heat (W) generated in the beam: what leaves it through its two (equal) ends and to the air."""
-    return 2 * models.steady("end_flow_W") + _air_from_beam(models)
+    """Heat (W) generated in the beam: what leaves it through its two (equal) ends, to the air and to the gas."""
+    return 2 * models.steady("end_flow_W") + sum(_from_beam(models).values())

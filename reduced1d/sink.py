@@ -33,9 +33,15 @@ def air_conductance(sink: Sink) -> float:
     return sink.convection_coefficient * sink.length * sink.width
 
 
+def gap_conductance(sink: Sink) -> float:
+    """Conductance (W/K) from the beam's underside through a gas in the gap to the substrate, at room temperature here;
+    a lumped term as that of the air."""
+    return sink.gap_coefficient * sink.length * sink.width
+
+
 def lump(sink: Sink) -> Lump:
     """The constants of eq 20 for a sink: the beam's heat capacity and resistance, and the conductance of eq 19 through
-    both anchors plus that of the air.
+    both anchors plus those of the air and of the gas below.
 
     The model knows no pads: they hold no heat, and have no electrical resistance whichever the sink's electrodes are,
     so that with electrodes at the pads' outer faces it leaves out part of the circuit.
@@ -46,7 +52,9 @@ def lump(sink: Sink) -> Lump:
     resistivity, a = equations.room_resistivity(sink.silicon, sink.room_temperature)
     return Lump(
         capacity=sink.silicon.heat_capacity * L * A_c,
-        conductance=equations.anchor_flow(1.0, anchor_series_resistance(sink), k, A_c, L) + air_conductance(sink),
+        conductance=equations.anchor_flow(1.0, anchor_series_resistance(sink), k, A_c, L)
+        + air_conductance(sink)
+        + gap_conductance(sink),
         voltage=sink.voltage,
         resistance=equations.resistance(0.0, resistivity, a, L, A_c),
         coefficient=a,
@@ -60,7 +68,7 @@ def solve(sink: Sink, *, steady_only: bool = False, times: np.ndarray | None = N
     else at times up to the sink's end time, so dense that linear interpolation stays within the sink's accuracy:
     temperatures relative to the final rise, current and power to themselves.
     Temperatures in the traces are absolute; "mean" is the equivalent uniform temperature. "heat_out_W" leaves through
-    both anchors; what the air takes is ``details["air_loss_W"]``.
+    both anchors and the gas below; what the air takes is ``details["air_loss_W"]``.
 
     Raises RunawayError where there is no steady state, ValueError for negative times or silicon that does not conduct.
     """
@@ -74,7 +82,7 @@ def solve(sink: Sink, *, steady_only: bool = False, times: np.ndarray | None = N
         "mean_rise_K": steady["mean_K"],
         "current_A": steady["current_A"],
         "power_W": steady["power_W"],
-        "heat_out_W": 2 * steady["end_K"] / R_series,
+        "heat_out_W": 2 * steady["end_K"] / R_series + gap_conductance(sink) * steady["mean_K"],
         "anchor_resistance_K_per_W": np.array(R_series),
     }
     limit = runaway_voltage(model)

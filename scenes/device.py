@@ -100,7 +100,11 @@ class Device:
         # What the structure stands on is an input of its own, at room temperature throughout.
         below = Schedule((0.0,), (sink.room_temperature,))
         boundaries = [
-            replace(b, value=below) if b.name.startswith(SUBSTRATE) else b
+            b
+            if not b.name.startswith(SUBSTRATE)
+            else replace(b, value=below)
+            if b.kind == "temperature"
+            else replace(b, ambient=below)
             for b in given.boundaries
             if b.kind != "voltage"
         ]

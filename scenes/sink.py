@@ -32,7 +32,14 @@ UNCERTAINTIES = {
 OXIDE = Material("oxide", 1.38, 2200.0, 703.0, valid_to=1858.0)
 SUBSTRATE = replace(SILICON, name="substrate", resistivity=None)
 """Silicon again; the oxide keeps the current from it."""
+ALONG_GAP = 1e-6
+"""Of the gas's conductivity across the gap: what it conducts along it where it is solved as boxes, which makes a film
+of them."""
+WEIGHTLESS = 1e-3
+"""J/(m3 K): the gas's heat capacity there, a millionth of air's, for a film has none."""
 
+SLIVER = 1e-9
+"""Of a pad: what of it is narrower is rounding."""
 SLOWEST = 0.9
 """Of the ratio of two spans' differences: a row in which they fall more slowly is solved whole."""
 
@@ -66,7 +73,8 @@ class Sink:
     the beam goes on over an island of oxide, with ``None`` as long as the anchors' oxide. The oxide stands on room
     temperature where ``substrate_thickness`` is ``None``, else on a plate of that thickness, centred under it, which
     is at room temperature at its bottom and adiabatic elsewhere. ``contact_resistance`` (m2 K/W) is that of a contact
-    at both faces of each block of oxide, ``None`` where these are perfect. On the plate may stand ``columns`` of them
+    at both faces of each block of oxide, ``None`` where these are perfect. ``gap_gas_conductivity`` in W/(m K) is of a
+    gas that fills the gap, as high as the oxide, under beam and bare pads. On the plate may stand ``columns`` of them
     across, each ``pitch`` from the next, and ``rows`` along, each ``row_pitch`` from the next (middle to middle), of
     which those with the ``driven`` numbers have a voltage, all for ``None`` (`scenes.array`). ``tolerances`` holds
     those that are declared, by check id; ``expected_to_differ`` is ``None`` where nothing is declared about it.
@@ -103,6 +111,7 @@ class Sink:
     electrodes: Literal["beam-end", "pad-edge"] = "beam-end"
     room_temperature: float = 293.0
     convection_coefficient: float = 0.0
+    gap_gas_conductivity: float = 0.0
     end_time: float = 0.02
     accuracy: float = 1e-3
     name: str = "sink"
@@ -125,6 +134,11 @@ class Sink:
     def island_width(self) -> float:
         """The width of an island (m): the anchors' oxide's, or the beam's if that is narrower."""
         return min(self.oxide_width, self.width)
+
+    @property
+    def gap_coefficient(self) -> float:
+        """What the gas in the gap conducts (W/(m2 K))."""
+        return self.gap_gas_conductivity / self.oxide_thickness
 
     @property
     def materials(self) -> tuple[Material, ...]:
@@ -223,8 +237,14 @@ def _boxes(sink: Sink, count: int) -> tuple[Box, ...]:
             ]
     end, oxide = start(sink, count) + sink.length, sink.oxide_width / 2
     pad, near, far = sink.pad_width / 2, sink.anchor_distance, sink.anchor_distance + sink.oxide_length
-    below = []
+    below, gas = list[Box](), list[Box]()
     if sink.substrate_thickness is not None:
+        k = sink.gap_gas_conductivity
+        if k:
+            filling = Material("gas", (ALONG_GAP * k, ALONG_GAP * k, k), WEIGHTLESS, 1.0)
+            gas = [
+                Box(f"gas-{name}", filling, (a[0], a[1], -depth), (b[0], b[1], 0.0)) for name, a, b in over_gap(sink)
+            ]
         half, middle, bottom = sink.substrate_width / 2, end / 2, -depth - sink.substrate_thickness
         y = sink.substrate_length / 2
         below = [Box("substrate", sink.substrate, (-half, middle - y, bottom), (half, middle + y, -depth))]
@@ -234,6 +254,7 @@ def _boxes(sink: Sink, count: int) -> tuple[Box, ...]:
         Box("pad-1", sink.silicon, (-pad, end, 0.0), (pad, end + sink.pad_length, t)),
         Box("oxide-0", sink.oxide, (-oxide, -far, -depth), (oxide, -near, 0.0)),
         Box("oxide-1", sink.oxide, (-oxide, end + near, -depth), (oxide, end + far, 0.0)),
+        *gas,
         *below,
     )
 
@@ -250,6 +271,24 @@ def _contacts(sink: Sink, boxes: tuple[Box, ...]) -> tuple[Contact, ...]:
         if sink.substrate_thickness is not None:
             found.append(Contact(f"{block} on substrate", (block, "substrate"), sink.contact_resistance))
     return tuple(found)
+
+
+def over_gap(sink: Sink) -> list[tuple[str, tuple[float, float], tuple[float, float]]]:
+    """The rectangles (x, y; m) of one span's underside that are over the gap, each with a name: the beam, and around
+    its oxide each pad's sides, its part near the beam and that far from it."""
+    pad, oxide, end = sink.pad_width / 2, sink.oxide_width / 2, sink.pad_length
+    near, far = sink.anchor_distance, sink.anchor_distance + sink.oxide_length
+    around = [
+        ("near", (-pad, 0.0), (pad, near)), ("far", (-pad, far), (pad, end)),
+        ("left", (-pad, near), (-oxide, far)), ("right", (oxide, near), (pad, far)),
+    ]  # fmt: skip
+    bare = [each for each in around if min(b - a for a, b in zip(*each[1:], strict=True)) > SLIVER * end]
+    found = [("beam", (-sink.width / 2, 0.0), (sink.width / 2, sink.length))]
+    for name, (a, y), (b, z) in bare:
+        found += [
+            (f"pad-0-{name}", (a, -z), (b, -y)), (f"pad-1-{name}", (a, sink.length + y), (b, sink.length + z)),
+        ]  # fmt: skip
+    return found
 
 
 def _boundaries(sink: Sink, boxes: tuple[Box, ...]) -> tuple[Boundary, ...]:
@@ -274,6 +313,11 @@ def _boundaries(sink: Sink, boxes: tuple[Box, ...]) -> tuple[Boundary, ...]:
             Boundary(f"air-{b.name}", "convection", *face(b, 2, 1), sink.convection_coefficient, room)
             for b in (*beams, *pads)
         ]
+    if sink.gap_gas_conductivity and sink.substrate_thickness is None:
+        found += [
+            Boundary(f"substrate-gas-{name}", "convection", (*a, 0.0), (*b, 0.0), sink.gap_coefficient, room)
+            for name, a, b in over_gap(sink)
+        ]
     return tuple(found)
 
 
@@ -284,7 +328,12 @@ def _probes(sink: Sink, boxes: tuple[Box, ...], count: int) -> tuple[Probe, ...]
     end = Probe("end", *face(spans[0], 1, 0))
     if sink.spans == 1:
         centre = (0.0, sink.length / 2, sink.thickness / 2)
-        return Probe("peak", centre, centre), end, Probe("mean", spans[0].lower, spans[0].upper)
+        gas: tuple[Probe, ...] = ()
+        if sink.gap_gas_conductivity and sink.substrate_thickness is not None:
+            # What the gas between takes from the beam.
+            foot = (-sink.width / 2, 0.0, -sink.oxide_thickness), (sink.width / 2, sink.length, -sink.oxide_thickness)
+            gas = Probe("underside", *face(spans[0], 2, 0)), Probe("below", *foot)
+        return Probe("peak", centre, centre), end, Probe("mean", spans[0].lower, spans[0].upper), *gas
     found = [end]
     for number, span in enumerate(spans[: different(count)], start=1):
         a, b = (0.0, span.lower[1], 0.0), (0.0, span.upper[1], 0.0)

@@ -24,7 +24,8 @@ _ROUNDING = 1e-9
 _MOST_SAMPLES = 1_000_000
 FAR = 30.0
 """Times the built-in scene's value: what is nearer is no extreme."""
-_ROOM = {"environment.convection_coefficient": 1e3}  # W/(m2 K): the built-in scene has none
+_ROOM = {"environment.convection_coefficient": 1e3, "environment.gap_gas_conductivity": 0.026}
+"""In SI units: the built-in scene has none of these."""
 
 
 def check(scene: T) -> T:
@@ -103,11 +104,24 @@ def _check_sizes(sink: Sink) -> None:
     _check_substrate(sink)
     _check_array(sink)
     _check_drive(sink)
+    _check_gas(sink)
     if sink.spans > 1 and sink.island > sink.length * (1 + _ROUNDING):
         raise SceneError(
             f"sink.island_length = {_shown(sink.island)} is longer than a span: give at most sink.length = "
             f"{_shown(sink.length)}"
         )
+
+
+def _check_gas(sink: Sink) -> None:
+    if not sink.gap_gas_conductivity:
+        return
+    if sink.spans > 1:
+        raise SceneError(
+            f"sink.spans = {sink.spans} makes a row, and no gas is solved under a row: give sink.spans = 1, or leave "
+            "out environment.gap_gas_conductivity"
+        )
+    if sink.count > 1:
+        raise SceneError(ONE_SINK.format(sink, "environment.gap_gas_conductivity is of one sink"))
 
 
 def _check_drive(sink: Sink) -> None:

@@ -28,11 +28,16 @@ def study(sink: Sink, part: Symmetry) -> Study:
 def steady(sink: Sink, out: Outputs) -> Quantities:
     """Steady quantities of summary.json, and ``end_flow_W``, the heat through one end of the beam.
 
-    The anchor resistance is the end's rise over that heat, which is the beam's own heat less what the air takes from
+    The anchor resistance is the end's rise over that heat, which is the beam's own heat less what air and gas take from
     the beam, half to each end; it holds for heated or cooled pads too.
     """
     entering = [flow for name, flow in out.items() if name.startswith("flow:substrate")]
-    end_flow = (out["joule:beam"] + out.get("flow:air-beam", np.float64(0.0))) / 2
+    into_beam = [out[name] for name in ("flow:air-beam", "flow:substrate-gas-beam") if name in out]
+    if "probe:below" in out:
+        # Gas on a substrate's surface: linear from the beam's underside down.
+        warmer = out["probe:underside"] - out["probe:below"]
+        into_beam.append(-sink.gap_coefficient * sink.length * sink.width * warmer)
+    end_flow = (out["joule:beam"] + sum(into_beam)) / 2
     return {name: out[f"probe:{probe}"] for name, probe in RISES.items()} | {
         "current_A": out["current:electrode-0"],
         "power_W": out["power"],

@@ -117,7 +117,7 @@ def one_node_remainder(plate: Plate) -> float:
 def _per_watt(plate: Plate) -> np.ndarray:
     """theta (n,) from a uniform heat in the beam: how the heat gets to the end does not matter there."""
     field: np.ndarray = plate.inverse.solve(plate.model.outputs["mean"])
-    return field / ((1 - float(plate.model.outputs["air_beam"] @ field)) / 2)
+    return field / ((1 - float((plate.model.outputs["air_beam"] + plate.model.outputs["gas_beam"]) @ field)) / 2)
 
 
 def oxide_time(sink: Sink) -> float:

@@ -55,7 +55,8 @@ _SHORTEST = 1e-10  # of the end time: a step that has to be shorter has run away
 class FewStates:
     """``capacity`` (n, n) in J/K and ``conductance`` (n, n) in W/K; ``source`` (n,) and ``feedback`` (n, n) of 1 A;
     ``resistance`` in ohm, ``coefficient`` in 1/K; what drives it. ``outputs`` are rows (n,) on the states: the rises
-    peak, end, mean in K, and in W the heat to the air and that from the beam alone. ``source_beam`` and
+    peak, end, mean in K, and in W the heat to the air, and that from the beam alone, to the air and to a gas below it.
+    ``source_beam`` and
     ``resistance_beam`` are the beam's part of the heat.
 
     The plate is of this form too, with sparse matrices; what answers is ``in_modes``."""
@@ -263,7 +264,7 @@ def steady(model: FewStates) -> dict[str, float]:
     end_flow = found.get("anchor_heat_W", 0.0)
     if not end_flow:
         beam = current**2 * (model.resistance_beam + model.coefficient * float(model.source_beam @ state))
-        end_flow = (beam - float(model.outputs["air_beam"] @ state)) / 2
+        end_flow = (beam - float((model.outputs["air_beam"] + model.outputs["gas_beam"]) @ state)) / 2
     return found | {
         "current_A": current,
         "power_W": power,
@@ -282,7 +283,7 @@ def _read(model: FewStates, states: np.ndarray) -> dict[str, np.ndarray]:
     """The rises (K) and heats (W) at states (..., n); of a row of spans the peak is the largest of theirs."""
     found = {}
     for name, row in model.outputs.items():
-        if not name.startswith("air"):
+        if not name.startswith(("air", "gas")):
             value = states @ row.T
             found[f"{name}_W" if name.endswith("_heat") else f"{name}_K"] = top(value) if row.ndim > 1 else value
     if "peak_K" not in found:

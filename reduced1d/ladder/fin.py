@@ -2,7 +2,7 @@
 
 It is the heat equation along the beam, with the heat that the current makes at each place,
 
-    (rho c A + c_i) dT/dt = k A T'' - (h_air w + g_i) T + I^2 rho_e(T) / A,
+    (rho c A + c_i) dT/dt = k A T'' - (h_air w + h_gas w + g_i) T + I^2 rho_e(T) / A,
 
 where over an island g_i is that of its block in series with contacts and the silicon's thickness, times its width, and
 c_i a third of the block's capacity, as for the plate (`reduced1d.ladder.plate`); elsewhere both are zero. At its ends
@@ -25,7 +25,7 @@ import numpy as np
 from reduced1d.equations import room_resistivity
 from reduced1d.ladder.anchor import Anchor
 from reduced1d.ladder.few_states import FewStates
-from reduced1d.ladder.plate import film, stored
+from reduced1d.ladder.plate import film, gap_film, stored
 from reduced1d.line import Line
 from scenes.sink import Sink, decay, different
 
@@ -48,6 +48,7 @@ def fin(
     k, A_c = sink.silicon.thermal_conductivity, sink.cross_section
     resistivity, a = room_resistivity(sink.silicon, sink.room_temperature)
     per_length, air = resistivity / A_c, sink.convection_coefficient * sink.width
+    gas = gap_film(sink) * sink.width
     block = oxide_capacity * sink.oxide.heat_capacity * sink.oxide_thickness * stored(sink) * sink.island_width
     down = film(sink) * sink.island_width
     both, over = 2 * row.weights, row.islands  # the row has two halves
@@ -60,7 +61,7 @@ def fin(
         "air": air * integral + 2 * anchor.air * end,
     }  # fmt: skip
     if sink.spans == 1:
-        outputs |= {"peak": row.along(1, [0.5])[0], "air_beam": air * integral}
+        outputs |= {"peak": row.along(1, [0.5])[0], "air_beam": air * integral, "gas_beam": gas * integral}
     else:
         outputs["anchor_heat"] = end / anchor.resistance
         for number in range(1, different(sink.spans) + 1):
@@ -73,7 +74,7 @@ def fin(
             outputs[f"island{number}_heat"] = down * sink.island * row.mean(min(number, row.solved), island=True)
     return FewStates(
         row.line.products(both * (sink.silicon.heat_capacity * A_c + block * over)) + 2 * own * node,
-        row.line.products(both * (air + down * over), both * k * A_c) + 2 / anchor.resistance * node,
+        row.line.products(both * (air + gas + down * over), both * k * A_c) + 2 / anchor.resistance * node,
         per_length * integral + anchor.source * end,
         row.line.products(both * per_length) + anchor.feedback * node,
         per_length * sink.row_length + anchor.circuit, per_length * integral, per_length * sink.row_length, outputs,

@@ -13,7 +13,7 @@ import numpy as np
 
 from reduced1d.equations import resistance, room_resistivity, unequal_ends, unequal_peak
 from reduced1d.ladder.few_states import FewStates
-from reduced1d.sink import air_conductance
+from reduced1d.sink import air_conductance, gap_conductance
 from scenes.sink import Sink, different
 
 
@@ -43,10 +43,10 @@ def lumps(sink: Sink, anchor_resistance: float, circuit: bool = False) -> FewSta
     flows = np.array([rises[1] / ends[0] + rises[2] / ends[1] for rises, (ends, _) in zip(shapes, kinds, strict=True)])
     over = resistance(0.0, resistivity, a, (sink.spans - 1) * sink.island, A_c)
     states, cold = np.eye(len(kinds)), number * resistance(0.0, resistivity, a, L, A_c)
-    air = number * air_conductance(sink)
+    air, gas = number * air_conductance(sink), number * gap_conductance(sink)
     outputs = {"end": states[0] * shapes[0][1], "mean": number / sink.spans, "air": air}
     if sink.spans == 1:
-        outputs |= {"peak": states[0] * unequal_peak(*shapes[0]), "air_beam": air}
+        outputs |= {"peak": states[0] * unequal_peak(*shapes[0]), "air_beam": air, "gas_beam": gas}
     else:
         outputs["anchor_heat"] = outputs["end"] / anchor_resistance
         for span in range(1, different(sink.spans) + 1):
@@ -61,7 +61,7 @@ def lumps(sink: Sink, anchor_resistance: float, circuit: bool = False) -> FewSta
             rises = states[before] * shapes[before][2] + states[after] * shapes[after][1 if after else 2]
             outputs[f"island{isle}_heat"] = rises / island
     return FewStates(
-        np.diag(number * sink.silicon.heat_capacity * L * A_c), np.diag(number * flows + air), cold,
+        np.diag(number * sink.silicon.heat_capacity * L * A_c), np.diag(number * flows + air + gas), cold,
         np.diag(cold), float(cold.sum()) + circuit * over, cold, float(cold.sum()), outputs,
         a, sink.drive,
     ).in_modes()  # fmt: skip

@@ -1,9 +1,9 @@
 """The plate: the heat equation of the silicon layer, averaged over its thickness.
 
 Integrating rho c dT/dt = div(k grad T) + q over z, with no heat through the top (or h_air T there) and h T through
-the foot where there is oxide, gives for the mean rise T(x, y, t) over the thickness t
+the foot where there is oxide (h_gas T where there is gas), gives for the mean rise T(x, y, t) over the thickness t
 
-    t rho c dT/dt + c_ox dT/dt = div([k t + k_ox] grad T) - h T - h_air T + q t,
+    t rho c dT/dt + c_ox dT/dt = div([k t + k_ox] grad T) - h T - h_air T - h_gas T + q t,
 
     1/h = t_o/k_o + t/(3 k)       oxide in series with the silicon's own thickness (``film``),
     c_ox = t_o rho_o c_o / 3      a third of the oxide's capacity, and
@@ -142,6 +142,17 @@ def below(sink: Sink) -> float:
     return math.prod(block) * sum(plate_resistance(plate, block, places[0], k, other) for other in places)
 
 
+def gap_film(sink: Sink) -> float:
+    """The gas in the gap as a film coefficient (W/(m2 K)), in series with the substrate's spreading resistance below
+    the whole beam, where there is a substrate."""
+    if not sink.gap_gas_conductivity or sink.substrate_thickness is None:
+        return sink.gap_coefficient
+    plate, beam = (sink.substrate_length, sink.substrate_width), (sink.length, sink.width)
+    middle = plate[0] / 2, plate[1] / 2
+    own = plate_resistance((*plate, sink.substrate_thickness), beam, middle, sink.substrate.thermal_conductivity)
+    return 1 / (1 / sink.gap_coefficient + math.prod(beam) * own)
+
+
 def assemble(sink: Sink, grading: Grading) -> Plate:
     """The plate of a sink on a mesh of biquadratic quadrilaterals, with the current of the cold sink between electrodes
     at the beam's ends: straight, and so heating each place by its resistivity.
@@ -155,7 +166,7 @@ def assemble(sink: Sink, grading: Grading) -> Plate:
     basis = Basis(part.mesh, ElementQuad2(), intorder=4)
     beam, pads, above = (basis.with_elements(np.flatnonzero(of)) for of in part[1:])
     silicon, oxide, t = sink.silicon, sink.oxide, sink.thickness
-    h_air, third = sink.convection_coefficient, sink.oxide_thickness * stored(sink)
+    h_air, h_gas, third = sink.convection_coefficient, gap_film(sink), sink.oxide_thickness * stored(sink)
     stiffness = BilinearForm(lambda u, v, w: dot(grad(u), grad(v)))
     mass = BilinearForm(lambda u, v, w: u * v)
     integral = LinearForm(lambda v, w: v)
@@ -164,7 +175,7 @@ def assemble(sink: Sink, grading: Grading) -> Plate:
     conductance = (
         COPIES * (silicon.thermal_conductivity * t * stiffness.assemble(basis))
         + COPIES * (oxide.thermal_conductivity * third * stiffness.assemble(above))
-        + film(sink) * mass_above + h_air * (mass_beam + mass_pads)
+        + film(sink) * mass_above + h_air * (mass_beam + mass_pads) + h_gas * (mass_beam + mass_pads - mass_above)
     ).tocsc()  # fmt: skip
     in_pads, in_oxide = silicon.heat_capacity * t * mass_pads, oxide.heat_capacity * third * mass_above
     over_beam = integral.assemble(beam)
@@ -178,6 +189,7 @@ def assemble(sink: Sink, grading: Grading) -> Plate:
         "mean": over_beam / over_beam.sum(),
         "air": COPIES * h_air * (over_beam + integral.assemble(pads)),
         "air_beam": COPIES * h_air * over_beam,
+        "gas_beam": COPIES * h_gas * over_beam,
     }
     resistivity, a = room_resistivity(silicon, sink.room_temperature)
     heat = resistivity / (sink.width**2 * t)

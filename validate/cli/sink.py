@@ -42,7 +42,7 @@ OPTIONS = {
     "FILE.py:FUNCTION, FILE.cir, FILE.fmu or FILE.csv",
     "--why": "split the 1D model's differences from 3D by the assumptions behind them",
     "--air": "up to which coefficient losses to the air may be left out, and what a lumped term gives",
-    "--left-out": "what both models leave out: the substrate and the air above, each solved in 3D, and both at once",
+    "--left-out": "what both models leave out, each solved in 3D, and all at once: the gas below and others",
     "--sensitivities": "how both models follow each key: d ln quantity / d ln key, 1D against 3D",
     **common.of_inputs("oxide_thickness=0.1um, voltage=1%%; or materials, for the scene's table of them",
                        "pad_width,oxide_width=0.9"),

@@ -61,6 +61,9 @@ def of_sink(sink: Sink, request: Request, solver: tuple[Step, ...], data: Data |
         )
         at = f"{THERMAL_CONTACT.show(sink.contact_resistance)} at both faces of the oxide"
         solver = (*solver, step("contacts", f"{at}, where the 3D temperature jumps; {one}"))
+    if sink.gap_gas_conductivity:
+        where = "" if sink.substrate_thickness is None else "; the 1D model's to room temperature"
+        solver = (*solver, step("gas in the gap", f"a film of {sink.gap_coefficient:.4g} W/(m2 K){where}"))
     steps = [*solver, _reduction(request), *_checks(sink, request), *_figures(figures_of(sink), left)]
     steps.append(step("traces.csv", "every quantity against time", "" if request.transient else _STEADY))
     # What is done only when asked for, and so has no line where it isn't.

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import math
+import re
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import cache
@@ -17,7 +19,7 @@ from scenes.plan import Request
 from scenes.result import Result
 from scenes.sink import OF_A_SINK, Sink
 from validate.inputs import left_out
-from validate.inputs.air import conduction
+from validate.inputs.air import CONDUCTIVITY, conduction
 
 SINK = Sink(accuracy=2e-2)
 solved = cache(solve)
@@ -62,18 +64,43 @@ def test_the_summary_has_every_effect_with_its_source(found: left_out.LeftOut) -
         assert bool(entry["source"]) == (name != "together")
 
 
+def test_in_air_the_gas_below_decides_and_from_a_pressure_on_it_matters(found: left_out.LeftOut) -> None:
+    gas = found.found["gap_gas"]
+    assert gas.share is not None
+    share, below = gas.share, steady(replace(SINK, gap_gas_conductivity=CONDUCTIVITY))
+    out = below.details["answer"].fine.out
+    oxide = -sum(float(out[f"flow:substrate-{n}"]) for n in (0, 1))
+    assert share == pytest.approx(1 - oxide / below.steady["power_W"].value, rel=1e-6)
+    assert found.sentence.startswith(f"In air the sink would not work: the gas under it takes {100 * share:.0f} % of")
+    said = re.search(r"from (\S+) (m?k?)Pa on it changes the peak by more than 5.0 %", gas.assumed)
+    assert said is not None
+    pressure = float(said[1]) * {"": 1.0, "k": 1e3, "m": 1e-3}[said[2]]
+    k = CONDUCTIVITY / (1 + 2 * left_out.jump(pressure) / SINK.oxide_thickness)
+    peaks = [steady(replace(SINK, gap_gas_conductivity=f * k)).steady["peak_rise_K"].value for f in (0.0, 1.0)]
+    # The search ends within 1 %, and two digits are told.
+    assert 1 - peaks[1] / peaks[0] == pytest.approx(0.05, rel=0.05)
+
+
+def test_the_jump_is_1_64_mean_free_paths() -> None:
+    """With the viscosity of air, 1.85e-5 Pa s at 300 K, the path is mu/p sqrt(pi R T / 2), and g is of it
+    2 gamma / (gamma + 1) / Pr, Pr = 0.71."""
+    path = 1.85e-5 / 101325 * math.sqrt(math.pi * 287.05 * 300.0 / 2)
+    assert left_out.jump(101325.0) == pytest.approx(2.8 / 2.4 / 0.71 * path, rel=0.01)
+
+
 def test_what_the_scene_has_is_not_left_out(found: left_out.LeftOut) -> None:
-    cooled = left_out.of_sink(replace(SINK, convection_coefficient=50.0), lambda _: None)
-    assert "air" in found.found
-    assert "air" not in cooled.found
-    assert cooled.skipped == {"air": "the scene has it"}
+    cooled = left_out.of_sink(replace(SINK, convection_coefficient=50.0, gap_gas_conductivity=0.01), lambda _: None)
+    assert {"air", "gap_gas"} <= {*found.found}
+    assert not {"air", "gap_gas"} & {*cooled.found}
+    assert cooled.skipped == dict.fromkeys(("gap_gas", "air"), "the scene has it")
     assert "In air" not in cooled.sentence
 
 
 def test_what_a_row_cannot_have_is_said() -> None:
     row = left_out.of_sink(replace(SINK, spans=2), lambda _: None)
-    assert "substrate" not in row.found
-    assert "sink.spans = 2" in row.skipped["substrate"]
+    for effect in ("substrate", "gap_gas"):
+        assert effect not in row.found
+        assert "sink.spans = 2" in row.skipped[effect]
 
 
 def test_an_effect_with_which_the_sink_runs_away_decides(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -94,7 +121,7 @@ def test_an_effect_with_which_the_sink_runs_away_decides(monkeypatch: pytest.Mon
 def test_it_is_told_kept_and_drawn(tmp_path: Path) -> None:
     run = compare.run(SINK, steady=True, left_out=True, out=tmp_path / "run", figures=True)
     summary = json.loads((tmp_path / "run" / "summary.json").read_text())
-    assert {*summary["left_out"]} == {"conductivity", "substrate", "air", "together"}
+    assert {*summary["left_out"]} == {"conductivity", "gap_gas", "substrate", "air", "together"}
     assert (tmp_path / "run" / "left_out.png").exists()
     assert summary["answer"].startswith("In air ")
     assert run.outcome.left_out is not None
