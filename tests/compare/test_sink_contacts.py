@@ -96,3 +96,10 @@ def test_what_has_no_contacts_says_so(more):
 def test_a_device_has_no_contacts_yet():
     with pytest.raises(SceneError, match=r'anchor\.contact_resistance = "1e-7 m2 K/W" is not solved for a device'):
         load("device", ["anchor.contact_resistance=1e-7"])
+
+
+def test_contacts_beside_gas_on_a_substrate_are_refused():
+    others = ["contact_resistance=1e-7", "gap_gas_conductivity=0.026"]
+    with pytest.raises(SceneError, match=r"anchor\.contact_resistance beside environment\.gap_gas_conductivity is not"):
+        load("sink", [*others, "substrate.thickness=0.5mm"])
+    assert load("sink", others).gap_gas_conductivity == 0.026
