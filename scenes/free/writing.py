@@ -49,6 +49,8 @@ def as_dict(scene: m.AnyScene) -> dict[str, Any]:
             | {key: v for key in RESISTANCES if (v := getattr(c, key)) or c.perfect}
             for c in contacts
         ]
+    if isinstance(scene, m.Scene) and scene.mesh:
+        run["mesh"] = scene.mesh
     found |= {"run": {**run, "accuracy": scene.accuracy}}
     if scene.model is not None:
         own = scene.model

@@ -329,3 +329,12 @@ def _rim_with_current(accuracy: float) -> Scene:
         probes=(replace(across, quantity="current"),),
         contacts=(Contact("c", ("plate", "block"), 0.0, 0.3 * RHO * LENGTH),),
     ))  # fmt: skip
+
+
+def test_contacts_are_solved_on_bricks() -> None:
+    scene = pair(5e-4, 3e-8)
+    with pytest.raises(SceneError, match=r'run\.mesh = "tetrahedra" knows no sides of a contact yet: leave contact "c"'):
+        solve(replace(scene, mesh="tetrahedra"))
+    alone = replace(scene, mesh="tetrahedra", contacts=())
+    with pytest.raises(SceneError, match=r'leave probe "temperature a"\.box out'):
+        solve(alone)
