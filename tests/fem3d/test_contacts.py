@@ -333,7 +333,9 @@ def _rim_with_current(accuracy: float) -> Scene:
 
 def test_contacts_are_solved_on_bricks() -> None:
     scene = pair(5e-4, 3e-8)
-    with pytest.raises(SceneError, match=r'run\.mesh = "tetrahedra" knows no sides of a contact yet: leave contact "c"'):
+    with pytest.raises(
+        SceneError, match=r'run\.mesh = "tetrahedra" knows no sides of a contact yet: leave contact "c"'
+    ):
         solve(replace(scene, mesh="tetrahedra"))
     alone = replace(scene, mesh="tetrahedra", contacts=())
     with pytest.raises(SceneError, match=r'leave probe "temperature a"\.box out'):
