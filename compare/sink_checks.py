@@ -88,7 +88,7 @@ def eq14(models: Models) -> Comparison:
             )
         if found > predicted:
             missing = f"{quantity(found - predicted, 'K/W')} or {percent((found - predicted) / found)} of the whole"
-            missing += _with_substrate(models)
+            missing += _with_what_eq14_lacks(models)
             return (
                 f"{both}: eq 14's two prisms leave out the constriction where the heat turns from beam to pad and down "
                 f"into the oxide, {missing}"
@@ -328,11 +328,20 @@ def _while_heating(models: Models, key: str, at: Largest) -> str:
 def resistances(models: Models) -> str:
     """Of an anchor, as printed and in 3D."""
     printed, found = anchor_series_resistance(models.sink), models.steady("anchor_resistance_K_per_W")
-    return f"eq 14's anchor has {quantity(printed, 'K/W')}, 3D's {quantity(found, 'K/W')}{_with_substrate(models)}"
+    return (
+        f"eq 14's anchor has {quantity(printed, 'K/W')}, 3D's {quantity(found, 'K/W')}{_with_what_eq14_lacks(models)}"
+    )
 
 
-def _with_substrate(models: Models) -> str:
-    return "" if models.sink.substrate_thickness is None else ", with a substrate that the 1D model does not have"
+def _with_what_eq14_lacks(models: Models) -> str:
+    """What 3D has below the pads and eq 14 has not."""
+    sink = models.sink
+    has = [
+        what
+        for what, given in (("contacts", sink.contact_resistance), ("a substrate", sink.substrate_thickness))
+        if given
+    ]
+    return f", with {' and '.join(has)} that the 1D model does not have" if has else ""
 
 
 def not_parabolic(models: Models) -> str:

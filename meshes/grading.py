@@ -15,6 +15,7 @@ import numpy as np
 
 from meshes import connected, singular
 from meshes.grid import Grid
+from scenes.free.contacts import across, resistances
 from scenes.model import Scene
 
 # Ratio of neighbouring intervals towards a feature; 0.15 is optimal for corner singularities (Gui and Babuska).
@@ -122,11 +123,14 @@ def _reaches(scene: Scene, planes: list[np.ndarray]) -> tuple[list[np.ndarray], 
 
 def _faces(scene: Scene) -> list[np.ndarray]:
     """Per axis (planes, cells, cells): a number for the faces across it, of the two materials that meet there and of
-    the condition; 0 where nothing changes."""
+    the condition or the contact; 0 where nothing changes."""
     grid = connected.coarsest(scene)
     kinds = list(dict.fromkeys(b.material for b in grid.boxes))
     kind = np.pad(np.array([*(kinds.index(b.material) + 1 for b in grid.boxes), 0])[grid.owner], 1)
     found, count = [], len(kinds) + 1
+    numbers = np.zeros((len(scene.boxes) + 1,) * 2, int)
+    for number, joint in enumerate(np.argwhere(resistances(scene).any(axis=0)) if scene.contacts else (), start=1):
+        numbers[tuple(joint)] = number
     for d in range(3):
         own = np.moveaxis(kind, d, 0)[:, 1:-1, 1:-1]
         of = np.zeros(own[1:].shape, int)
@@ -134,6 +138,9 @@ def _faces(scene: Scene) -> list[np.ndarray]:
             if grid.flat(b.lower, b.upper) == d:
                 window = tuple(w for e, w in enumerate(grid.window(b.lower, b.upper)) if e != d)
                 of[grid.at(d, b.lower[d])][window] = number
+        if scene.contacts:
+            joints = across(grid.owner, d, numbers)
+            of[1:-1] = np.where(joints > 0, len(scene.boundaries) + joints, of[1:-1])
         changes = (own[1:] != own[:-1]) | ((of > 0) & (np.maximum(own[1:], own[:-1]) > 0))
         found.append(np.where(changes, (of * count + own[1:]) * count + own[:-1], 0))
     return found

@@ -7,7 +7,9 @@ rim of an electrode on a flat face 1/2; a jump of conductivity shifts it. Where 
 angle, a face that heat passes, s is 1 and the two conditions contradict each other at the edge, which leaves r log r:
 too rough for the degree alone, unless what passes hardly matters. Where two given values differ the solution itself
 jumps (s = 0), and what a reading sees of it falls with the length of the first interval to the power of the exponent of
-the dual solution, as if both had half of that. Sources: Grisvard, Elliptic Problems in Nonsmooth
+the dual solution, as if both had half of that. Across a contact nothing passes at distances from its rim below its
+resistance times the conductivity, and as if it were perfect far beyond these: the smaller exponent of the two counts,
+and 1/2 where a contact ends inside. Sources: Grisvard, Elliptic Problems in Nonsmooth
 Domains, section 4.4; Kellogg, Applicable Analysis 4, 1975.
 """
 
@@ -21,6 +23,7 @@ from numpy.polynomial import legendre
 from meshes import connected
 from meshes.grid import VOID, Grid
 from scenes import laws
+from scenes.free.contacts import ELECTRIC, THERMAL, across, resistances
 from scenes.model import Boundary, Box, Scene, Value
 
 REGULAR = 0.95  # edges of this exponent or more are left to the degree, but for contradictions up to the next one
@@ -30,6 +33,7 @@ PASSES = 0.05  # Biot number of a film, with its box's extent across the edge, f
 
 Numbers = tuple[float, float, float, float]
 Rays = tuple[bool, bool, bool, bool]
+WHOLE: Rays = (False, False, False, False)
 
 
 def edges(scene: Scene) -> list[dict[float, float]]:
@@ -44,10 +48,25 @@ def edges(scene: Scene) -> list[dict[float, float]]:
     electric = np.array([[1 / (rho or np.inf) for rho in laws.along(m.resistivity)] for m in cold]).T
     found: list[dict[float, float]] = [{}, {}, {}]
     solid, live = grid.owner != VOID, connected.live(scene)
-    held = _held(grid, scene, "temperature")
-    _collect(grid, np.where(solid, thermal[:, grid.owner], 0.0), held, found, _passing(grid, scene))
+    held, k = _held(grid, scene, "temperature"), np.where(solid, thermal[:, grid.owner], 0.0)
+    cuts = [_cuts(grid, table) for table in resistances(scene)] if scene.contacts else [_none(grid), _none(grid)]
+    _collect(grid, k, held, found, _passing(grid, scene))
+    if any(faces.any() for faces in cuts[THERMAL]):
+        _collect(grid, k, held, found, _passing(grid, scene), cuts[THERMAL])
     if live.any():
-        _collect(grid, np.where(live, electric[:, grid.owner], 0.0), _held(grid, scene, "voltage"), found)
+        sigma = np.where(live, electric[:, grid.owner], 0.0)
+        _collect(grid, sigma, _held(grid, scene, "voltage"), found)
+        if any(faces.any() for faces in cuts[ELECTRIC]):
+            _collect(grid, sigma, _held(grid, scene, "voltage"), found, cuts=cuts[ELECTRIC])
+    return found
+
+
+def _cuts(grid: Grid, between: np.ndarray) -> list[np.ndarray]:
+    """Per axis, which faces across it have a contact, from the resistances between boxes."""
+    found = _none(grid)
+    for d in range(3):
+        inner = tuple(slice(1, -1) for _ in range(3))
+        found[d][inner] = np.moveaxis(across(grid.owner, d, between) > 0, 0, d)
     return found
 
 
@@ -57,9 +76,11 @@ def _collect(
     held: list[np.ndarray],
     found: list[dict[float, float]],
     passing: list[np.ndarray] | None = None,
+    cuts: list[np.ndarray] | None = None,
 ) -> None:
     """Add the planes of singular edges, for the ``conductivity`` (3, cells) along each axis. Per axis, ``held`` numbers
-    the value given on each face across it (0: none), ``passing`` says where so much passes that it contradicts one.
+    the value given on each face across it (0: none), ``passing`` says where so much passes that it contradicts one,
+    ``cuts`` where nothing passes; with these, only edges at them are looked at.
 
     A cell whose conductivities differ behaves across an edge as one of their geometric mean, stretched."""
     for along in range(3):
@@ -70,12 +91,15 @@ def _collect(
         rays = _rays(held, first, second, along)
         against = np.zeros_like(rays) if passing is None else _rays(passing, first, second, along)
         uneven = (quadrants.min(axis=-1) != quadrants.max(axis=-1)) | (rays.any(axis=-1) & ~rays.all(axis=-1))
+        cut = np.zeros_like(rays, dtype=bool) if cuts is None else _rays(cuts, first, second, along) > 0
+        uneven = uneven if cuts is None else cut.any(axis=-1)
         contradicted = np.logical_and(rays.any(axis=-1), against.any(axis=-1))
         for i, j, layer in np.argwhere(uneven & (quadrants.max(axis=-1) > 0)):
             a, b, c, d = quadrants[i, j, layer].tolist()
             p, q, r, s = rays[i, j, layer].tolist()
-            torn = len({n for n in (p, q, r, s) if n}) > 1
-            exponent_here = exponent((a, b, c, d), (p > 0, q > 0, r > 0, s > 0)) * (0.5 if torn else 1.0)
+            torn = cuts is None and len({n for n in (p, q, r, s) if n}) > 1
+            parted = tuple(cut[i, j, layer].tolist())
+            exponent_here = exponent((a, b, c, d), (p > 0, q > 0, r > 0, s > 0), parted) * (0.5 if torn else 1.0)
             if exponent_here < (RESONANT if torn or contradicted[i, j, layer] else REGULAR):
                 for axis, at in ((first, i), (second, j)):
                     plane = float(grid.breaks[axis][at])
@@ -139,40 +163,40 @@ def _mark(faces: list[np.ndarray], grid: Grid, boundary: Boundary, number: int =
 
 
 @lru_cache(maxsize=512)
-def exponent(quadrants: Numbers, rays: Rays = (False, False, False, False)) -> float:
+def exponent(quadrants: Numbers, rays: Rays = WHOLE, cuts: Rays = WHOLE) -> float:
     """The smallest positive exponent around an edge whose quadrants, in order, have these conductivities; ray i, at
-    which quadrant i begins, has a given value or not.
+    which quadrant i begins, has a given value or not, and is one that nothing passes (one of ``cuts``) or not.
 
     The angular problem is solved with one element of degree `ANGULAR` for each quadrant; 0 conducts nothing.
     """
     stiffness, mass = _angular()
-    n = len(stiffness[0])
-    a, b = (np.tensordot(quadrants, each, 1) for each in (stiffness, mass))
-    given = np.zeros(n, dtype=bool)
-    given[[ANGULAR * i for i in range(4) if rays[i]]] = True
+    n = 4 * ANGULAR
+    a, b = np.zeros((n + 4, n + 4)), np.zeros((n + 4, n + 4))
+    for i, k in enumerate(quadrants):
+        # The ray at which it begins, its inner functions, the ray of the next one: of a cut the other side.
+        own, following = (ANGULAR * i + np.arange(ANGULAR + 1)) % n, (i + 1) % 4
+        own[-1] = n + following if cuts[following] else own[-1]
+        a[np.ix_(own, own)] += k * stiffness
+        b[np.ix_(own, own)] += k * mass
+    given = np.zeros(n + 4, dtype=bool)
+    given[[at for i in range(4) if rays[i] for at in (ANGULAR * i, n + i)]] = True
     solid = np.flatnonzero((np.diag(b) > 0) & ~given)
     if not len(solid):
         return 1.0
     root = np.linalg.cholesky(b[np.ix_(solid, solid)])
     half = np.linalg.solve(root, a[np.ix_(solid, solid)])
     squares = np.linalg.eigvalsh(np.linalg.solve(root, half.T))
-    constants = _constants(quadrants, rays)
+    constants = _constants(quadrants, rays, cuts)
     return float(np.sqrt(max(squares[constants], 0.0))) if len(squares) > constants else 1.0
 
 
 @lru_cache(maxsize=1)
 def _angular() -> tuple[np.ndarray, np.ndarray]:
-    """(4, n, n) twice: the stiffness and the mass matrix of each quadrant, the function of ray i being number 8 i."""
+    """(functions, functions) twice: the stiffness and the mass matrix of a quadrant."""
     x, w = legendre.leggauss(ANGULAR + 1)
     f, d = _functions(x)
-    angle, n = np.pi / 2, 4 * ANGULAR
-    stiffness, mass = 2 / angle * (d * w) @ d.T, angle / 2 * (f * w) @ f.T
-    found = np.zeros((2, 4, n, n))
-    for quadrant in range(4):
-        # The ray at which it begins, its inner functions, the ray at which the next one begins.
-        own = np.ix_(*2 * [(ANGULAR * quadrant + np.arange(ANGULAR + 1)) % n])
-        found[0, quadrant][own], found[1, quadrant][own] = stiffness, mass
-    return found[0], found[1]
+    angle = np.pi / 2
+    return 2 / angle * (d * w) @ d.T, angle / 2 * (f * w) @ f.T
 
 
 def _functions(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -184,9 +208,9 @@ def _functions(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.array([(1 - x) / 2, *inner, (1 + x) / 2]), np.array([-one / 2, *slopes, one / 2])
 
 
-def _constants(quadrants: Numbers, rays: Rays) -> int:
+def _constants(quadrants: Numbers, rays: Rays, cuts: Rays) -> int:
     """How many separate solid pieces have no given value: each has a constant of exponent zero."""
-    joined = [q > 0 and quadrants[i - 1] > 0 and not rays[i] for i, q in enumerate(quadrants)]
+    joined = [q > 0 and quadrants[i - 1] > 0 and not rays[i] and not cuts[i] for i, q in enumerate(quadrants)]
     if all(joined):
         return 1
     count = 0

@@ -16,6 +16,7 @@ import numpy as np
 
 from meshes import connected
 from meshes.grid import Grid
+from scenes.free import contacts
 from scenes.model import Boundary, Box, Point, Probe, Scene, Schedule, Value
 from scenes.plan import Step
 
@@ -120,7 +121,10 @@ class _Mirror:
         """The plane through the middle of a scene; None where the scene isn't symmetric about it."""
         low, high = _corners(scene)
         mirror = _Mirror(axis, (low[axis] + high[axis]) / 2, 1e-9 * max(b - a for a, b in zip(low, high, strict=True)))
-        fits = mirror._keeps_solid(scene) and mirror._keeps_conditions(scene) and mirror._keeps_probes(scene)
+        fits = (
+            mirror._keeps_solid(scene) and mirror._keeps_conditions(scene) and mirror._keeps_probes(scene)
+            and (not scene.contacts or mirror._keeps_contacts(scene))
+        )  # fmt: skip
         electrodes = [b for b in scene.boundaries if b.kind == "voltage"]
         twins = [(b, c) for b in electrodes for c in electrodes if mirror.maps(b, c)]
         pairs = [(b.value, c.value) for b, c in twins]
@@ -181,13 +185,39 @@ class _Mirror:
 
     def _keeps_solid(self, scene: Scene) -> bool:
         """Whether the mirror maps every cell between the scene's planes onto one of the same material and source."""
-        breaks = [np.array(connected.scene_planes(scene, d)) for d in range(3)]
-        own = breaks[self.axis]
-        breaks[self.axis] = np.array(connected.distinct([*own, *(2 * self.middle - own)], self.small))
-        grid = Grid(tuple(breaks), tuple(np.ones(len(b) - 1, int) for b in breaks), scene.boxes)
+        grid = self._both_sides(scene)
         kinds = list(dict.fromkeys((b.material, b.heat_source) for b in scene.boxes))
         cells = np.array([*(kinds.index((b.material, b.heat_source)) for b in scene.boxes), -1])[grid.owner]
         return bool((cells == np.flip(cells, self.axis)).all())
+
+    def _both_sides(self, scene: Scene) -> Grid:
+        """The grid of all planes of a scene and of their images."""
+        breaks = [np.array(connected.scene_planes(scene, d)) for d in range(3)]
+        own = breaks[self.axis]
+        breaks[self.axis] = np.array(connected.distinct([*own, *(2 * self.middle - own)], self.small))
+        return Grid(tuple(breaks), tuple(np.ones(len(b) - 1, int) for b in breaks), scene.boxes)
+
+    def _keeps_contacts(self, scene: Scene) -> bool:
+        """Whether the mirror maps every face with a contact onto one that is the same, and none lies in its plane,
+        where half of one would be left."""
+        grid = self._both_sides(scene)
+        for table in contacts.resistances(scene):
+            for axis in range(3):
+                found = np.moveaxis(contacts.across(grid.owner, axis, table), 0, axis)
+                if (found != np.flip(found, self.axis)).any():
+                    return False
+                count = grid.owner.shape[self.axis]
+                if axis == self.axis and count % 2 == 0 and np.take(found, count // 2 - 1, axis=axis).any():
+                    return False
+        return all(self._side(scene, probe) is not None for probe in scene.probes)
+
+    def _side(self, scene: Scene, probe: Probe) -> str | None:
+        """What the box that a probe names is called on the lower side, where the probe is read; None where it isn't
+        one box there."""
+        own = next((b for b in scene.boxes if b.name == probe.box), None)
+        if own is None or self._below(probe):
+            return probe.box
+        return next((b.name for b in scene.boxes if self.maps(own, b)), None)
 
     def _keeps_conditions(self, scene: Scene) -> bool:
         """Whether the mirror maps every thermal condition onto one that is the same."""
@@ -223,7 +253,7 @@ class _Mirror:
         probes = []
         for probe in scene.probes:
             lower, upper = self._below(probe) or self.image(probe)
-            probes.append(replace(probe, lower=lower, upper=upper))
+            probes.append(replace(probe, lower=lower, upper=upper, box=self._side(scene, probe) or ""))
         read = {probe.name: self._reading(probe, scene) for probe in scene.probes}
         return replace(scene, boxes=tuple(boxes), boundaries=tuple(kept.values()), probes=tuple(probes)), flows, read
 

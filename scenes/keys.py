@@ -66,6 +66,7 @@ _PHYSICAL = (
     *_section(
         "anchor", pad_length=SIZE, pad_width=SIZE, oxide_length=SIZE, oxide_width=SIZE, oxide_thickness=SIZE,
         oxide_offset=Quantity(d.LENGTH, 0.0, 1.0, word="centred"),
+        contact_resistance=Quantity(d.THERMAL_CONTACT, 1e-12, 1e6, word="perfect"),
     ),
     *(
         Key(f"substrate.{name}", f"substrate_{name}", kind)

@@ -396,6 +396,20 @@ class ContactResistance(Kind):
         return self.quantities[0].show(value)
 
 
+@dataclass(frozen=True)
+class Pair(Kind):
+    """A list of two names; ``called`` says of what."""
+
+    of: Kind
+    called: str
+
+    def read(self, path: str, given: object) -> tuple[str, str]:
+        if not isinstance(given, (list, tuple)) or len(given) != 2:
+            raise SceneError(f'{path} = {quoted(given)} is not a pair: give two {self.called}, such as ["a", "b"]')
+        one, other = (self.of.read(f"{path}[{i}]", name) for i, name in enumerate(given, 1))
+        return one, other
+
+
 LABEL = Text(
     r"\w([\w .+-]*\w)?",
     "is not a name: give text of 1 to 60 letters, digits, spaces, dots, +, - and _, with a letter or digit at either "

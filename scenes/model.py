@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import ClassVar, Literal
 
@@ -114,8 +115,9 @@ class Boundary:
     W/(m2 K) towards ``ambient`` in K, "voltage" in V. All but the coefficient may vary in time. A flux or a convection
     acts where one side of the flat box is solid and the other is not. A voltage may stand behind a
     ``series_resistance`` (ohm): then the electrode's potential is one unknown. Where that is infinite the ``value`` is
-    the current (A) into the solid. A temperature behind a ``contact_resistance``
-    (m2 K/W; 0: a perfect contact) is a convection whose coefficient is one over that.
+    the current (A) into the solid. A temperature behind a ``contact_resistance`` (m2 K/W; 0: a perfect contact) is a
+    convection whose coefficient is one over that; that of a voltage is in ohm m2, and all the Joule heat that it makes
+    enters the face.
     """
 
     name: str
@@ -141,6 +143,23 @@ def key_of(boundary: Boundary | GroupBoundary) -> str:
     return "temperature" if boundary.kind == "convection" and boundary.contact_resistance else boundary.kind
 
 
+@dataclass(frozen=True)
+class Contact:
+    """A contact at all faces where two boxes touch, ``between`` which the temperature jumps by the heat flux times the
+    ``thermal_resistance`` (m2 K/W) and the potential by the current density times the ``electrical_resistance`` (ohm
+    m2); 0 is perfect. The Joule heat of the latter enters both faces, half each."""
+
+    name: str
+    between: tuple[str, str]
+    thermal_resistance: float = 0.0
+    electrical_resistance: float = 0.0
+
+    @property
+    def perfect(self) -> bool:
+        """Whether nothing jumps there."""
+        return not (self.thermal_resistance or self.electrical_resistance)
+
+
 UNITS = {"temperature": "K", "potential": "V", "heat_flow": "W", "current": "A"}
 """The unit of each quantity that a probe may ask for."""
 
@@ -152,7 +171,8 @@ class Probe:
 
     "temperature" (K) and "potential" (V): their mean, largest or smallest value there. "heat_flow" (W) and "current"
     (A): what passes through a flat box, positive into the solid where it lies on the surface, and along the positive
-    axis where it lies inside.
+    axis where it lies inside. A temperature or a potential is that of one ``box``, where one is named: on a contact it
+    says which side is meant.
     """
 
     name: str
@@ -160,6 +180,7 @@ class Probe:
     upper: Point
     quantity: Literal["temperature", "potential", "heat_flow", "current"] = "temperature"
     reduce: Literal["mean", "max", "min"] = "mean"
+    box: str = ""
 
 
 @dataclass(frozen=True)
@@ -222,12 +243,26 @@ class Scene(Declared):
     accuracy: float = 1e-3
     steady: bool = False
     output_times: tuple[float, ...] = ()
+    contacts: tuple[Contact, ...] = ()
     mesh: Literal["", "bricks", "tetrahedra"] = ""
     parameters: Parameters | None = field(default=None, compare=False, repr=False)
 
     def means(self) -> tuple[Probe, ...]:
         """A probe of the mean temperature of every box."""
         return tuple(Probe(f"mean {box.name}", box.lower, box.upper) for box in self.boxes)
+
+    def contact(self, one: int, other: int) -> Contact | None:
+        """The contact between two boxes, by their numbers, where there is one that isn't perfect."""
+        return self._contacts.get(frozenset((one, other)))
+
+    @cached_property
+    def _contacts(self) -> dict[frozenset[int], Contact]:
+        numbers = {box.name: number for number, box in enumerate(self.boxes)}
+        return {
+            frozenset(numbers[name] for name in c.between): c
+            for c in self.contacts
+            if not c.perfect and all(name in numbers for name in c.between)
+        }
 
 
 @dataclass(frozen=True)

@@ -82,9 +82,38 @@ def follows(scene: AnyScene, over_time: bool) -> bool:
     return any(keys & set(m.follows) for m in materials(scene))
 
 
-def refuse_following(scene: AnyScene) -> None:
-    """Refuses a law of the temperature over time, which the 3D solution does not have yet."""
-    if follows(scene, over_time=True):
+def has_sides(scene: AnyScene) -> bool:
+    """Whether something jumps at a contact, or a probe says on which side of one it is."""
+    behind = any(b.kind == "voltage" and b.contact_resistance for b in scene.boundaries)
+    jumps = any(not c.perfect for c in getattr(scene, "contacts", ()))
+    return behind or jumps or any(getattr(p, "box", "") for p in scene.probes)
+
+
+def refuse_sides(scene: AnyScene, what: str) -> None:
+    """Refuses a scene with sides of contacts, for ``what`` doesn't know of these."""
+    refuse_contacts(scene, what)
+    for probe in scene.probes:
+        if getattr(probe, "box", ""):
+            raise SceneError(f"{what}: leave probe {quoted(probe.name)}.box out")
+
+
+def refuse_contacts(scene: AnyScene, what: str) -> None:
+    """Refuses a scene where the temperature or the potential jumps, for ``what`` doesn't know of that."""
+    jumps = [f"contact {quoted(c.name)}" for c in getattr(scene, "contacts", ()) if not c.perfect]
+    jumps += [
+        f"boundary {quoted(b.name)}.contact_resistance"
+        for b in scene.boundaries
+        if b.kind == "voltage" and b.contact_resistance
+    ]
+    if jumps:
+        raise SceneError(f"{what}: leave {jumps[0]} out")
+
+
+def refuse_following(scene: AnyScene, over_time: bool) -> None:
+    """Refuses a law of the temperature over time, and beside a contact, which the 3D solution does not have yet."""
+    if follows(scene, over_time):
+        refuse_contacts(scene, "a property follows the temperature, and no law is solved beside a contact yet")
+    if over_time and follows(scene, over_time):
         raise SceneError(
             "a property follows the temperature, and over time the 3D solution takes numbers, or three along x, y and "
             "z: give its value at a temperature, or ask for the steady state"

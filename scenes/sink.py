@@ -14,7 +14,7 @@ from typing import Any, ClassVar, Literal, NamedTuple
 
 from scenes import laws
 from scenes.checks import SINK_TOLERANCES, SLOPE_TOLERANCES
-from scenes.model import Boundary, Box, Material, Point, Probe, Scene
+from scenes.model import Boundary, Box, Contact, Material, Point, Probe, Scene
 from scenes.parameters import Parameters
 
 SILICON = Material("silicon", 130.0, 2330.0, 712.0, 6e-5, 5e-4, 293.0, valid_to=1687.0)
@@ -72,11 +72,12 @@ class Sink:
     of ``spans`` follow each other along y, each of that ``length`` and at about that ``voltage``; between two of them
     the beam goes on over an island of oxide, with ``None`` as long as the anchors' oxide. The oxide stands on room
     temperature where ``substrate_thickness`` is ``None``, else on a plate of that thickness, centred under it, which
-    is at room temperature at its bottom and adiabatic elsewhere. ``gap_gas_conductivity`` in W/(m K) is of a gas that
-    fills the gap, as high as the oxide, under beam and bare pads. On the plate may stand ``columns`` of them across,
-    each ``pitch`` from the next, and ``rows`` along, each ``row_pitch`` from the next (middle to middle), of which
-    those with the ``driven`` numbers have a voltage, all for ``None`` (`scenes.array`). ``tolerances`` holds those
-    that are declared, by check id; ``expected_to_differ`` is ``None`` where nothing is declared about it.
+    is at room temperature at its bottom and adiabatic elsewhere. ``contact_resistance`` (m2 K/W) is that of a contact
+    at both faces of each block of oxide, ``None`` where these are perfect. ``gap_gas_conductivity`` in W/(m K) is of a
+    gas that fills the gap, as high as the oxide, under beam and bare pads. On the plate may stand ``columns`` of them
+    across, each ``pitch`` from the next, and ``rows`` along, each ``row_pitch`` from the next (middle to middle), of
+    which those with the ``driven`` numbers have a voltage, all for ``None`` (`scenes.array`). ``tolerances`` holds
+    those that are declared, by check id; ``expected_to_differ`` is ``None`` where nothing is declared about it.
     ``uncertainties`` are relative and standard, by key: what is typical of the materials.
     """
 
@@ -92,6 +93,7 @@ class Sink:
     oxide_width: float = 50e-6
     oxide_thickness: float = 2e-6
     oxide_offset: float | None = None
+    contact_resistance: float | None = None
     silicon: Material = SILICON
     oxide: Material = OXIDE
     substrate_thickness: float | None = None
@@ -160,6 +162,11 @@ class Sink:
         return none if self.current is None else (*none, "drive.voltage")
 
     @property
+    def contacts(self) -> float:
+        """The resistance (m2 K/W) of the contacts above and below a block of oxide together."""
+        return 2 * (self.contact_resistance or 0.0)
+
+    @property
     def count(self) -> int:
         """How many stand on the substrate."""
         return self.columns * self.rows
@@ -184,7 +191,7 @@ class Sink:
         boxes = _boxes(self, count)
         return Scene(
             self.name, boxes, _boundaries(self, boxes), _probes(self, boxes, count), self.room_temperature,
-            self.end_time, self.accuracy,
+            self.end_time, self.accuracy, contacts=_contacts(self, boxes),
         )  # fmt: skip
 
 
@@ -198,7 +205,7 @@ def decay(sink: Sink) -> float:
     along a span and down through an island, r + 1/r = 2 + R_span / R_island; at most `SLOWEST`."""
     silicon, oxide = (m.at(sink.room_temperature).thermal_conductivity for m in (sink.silicon, sink.oxide))
     along = sink.length / (laws.along(silicon)[1] * sink.cross_section)
-    down = sink.oxide_thickness / (laws.along(oxide)[2] * sink.island * sink.island_width)
+    down = (sink.oxide_thickness / laws.along(oxide)[2] + sink.contacts) / (sink.island * sink.island_width)
     half = 1 + along / down / 2
     # The inverse of the larger root: the difference that is the smaller one leaves nothing from a half of 1e8 on.
     return min(1 / (half + math.sqrt(half**2 - 1)), SLOWEST)
@@ -252,6 +259,20 @@ def _boxes(sink: Sink, count: int) -> tuple[Box, ...]:
     )
 
 
+def _contacts(sink: Sink, boxes: tuple[Box, ...]) -> tuple[Contact, ...]:
+    """Those of the blocks of oxide with the silicon above and, where there is one, the substrate below."""
+    if not sink.contact_resistance:
+        return ()
+    found = []
+    for block in (b.name for b in boxes if b.name.startswith(("oxide", "island"))):
+        kind, number = block.split("-")
+        above = f"{'pad' if kind == 'oxide' else 'bridge'}-{number}"
+        found.append(Contact(f"{above} on {block}", (above, block), sink.contact_resistance))
+        if sink.substrate_thickness is not None:
+            found.append(Contact(f"{block} on substrate", (block, "substrate"), sink.contact_resistance))
+    return tuple(found)
+
+
 def over_gap(sink: Sink) -> list[tuple[str, tuple[float, float], tuple[float, float]]]:
     """The rectangles (x, y; m) of one span's underside that are over the gap, each with a name: the beam, and around
     its oxide each pad's sides, its part near the beam and that far from it."""
@@ -278,6 +299,9 @@ def _boundaries(sink: Sink, boxes: tuple[Box, ...]) -> tuple[Boundary, ...]:
     if sink.substrate_thickness is not None:
         lowest = {"substrate": boxes[-1]}
     found = [Boundary(name, "temperature", *face(b, 2, 0), room) for name, b in lowest.items()]
+    if (resistance := sink.contact_resistance) and sink.substrate_thickness is None:
+        film: dict[str, Any] = {"kind": "convection", "value": 1 / resistance, "contact_resistance": resistance}
+        found = [replace(b, ambient=room, **film) for b in found]
     value, series = sink.drive
     ends = beams if sink.electrodes == "beam-end" else pads
     found += [

@@ -17,7 +17,7 @@ from scenes.keys import type_of
 from scenes.model import Material
 from scenes.physics import check_resistivity, refuse_both, refuse_laws
 from scenes.sink import Sink
-from scenes.units import CURRENT, LENGTH, TIME, VOLTAGE
+from scenes.units import CURRENT, LENGTH, THERMAL_CONTACT, TIME, VOLTAGE
 
 T = TypeVar("T")
 _ROUNDING = 1e-9
@@ -56,6 +56,11 @@ def _check_device(device: Device) -> None:
         raise SceneError(f"sink.spans = {device.sink.spans} makes a row, and a device has one span: give 1")
     if device.sink.count > 1:
         raise SceneError(ONE_SINK.format(device.sink, "one device is simulated"))
+    if device.sink.contact_resistance is not None:
+        raise SceneError(
+            f"anchor.contact_resistance = {quoted(THERMAL_CONTACT.show(device.sink.contact_resistance))} is not solved "
+            'for a device yet: leave it out, or give "perfect"'
+        )
     _check_control(device)
 
 
@@ -110,6 +115,11 @@ def _check_sizes(sink: Sink) -> None:
 def _check_gas(sink: Sink) -> None:
     if not sink.gap_gas_conductivity:
         return
+    if sink.contact_resistance is not None and sink.substrate_thickness is not None:
+        raise SceneError(
+            "anchor.contact_resistance beside environment.gap_gas_conductivity is not solved on a substrate yet: leave "
+            "out one of them, or substrate.thickness"
+        )
     if sink.spans > 1:
         raise SceneError(
             f"sink.spans = {sink.spans} makes a row, and no gas is solved under a row: give sink.spans = 1, or leave "

@@ -16,7 +16,7 @@ from typing import Any, TypeVar
 
 from scenes import laws, physics
 from scenes.following import number_of
-from scenes.free.document import HEAT_CONTACT, HEAT_SOURCE, LISTS, SERIES
+from scenes.free.document import CURRENT_CONTACT, HEAT_CONTACT, HEAT_SOURCE, LISTS, SERIES
 from scenes.keys import OF_KIND, type_of
 from scenes.kinds import KELVIN, Convection, Quantity, Varying
 from scenes.model import AnyScene, Material, Scene, Schedule, Value, values
@@ -214,11 +214,13 @@ def _conditions(scene: AnyScene) -> Iterator[tuple[str, Number]]:
     boundaries: tuple[Any, ...] = scene.boundaries
     for i, boundary in enumerate(boundaries):
         kind, key = LISTS["boundary"][boundary.key], f"boundary.{boundary.name}.{boundary.key}"
+        if boundary.contact_resistance:
+            per_area = CURRENT_CONTACT if boundary.kind == "voltage" else HEAT_CONTACT
+            resistance = Number(boundary.contact_resistance, per_area, _with_contact(scene, i))
+            yield f"boundary.{boundary.name}.contact_resistance", resistance
         if boundary.kind == "convection" and boundary.contact_resistance:
             given = Number(_largest(boundary.ambient), KELVIN, _with_item(scene, "boundaries", i, "ambient"))
             yield f"boundary.{boundary.name}.{boundary.key}", given
-            resistance = Number(boundary.contact_resistance, HEAT_CONTACT, _with_contact(scene, i))
-            yield f"boundary.{boundary.name}.contact_resistance", resistance
             continue
         if isinstance(kind, Convection):
             ambient = Number(_largest(boundary.ambient), KELVIN, _with_item(scene, "boundaries", i, "ambient"))
@@ -234,12 +236,13 @@ def _conditions(scene: AnyScene) -> Iterator[tuple[str, Number]]:
 
 
 def _with_contact(scene: Any, number: int) -> Callable[[float], Any]:
-    """What multiplies the contact resistance of a boundary of given temperature by one and a part."""
+    """What multiplies the contact resistance of a boundary by one and a part."""
 
     def more(part: float) -> Any:
         own = list(scene.boundaries)
         resistance = own[number].contact_resistance * (1 + part)
-        own[number] = replace(own[number], contact_resistance=resistance, value=1 / resistance)
+        film = {"value": 1 / resistance} if own[number].kind == "convection" else {}
+        own[number] = replace(own[number], contact_resistance=resistance, **film)
         return replace(scene, boundaries=tuple(own))
 
     return more

@@ -21,6 +21,7 @@ from fem3d.spaces.box_cells import BoxCells, box_cells
 from fem3d.spaces.size import Size, foreseen
 from meshes import connected
 from meshes.columns import Columns
+from scenes import physics
 from scenes.errors import NumericsError
 from scenes.free.crowding import crowding
 from scenes.model import Scene
@@ -81,9 +82,11 @@ class OnBoxes:
 
 def of(study: Study, whole: Study, over_time: bool = False) -> tuple[Study, Mesh]:
     """What a scene is solved on and the study of it: of its part on bricks, of the ``whole`` on tetrahedra. Raises
-    NumericsError where it takes too much memory on either."""
+    NumericsError where it takes too much memory on either, and SceneError for contacts on tetrahedra."""
     scene, bricks = study.part.scene, None
-    if scene.mesh == "bricks":
+    if scene.mesh == "tetrahedra":
+        physics.refuse_sides(scene, 'run.mesh = "tetrahedra" knows no sides of a contact yet')
+    if scene.mesh == "bricks" or physics.has_sides(scene):
         return study, Bricks.of(study, over_time)
     grid, free = reach.least(scene), not scene.mesh
     if free and _suits(grid, LARGE):

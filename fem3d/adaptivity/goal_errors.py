@@ -263,14 +263,14 @@ def joule_parts(
     own = given.conductor
     if own is None or not duals or not any(phi.any() for phi in potentials):
         return {}
-    heat, space = given.heat, given.domain.space
+    heat, space = given.heat, given.domain.electric.space
     densities = [own.on.gradient(a + b) / (own.cold * own.stands_for) for a, b in pairwise(potentials)]
     residuals = [-(own.matrix @ phi) for phi in potentials[:-1]]
     weights = estimate.weights(own.matrix, potentials[-1], space.depth)
     stills = []
     for name in duals:
         held = reading(heat, given.domain.probes[goals[name]]).boundaries
-        stills.append(sum((heat.field(heat.held_fields[b]) for b in held), np.zeros(space.size)))
+        stills.append(sum((heat.field(heat.held_fields[b]) for b in held), np.zeros(given.domain.space.size)))
     seen = []
     for k, (upper, density) in enumerate(zip(given.conductors[1:], densities, strict=True)):
         assert upper is not None
@@ -345,10 +345,14 @@ def goal_row(heat: HeatProblem, probe: Any, rise: np.ndarray) -> np.ndarray | No
 
 
 def _potentials(study: Study, given: Problems, scales: Mapping[str, float]) -> dict[str, Parts]:
-    """For each potential that is read inside the conductor the parts of its error, at the initial temperature."""
-    domain, own, space = given.domain, given.conductor, given.domain.space
-    names = [n for n, p in study.goals.items() if domain.probes[p].quantity == "potential"]
-    if own is None or not names:
+    """For each potential that is read inside the conductor, and each current that crosses a contact there, the parts of
+    its error, at the initial temperature."""
+    domain, own, space = given.domain.electric, given.conductor, given.domain.electric.space
+    if own is None:
+        return {}
+    crossing = {p for p, row in own.jumps.items() if row.any()}
+    names = [n for n, p in study.goals.items() if p in crossing or domain.probes[p].quantity == "potential"]
+    if not names:
         return {}
     *lower, fine = given.cold_potentials
     sizes, found = estimate.weights(own.matrix, fine.sum(axis=0), space.depth), {}
@@ -357,7 +361,9 @@ def _potentials(study: Study, given: Problems, scales: Mapping[str, float]) -> d
     tested = [cellwise.current(own, (b - a).sum(axis=0)) for a, b in pairs]
     for name in names:
         probe = domain.probes[study.goals[name]]
-        if probe.reduce == "mean":
+        if probe.name in crossing:
+            row = own.crossing_row(probe.name)
+        elif probe.reduce == "mean":
             row = domain.mean(probe, domain.live)
         else:
             row = extreme(domain, probe, domain.live).where(fine.sum(axis=0)).row(space)

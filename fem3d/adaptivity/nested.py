@@ -103,7 +103,7 @@ class Problems:
     @cached_property
     def electric_parts(self) -> Parts:
         """What the degrees p - 1 and p take away of the power of the cold conductor, relative to it."""
-        space, own = self.domain.space, self.conductor
+        space, own = self.domain.electric.space, self.conductor
         if own is None:
             none = space.spread(np.empty(0, int), np.empty(0))
             return Parts(none, none, none)

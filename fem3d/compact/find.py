@@ -86,6 +86,7 @@ def check(scene: AnyScene) -> None:
     physics.refuse_terminals(scene, "a compact model")
     if not scene.probes:
         raise SceneError("--export writes a model of the scene's probes, and it has none: add a [[probe]]")
+    physics.refuse_contacts(scene, "--export doesn't write a model of a scene with a contact yet")
     for probe in scene.probes:
         if probe.quantity == "potential" and probe.reduce != "mean":
             raise SceneError(

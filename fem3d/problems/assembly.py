@@ -1,8 +1,10 @@
 """The heat problem of a scene, term by term of its weak form: for all v that vanish where temperatures are given,
 
-  int k grad u . grad v  +  int rho c du/dt v  =  int q v  +  int_faces (h (T_air - T_0 - u) + q_n) v,   u = g there,
+  int k grad u . grad v  +  int_contacts [u] [v] / R  +  int rho c du/dt v
+      =  int q v  +  int_faces (h (T_air - T_0 - u) + q_n) v,   u = g there,
 
-with u the rise above the initial temperature T_0. Joule heat comes later, from the current (`fem3d.solution`).
+with [u] the jump at a contact of resistance R, u the rise above the initial temperature T_0. Joule heat comes later,
+from the current (`fem3d.solution`).
 """
 
 from __future__ import annotations
@@ -20,6 +22,7 @@ from fem3d.problems.heat import Film, HeatProblem, above
 from fem3d.problems.reactions import SharedReactions
 from fem3d.spaces.domain import Domain
 from fem3d.spaces.integrals import Faces, halves
+from fem3d.spaces.split import Interface
 from scenes.model import Schedule, Value
 
 Matrices = Callable[[csc_array], Sequence[csc_array]]
@@ -69,9 +72,9 @@ def _sources(domain: Domain) -> tuple[np.ndarray, np.ndarray]:
 
 @dataclass(frozen=True, eq=False)
 class _Films:
-    """int h u v as a ``matrix`` (functions, functions) in W/K and for u = 1 as ``cooled`` (functions,), int (h (T_air -
-    T_0) + q_n) v as ``loads`` (channels, functions) in W, and by boundary the heat that enters at no rise (channels,)
-    and per kelvin (functions,)."""
+    """int h u v, and that of the jumps at contacts over their resistance, as a ``matrix`` (functions, functions) in
+    W/K, the former for u = 1 as ``cooled`` (functions,), int (h (T_air - T_0) + q_n) v as ``loads`` (channels,
+    functions) in W, and by boundary the heat that enters at no rise (channels,) and per kelvin (functions,)."""
 
     matrix: csc_array
     cooled: np.ndarray
@@ -82,6 +85,10 @@ class _Films:
 def _films_and_fluxes(domain: Domain) -> _Films:
     space, channels = domain.space, domain.inputs
     matrix, cooled = csc_array((space.size,) * 2), np.zeros(space.size)
+    for joint in domain.contacts:
+        if joint.contact.thermal_resistance:
+            jumps = Interface.inside(space, joint.facets).mass()
+            matrix = csc_array(matrix + jumps / joint.contact.thermal_resistance)
     loads, rows = np.zeros((channels.count, space.size)), {}
     for b in domain.scene.boundaries:
         if b.kind not in ("convection", "heat_flux"):

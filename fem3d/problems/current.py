@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from scipy.sparse import csc_array
@@ -17,10 +18,11 @@ from fem3d.problems.cholesky import Factors, Ordering, part
 from fem3d.problems.following import FINEST, OfCells, following
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.kept import Kept
+from fem3d.problems.paths import Paths, across, crossings
 from fem3d.problems.reactions import SharedReactions
 from fem3d.problems.terminals import Terminal, packed, unpacked
 from fem3d.spaces.domain import Domain
-from fem3d.spaces.integrals import WHOLE, Cells, Faces, Pieces
+from fem3d.spaces.integrals import WHOLE, Faces, Pieces
 from scenes import laws
 from scenes.errors import NumericsError
 from scenes.model import Material
@@ -33,9 +35,9 @@ Influence = tuple[np.ndarray, np.ndarray, dict[str, float]]
 """What `Conductor.influence` returns."""
 Resistivity = Callable[[np.ndarray], np.ndarray]
 """The resistivity (ohm m) at a rise (K)."""
-Section = list[tuple[Faces, float, np.ndarray, np.ndarray, Resistivity]]
-"""Faces inside a conductor, half the sign of their normal, and the resistivity there: cold, its change per kelvin
-(facets, 1), and at a rise."""
+Section = list[tuple[Faces, Faces, float, np.ndarray, np.ndarray, Resistivity]]
+"""Faces inside a conductor by the functions of the potential and by those of the temperature, half the sign of their
+normal, and the resistivity there: cold, its change per kelvin (facets, 1), and at a rise."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,29 +71,34 @@ class Pattern:
 
 @dataclass(frozen=True, eq=False)
 class Conductor:
-    """The cells that carry current; ``free`` (n,) are the functions that the potential is sought of, ``cold`` and
-    ``warm`` (cells, 1) the resistivity at the initial temperature (ohm m) and its change per kelvin, ``voltages``
+    """The ``cells`` that carry current and, after these in all that is known by rows, the facets of the contacts that
+    it crosses (`fem3d.problems.paths`); ``free`` (n,) are the functions that the potential is sought of, ``cold`` and
+    ``warm`` (rows, 1) the resistivity at the initial temperature (ohm m) and its change per kelvin, ``voltages``
     (channels, functions) the given ones; of an electrode among ``terminals`` the value is the voltage behind its
     resistance, or its current (A).
 
     ``matrix`` is that of the initial temperature. ``electrodes``: for each its part (functions,) of the currents that
-    enter. ``sections``: the current probes inside. ``stands_for`` (cells, 1): how many such cells in series each one
-    is, all of which the resistivity counts and the heat does not. ``following``: the resistivity (ohm m) where one is a
-    law, of which ``cold`` and ``warm`` are the tangent. Current densities are (3, cells, points), by a quadrature with
-    ``more`` points along each axis than the space asks for, on ``pieces`` of each cell.
+    enter. ``sections``: the current probes inside, of which what lies on contacts is told by the ``jumps`` there, as a
+    row (functions,) of each. ``stands_for`` (rows, 1): how many such cells in series each one is, all of which the
+    resistivity counts and the heat does not. ``names`` (rows,) are those of bodies and contacts. ``following``: the
+    resistivity (ohm m) where one is a law, of which ``cold`` and ``warm`` are the tangent. Current densities are (3,
+    rows, points), by a quadrature with ``more`` points along each axis than the space asks for, on ``pieces`` of each
+    cell.
     """
 
     heat: HeatProblem
     cells: np.ndarray
-    on: Cells
+    on: Any
     free: np.ndarray
     cold: np.ndarray
     warm: np.ndarray
     voltages: np.ndarray
     electrodes: dict[str, np.ndarray]
     sections: dict[str, Section]
+    jumps: dict[str, np.ndarray]
     matrix: csc_array
     stands_for: np.ndarray
+    names: np.ndarray
     ordering: Ordering
     solved: float = SOLVED
     terminals: tuple[Terminal, ...] = ()
@@ -102,7 +109,12 @@ class Conductor:
 
     def lower(self, level: int, heat: HeatProblem) -> Conductor:
         """The problem in a lower space, for the heat problem there."""
-        return replace(self, heat=heat, free=self.free[heat.domain.space.nested[level][self.free]])
+        return replace(self, heat=heat, free=self.free[self.space.nested[level][self.free]])
+
+    @property
+    def space(self) -> Any:
+        """That of the potential."""
+        return self.heat.domain.electric.space
 
     def resistivity(self, rise: np.ndarray) -> np.ndarray:
         """(cells, points) in ohm m at a rise (all nodes of the heat problem)."""
@@ -154,7 +166,7 @@ class Conductor:
     @property
     def solve_cold(self) -> Callable[[np.ndarray], np.ndarray]:
         """What gives the potential (free,) of the cold conductor for charges (free,) between earthed electrodes."""
-        groups = self.heat.domain.space.entity[self.free]
+        groups = self.space.entity[self.free]
         solve: Callable[[np.ndarray], np.ndarray]
         solve = self.kept.get("solve_cold", lambda: Factors(part(self.matrix, self.free), groups, self.ordering).solve)
         return solve
@@ -257,7 +269,7 @@ class Conductor:
     @cached_property
     def influences(self) -> dict[str, Influence]:
         """`influence` of each probe of a mean potential that lies in the conductor."""
-        domain, found = self.heat.domain, {}
+        domain, found = self.heat.domain.electric, {}
         mine = domain.space.of(self.cells)
         for probe in domain.scene.probes:
             if probe.quantity == "potential" and probe.reduce == "mean":
@@ -309,7 +321,7 @@ class Conductor:
             more = cg(operator, right, rtol=NOTHING, atol=0.0, maxiter=steps, M=inverse)[0]
             start += unpacked(ends, free, more, len(start))
         density = -self.on.gradient(start) / resistivity
-        through = {name: self._through(section, start, rise) for name, section in self.sections.items()}
+        through = {name: self._through(name, start, rise) for name in self.sections}
         return Potential(start, density, -self.on.flow(density), through)
 
     def _unknowns(self, potential: np.ndarray) -> np.ndarray:
@@ -324,13 +336,19 @@ class Conductor:
         shrinks = (root - 1) / (root + 1)
         return int(np.ceil(np.log(self.solved / 2) / np.log(shrinks))) if shrinks > 1e-15 else 0
 
-    def _through(self, section: Section, phi: np.ndarray, rise: np.ndarray) -> float:
-        """The current along the normals (A), the mean of what both sides say."""
+    def _through(self, name: str, phi: np.ndarray, rise: np.ndarray) -> float:
+        """The current along the normals of a probe (A), the mean of what both sides say, at contacts by the jump."""
         at = self.heat.field(rise)
-        return sum(
-            sign * float(faces.flux(1 / resistivity(faces.value(at))) @ phi)
-            for faces, sign, _, _, resistivity in section
+        beside = sum(
+            sign * float(faces.flux(1 / resistivity(warmed.value(at))) @ phi)
+            for faces, warmed, sign, _, _, resistivity in self.sections[name]
         )
+        return beside + float(self.jumps[name] @ phi)
+
+    def crossing_row(self, name: str) -> np.ndarray:
+        """(functions,): the current along the normals of a probe (A) per volt of each, at the initial temperature."""
+        beside = (sign * faces.flux(1 / cold) for faces, _, sign, cold, _, _ in self.sections[name])
+        return sum(beside, self.jumps[name])
 
     def pattern(self, potential: Potential) -> Pattern:
         """The current field of a potential.
@@ -361,8 +379,7 @@ class Conductor:
     def joule(self, density: np.ndarray, rise: np.ndarray) -> dict[str, float]:
         """The Joule heat of each conducting body by its name (W)."""
         per_cell = (self.on.weights * self.heating(density, density, rise)).sum(axis=1)
-        names = np.array(self.heat.domain.names)[self.heat.domain.body[self.cells]]
-        return {name: float(per_cell[names == name].sum()) for name in dict.fromkeys(names.tolist())}
+        return {name: float(per_cell[self.names == name].sum()) for name in dict.fromkeys(self.names.tolist())}
 
 
 def independent(conductor: Conductor, potentials: Sequence[Potential]) -> list[Pattern]:
@@ -402,7 +419,7 @@ def law(material: Material, initial: float) -> tuple[float, float]:
 def find(heat: HeatProblem, solved: float = SOLVED) -> Conductor | None:
     """The conductors of a domain that carry current; ``None`` where no part touches two voltages. ``solved`` is how
     small the residual of a potential must be."""
-    domain, space = heat.domain, heat.domain.space
+    domain, space = heat.domain.electric, heat.domain.electric.space
     scene, cells = domain.scene, np.flatnonzero(domain.live)
     if not len(cells):
         return None
@@ -423,17 +440,35 @@ def find(heat: HeatProblem, solved: float = SOLVED) -> Conductor | None:
         if b.series_resistance and (own := np.where(face.functions, space.unit, 0.0)).any()
     )
     parts = SharedReactions.of([b.name for b in electrodes], [b.value for b in electrodes], faces, space.unit).shares
-    sections: dict[str, Section] = {}
+    sections, jumps = dict[str, Section](), dict[str, np.ndarray]()
+    torn = [(joint.facets, r) for joint in domain.contacts if (r := joint.contact.electrical_resistance)]
     for probe in scene.probes:
         if probe.quantity == "current":
+            sides = domain.sides(probe, domain.live, [facets for facets, _ in torn])
             sections[probe.name] = [
-                (own, sign, lines[at, :1], lines[at, 1:], _resistivity(domain, at, lines[at], each[at]))
-                for own, sign, at in domain.sides(probe, domain.live)
-            ]
+                (own, own.by(heat.domain.space), sign, lines[at, :1], lines[at, 1:],
+                 _resistivity(domain, at, lines[at], each[at]))
+                for own, sign, at in sides
+            ]  # fmt: skip
+            jumps[probe.name] = across(domain, probe, torn)
     cold, warm = lines[cells, :1], lines[cells, 1:]
+    matrix, names, copies = (
+        space.stiffness(1 / cold[:, 0], cells),
+        np.array(domain.names)[domain.body[cells]],
+        each[cells],
+    )
+    on: Any = space.on(cells)
+    crossed = crossings(heat.domain)
+    if crossed or domain is not heat.domain:
+        on = Paths(heat.domain.space.on(cells), on, crossed)
+        counts = [len(c.warmed[0].areas) for c in crossed]
+        matrix = sum((c.potential.mass() / c.resistance for c in crossed), matrix)
+        cold = np.vstack([cold, np.repeat([c.resistance for c in crossed], counts)[:, None]])
+        warm, copies = (np.vstack([x, np.full((sum(counts), 1), y)]) for x, y in ((warm, 0.0), (copies, 1.0)))
+        names = np.concatenate([names, np.repeat([c.name for c in crossed], counts)])
     return Conductor(
-        heat, cells, space.on(cells), np.flatnonzero(mine & ~fixed & space.nested[-1]), cold, warm, voltages, parts,
-        sections, space.stiffness(1 / cold[:, 0], cells), each[cells], Ordering(space.places), solved, terminals,
+        heat, cells, on, np.flatnonzero(mine & ~fixed & space.nested[-1]), cold, warm, voltages, parts,
+        sections, jumps, csc_array(matrix), copies, names, Ordering(space.places), solved, terminals,
         OfCells(domain, "resistivity", cells) if len(np.intersect1d(following(domain, "resistivity"), cells)) else None,
     )  # fmt: skip
 

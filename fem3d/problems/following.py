@@ -149,7 +149,7 @@ class Conduction:
         """The pattern of the matrices, and which of its entries each entry of a cell's block adds to."""
         size, keys = self.domain.space.size, []
         for on, _, _, _ in self.parts:
-            numbers = on.numbers.astype(np.int64)
+            numbers = on.dofs.astype(np.int64)
             keys.append((numbers[:, None, :] * size + numbers[:, :, None]).ravel())
         every, places = np.unique(np.concatenate(keys), return_inverse=True)
         starts = np.searchsorted(every, np.arange(size + 1, dtype=np.int64) * size)

@@ -179,7 +179,8 @@ def _whole(symmetry: Symmetry, heat: HeatProblem, times: np.ndarray, part: _Part
             found[f"flow:{name}"] = flow.heat * part.flows[flow.boundary]
         if flow.boundary in part.currents:
             found[f"current:{name}"] = flow.current * part.currents[flow.boundary]
-    found |= {f"joule:{name}": symmetry.box_copies[name] * value for name, value in part.joule.items()}
+    copied = symmetry.box_copies
+    found |= {f"joule:{name}": copied[name] * value for name, value in part.joule.items() if name in copied}
     dissipated = sum(part.joule.values(), zero)
     return found | {
         "power": copies * part.power, "generated": copies * part.generated, "dissipated": copies * dissipated

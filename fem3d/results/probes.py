@@ -14,6 +14,7 @@ import numpy as np
 
 from fem3d.problems.following import at_faces
 from fem3d.problems.heat import HeatProblem
+from fem3d.problems.paths import across
 from fem3d.spaces.domain import Domain
 from fem3d.spaces.extreme import Extreme
 from fem3d.spaces.integrals import Faces
@@ -87,16 +88,18 @@ def extreme(domain: Domain, probe: Any, inside: np.ndarray | None = None) -> Ext
 
 def gradient(domain: Domain, probe: Any, conductivity: Conductivity) -> np.ndarray:
     """(functions,): the heat (W) that passes a flat probe, per rise, for a conductivity of facets seen from some cells:
-    on the surface into the solid, inside the mean of what both sides say."""
+    on the surface into the solid, inside the mean of what both sides say, at contacts by the jump."""
     facets = domain.facets(probe)
     outer = facets[domain.exposed(facets)]
     found = np.zeros(domain.space.size)
     if len(outer):
         seen = domain.seen(outer)
         found -= seen.flux(conductivity(seen, domain.space.mesh.f2t[0, outer]))
-    for faces, sign, cells in domain.sides(probe, np.ones(len(domain.body), bool)):
+    jumping = [(joint.facets, r) for joint in domain.contacts if (r := joint.contact.thermal_resistance)]
+    every = np.ones(len(domain.body), bool)
+    for faces, sign, cells in domain.sides(probe, every, [torn for torn, _ in jumping]):
         found += sign * faces.flux(conductivity(faces, cells))
-    return found
+    return found + across(domain, probe, jumping)
 
 
 def cell_by_cell(conductivity: np.ndarray) -> Conductivity:

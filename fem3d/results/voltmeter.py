@@ -17,7 +17,7 @@ class Voltmeter:
     """One probe on one mesh: what it reads is ``inside`` (cells,), where ``still`` functions have a voltage each."""
 
     def __init__(self, domain: Domain, probe: Any) -> None:
-        self._domain = domain
+        self._domain = domain = domain.electric
         self.inside = inside = np.any([domain.live, *(own for own, _ in domain.still)], axis=0)
         self.still = []
         for own, voltage in domain.still:

@@ -31,8 +31,7 @@ def solve(scene: AnyScene, progress: Callable[[str], None] | None = None, whole:
     Where errors on a mesh file exceed the accuracy of the scene, a warning says so. Raises SceneError where mesh and
     scene do not fit, scenes.errors.RunawayError where no steady state exists, NumericsError where the numerics fail.
     """
-    if not scene.steady:
-        physics.refuse_following(scene)
+    physics.refuse_following(scene, not scene.steady)
     if not scene.steady and not physics.heat(scene):
         return currents.over_time(scene, lambda alone: solve(alone, progress), plan(scene))
     study, mesh = start(scene, whole)

@@ -34,8 +34,7 @@ def solve(
     count = long_rows.modelled(sink)
     while True:
         part = symmetry.reduce(sink.scene(count))
-        if request.transient:
-            physics.refuse_following(part.scene)
+        physics.refuse_following(part.scene, request.transient)
         answer = _answer(sink, count, part, request, progress or (lambda _: None), earlier)
         off = long_rows.apart(sink, count, answer)
         if off.within(sink.accuracy):

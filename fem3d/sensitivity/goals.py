@@ -134,8 +134,8 @@ class Goals:
         domain, rise, phi = self._domain, self._linearized.rise, self._state.hot_potential
         row, charges, sides = np.zeros(len(phi)), np.zeros(len(phi)), []
         section, beside = conductor.sections[probe.name], domain.sides(probe, domain.live)
-        for (faces, sign, cold, warm, _), (_, _, cells) in zip(section, beside, strict=True):
-            at = faces.value(rise)
+        for (faces, warmed, sign, cold, warm, _), (_, _, cells) in zip(section, beside, strict=True):
+            at = warmed.value(rise)
             rho = cold + warm * at
             charges += sign * faces.flux(1 / rho)
             row += sign * faces.load(warm / rho**2 * faces.slope(phi))

@@ -56,7 +56,7 @@ def of_pairs(conductor: Conductor, basis: np.ndarray, patterns: Sequence[Pattern
     fields = np.array([on.value(u) for u in heat.field(basis.T)]).reshape(r, *on.weights.shape)
     lifts = {c: on.value(heat.field(lift)) for c, lift in enumerate(heat.lifts) if lift.any()}
     held = {name: v for name, u in heat.held_fields.items() if (v := on.value(heat.field(u))).any()}
-    names = np.array(heat.domain.names)[heat.domain.body[conductor.cells]]
+    names = conductor.names
     for name in dict.fromkeys(names.tolist()):
         cells = slice(None) if (names == name).all() else names == name
         body = _Body(

@@ -190,7 +190,7 @@ class _Resistivity:
     def __init__(self, base: Base, modal: Reduced) -> None:
         heat, own = base.heat, base.conductor
         self._base, self._modal = base, modal
-        change = np.zeros(1) if own is None else (own.warm / own.cold)[:, 0]
+        change = np.zeros(1) if own is None else (own.warm / own.cold)[: len(own.cells), 0]
         parts: list[tuple[float, np.ndarray]] = []
         for each in np.unique(change[change != 0]):
             assert own is not None

@@ -70,6 +70,8 @@ class BrickSpace(Space):
         the degrees of their intervals leave out, and more than any degree for vertices."""
         (axes, at), k = self.along, np.zeros((self.size, 3), int)
         k[self.dofs] = modes(self.p)[:, None]
+        for own, partners in self.beyond.values():
+            k[partners] = k[own]
         own = np.array([d[i] for d, i in zip(self.grid.degrees, at.T, strict=True)]).T
         slack = np.where(axes, own - k, self.p + 1).min(axis=1)
         together = np.where(axes, own, 0).max(axis=1) - np.where(axes, k, 0).sum(axis=1)
@@ -83,6 +85,8 @@ class BrickSpace(Space):
     def unit(self) -> np.ndarray:
         found = np.zeros(self.size)
         found[self.dofs[:8]] = 1.0
+        for own, partners in self.beyond.values():
+            found[partners] = found[own]
         return found
 
     @cached_property
@@ -91,6 +95,8 @@ class BrickSpace(Space):
         axes, at = np.zeros((self.size, 3), bool), np.zeros((self.size, 3), int)
         axes[self.dofs] = (modes(self.p) > 1)[:, None]
         at[self.dofs] = self.ijk.T[None]
+        for own, partners in self.beyond.values():
+            axes[partners], at[partners] = axes[own], at[own]
         return axes, at
 
     def spread(self, functions: np.ndarray, parts: np.ndarray) -> list[np.ndarray]:
@@ -201,7 +207,7 @@ class BrickSpace(Space):
         found = np.zeros((len(many), len(x), len(y), len(z)))
         for v, into in zip(many, found, strict=True):
             whole = np.zeros([t.shape[1] for t in tables])
-            whole[tuple(self._factors)] = v
+            whole[tuple(self._factors[0])] = v[self._factors[1]]
             into[...] = np.einsum("xi,yj,zk,ijk->xyz", *tables, whole, optimize=True)
         return found.reshape(*u.shape[:-1], *found.shape[1:])
 
@@ -227,25 +233,50 @@ class BrickSpace(Space):
                 for n in range(i, j):
                     row[n : n + 2] += h[n] * one[:2]
                     row[self._bubbles(d, n)] = h[n] * one[2:]
-            found *= row[self._factors[d]]
+            found *= row[self._factors[0][d]]
+        return found
+
+    @property
+    def torn_planes(self) -> list[tuple[int, ...]]:
+        """Per axis the numbers of the breakpoints at which functions jump."""
+        return [tuple(np.flatnonzero(below != above).tolist()) for below, above in self._at_breaks]
+
+    @cached_property
+    def _at_breaks(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Per axis (breakpoints,) twice: which function of the coordinate the intervals below and above a breakpoint
+        have there: the same but where functions of the space jump."""
+        cells = self.ijk[:, self.mesh.f2t[:, self.torn]]
+        found = []
+        for breaks, (first, second) in zip(self.grid.breaks, cells, strict=True):
+            below, at = np.arange(len(breaks)), np.unique(np.maximum(first, second)[first != second])
+            above = below.copy()
+            above[at] = len(breaks) + np.arange(len(at))
+            found.append((below, above))
         return found
 
     def _count(self, d: int) -> int:
-        return len(self.grid.breaks[d]) + len(self.grid.degrees[d]) * (self.p - 1)
+        return self._bubbles(d, len(self.grid.degrees[d])).start
 
     def _bubbles(self, d: int, interval: int) -> slice:
-        first = len(self.grid.breaks[d]) + interval * (self.p - 1)
+        first = int(self._at_breaks[d][1].max()) + 1 + interval * (self.p - 1)
         return slice(first, first + self.p - 1)
 
     @cached_property
-    def _factors(self) -> np.ndarray:
-        """(3, functions): which functions of one coordinate each is a product of: those of breakpoints come first."""
-        k, found = modes(self.p), np.empty((3, self.size), int)
+    def _factors(self) -> tuple[np.ndarray, np.ndarray]:
+        """(3, n): which functions of one coordinate each is a product of, those of breakpoints first; and (n,): the
+        function that each product is, or is on one side of a plane at which functions jump."""
+        k, found = modes(self.p), np.empty((3, *self.dofs.shape), int)
         for d in range(3):
-            at, own = self.ijk[d], k[:, d, None]
-            bubble = len(self.grid.breaks[d]) + at * (self.p - 1) + own - 2
-            found[d, self.dofs] = np.where(own < 2, at + own, bubble)
-        return found
+            at, own, (below, above) = self.ijk[d], k[:, d, None], self._at_breaks[d]
+            bubble = self._bubbles(d, 0).start + at * (self.p - 1) + own - 2
+            found[d] = np.where(own == 0, above[at], np.where(own == 1, below[at + 1], bubble))
+        if self.plain:
+            each = np.empty((3, self.size), int)
+            each[:, self.dofs] = found
+            return each, np.arange(self.size)
+        flat = found.reshape(3, -1)
+        _, first = np.unique(np.ravel_multi_index(tuple(flat), [self._count(d) for d in range(3)]), return_index=True)
+        return flat[:, first], self.dofs.ravel()[first]
 
     def _table(self, d: int, at: np.ndarray, slope: bool) -> np.ndarray:
         """(places, functions of the coordinate): their values, or slopes (1/m)."""
@@ -254,9 +285,10 @@ class BrickSpace(Space):
         h = np.diff(breaks)[n]
         values = line(self.p, (at - breaks[n]) / h)[1 if slope else 0] / (h if slope else 1.0)
         found = np.zeros((len(at), self._count(d)))
-        rows = np.arange(len(at))
-        found[rows, n], found[rows, n + 1] = values[0], values[1]
-        found[rows[:, None], (len(breaks) + n * (self.p - 1))[:, None] + np.arange(self.p - 1)] = values[2:].T
+        rows, (below, above) = np.arange(len(at)), self._at_breaks[d]
+        found[rows, above[n]], found[rows, below[n + 1]] = values[0], values[1]
+        bubbles = self._bubbles(d, 0).start + n * (self.p - 1)
+        found[rows[:, None], bubbles[:, None] + np.arange(self.p - 1)] = values[2:].T
         return found
 
 

@@ -6,23 +6,34 @@ Boxes (`Boxes`) and mesh files (`fem3d.spaces.mapped`) say it in their own ways;
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
 from fem3d.spaces.bricks import BrickSpace
 from fem3d.spaces.channels import Inputs
-from fem3d.spaces.integrals import Faces, Space
+from fem3d.spaces.integrals import Faces, Space, product_rule
+from fem3d.spaces.split import split, twin
 from meshes import connected
 from meshes.grid import Grid
 from scenes import laws
-from scenes.model import Boundary, Material, Probe, Scene, Schedule, Value
+from scenes.free.contacts import ELECTRIC, THERMAL, resistances
+from scenes.model import Boundary, Contact, Material, Probe, Scene, Schedule, Value
 
+D = TypeVar("D", bound="Domain")
 Patch = tuple[np.ndarray, np.ndarray, np.ndarray]
 """Cells (n,), and in the coordinates of their reference cell the corner (3,) and the sides (k, 3) of a part of each."""
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A contact that isn't perfect, and its facets."""
+
+    contact: Contact
+    facets: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +41,8 @@ class Domain(ABC):
     """Cells and conditions of a scene, of whatever kind. ``body`` (cells,) is the number of each cell's body in
     ``names`` and ``materials``; ``sources`` are heat sources (W/m3) with their cells; ``live`` (cells,) are the cells
     that current passes, ``still`` those of conductors at one voltage, with that voltage; ``anchored``: whether every
-    part has an exit for heat.
+    part has an exit for heat. At ``contacts`` the temperature, a function of the ``space``, may jump, or the potential,
+    one of ``potentials`` where these are others.
     """
 
     scene: Any
@@ -42,9 +54,16 @@ class Domain(ABC):
     live: np.ndarray
     still: tuple[tuple[np.ndarray, Value], ...]
     anchored: bool
+    potentials: Space | None = field(default=None, kw_only=True)
+    contacts: tuple[Joint, ...] = field(default=(), kw_only=True)
 
     conditions_first: ClassVar[bool] = False
     """Whether a flow is read off the conditions on a probe wherever there are any, inside the solid too."""
+
+    @cached_property
+    def electric(self: D) -> D:
+        """The same with the space of the potentials, in which voltages and currents are told."""
+        return self if self.potentials is None else replace(self, space=self.potentials, potentials=None)
 
     @cached_property
     def cold(self) -> tuple[Material, ...]:
@@ -87,12 +106,16 @@ class Domain(ABC):
         kept = fine.any(axis=0)
         return self.space.faces(facets[kept], cells[side, np.arange(len(facets))][kept])
 
-    def sides(self, item: Any, inside: np.ndarray) -> Iterator[tuple[Faces, float, np.ndarray]]:
-        """The facets of a flat probe with a chosen cell on either side, as seen from both: (faces, half the sign of
-        their normal, cells)."""
+    def sides(
+        self, item: Any, inside: np.ndarray, without: Sequence[np.ndarray] = ()
+    ) -> Iterator[tuple[Faces, float, np.ndarray]]:
+        """The facets of a flat probe, but for some, with a chosen cell on either side, as seen from both: (faces, half
+        the sign of their normal, cells)."""
         facets = self.facets(item)
         pairs = self.space.mesh.f2t[:, facets]
         both = (pairs >= 0).all(axis=0)
+        for others in without:
+            both &= ~np.isin(facets, others)
         both[both] = inside[pairs[:, both]].all(axis=0)
         signs = self.directions(item)[both]
         for side in (0, 1):
@@ -111,8 +134,17 @@ class Domain(ABC):
         return facets if boundary.kind == "temperature" else facets[self.exposed(facets)]
 
     def faces(self, boundary: Any) -> Faces:
-        """Integrals over the facets on which a condition acts."""
-        return self.seen(self.on(boundary), self.live if boundary.kind == "voltage" else None)
+        """Integrals over the facets on which a condition acts: of a voltage behind a contact, by the functions beyond
+        it."""
+        if boundary.kind != "voltage":
+            return self.seen(self.on(boundary))
+        face = self.seen(self.on(boundary), self.live)
+        if boundary.name not in self.space.beyond:
+            return face
+        own, partners = self.space.beyond[boundary.name]
+        beyond = np.arange(self.space.size)
+        beyond[own] = partners
+        return twin(face, beyond)
 
     @cached_property
     def fixed(self) -> dict[str, np.ndarray]:
@@ -177,13 +209,36 @@ class Boxes(Domain):
 
     def mean(self, probe: Probe, inside: np.ndarray | None = None) -> np.ndarray:
         """(functions,): what a function adds to the mean over a probe."""
-        row = self.space.mean(probe.lower, probe.upper)
-        return row if inside is None else np.where(self.space.of(inside), row, 0.0)
+        if self.space.plain and not probe.box:
+            row = self.space.mean(probe.lower, probe.upper)
+            return row if inside is None else np.where(self.space.of(inside), row, 0.0)
+        return self._mean_of_one_side(probe, inside)
+
+    def _mean_of_one_side(self, probe: Probe, inside: np.ndarray | None) -> np.ndarray:
+        """The same where functions jump: each place is read in one of the cells that it is in, if need be of those that
+        matter."""
+        space, found, whole, taken = self.space, np.zeros(self.space.size), 0.0, np.empty((0, 3))
+        for part in (inside, None) if inside is not None else (None,):
+            for cells, corner, sides in self.patches(probe, part):
+                extended = sides.sum(axis=0)
+                # The interval and a half, the breakpoint, or where between two: what cells beside one another share.
+                places = np.round(space.ijk[:, cells].T + corner + extended / 2, 6)
+                _, first = np.unique(np.concatenate([taken, places]), axis=0, return_index=True)
+                own, taken = cells[first[first >= len(taken)] - len(taken)], np.concatenate([taken, places])
+                points, weights = product_rule(space.p + 1, len(sides))
+                size = np.where(extended[:, None] > 0, space.h[:, own], 1.0).prod(axis=0)
+                whole += float(size.sum())
+                if part is inside:
+                    row = weights @ space.at((corner + points @ sides).T)
+                    np.add.at(found, space.dofs[:, own], row[:, None] * size)
+        return found / whole
 
     def patches(self, probe: Probe, inside: np.ndarray | None = None) -> list[Patch]:
         """The parts of the cells that a box of any dimension lies in."""
         space, grid = self.space, self.space.grid
         chosen = np.ones(space.ijk.shape[1], bool) if inside is None else inside.copy()
+        if probe.box:
+            chosen &= self.body == self.names.index(probe.box)
         corner, sides = np.zeros((3, space.ijk.shape[1])), np.ones(3)
         for d in range(3):
             i, j = grid.span(d, probe.lower[d], probe.upper[d])
@@ -222,9 +277,32 @@ def boxes(scene: Scene, grid: Grid) -> Boxes:
     def cells(of: np.ndarray) -> np.ndarray:
         return grid.refined(coarse, of)[at]
 
-    return Boxes(
+    found = Boxes(
         scene, space, owner[at], tuple(b.name for b in scene.boxes), tuple(b.material for b in scene.boxes),
         heated(scene, owner[at]),
         cells(connected.live(scene)), tuple((cells(own), value) for own, value in connected.still(scene)),
         connected.anchored(scene),
     )  # fmt: skip
+    behind = [b for b in scene.boundaries if b.kind == "voltage" and b.contact_resistance]
+    return _with_contacts(found, behind) if scene.contacts or behind else found
+
+
+def _with_contacts(domain: Boxes, behind: Sequence[Boundary]) -> Boxes:
+    """A domain whose temperature and potential jump at the contacts of its scene, and whose voltages ``behind`` a
+    contact are those of functions beyond their faces."""
+    space, scene = domain.space, domain.scene
+    inside = np.flatnonzero(space.mesh.f2t[1] >= 0)
+    pairs = domain.body[space.mesh.f2t[:, inside]]
+    tables = resistances(scene)
+    thermal = inside[tables[THERMAL][tuple(pairs)] > 0]
+    alive = domain.live[space.mesh.f2t[:, inside]].all(axis=0)
+    electric = inside[(tables[ELECTRIC][tuple(pairs)] > 0) & alive]
+    on = {b.name: domain.seen(domain.on(b), domain.live) for b in behind if len(domain.on(b))}
+    joints = []
+    for one, other in sorted({(min(p), max(p)) for p in np.unique(pairs, axis=1).T.tolist()}):
+        contact = scene.contact(one, other)
+        if contact is not None and one != other:
+            joints.append(Joint(contact, inside[np.isin(pairs, (one, other)).all(axis=0) & (pairs[0] != pairs[1])]))
+    warm = split(space, thermal)
+    apart = bool(on) or not np.array_equal(thermal, electric)
+    return replace(domain, space=warm, potentials=split(space, electric, on) if apart else None, contacts=tuple(joints))

@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from copy import copy
 from functools import cached_property
-from typing import Any, NamedTuple
+from itertools import product
+from types import MappingProxyType
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from scipy.sparse import coo_array, csc_array
 
 NONE = 1e-12  # a function that is smaller all over a facet vanishes there; functions are of size one
+
+
+S = TypeVar("S", bound="Space")
 
 
 class Rule(NamedTuple):
@@ -42,6 +48,14 @@ Values = Callable[..., np.ndarray]
 """(points, functions): those of a cell at reference points (3, points), or their slopes along an axis."""
 
 
+def product_rule(count: int, dimension: int) -> tuple[np.ndarray, np.ndarray]:
+    """Points (points, dimension) and weights (points,) of Gauss's rule on the unit cube of a dimension, 0 for a point,
+    with ``count`` points along each axis."""
+    x, w = np.polynomial.legendre.leggauss(count)
+    points = np.array(list(product((x + 1) / 2, repeat=dimension))).reshape(count**dimension, dimension)
+    return points, np.array([float(np.prod(each)) for each in product(w / 2, repeat=dimension)])
+
+
 def rule(points: np.ndarray, weights: np.ndarray, of: Values, there: np.ndarray | slice = slice(None)) -> Rule:
     """A rule for those of a cell's functions that are ``there``."""
     values, *slopes = (of(points, along)[:, there] for along in (None, 0, 1, 2))
@@ -66,6 +80,10 @@ class Space(ABC):
     points), or (3, cells, points) for a vector. ``dofs`` (functions of a cell, cells) and ``size`` are scikit-fem's
     numbering, ``p`` the highest degree; ``entity`` (functions,) numbers the vertex, edge, facet or cell that each
     function belongs to, and ``places`` (entities, 3) says where these are.
+
+    Functions may jump across the facets ``torn`` (`fem3d.spaces.split`), ``origin`` (functions,) being what each was
+    before it was split. Functions that are no cell's are ``beyond`` a face: by its name those of the face and, in the
+    same order, their partners.
     """
 
     mesh: Any
@@ -74,6 +92,43 @@ class Space(ABC):
     size: int
     entity: np.ndarray
     places: np.ndarray
+    torn: np.ndarray = np.empty(0, int)
+    beyond: Mapping[str, tuple[np.ndarray, np.ndarray]] = MappingProxyType({})
+
+    @property
+    def plain(self) -> bool:
+        """Whether no function jumps, and all are of cells."""
+        return not len(self.torn) and not self.beyond
+
+    @cached_property
+    def origin(self) -> np.ndarray:
+        """(functions,): what each function was before some were split."""
+        return np.arange(self.size)
+
+    def renumbered(self: S, dofs: np.ndarray, origin: np.ndarray) -> S:
+        """The space with other numbers ``dofs`` of its cells' functions, with the ``origin`` of each."""
+        found = copy(self)
+        for name in [n for n in vars(found) if isinstance(getattr(type(self), n, None), cached_property)]:
+            del vars(found)[name]
+        found.dofs, found.size = dofs, len(origin)
+        # The k-th function that was one of an entity is of the k-th entity that was this one.
+        order = np.argsort(origin, kind="stable")
+        firsts = np.flatnonzero(np.diff(origin[order], prepend=-1))
+        turn = np.empty(len(origin), int)
+        turn[order] = np.arange(len(origin)) - np.repeat(firsts, np.diff(np.append(firsts, len(origin))))
+        own = self.entity[origin]
+        split, number = np.unique(turn[turn > 0] * len(self.places) + own[turn > 0], return_inverse=True)
+        own[turn > 0] = len(self.places) + number
+        found.entity, found.places = own, np.concatenate([self.places, self.places[split % len(self.places)]])
+        vars(found)["origin"] = origin
+        return found
+
+    def extended(self: S, name: str, functions: np.ndarray) -> S:
+        """The space with partners of some functions of a face beyond it, under its name."""
+        extra = self.size + np.arange(len(functions))
+        found = self.renumbered(self.dofs, np.concatenate([self.origin, self.origin[functions]]))
+        found.beyond = {**self.beyond, name: (functions, extra)}
+        return found
 
     @property
     @abstractmethod
@@ -160,7 +215,7 @@ class Cells:
 
     def __init__(self, space: Space, cells: np.ndarray, rule: Rule) -> None:
         self._space, self._cells, self._rule = space, cells, rule
-        self._dofs = space.dofs[np.ix_(rule.there, cells)].T
+        self.dofs = space.dofs[np.ix_(rule.there, cells)].T
         self._inverse, sizes = space.jacobian(cells, rule.points)
         self.weights = sizes * rule.weights
 
@@ -171,11 +226,11 @@ class Cells:
 
     def value(self, u: np.ndarray) -> np.ndarray:
         """(cells, points): a function (functions,)."""
-        return u[self._dofs] @ self._rule.values.T
+        return u[self.dofs] @ self._rule.values.T
 
     def gradient(self, u: np.ndarray) -> np.ndarray:
         """(3, cells, points): its gradient."""
-        own = u[self._dofs]
+        own = u[self.dofs]
         return self.covariant(np.array([own @ s.T for s in self._rule.slopes]))
 
     def within(self, slopes: np.ndarray) -> np.ndarray:
@@ -205,23 +260,24 @@ class Cells:
         within = self._inverse * field if self._inverse.ndim == 3 else np.einsum("ijcp,jcp->icp", self._inverse, field)
         return self._scattered(sum((f * self.weights) @ s for f, s in zip(within, self._rule.slopes, strict=True)))
 
+    def blocks(self, density: np.ndarray | float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+        """The integral of a density (cells, 1 or points) times u v in each cell (cells, n, n), for those n functions of
+        a cell that don't vanish, and which these are."""
+        there = np.asarray(self._rule.values.any(axis=0))
+        values = self._rule.values[:, there]
+        return np.matmul(values.T * (density * self.weights)[:, None], values), there
+
     def mass(self) -> csc_array:
         """The integral of u v."""
         return self.mass_of(np.ones((1, 1)))
 
     def mass_of(self, density: np.ndarray) -> csc_array:
         """The integral of a density (cells, 1 or points) times u v."""
-        there = self._rule.values.any(axis=0)
-        values, dofs, size = self._rule.values[:, there], self._dofs[:, there], self._space.size
-        blocks = np.matmul(values.T * (density * self.weights)[:, None], values)
+        blocks, there = self.blocks(density)
+        dofs, size = self.dofs[:, there], self._space.size
         found = np.abs(blocks) > 1e-14 * np.abs(blocks).max(axis=(1, 2), keepdims=True)
         rows, columns = (np.broadcast_to(d, blocks.shape)[found] for d in (dofs[:, :, None], dofs[:, None]))
         return csc_array(coo_array((blocks[found], (rows, columns)), shape=(size, size)))
-
-    @property
-    def numbers(self) -> np.ndarray:
-        """(cells, n): which of the space's functions the cells have."""
-        return self._dofs
 
     def tangent(self, k: np.ndarray, field: np.ndarray, ratio: float) -> tuple[np.ndarray, np.ndarray]:
         """(cells, n, n) twice: the integrals of k grad u . grad v and of u field . grad v in each cell, for k (cells,
@@ -231,13 +287,13 @@ class Cells:
         return self._space.varying(self._cells, self._rule, self._inverse, along, drift, ratio)
 
     def _scattered(self, own: np.ndarray) -> np.ndarray:
-        return np.bincount(self._dofs.ravel(), own.ravel(), self._space.size)
+        return np.bincount(self.dofs.ravel(), own.ravel(), self._space.size)
 
     @cached_property
     def functions(self) -> np.ndarray:
         """(functions,): which do not vanish at the points."""
         found = np.zeros(self._space.size, bool)
-        found[self._dofs[:, self._rule.values.any(axis=0)]] = True
+        found[self.dofs[:, self._rule.values.any(axis=0)]] = True
         return found
 
 
@@ -249,16 +305,20 @@ class Faces:
     """
 
     def __init__(self, space: Space, facets: np.ndarray, cells: np.ndarray) -> None:
-        self._space, self._cells = space, cells
+        self.space, self.facets, self.cells = space, facets, cells
         self._local = (space.mesh.t2f[:, cells] == facets).argmax(axis=0)
 
+    def by(self, space: Space) -> Faces:
+        """The same facets, seen from the same cells, by the functions of another space on the mesh."""
+        return Faces(space, self.facets, self.cells)
+
     @cached_property
-    def _sides(self) -> list[tuple[np.ndarray, Cells, np.ndarray]]:
+    def sides(self) -> list[tuple[np.ndarray, Cells, np.ndarray]]:
         """The facets of each side, their cells with points there, and outward normals (3, facets, points)."""
         found = []
         for number in np.unique(self._local):
-            at, (rule, normal) = np.flatnonzero(self._local == number), self._space.side(int(number))
-            own = Cells(self._space, self._cells[at], rule)
+            at, (rule, normal) = np.flatnonzero(self._local == number), self.space.side(int(number))
+            own = Cells(self.space, self.cells[at], rule)
             outwards = own.covariant(normal[:, None, None]) * own.weights
             own.weights = np.linalg.norm(outwards, axis=0)
             found.append((at, own, outwards / own.weights))
@@ -266,9 +326,9 @@ class Faces:
 
     def _filled(self, of: Callable[[Cells], np.ndarray], shape: tuple[int, ...] = ()) -> np.ndarray:
         """(..., facets, points): what is known of the facets of each side."""
-        count = max((own.weights.shape[1] for _, own, _ in self._sides), default=0)
-        found = np.empty((*shape, len(self._cells), count))
-        for at, own, _ in self._sides:
+        count = max((own.weights.shape[1] for _, own, _ in self.sides), default=0)
+        found = np.empty((*shape, len(self.cells), count))
+        for at, own, _ in self.sides:
             found[..., at, :] = of(own)
         return found
 
@@ -285,7 +345,7 @@ class Faces:
     @cached_property
     def functions(self) -> np.ndarray:
         """(functions,): which do not vanish on the facets."""
-        return np.any([np.zeros(self._space.size, bool), *(own.functions for _, own, _ in self._sides)], axis=0)
+        return np.any([np.zeros(self.space.size, bool), *(own.functions for _, own, _ in self.sides)], axis=0)
 
     def value(self, u: np.ndarray) -> np.ndarray:
         """(facets, points): a function (functions,)."""
@@ -294,39 +354,39 @@ class Faces:
     def slope(self, u: np.ndarray) -> np.ndarray:
         """(facets, points): its derivative along the outward normal."""
         found = np.empty(self.areas.shape)
-        for at, own, normal in self._sides:
+        for at, own, normal in self.sides:
             found[at] = (own.gradient(u) * normal).sum(axis=0)
         return found
 
     def load(self, density: np.ndarray | float = 1.0) -> np.ndarray:
         """(functions,): the integral of a density (facets, 1 or points) times each function."""
         full = np.broadcast_to(density, self.areas.shape)
-        return sum((own.load(full[at]) for at, own, _ in self._sides), np.zeros(self._space.size))
+        return sum((own.load(full[at]) for at, own, _ in self.sides), np.zeros(self.space.size))
 
     def flux(self, conductivity: np.ndarray) -> np.ndarray:
         """(functions,): the integral of -conductivity (facets, 1 or points; with axes in front where it differs along
         them) du/dn, outwards, for each function u."""
         full = np.broadcast_to(conductivity, (*conductivity.shape[:-2], *self.areas.shape))
-        found = np.zeros(self._space.size)
-        for at, own, normal in self._sides:
+        found = np.zeros(self.space.size)
+        for at, own, normal in self.sides:
             found -= own.flow(full[..., at, :] * normal)
         return found
 
     def mass(self) -> csc_array:
         """The integral of u v."""
-        return csc_array(sum((own.mass() for _, own, _ in self._sides), csc_array((self._space.size,) * 2)))
+        return csc_array(sum((own.mass() for _, own, _ in self.sides), csc_array((self.space.size,) * 2)))
 
     def normals(self) -> np.ndarray:
         """(functions, 3): the integral of the outward normal times the square of each function."""
-        found = np.zeros((self._space.size, 3))
-        for _, own, normal in self._sides:
+        found = np.zeros((self.space.size, 3))
+        for _, own, normal in self.sides:
             found += np.stack([own.load(n, power=2) for n in normal], axis=1)
         return found
 
     def along(self, stretch: np.ndarray) -> np.ndarray:
         """(facets,): how the logarithm of the area of each, across an axis, changes with those of the cells' sides (3,
         cells)."""
-        found = np.empty(len(self._cells))
-        for at, _, normal in self._sides:
-            found[at] = ((1 - normal[..., 0] ** 2) * stretch[:, self._cells[at]]).sum(axis=0)
+        found = np.empty(len(self.cells))
+        for at, _, normal in self.sides:
+            found[at] = ((1 - normal[..., 0] ** 2) * stretch[:, self.cells[at]]).sum(axis=0)
         return found

@@ -113,6 +113,11 @@ def boundaries(placed: Placed) -> None:
     """Refuses conditions that act on nothing, and such as contradict each other."""
     fixed: list[tuple[GroupBoundary, np.ndarray, np.ndarray]] = []
     for b in placed.scene.boundaries:
+        if b.kind == "voltage" and b.contact_resistance:
+            raise SceneError(
+                f"boundary {quoted(b.name)}.contact_resistance stands beside a voltage on a mesh file, where only a "
+                "temperature takes one: give the contact a layer of cells, or leave it out"
+            )
         facets = placed.acting(b)
         if not len(facets):
             why = (

@@ -93,7 +93,8 @@ def solve(
         from reduced1d.ladder.lumps import lumps
         from reduced1d.sink import anchor_series_resistance
 
-        row = lumps(sink, anchor_series_resistance(sink))
+        # The paper's blocks touch perfectly.
+        row = lumps(replace(sink, contact_resistance=None), anchor_series_resistance(sink))
         return result(name, sink, row, row, steady_only, times)
     from reduced1d.ladder.anchor import fin_warnings, warnings
     from reduced1d.ladder.levels import Levels

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from reduced1d.equations import resistance, room_resistivity
-from reduced1d.ladder.plate import COPIES, Plate, along, film
+from reduced1d.ladder.plate import COPIES, Plate, along, film, stored
 from scenes.checks import FIRST_TIME
 from scenes.sink import Sink
 
@@ -92,7 +92,7 @@ def thin_plate_remainder(plate: Plate) -> float:
     squares = np.einsum("if,ij,jf,f->", theta[nodes], _SQUARE, theta[nodes], lengths)
     at_edge = _ZETA_3 / math.pi**3 * (h * t) ** 2 / k * float(squares)
     sideways = BilinearForm(lambda u, v, w: dot(grad(u), grad(v))).assemble(basis.with_elements(np.flatnonzero(above)))
-    in_oxide = sink.oxide_thickness / 3 * sink.oxide.thermal_conductivity * float(theta @ (sideways @ theta))
+    in_oxide = sink.oxide_thickness * stored(sink) * sink.oxide.thermal_conductivity * float(theta @ (sideways @ theta))
     # Both ends carry a watt, so that the quarters hold two anchors.
     return COPIES / 2 * (at_edge + in_oxide) / float(plate.model.outputs["end"] @ theta)
 

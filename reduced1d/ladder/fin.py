@@ -4,12 +4,12 @@ It is the heat equation along the beam, with the heat that the current makes at 
 
     (rho c A + c_i) dT/dt = k A T'' - (h_air w + h_gas w + g_i) T + I^2 rho_e(T) / A,
 
-where over an island g_i is that of its block in series with the silicon's thickness, times its width, and c_i a third
-of the block's capacity, as for the plate (`reduced1d.ladder.plate`); elsewhere both are zero. At its ends are anchors
-of a resistance R and a capacity C,  k A T' = T / R + C dT/dt, where electrodes at the pads' outer faces also make heat.
-Half of the row is cut into polynomials; theirs is Galerkin's method, as is the anchor's one shape, so that the fin of
-one span is the plate projected on rises that are uniform across the beam. What a row's fin leaves out besides is that
-heat converges to an island narrower than the beam.
+where over an island g_i is that of its block in series with contacts and the silicon's thickness, times its width, and
+c_i a third of the block's capacity, as for the plate (`reduced1d.ladder.plate`); elsewhere both are zero. At its ends
+are anchors of a resistance R and a capacity C, k A T' = T / R + C dT/dt, where electrodes at the pads' outer faces also
+make heat. Half of the row is cut into polynomials; theirs is Galerkin's method, as is the anchor's one shape, so that
+the fin of one span is the plate projected on rises that are uniform across the beam. What a row's fin leaves out
+besides is that heat converges to an island narrower than the beam.
 
 Spans further in than some few are all alike, each symmetric about its middle: the polynomials of one half of a span and
 of one half of an island serve for all of these, which is Galerkin's method too.
@@ -25,7 +25,7 @@ import numpy as np
 from reduced1d.equations import room_resistivity
 from reduced1d.ladder.anchor import Anchor
 from reduced1d.ladder.few_states import FewStates
-from reduced1d.ladder.plate import film, gap_film
+from reduced1d.ladder.plate import film, gap_film, stored
 from reduced1d.line import Line
 from scenes.sink import Sink, decay, different
 
@@ -49,7 +49,7 @@ def fin(
     resistivity, a = room_resistivity(sink.silicon, sink.room_temperature)
     per_length, air = resistivity / A_c, sink.convection_coefficient * sink.width
     gas = gap_film(sink) * sink.width
-    block = oxide_capacity * sink.oxide.heat_capacity * sink.oxide_thickness * sink.island_width / 3
+    block = oxide_capacity * sink.oxide.heat_capacity * sink.oxide_thickness * stored(sink) * sink.island_width
     down = film(sink) * sink.island_width
     both, over = 2 * row.weights, row.islands  # the row has two halves
     integral = row.line.integral(both)

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
 
@@ -98,10 +99,18 @@ class Levels:
     sink: Sink
     rough: bool = False
 
+    def without(self, keys: tuple[str, ...]) -> Levels:
+        """The same of the sink without what some of its attributes stand for; once for each, itself for none."""
+        if not keys:
+            return self
+        if keys not in self._without:
+            none: dict[str, Any] = dict.fromkeys(keys)
+            self._without[keys] = Levels(replace(self.sink, **none), self.rough)
+        return self._without[keys]
+
     @cached_property
-    def bare(self) -> Levels:
-        """The same of the sink without its substrate."""
-        return Levels(replace(self.sink, substrate_thickness=None), self.rough)
+    def _without(self) -> dict[tuple[str, ...], Levels]:
+        return {}
 
     @cached_property
     def fine(self) -> Level:
@@ -115,13 +124,14 @@ class Levels:
 @dataclass(frozen=True)
 class Rung:
     """A model, and the one assumption that the model after it drops: its ``blame`` for tables, a sentence's part that
-    says what the assumption is, and what in the model is ``at_fault``; ``bare`` where it has no substrate yet."""
+    says what the assumption is, and what in the model is ``at_fault``; of the sink the attributes that it is
+    ``without`` yet."""
 
     name: str
     blame: str
     says: str
     at_fault: str
-    bare: bool = False
+    without: tuple[str, ...] = ()
 
 
 def rungs(levels: Levels, start: str = "paper") -> list[Rung]:
@@ -134,15 +144,18 @@ def rungs(levels: Levels, start: str = "paper") -> list[Rung]:
         found = [own for rung in found for own in _OF_ROWS.get(rung.name, (rung,))]
     if levels.sink.electrodes == "beam-end":
         found = [rung for rung in found if rung.name != _WITHOUT_CIRCUIT]
-    if start == "paper" and levels.sink.substrate_thickness is not None:
-        # The paper's equations have no substrate, the models that stand on the plate do: it comes after all the rest.
-        found = [*(replace(rung, bare=True) for rung in found[:-1]), _SUBSTRATE, found[-1]]
+    if start == "paper":
+        # The paper's equations have none of these, the models that stand on the plate do: they come after all the rest.
+        last, missing = found.pop(), tuple(key for key in _MISSING if getattr(levels.sink, key) is not None)
+        found = [replace(rung, without=missing) for rung in found]
+        found += [replace(_MISSING[key], name=last.name, without=missing[n:]) for n, key in enumerate(missing)]
+        found.append(last)
     return found
 
 
 def solve(levels: Levels, rung: Rung, steady_only: bool, times: np.ndarray | None) -> Result:
     """The answer of a rung's model, without the remarks on it. Raises RunawayError."""
-    levels = levels.bare if rung.bare else levels
+    levels = levels.without(rung.without)
     if rung.name == "paper":
         return ladder.solve(levels.sink, rung.name, steady_only=steady_only, times=times)
     build = _BETWEEN.get(rung.name, partial(ladder.build, name=rung.name))
@@ -159,9 +172,15 @@ _PLATE = Rung(
     "plate", "rest (thin plate)", "the silicon layer is averaged over its thickness",
     "the average over the layer's thickness",
 )  # fmt: skip
-_SUBSTRATE = Rung(
-    "plate", "substrate", "the oxide stands on room temperature", "the missing substrate", bare=True,
-)  # fmt: skip
+_MISSING = {
+    "contact_resistance": Rung(
+        "plate", "contacts", "the oxide touches without any resistance", "the missing resistance of the contacts",
+    ),
+    "substrate_thickness": Rung(
+        "plate", "substrate", "the oxide stands on room temperature", "the missing substrate",
+    ),
+}  # fmt: skip
+"""What the paper's equations are without, by the sink's attribute."""
 _FEW = Rung("moments", "few states", "the response is made of a few fields", "the small number of states")
 _ALL = [
     Rung("paper", "anchor resistance", "eq 14 takes the anchor for two prisms in series",
@@ -192,7 +211,8 @@ _OF_ROWS: dict[str, tuple[Rung, ...]] = {
 """What stands in a row's ladder for some of these: no plate is made of a row, and the fin is the last before 3D."""
 
 AT_FAULT = {
-    rung.blame: rung.at_fault for rung in (*_ALL, _FEW, _SUBSTRATE, *(own for of in _OF_ROWS.values() for own in of))
+    rung.blame: rung.at_fault
+    for rung in (*_ALL, _FEW, *_MISSING.values(), *(own for of in _OF_ROWS.values() for own in of))
 }
 """What is at fault, by its ``blame``."""
 

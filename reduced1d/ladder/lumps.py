@@ -1,10 +1,10 @@
 """The paper's model on any anchors: each span of a row a sink of its own, all in one circuit; one span is eq 20.
 
-A span has an anchor at a pad, and at an island half of the island's block alone, t_o/(k_o A_o) with half the area; eqs
-13 to 19 are those of unequal ends (`reduced1d.equations.unequal_ends`). So there are two kinds of span in a row, the
-two outer ones and those between, each one lump after eq 20 at the current that the voltage drives through the spans in
-series; what the beam is above an island is left out, as the pads are: no capacity, no air on them, no part of the
-circuit.
+A span has an anchor at a pad, and at an island half of the island's block alone, t_o/(k_o A_o) with half the area (and
+contacts at its faces); eqs 13 to 19 are those of unequal ends (`reduced1d.equations.unequal_ends`). So there are two
+kinds of span in a row, the two outer ones and those between, each one lump after eq 20 at the current that the voltage
+drives through the spans in series; what the beam is above an island is left out, as the pads are: no capacity, no air
+on them, no part of the circuit.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from scenes.sink import Sink, different
 
 
 def half_island(sink: Sink) -> float:
-    """The resistance (K/W) of half of an island's block, between a span's end and the substrate."""
+    """The resistance (K/W) of half of an island's block with its contacts, between a span's end and the substrate."""
     area = sink.island_width * sink.island / 2
-    return sink.oxide_thickness / (sink.oxide.thermal_conductivity * area)
+    return (sink.oxide_thickness / sink.oxide.thermal_conductivity + sink.contacts) / area
 
 
 def lumps(sink: Sink, anchor_resistance: float, circuit: bool = False) -> FewStates:

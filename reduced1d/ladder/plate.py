@@ -10,8 +10,9 @@ the foot where there is oxide (h_gas T where there is gas), gives for the mean r
     k_ox = t_o k_o / 3            a third of its conductance along the layer,
 
 the last two by Galerkin's method with a rise that falls linearly to zero through the oxide (the integral of its square
-is a third). What is neglected is of second order in the Biot number h t / k; ``anchor.thin_plate_remainder`` computes
-it. A quarter is solved, between the two mirror planes; all integrals here are of the whole sink.
+is a third; ``stored`` has it with contacts at the oxide's faces). What is neglected is of second order in the Biot
+number h t / k; ``anchor.thin_plate_remainder`` computes it. A quarter is solved, between the two mirror planes; all
+integrals here are of the whole sink.
 """
 
 from __future__ import annotations
@@ -109,14 +110,23 @@ def factorize(matrix: csc_matrix) -> Any:
 
 
 def film(sink: Sink) -> float:
-    """The oxide as a film coefficient (W/(m2 K)) under the silicon's mean temperature: 1/h = t_o/k_o + t/(3 k), and
-    what is below it.
+    """The oxide as a film coefficient (W/(m2 K)) under the silicon's mean temperature: 1/h = t_o/k_o + t/(3 k), and the
+    contacts at its faces and what is below it.
 
     The oxide's own resistance, and that of the silicon's thickness: with heat taken off below and none above, the
     temperature is a parabola across the layer, whose mean is q t / (3 k) above its foot.
     """
     silicon = sink.thickness / (3 * sink.silicon.thermal_conductivity)
-    return 1 / (sink.oxide_thickness / sink.oxide.thermal_conductivity + silicon + below(sink))
+    return 1 / (sink.oxide_thickness / sink.oxide.thermal_conductivity + sink.contacts + silicon + below(sink))
+
+
+def stored(sink: Sink) -> float:
+    """The mean square of the rise in the oxide, over the square of that above it: a third where it falls linearly
+    to zero, (a^2 + a b + b^2)/3 where contacts leave a and b of it at its upper and its lower face."""
+    oxide = sink.oxide_thickness / sink.oxide.thermal_conductivity
+    b = sink.contacts / 2 / (oxide + sink.contacts)
+    a = 1 - b
+    return (a**2 + a * b + b**2) / 3
 
 
 def below(sink: Sink) -> float:
@@ -156,7 +166,7 @@ def assemble(sink: Sink, grading: Grading) -> Plate:
     basis = Basis(part.mesh, ElementQuad2(), intorder=4)
     beam, pads, above = (basis.with_elements(np.flatnonzero(of)) for of in part[1:])
     silicon, oxide, t = sink.silicon, sink.oxide, sink.thickness
-    h_air, h_gas, third = sink.convection_coefficient, gap_film(sink), sink.oxide_thickness / 3
+    h_air, h_gas, third = sink.convection_coefficient, gap_film(sink), sink.oxide_thickness * stored(sink)
     stiffness = BilinearForm(lambda u, v, w: dot(grad(u), grad(v)))
     mass = BilinearForm(lambda u, v, w: u * v)
     integral = LinearForm(lambda v, w: v)

@@ -140,6 +140,7 @@ def layout(scene: AnyScene) -> Layout:
         raise SceneError(
             f"scene {quoted(scene.name)} is on a mesh file, and a network is made of boxes: give [[box]]es"
         )
+    physics.refuse_contacts(scene, "a network has no resistance at a contact yet")
     grid = grid_of(scene)
     return _Cutting(replace(grid, scene=tidy(grid))).layout()
 

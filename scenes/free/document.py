@@ -29,6 +29,7 @@ S = TypeVar("S", m.Scene, m.MeshScene)
 UNUSED = 1.0
 """Stands in a Material for what the scene does not need and the file does not give."""
 FLOWS = ("heat_flow", "current")
+RESISTANCES = ("thermal_resistance", "electrical_resistance")
 
 POINT = k.Place(k.Quantity(d.LENGTH, 0.0, 1e4, signed=True))
 
@@ -104,6 +105,13 @@ LISTS: dict[str, dict[str, k.Kind]] = {
         "lower": POINT,
         "upper": POINT,
         "reduce": k.Choice(("mean", "max", "min")),
+        "box": k.LABEL,
+    },
+    "contact": {
+        "name": k.LABEL,
+        "between": k.Pair(k.LABEL, "boxes"),
+        "thermal_resistance": k.ContactResistance((HEAT_CONTACT,)),
+        "electrical_resistance": k.ContactResistance((CURRENT_CONTACT,)),
     },
 }
 """The tables that a file may have many of, as [[material]] and so on."""
@@ -113,6 +121,7 @@ REQUIRED: dict[str, tuple[str, ...]] = {
     "box": ("material", "lower", "upper"),
     "boundary": ("lower", "upper"),
     "probe": ("name",),
+    "contact": ("between",),
 }
 """What has no default; a box or boundary without a name is called box-1, boundary-1 and so on."""
 
@@ -122,7 +131,7 @@ BOXES = Schema(
 )  # fmt: skip
 """What a file of a free scene of boxes may say."""
 
-_CORNERS = ("lower", "upper")
+_OF_BOXES = ("lower", "upper", "box")
 ON_MESH = Schema(
     (*_SCENE_AND_RUN, Key("mesh.file", "file", mk.MESH_FILE), Key("mesh.unit", "unit", mk.LengthUnit())),
     {
@@ -135,7 +144,7 @@ ON_MESH = Schema(
             "contact_resistance": CONTACT_RESISTANCE,
             "series_resistance": SERIES,
         },
-        "probe": {key: kind for key, kind in LISTS["probe"].items() if key not in _CORNERS} | {"group": mk.GROUP},
+        "probe": {key: kind for key, kind in LISTS["probe"].items() if key not in _OF_BOXES} | {"group": mk.GROUP},
     },
     {"material": ("name",), "source": ("group", "heat_source"), "boundary": ("group",), "probe": ("name",)},
     "a scene on a mesh",
@@ -155,7 +164,8 @@ def of_boxes(values: Values, name: str, folder: str = "") -> m.Scene:
         for item in values.get("boundary", ())
     )
     probes = tuple(m.Probe(item.name, *_corners(item), **_reading(item)) for item in values.get("probe", ()))
-    return _declared(_with_run(m.Scene(name, boxes, boundaries, probes), values), values, folder)
+    contacts = tuple(_contact(item) for item in values.get("contact", ()))
+    return _declared(_with_run(m.Scene(name, boxes, boundaries, probes, contacts=contacts), values), values, folder)
 
 
 def on_mesh(values: Values, name: str, folder: str) -> m.MeshScene:
@@ -291,17 +301,21 @@ def _condition(item: Item) -> dict[str, Any]:
 
 
 def _behind(label: str, kind: str, value: m.Value, given: k.Resistance) -> dict[str, Any]:
-    """What a contact resistance beside a temperature makes of it: a film of its inverse towards that."""
+    """What a contact resistance makes of the temperature or the voltage beside it: of the former a film of its inverse
+    towards that."""
     path, resistance = f"{label}.contact_resistance = {given.value:g}", given.value
-    if kind != "temperature":
-        raise SceneError(f"{path} stands beside a {kind}: give it beside a temperature, or leave it out")
-    if given.dimension is d.ELECTRICAL_CONTACT:
+    own = {"temperature": d.THERMAL_CONTACT, "voltage": d.ELECTRICAL_CONTACT}.get(kind)
+    if own is None:
+        raise SceneError(f"{path} stands beside a {kind}: give it beside a temperature or a voltage, or leave it out")
+    if given.dimension not in (None, own):
         raise SceneError(
-            f"{path} {d.ELECTRICAL_CONTACT.unit} is an electrical resistance beside a temperature: give "
-            f'{d.THERMAL_CONTACT.name} such as "{d.THERMAL_CONTACT.example}"'
+            f"{path} {given.dimension.unit} is {given.dimension.name} beside a {kind}: give {own.name} such as "
+            f'"{own.example}"'
         )
     if not resistance:
         return {}
+    if kind == "voltage":
+        return {"contact_resistance": resistance}
     return {"kind": "convection", "value": 1 / resistance, "ambient": value, "contact_resistance": resistance}
 
 
@@ -314,7 +328,20 @@ def _reading(item: Item) -> dict[str, Any]:
             f"{item.label}.reduce = {quoted(reduce)} says nothing about a {quantity}, which is a total: leave it out, "
             "or give quantity temperature or potential"
         )
-    return {"quantity": quantity, "reduce": reduce}
+    box = {"box": item.values["box"]} if "box" in item.values else {}
+    if box and quantity in FLOWS:
+        raise SceneError(
+            f"{item.label}.box = {quoted(item.values['box'])} says nothing about a {quantity}, which is the same on "
+            "both sides: leave it out"
+        )
+    return {"quantity": quantity, "reduce": reduce, **box}
+
+
+def _contact(item: Item) -> m.Contact:
+    given = {key: item.values[key].value for key in RESISTANCES if key in item.values}
+    if not given:
+        raise SceneError(f"{item.label} has no resistance: give {' or '.join(RESISTANCES)}, or leave the contact out")
+    return m.Contact(item.name, item.values["between"], **given)
 
 
 def _corners(item: Item) -> tuple[m.Point, m.Point]:

@@ -11,7 +11,9 @@ import numpy as np
 from scenes import laws, physics
 from scenes.errors import listed, quoted
 from scenes.formats import area, percent, quantity
+from scenes.free import contacts
 from scenes.free.cut import cut
+from scenes.free.document import CURRENT_CONTACT, HEAT_CONTACT
 from scenes.free.grid import VOID, Grid, grid_of
 from scenes.model import Boundary, Scene
 from scenes.units import TIME
@@ -32,6 +34,8 @@ def described(scene: Scene) -> list[tuple[str, str]]:
         lines.append(("overlaps", f"the later box wins: {_joined(texts)}"))
     if physics.electric(scene):
         lines.append(("conductors", _joined(_conductors(grid))))
+    if scene.contacts:
+        lines.append(("contacts", _joined(_contacts(grid))))
     lines += [("end time", text) for text in _hurried(scene)]
     return [*lines, ("boundaries", _joined(_areas(grid)))]
 
@@ -159,6 +163,18 @@ def _conductors(grid: Grid) -> Iterable[str]:
         if names:
             what = f"joins {listed(names, MOST)}" if len(names) > 1 else f"touches {listed(names)} alone"
         yield f"{listed(_boxes(grid, labels == label), MOST)} {what}"
+
+
+def _contacts(grid: Grid) -> Iterable[str]:
+    """What each contact joins, over which area, and what jumps there."""
+    for c in grid.scene.contacts:
+        jumps = [f"the temperature by {HEAT_CONTACT.show(c.thermal_resistance)}"] if c.thermal_resistance else []
+        if c.electrical_resistance:
+            jumps.append(
+                f"the potential by {CURRENT_CONTACT.show(c.electrical_resistance)}, half of its heat to each side"
+            )
+        where = f"{quoted(c.name)} between {listed(list(c.between))}, {area(contacts.area(grid, c))}"
+        yield f"{where}: {' and '.join(jumps) or 'perfect'}"
 
 
 def _areas(grid: Grid) -> Iterable[str]:

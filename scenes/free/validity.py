@@ -9,7 +9,8 @@ from typing import TypeVar
 import numpy as np
 
 from scenes import physics
-from scenes.errors import SceneError, listed, quoted
+from scenes.errors import SceneError, did_you_mean, listed, quoted
+from scenes.free import contacts
 from scenes.free.cut import cut
 from scenes.free.grid import ROUNDING, Grid, Sheet, grid_of
 from scenes.model import Boundary, Box, Point, Probe, Scene, Value, is_zero
@@ -47,6 +48,7 @@ def check(scene: Scene) -> Scene:
             f"box {quoted(hidden[0])} is entirely covered by later ones, which win: leave it out, or put it after them"
         )
     physics.check_resistivities(scene)
+    contacts.check(grid)
     _check_boundaries(grid)
     for probe in scene.probes:
         _check_probe(grid, probe)
@@ -91,6 +93,13 @@ def _check_boundaries(grid: Grid) -> None:
                 else f"{name}.{b.key}{_behind(b)} has solid on both sides everywhere, and acts on exposed faces only: "
                 "give corners on the surface"
             )
+        if b.kind == "voltage" and b.contact_resistance:
+            both = grid.conducting[sheet.below] & grid.conducting[sheet.above]
+            if both.any():
+                raise SceneError(
+                    f"{name}.voltage behind a contact_resistance has conductors on both sides: give corners on the "
+                    "surface of one, or leave the resistance out"
+                )
         sheets.append((b, sheet, acts))
     for b, sheet, acts in sheets:
         for other, of_other, its in sheets:
@@ -158,10 +167,38 @@ def _check_probe(grid: Grid, probe: Probe) -> None:
         where = f"at {point(probe.lower)}" if len(flat) == 3 else "everywhere in its box"
         some = "lies outside the solid" if not there or not found.any() else "reaches outside the solid"
         raise SceneError(f"probe {quoted(probe.name)} {some}: there has to be solid {where}")
+    _check_side(grid, probe)
     if probe.quantity == "potential" and not grid.conducting[owners].any(axis=flat).all():
         _refuse_insulated(probe, "the potential")
     if probe.quantity == "potential" and not grid.cells(probe.lower, probe.upper, grid.fixed).any(axis=flat).all():
         raise SceneError(f"probe {quoted(probe.name)} {UNFIXED.format('potential')}")
+
+
+def _check_side(grid: Grid, probe: Probe) -> None:
+    """Refuses a probe on a contact that doesn't say on which side, and one of a box that isn't all there."""
+    names = [box.name for box in grid.scene.boxes]
+    if not probe.box:
+        if contact := contacts.touched(grid, probe):
+            one, other = map(quoted, contact.between)
+            raise SceneError(
+                f"probe {quoted(probe.name)} lies on contact {quoted(contact.name)}, where the {probe.quantity} jumps: "
+                f"say on which side by box = {one} or box = {other}"
+            )
+        return
+    if probe.box not in names:
+        raise SceneError(
+            f"probe {quoted(probe.name)}.box = {quoted(probe.box)} is no box of the scene: give "
+            f"{', '.join(map(quoted, names[:20]))}{did_you_mean(probe.box, names)}"
+        )
+    own = np.array([*(name == probe.box for name in names), False])
+    owners = grid.cells(probe.lower, probe.upper)
+    if not own[owners].any(axis=grid.flat(probe.lower, probe.upper)).all():
+        raise SceneError(
+            f"probe {quoted(probe.name)}.box = {quoted(probe.box)} isn't everywhere in the probe's box: give a place "
+            "in it or on its faces"
+        )
+    if probe.quantity == "potential" and not (own & grid.conducting).any():
+        _refuse_insulated(probe, "the potential")
 
 
 def _refuse_insulated(probe: Probe, what: str) -> None:

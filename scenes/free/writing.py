@@ -9,7 +9,7 @@ from typing import Any
 
 from scenes import laws, physics
 from scenes import model as m
-from scenes.free.document import CONDITIONS, FLOWS, HEAT_SOURCE, LISTS, RESISTIVITY, UNUSED
+from scenes.free.document import CONDITIONS, FLOWS, HEAT_SOURCE, LISTS, RESISTANCES, RESISTIVITY, UNUSED
 from scenes.physics import HEAT_KEYS
 
 
@@ -38,9 +38,17 @@ def as_dict(scene: m.AnyScene) -> dict[str, Any]:
         ]
     found["boundary"] = [{"name": b.name, **_where(b)} | _of_condition(b) for b in scene.boundaries]
     found["probe"] = [
-        {"name": p.name, "quantity": p.quantity, **_where(p)} | ({} if p.quantity in FLOWS else {"reduce": p.reduce})
+        {"name": p.name, "quantity": p.quantity, **_where(p)}
+        | ({} if p.quantity in FLOWS else {"reduce": p.reduce})
+        | ({"box": box} if (box := getattr(p, "box", "")) else {})
         for p in scene.probes
     ]
+    if contacts := getattr(scene, "contacts", ()):
+        found["contact"] = [
+            {"name": c.name, "between": list(c.between)}
+            | {key: v for key in RESISTANCES if (v := getattr(c, key)) or c.perfect}
+            for c in contacts
+        ]
     if isinstance(scene, m.Scene) and scene.mesh:
         run["mesh"] = scene.mesh
     found |= {"run": {**run, "accuracy": scene.accuracy}}

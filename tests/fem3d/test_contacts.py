@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from fem3d.runs.scene import solve
-from scenes.free import as_dict, from_dict
+from fem3d.spaces.domain import boxes
+from meshes import connected, singular
+from meshes.grid import Grid
+from scenes.errors import SceneError
+from scenes.free import as_dict, check, from_dict
+from scenes.laws import PowerLaw
+from scenes.model import Boundary, Box, Contact, Material, Probe, Scene
+from tests.fem3d.contact_second_path import rim_by_quadrilaterals
 from validate.verify.series import Layer, step_response
 
 LENGTH, SIDE, K, CAPACITY = 1e-3, 0.2e-3, 2.0, 3e6
@@ -67,3 +75,268 @@ def test_a_contact_of_a_boundary_comes_back_from_its_document(resistance: float)
     assert from_dict(written) == scene
     assert written["boundary"][0].get("contact_resistance", 0.0) == resistance
     assert scene.boundaries[0].kind == ("convection" if resistance else "temperature")
+
+
+RHO, VOLTS = 1e-5, 0.1
+FAR = (2 * LENGTH, SIDE, SIDE)
+
+
+def pair(thermal: float, electric: float, behind: float = 0.0, coefficient: float = 0.0, **more: Any) -> Scene:
+    """Two bars in a row along x with a contact between, cold and on a voltage at one end, earthed behind another
+    contact at the other."""
+    a = Material("a", 2.0, 1.0, CAPACITY, RHO, coefficient)
+    b = Material("b", 5.0, 1.0, CAPACITY, 2 * RHO, coefficient)
+    near, face = ((0.0, 0.0, 0.0), (0.0, SIDE, SIDE)), ((LENGTH, 0.0, 0.0), (LENGTH, SIDE, SIDE))
+    far = (2 * LENGTH, 0.0, 0.0), FAR
+    point = (LENGTH, 0.0, SIDE / 2)
+    scene = Scene(
+        "pair", (Box("a", a, near[0], face[1]), Box("b", b, face[0], FAR)),
+        (
+            Boundary("cold", "temperature", *near, 293.0), Boundary("plus", "voltage", *near, VOLTS),
+            Boundary("minus", "voltage", *far, 0.0, contact_resistance=behind),
+        ),
+        (
+            *(Probe(f"temperature {box}", point, point, box=box) for box in "ab"),
+            *(Probe(f"potential {box}", point, point, "potential", box=box) for box in "ab"),
+            Probe("mean b", *face, box="b"), Probe("top a", *face, reduce="max", box="a"), Probe("end", *far),
+            Probe("volts at the end", *far, "potential"), Probe("heat", *near, "heat_flow"),
+            Probe("current", *near, "current"), Probe("heat across", *face, "heat_flow"),
+            Probe("current across", *face, "current"),
+        ),
+        contacts=(Contact("c", ("a", "b"), thermal, electric),), **{"steady": True, **more},
+    )  # fmt: skip
+    return check(scene)
+
+
+def exact(thermal: float, electric: float, behind: float) -> dict[str, float]:
+    """What the probes of `pair` read, resistances in series."""
+    j = VOLTS / (3 * RHO * LENGTH + electric + behind)
+    in_a, in_b, at_c, at_end = (j**2 * r for r in (RHO * LENGTH, 2 * RHO * LENGTH, electric, behind))
+    beyond = in_b + at_end + at_c / 2
+    a = (beyond + at_c / 2 + in_a / 2) * LENGTH / 2.0
+    b = a + beyond * thermal
+    end = b + (in_b / 2 + at_end) * LENGTH / 5.0
+    volts = VOLTS - j * RHO * LENGTH
+    return {
+        "temperature a": 293 + a, "temperature b": 293 + b, "potential a": volts, "potential b": volts - j * electric,
+        "mean b": 293 + b, "top a": 293 + a, "end": 293 + end, "volts at the end": j * behind,
+        "heat": -(in_a + in_b + at_c + at_end) * SIDE**2, "current": j * SIDE**2, "heat across": -beyond * SIDE**2,
+        "current across": j * SIDE**2,
+    }  # fmt: skip
+
+
+CASES = [(5e-4, 3e-8, 2e-8), (5e-4, 0.0, 0.0), (0.0, 3e-8, 0.0), (0.0, 0.0, 2e-8), (5e-4, 3e-8, 0.0)]
+
+
+@pytest.mark.parametrize("resistances", CASES)
+def test_temperature_and_potential_jump_by_what_passes_a_contact(resistances: tuple[float, float, float]) -> None:
+    # Half of the contact's own heat passes the thermal one, as it enters both faces alike.
+    result, expected = solve(pair(*resistances)), exact(*resistances)
+    twin = exact(*(1.01 * r for r in resistances))
+    for name, found in result.steady.items():
+        assert abs(found.value - expected[name]) <= found.error + 1e-12 * abs(expected[name]), name
+    rise = result.steady["end"]
+    assert abs(rise.value - twin["end"]) > 1e3 * rise.error
+    assert result.details["energy_imbalance"] < 1e-12
+
+
+def test_a_voltage_behind_a_contact_and_a_series_resistance_has_both_in_series() -> None:
+    contact, behind, series = 3e-8, 2e-8, 20.0
+    scene = pair(0.0, contact, behind)
+    ends = (*scene.boundaries[:2], replace(scene.boundaries[2], series_resistance=series))
+    found = solve(check(replace(scene, boundaries=ends))).steady
+    area = SIDE**2
+    current = VOLTS / ((3 * RHO * LENGTH + contact + behind) / area + series)
+    for name, value in (("current", current), ("volts at the end", current * (behind / area + series))):
+        assert abs(found[name].value - value) <= found[name].error + 1e-12 * value < 1e-6 * value, name
+
+
+def test_a_contact_that_is_perfect_in_one_field_doubles_nothing_there() -> None:
+    def unknowns(thermal: float, electric: float) -> tuple[int, int, int]:
+        scene = pair(thermal, electric)
+        domain = boxes(scene, connected.coarsest(scene))
+        same = domain.electric.space is domain.space
+        return domain.space.size, domain.electric.space.size, int(same)
+
+    plain, _, _ = unknowns(0.0, 0.0)
+    assert unknowns(0.0, 0.0) == (plain, plain, 1)
+    assert unknowns(1e-4, 0.0) == (plain + 4, plain, 0)
+    assert unknowns(0.0, 1e-8) == (plain, plain + 4, 0)
+    assert unknowns(1e-4, 1e-8) == (plain + 4, plain + 4, 1)
+
+
+def test_a_contact_that_ends_inside_is_whole_at_its_rim() -> None:
+    scene = _rim(1e-4)
+    grid = connected.coarsest(scene)
+    cut = Grid(
+        tuple(np.unique(np.concatenate([b, (b[1:] + b[:-1]) / 2])) for b in grid.breaks),
+        tuple(np.full(2 * len(d), 4) for d in grid.degrees), grid.boxes,
+    )  # fmt: skip
+    space = boxes(scene, cut).space
+    split = [int((space.origin == f).sum()) for f in range(space.mesh.p.shape[1])]
+    where = np.isclose(space.mesh.p[2], LENGTH) & (space.mesh.p[0] < 0.99 * LENGTH)
+    assert (np.array(split)[where] == 2).all()
+    assert (np.array(split)[~where] == 1).all()
+    # Facets and edges between two points of the rim are split all the same.
+    coarse = boxes(scene, Grid(grid.breaks, tuple(np.full(len(d), 4) for d in grid.degrees), grid.boxes)).space
+    assert coarse.size > coarse.origin.max() + 1
+    assert singular.edges(scene)[0][LENGTH] == pytest.approx(0.5)
+    assert LENGTH not in singular.edges(_rim(0.0))[0]
+
+
+def _rim(resistance: float, **more: Any) -> Scene:
+    """Two blocks side by side on a plate, all of one material, with a contact under the first one: it ends inside."""
+    m = Material("m", K, 1.0, CAPACITY)
+    low, high, side = LENGTH, 2 * LENGTH, SIDE
+    return check(Scene(
+        "rim",
+        (
+            Box("plate", m, (0.0, 0.0, 0.0), (high, side, low)), Box("block", m, (0.0, 0.0, low), (low, side, high)),
+            Box("beside", m, (low, 0.0, low), (high, side, high)),
+        ),
+        (
+            Boundary("cold", "temperature", (0.0, 0.0, 0.0), (high, side, 0.0), 293.0),
+            Boundary("hot", "heat_flux", (0.0, 0.0, high), (high, side, high), 1e4),
+        ),
+        (
+            Probe("below", (0.0, 0.0, low), (0.0, 0.0, low), box="plate"),
+            Probe("above", (0.0, 0.0, low), (0.0, 0.0, low), box="block"),
+            Probe("block", (0.0, 0.0, low), (low, side, high)),
+            Probe("across", (0.0, 0.0, low), (low, side, low), "heat_flow"),
+        ),
+        contacts=(Contact("c", ("plate", "block"), resistance),), **{"steady": True, **more},
+    ))  # fmt: skip
+
+
+def test_a_contact_that_ends_inside_agrees_with_quadrilaterals_of_scikit_fem() -> None:
+    found = solve(_rim(RESISTANCE)).steady
+    reference, error = rim_by_quadrilaterals(LENGTH, K, RESISTANCE, 1e4)
+    for name, (value, doubt) in {n: (reference[n], error[n]) for n in reference}.items():
+        own, start = found[name], 0.0 if name == "across" else 293.0
+        scale = SIDE if name == "across" else 1.0
+        assert abs(own.value - start - value * scale) <= own.error + doubt * scale, name
+        assert own.error < 2e-3 * abs(own.value - start)
+    # A contact one percent worse is told from this one.
+    worse = rim_by_quadrilaterals(LENGTH, K, 1.01 * RESISTANCE, 1e4)[0]["above"]
+    assert abs(found["above"].value - 293.0 - worse) > 3 * found["above"].error
+
+
+def test_a_slab_with_a_contact_inside_warms_up_as_its_layers_do() -> None:
+    a, b = Layer(LENGTH, 2.0, CAPACITY), Layer(LENGTH, 5.0, CAPACITY)
+    slow = LENGTH**2 * CAPACITY / 2.0
+    times = np.array([0.05, 0.2, 1.0, 4.0]) * slow
+    scene = pair(
+        RESISTANCE, 0.0, end_time=float(times[-1]), output_times=tuple(times.tolist()), accuracy=1e-4, steady=False
+    )
+    scene = replace(scene, boundaries=(replace(scene.boundaries[0], value=303.0),), probes=tuple(
+        p for p in scene.probes if p.name in ("temperature a", "temperature b", "end")))  # fmt: skip
+    traces = solve(scene).traces
+    assert traces is not None
+    for worse in (1.0, 1.01):
+        # The contact is a layer of no capacity to speak of, and as thin.
+        thin = Layer(1e-9, 1e-9 / (worse * RESISTANCE), 1e-3)
+        expected = step_response([a, thin, b], "temperature", 10.0, 0.0, times)
+        for face, name in ((1, "temperature a"), (2, "temperature b"), (3, "end")):
+            found = np.interp(times, traces.time, traces.values[name]) - 293.0
+            off = np.abs(found - expected[:, face]).max()
+            assert (off <= traces.errors[name] < 2e-3) if worse == 1.0 else (off > 2 * traces.errors[name]), name
+
+
+def test_currents_and_heat_over_time_end_in_the_steady_state() -> None:
+    # As the resistance rises with the temperature, both fields change together.
+    case = {"thermal": 5e-4, "electric": 3e-8, "behind": 2e-8, "coefficient": 1e-3}
+    steady = solve(pair(**case)).steady
+    traces = solve(pair(**case, steady=False, end_time=40 * LENGTH**2 * CAPACITY / 2.0)).traces
+    assert traces is not None
+    for name, found in steady.items():
+        assert abs(traces.values[name][-1] - found.value) <= found.error + traces.errors[name], name
+
+
+def test_half_of_a_scene_with_contacts_is_as_the_whole() -> None:
+    m = Material("m", K, 1.0, CAPACITY, RHO)
+    low, side = LENGTH, SIDE
+    boxes_ = (
+        Box("left", m, (-low, 0.0, 0.0), (-side, side, side)),
+        Box("right", m, (side, 0.0, 0.0), (low, side, side)),
+        Box("middle", m, (-side, 0.0, 0.0), (side, side, side)),
+    )
+    ends = [((x, 0.0, 0.0), (x, side, side)) for x in (-low, low)]
+    at = (side, 0.0, 0.0)
+    scene = check(Scene(
+        "row", boxes_,
+        (
+            Boundary("cold", "temperature", *ends[0], 293.0), Boundary("cold too", "temperature", *ends[1], 293.0),
+            Boundary("plus", "voltage", *ends[0], 0.1), Boundary("minus", "voltage", *ends[1], -0.1),
+        ),
+        (
+            Probe("inner", at, at, box="middle"), Probe("outer", at, at, box="right"),
+            Probe("volts", at, at, "potential", box="right"), Probe("current", *ends[1], "current"),
+        ),
+        steady=True,
+        contacts=(Contact("l", ("left", "middle"), 1e-4, 1e-8), Contact("r", ("right", "middle"), 1e-4, 1e-8)),
+    ))  # fmt: skip
+    half, whole = solve(scene), solve(scene, whole=True)
+    assert (half.details["symmetry"], whole.details["symmetry"]) == ("the eighth", "the whole")
+    for name, found in half.steady.items():
+        other = whole.steady[name]
+        assert abs(found.value - other.value) <= found.error + other.error, name
+    # With another contact on one side there is no plane across x.
+    apart = replace(scene, contacts=(scene.contacts[0], replace(scene.contacts[1], thermal_resistance=2e-4)))
+    assert solve(apart).details["symmetry"] == "the quarter"
+
+
+def test_fields_show_the_jump() -> None:
+    expected = exact(5e-4, 3e-8, 0.0)
+    fields = solve(pair(5e-4, 3e-8)).details["fields"]
+    on = np.isclose(fields.points[:, 0], LENGTH, rtol=1e-12)
+    both = [expected["temperature a"], expected["temperature b"]]
+    assert np.unique(fields.steady[on].round(6)) == pytest.approx(both)
+    cells = fields.quadratic(np.empty(0), 1e-3)
+    snapshot = cells.snapshot(0)
+    on = np.isclose(cells.points[:, 0], LENGTH, rtol=1e-12)
+    assert np.unique(snapshot.temperature[on].round(6)) == pytest.approx(both)
+    volts = [expected["potential b"], expected["potential a"]]
+    assert np.unique(snapshot.potential[on].round(9)) == pytest.approx(volts)
+
+
+def test_a_law_beside_a_contact_is_refused() -> None:
+    scene = pair(5e-4, 0.0)
+    boxes_ = tuple(replace(b, material=replace(b.material, thermal_conductivity=PowerLaw(2.0, 293.0, -1.0)))
+                   for b in scene.boxes)  # fmt: skip
+    with pytest.raises(SceneError, match='no law is solved beside a contact yet: leave contact "c" out'):
+        solve(replace(scene, boxes=boxes_))
+    perfect = replace(scene, boxes=boxes_, contacts=())
+    assert solve(perfect).steady["end"].value > 293.0
+
+
+def test_the_current_across_a_contact_is_told_by_the_jump() -> None:
+    # At a contact that ends inside the gradients on its two sides converge slowly, and the errors know of the jump.
+    rough, fine = (solve(_rim_with_current(accuracy)).steady["across"] for accuracy in (1e-2, 1e-3))
+    assert abs(rough.value - fine.value) <= rough.error + fine.error
+    assert fine.error < 5e-3 * abs(fine.value)
+
+
+def _rim_with_current(accuracy: float) -> Scene:
+    """`_rim`, which current crosses from top to bottom, with a contact for it under the first block."""
+    scene = _rim(RESISTANCE)
+    m = Material("m", K, 1.0, CAPACITY, RHO)
+    top, bottom = scene.boundaries[1], scene.boundaries[0]
+    across = scene.probes[3]
+    return check(replace(
+        scene, boxes=tuple(replace(b, material=m) for b in scene.boxes), accuracy=accuracy,
+        boundaries=(bottom, replace(top, name="plus", kind="voltage", value=0.1),
+                    replace(bottom, name="minus", kind="voltage", value=0.0)),
+        probes=(replace(across, quantity="current"),),
+        contacts=(Contact("c", ("plate", "block"), 0.0, 0.3 * RHO * LENGTH),),
+    ))  # fmt: skip
+
+
+def test_contacts_are_solved_on_bricks() -> None:
+    scene = pair(5e-4, 3e-8)
+    with pytest.raises(
+        SceneError, match=r'run\.mesh = "tetrahedra" knows no sides of a contact yet: leave contact "c"'
+    ):
+        solve(replace(scene, mesh="tetrahedra"))
+    alone = replace(scene, mesh="tetrahedra", contacts=())
+    with pytest.raises(SceneError, match=r'leave probe "temperature a"\.box out'):
+        solve(alone)

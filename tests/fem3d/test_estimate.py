@@ -14,7 +14,7 @@ from fem3d.spaces.domain import boxes
 from meshes import grading
 from meshes.grading import Features
 from meshes.grid import Grid
-from scenes.model import Box
+from scenes.model import Box, Probe
 from scenes.sink import SILICON
 from tests.fem3d import bar, bar_grid, end, grid_of, problem, silicon, whole
 from tests.fem3d.test_forms import three_materials
@@ -158,7 +158,7 @@ def test_nested_problems_are_those_assembled_at_the_lower_degrees(name):
     breaks = [np.array(b) for b in _planes(scene)]
     degrees = [np.full(len(b) - 1, p) for b, p in zip(breaks, (4, 5, 3), strict=True)]
     given = nested.problems(boxes(scene, Grid(tuple(breaks), tuple(degrees), scene.boxes)), 1e-6)
-    (probe,) = [p for p in scene.boxes if p.name == name]
+    (probe,) = [Probe(name, box.lower, box.upper) for box in scene.boxes if box.name == name]
     for k, less in ((0, 2), (1, 1)):
         lower = Grid(tuple(breaks), tuple(np.maximum(d - less, 1) for d in degrees), scene.boxes)
         alone = nested.problems(boxes(scene, lower), 1e-6)

@@ -22,6 +22,7 @@ CHANGED = {
     "sink.length": "800 um", "sink.width": "80 um", "sink.thickness": "3 um",
     "anchor.pad_length": "200 um", "anchor.pad_width": "180 um", "anchor.oxide_length": "60 um",
     "anchor.oxide_width": "40 um", "anchor.oxide_thickness": "1 um", "anchor.oxide_offset": "10 um",
+    "anchor.contact_resistance": "perfect",
     "materials.silicon.thermal_conductivity": 148, "materials.silicon.density": "2.3 g/cm3",
     "materials.silicon.specific_heat": 700, "materials.silicon.resistivity": "1e-2 ohm cm",
     "materials.silicon.temperature_coefficient": "1000 ppm/K", "materials.silicon.reference_temperature": "20 degC",
@@ -47,7 +48,7 @@ CHANGED = {
 EXPECTED = Sink(
     length=800e-6, width=80e-6, thickness=3e-6, spans=1, island_length=30e-6,
     pad_length=200e-6, pad_width=180e-6, oxide_length=60e-6, oxide_width=40e-6,
-    oxide_thickness=1e-6, oxide_offset=10e-6,
+    oxide_thickness=1e-6, oxide_offset=10e-6, contact_resistance=None,
     silicon=Material("silicon", 148.0, 2300.0, 700.0, 1e-4, 1e-3, 293.15, 1273.15),
     oxide=Material("oxide", 1.1, 2100.0, 1000.0, None, 1e-3, 300.0),
     substrate_thickness=4e-4, substrate_length=4e-3, substrate_width=2e-3,
@@ -115,6 +116,7 @@ def test_what_a_file_says(tmp_path):
     ("width=2e-5", "width", 20e-6), ("length=800um", "length", 800e-6), ("voltage=2", "voltage", 2.0),
     ("voltage=.5", "voltage", 0.5), ("voltage=-3 V", "voltage", -3.0),
     ("electrodes=pad-edge", "electrodes", "pad-edge"),
+    ("contact_resistance=2e-7 m2 K/W", "contact_resistance", 2e-7),
     ("oxide_offset=centred", "oxide_offset", None), ("oxide_offset=0", "oxide_offset", 0.0),
     ("tolerances.eq12=5 %", "tolerances", {"eq12": 0.05}), ("room_temperature=20 degC", "room_temperature", 293.15),
     ("checks.tolerances={eq12 = 0.1, fig4 = 0.2}", "tolerances", {"eq12": 0.1, "fig4": 0.2}),
@@ -195,7 +197,12 @@ def test_it_says_what_differs(settings, text):
 
 def test_every_key_but_name_and_checks_counts():
     for path in CHANGED:
-        nothing = ("materials.oxide.resistivity", "materials.substrate.resistivity", "drive.current")
+        nothing = (
+            "anchor.contact_resistance",
+            "materials.oxide.resistivity",
+            "materials.substrate.resistivity",
+            "drive.current",
+        )
         if not path.startswith(("scene.", "checks.", "inputs.", *nothing)):
             counts = path in ("sink.spans", "array.columns", "array.rows")
             others = ["substrate.thickness=1mm", "substrate.length=9mm"] * path.startswith(("array.", "substrate."))

@@ -89,7 +89,7 @@ EFFECTS = {
 }
 """By name, as summary.json has them."""
 UNSOLVED = "contacts and radiation"
-"""What both models leave out and 3D can't be asked for either: nothing is known of how much it matters."""
+"""What both models leave out and isn't ranked: no magnitude with a source stands for it here."""
 IN_AIR = ("gap_gas", "air")
 """The effects that a vacuum is without."""
 

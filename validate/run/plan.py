@@ -16,6 +16,7 @@ from scenes.errors import SceneError, quoted
 from scenes.physics import heat
 from scenes.plan import Request, Step, skipped_together, step
 from scenes.sink import Sink
+from scenes.units import THERMAL_CONTACT
 
 if TYPE_CHECKING:
     from compare.against import Data
@@ -54,6 +55,12 @@ def of_sink(sink: Sink, request: Request, solver: tuple[Step, ...], data: Data |
     if in_3d and sink.substrate_thickness is not None:
         one = "the paper's oxide stands on room temperature" if request.reduction == "paper" else "its resistance in 1D"
         solver = (*solver, step("substrate", f"in 3D; {one}"))
+    if in_3d and sink.contact_resistance is not None:
+        one = (
+            "the paper's oxide touches perfectly" if request.reduction == "paper" else "in series with the oxide in 1D"
+        )
+        at = f"{THERMAL_CONTACT.show(sink.contact_resistance)} at both faces of the oxide"
+        solver = (*solver, step("contacts", f"{at}, where the 3D temperature jumps; {one}"))
     if sink.gap_gas_conductivity:
         where = "" if sink.substrate_thickness is None else "; the 1D model's to room temperature"
         solver = (*solver, step("gas in the gap", f"a film of {sink.gap_coefficient:.4g} W/(m2 K){where}"))

@@ -129,8 +129,8 @@ class Fields(RunFields):
     @cached_property
     def _cuts(self) -> list[CutAxis]:
         """Along each axis every interval in as many equal parts as its degree."""
-        grid = self._space.grid
-        return [CutAxis(breaks, degrees) for breaks, degrees in zip(grid.breaks, grid.degrees, strict=True)]
+        grid, torn = self._space.grid, self._space.torn_planes
+        return [CutAxis(*axis) for axis in zip(grid.breaks, grid.degrees, torn, strict=True)]
 
     @cached_property
     def _drawn(self) -> Whole:

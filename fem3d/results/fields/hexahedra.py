@@ -20,6 +20,12 @@ def _same(values: np.ndarray, axis: int, parity: str) -> np.ndarray:
     return values
 
 
+def with_none(cells: np.ndarray, none: float | bool) -> np.ndarray:
+    """What is known of cells (nx, ny, nz, ...), with ``none`` for those of one interval more along each axis: that of
+    empty pieces, where fields jump."""
+    return np.pad(cells, [(0, 1)] * 3 + [(0, 0)] * (cells.ndim - 3), constant_values=none)
+
+
 class Whole:
     """Hexahedra ``hexes`` (m, nodes) on ``points`` (n, 3) in m; ``material`` (m,) is the number of each one's material
     in ``material_names``, ``box`` (m,) of its box. The points of mirror planes are shared."""
@@ -32,10 +38,10 @@ class Whole:
         intervals: Sequence[np.ndarray],
         nodes: Sequence[tuple[int, ...]],
     ) -> None:
-        """Per axis of the part the coordinates (m) of all nodes, and the interval that each piece is of; ``nodes`` are
-        those of a hexahedron, as steps along the axes from its lowest."""
+        """Per axis of the part the coordinates (m) of all nodes, and the interval that each piece is of (`with_none`);
+        ``nodes`` are those of a hexahedron, as steps along the axes from its lowest."""
         self._planes = symmetry.planes
-        owner = self._mirrored(grid.owner[np.ix_(*intervals)], 0, _same)
+        owner = self._mirrored(with_none(grid.owner, VOID)[np.ix_(*intervals)], 0, _same)
         self._solid = owner != VOID
         self.box = owner[self._solid]
         whole = list(axes)

@@ -20,21 +20,28 @@ _BETWEEN = np.array([-0.8, -0.5, -0.2, 0.2, 0.5, 0.8])  # where in a piece the p
 
 @dataclass(frozen=True, eq=False)
 class CutAxis:
-    """Breakpoints (m) of an axis with its intervals cut into ``counts`` equal pieces each."""
+    """Breakpoints (m) of an axis with its intervals cut into ``counts`` equal pieces each. At those breakpoints, by
+    number, that are ``torn`` the values on both sides differ: there is an empty piece, from the last double below the
+    breakpoint, where what is below is read, to the breakpoint itself."""
 
     breaks: np.ndarray
     counts: np.ndarray
+    torn: tuple[int, ...] = ()
 
     @cached_property
     def interval(self) -> np.ndarray:
-        """(pieces,): the interval that each piece is part of."""
-        return np.repeat(np.arange(len(self.counts)), self.counts)
+        """(pieces,): the interval that each piece is part of, for empty ones one more than there are."""
+        count = len(self.counts)
+        each = [[i] * int(n) + [count] * (i + 1 in self.torn) for i, n in enumerate(self.counts)]
+        return np.array([i for own in each for i in own])
 
     @cached_property
     def edges(self) -> np.ndarray:
         """(pieces + 1,) in m."""
-        ends = zip(self.breaks[:-1], self.breaks[1:], self.counts, strict=True)
-        return np.concatenate([*(np.linspace(a, b, n + 1)[:-1] for a, b, n in ends), self.breaks[-1:]])
+        found: list[float] = []
+        for i, (a, b, n) in enumerate(zip(self.breaks[:-1], self.breaks[1:], self.counts, strict=True)):
+            found += [*np.linspace(a, b, n + 1)[:-1], *([np.nextafter(b, -np.inf)] if i + 1 in self.torn else [])]
+        return np.array([*found, self.breaks[-1]])
 
     @cached_property
     def points(self) -> np.ndarray:
@@ -63,12 +70,16 @@ def samples(breaks: np.ndarray, degrees: np.ndarray) -> np.ndarray:
 
 
 def cut(
-    breaks: np.ndarray, degrees: np.ndarray, lines: Sequence[np.ndarray], tolerances: Sequence[float]
+    breaks: np.ndarray,
+    degrees: np.ndarray,
+    lines: Sequence[np.ndarray],
+    tolerances: Sequence[float],
+    torn: tuple[int, ...] = (),
 ) -> tuple[CutAxis, float]:
     """The pieces that an axis needs, and how far the parabolas are off at most, over the tolerance.
 
     ``lines`` holds, for each field, its values (samples, lines) at `samples` on lines along the axis, not numbers where
-    there is nothing, and ``tolerances`` how far each field may be off, in its unit.
+    there is nothing, and ``tolerances`` how far each field may be off, in its unit; ``torn`` as of `CutAxis`.
     """
     counts, worst, start = [], 0.0, 0
     for degree in degrees.tolist():
@@ -84,7 +95,7 @@ def cut(
             count = min(MOST, max(count + 1, int(np.ceil(count * off ** (1 / 3)))))
         counts.append(count)
         worst = max(worst, off)
-    return CutAxis(breaks, np.array(counts)), worst
+    return CutAxis(breaks, np.array(counts), torn), worst
 
 
 def _distance(degree: int, count: int, fields: Sequence[np.ndarray], tolerances: Sequence[float]) -> float:

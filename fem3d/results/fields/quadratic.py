@@ -16,10 +16,11 @@ import numpy as np
 from fem3d.problems.current import Conductor, law
 from fem3d.problems.following import COLDEST
 from fem3d.problems.heat import HeatProblem
-from fem3d.results.fields.hexahedra import CORNERS, Whole
+from fem3d.results.fields.hexahedra import CORNERS, Whole, with_none
 from fem3d.results.fields.parabolas import GAUSS, cut, samples
 from fem3d.solution.transient import State
 from fem3d.spaces.bricks import BrickSpace
+from meshes.grid import VOID
 from meshes.symmetry import Symmetry
 from scenes import laws
 
@@ -63,6 +64,8 @@ class Quadratic(Whole):
         self._heat, self._conductor, self._symmetry, self._states = heat, conductor, symmetry, states
         assert isinstance(heat.domain.space, BrickSpace)
         self._space, self._grid = heat.domain.space, heat.domain.space.grid
+        assert isinstance(heat.domain.electric.space, BrickSpace)
+        self._electric = heat.domain.electric.space
         tolerance = SHARE * accuracy * max((float(np.ptp(self._sampled(rise))) for rise, _ in states), default=0.0)
         fields = [np.where(self._inside(self._grid.solid), self._sampled(rise), np.nan) for rise, _ in states]
         tolerances = [tolerance] * len(fields)
@@ -74,14 +77,16 @@ class Quadratic(Whole):
             ]
             # Not a number outside: lines that leave the conductor are left out.
             live = self._inside(self._live)
-            fields += [np.where(live, self._space.sample(phi, *self._samples), np.nan) for phi in self._potentials]
+            fields += [np.where(live, self._electric.sample(phi, *self._samples), np.nan) for phi in self._potentials]
             widest = max((float(np.ptp(v)) for v in voltages), default=0.0)
             tolerances += [SHARE * accuracy * widest] * len(states)
         # A third along each axis, so that the three together stay within it.
         cuts = []
+        both = zip(self._space.torn_planes, self._electric.torn_planes, strict=True)
+        torn = [tuple(sorted({*one, *other})) for one, other in both]
         for d, (breaks, degrees) in enumerate(zip(self._grid.breaks, self._grid.degrees, strict=True)):
             lines = [np.moveaxis(u, d, 0).reshape(u.shape[d], -1) for u in fields]
-            cuts.append(cut(breaks, degrees, lines, [t / 3 for t in tolerances]))
+            cuts.append(cut(breaks, degrees, lines, [t / 3 for t in tolerances], torn[d]))
         self._pieces = [axis for axis, _ in cuts]
         intervals = [p.interval for p in self._pieces]
         super().__init__(self._grid, symmetry, [p.points for p in self._pieces], intervals, ORDER)
@@ -121,8 +126,8 @@ class Quadratic(Whole):
             return values if parity == "even" else 2 * self._level(axis, inputs) - values
 
         potential, volts = self._potentials[k], np.full(len(temperature), np.nan)
-        live = np.unique(self.hexes[self.in_hexes(self._live[self._at])])
-        volts[live] = self.at_points(self._space.sample(potential, *at), turned)[live]
+        live = np.unique(self.hexes[self.in_hexes(with_none(self._live, False)[self._at])])
+        volts[live] = self.at_points(self._electric.sample(potential, *at), turned)[live]
         density, joule = self._means(rise, potential)
         return Snapshot(temperature, volts, density, joule + given)
 
@@ -136,8 +141,8 @@ class Quadratic(Whole):
         """Current density (m, 3) in A/m2 and Joule heat (m,) in W/m3, means over the cells."""
         at = [p.gauss for p in self._pieces]
         resistivity = self._resistivity(self._space.sample(rise, *at))
-        gradient = [self._space.sample(potential, *at, slope=d) for d in range(3)]
-        alive = _at_gauss(self._live[self._at])
+        gradient = [self._electric.sample(potential, *at, slope=d) for d in range(3)]
+        alive = _at_gauss(with_none(self._live, False)[self._at])
         conductivity = np.zeros(alive.shape)
         conductivity[alive] = 1 / resistivity[alive]
 
@@ -157,7 +162,9 @@ class Quadratic(Whole):
     @cached_property
     def _each(self) -> np.ndarray:
         """How many such pieces in series each one stands for: the potential falls by that of all."""
-        found: np.ndarray = np.array([*(b.stands_for for b in self._grid.boxes), 1.0])[self._grid.owner[self._at]]
+        found: np.ndarray = np.array([*(b.stands_for for b in self._grid.boxes), 1.0])[
+            with_none(self._grid.owner, VOID)[self._at]
+        ]
         return found
 
     def _resistivity(self, rise: np.ndarray) -> np.ndarray:
@@ -165,7 +172,7 @@ class Quadratic(Whole):
         initial = self._heat.domain.scene.initial_temperature
         materials = [b.material for b in self._grid.boxes]
         lines = [law(m, initial) if m.resistivity else (0.0, 0.0) for m in materials]
-        owner = _at_gauss(self._grid.owner[self._at])
+        owner = _at_gauss(with_none(self._grid.owner, VOID)[self._at])
         at_room, per_kelvin = np.moveaxis(np.array([*lines, (0.0, 0.0)])[owner], -1, 0)
         found = at_room + per_kelvin * rise
         for n, material in enumerate(materials):

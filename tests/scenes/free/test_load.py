@@ -18,7 +18,7 @@ from scenes.free import as_dict, check, from_dict
 from scenes.free.writing import as_toml
 from scenes.loading import builtin_text, examples
 from scenes.loading import load_free as load
-from scenes.model import Schedule
+from scenes.model import Contact, Scene, Schedule
 from scenes.sink import Sink
 
 BAR = """
@@ -193,6 +193,7 @@ def test_every_document_is_a_scene_or_is_refused_in_one_line(changes: list) -> N
 
 SINKS = [
     Sink(), Sink(electrodes="pad-edge"), Sink(convection_coefficient=10.0), Sink(width=400e-6),
+    Sink(contact_resistance=1e-7), Sink(contact_resistance=1e-7, spans=3),
     Sink(oxide_offset=0.0), Sink(oxide_thickness=20e-9),
 ]  # fmt: skip
 
@@ -209,3 +210,21 @@ def test_a_sink_without_its_substrate_is_not() -> None:
     scene = replace(Sink().scene(), steady=True)
     with pytest.raises(SceneError, match="no exit for heat"):
         check(replace(scene, boundaries=tuple(b for b in scene.boundaries if b.kind == "voltage")))
+
+
+def test_contacts_and_sides_of_probes_come_back() -> None:
+    document = bar()
+    document["probe"] = [{"name": "end", "at": [1e-3, 0, 0], "box": "box-1"}]
+    tip = {"name": "tip", "material": "silicon", "lower": ["1 mm", 0, 0], "upper": ["2 mm", 1e-4, 2e-6]}
+    document["box"].append(tip)
+    document["boundary"][1] |= {"lower": ["2 mm", 0, 0], "upper": ["2 mm", 1e-4, 2e-6]}
+    document["contact"] = [{"name": "c", "between": ["box-1", "tip"], "thermal_resistance": "1e-7 m2 K/W"}]
+    scene = from_dict(document)
+    assert isinstance(scene, Scene)
+    assert scene.contact(1, 0) == scene.contacts[0] == Contact("c", ("box-1", "tip"), 1e-7, 0.0)
+    assert scene.probes[0].box == "box-1"
+    assert from_dict(json.loads(json.dumps(as_dict(scene)))) == scene
+    assert from_dict(tomllib.loads(as_toml(scene))) == scene
+    more = from_dict(document, overrides=["contact.c.thermal_resistance=2e-7 m2 K/W"])
+    assert isinstance(more, Scene)
+    assert more.contacts[0].thermal_resistance == 2e-7

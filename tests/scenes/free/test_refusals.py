@@ -73,6 +73,11 @@ def island(**more: Any) -> Document:
     return {"name": "island", "material": "oxide", "lower": [6, 0, 0], "upper": [7, 1, 1], **more}
 
 
+def joint(name: str = "c", between: list | None = None, **resistances: Any) -> Callable[[Document], None]:
+    contact = {"name": name, "between": between or ["beam", "foot"], **resistances}
+    return lambda document: document.setdefault("contact", []).append(contact)
+
+
 LID = {"lower": [0, 0, 1], "upper": [4, 1, 1]}
 AIR = {"coefficient": 5, "ambient": 300}
 MEETING = add("boundary", flat("side", [0, 0, -1], [0, 1, -0.5], temperature=300))
@@ -248,15 +253,48 @@ REFUSED: dict[str, tuple[Callable[[Document], None], tuple[str, ...]]] = {
     "no values": (put("box", 0, heat_source={"times": [1]}), ('box "beam".heat_source.values is missing',)),
     "contact beside a film": (both(drop("boundary", 0, "temperature"),
         put("boundary", 0, convection=AIR, contact_resistance=1e-7)),
-        ('boundary "base".contact_resistance = 1e-07 stands beside a convection', "beside a temperature")),
+        ('boundary "base".contact_resistance = 1e-07 stands beside a convection', "temperature or a voltage")),
     "electrical contact of a temperature": (put("boundary", 0, contact_resistance="1e-12 ohm m2"),
-        ('boundary "base".contact_resistance = 1e-12 ohm m2 is an electrical resistance', "1e-7 m2 K/W")),
+        ('boundary "base".contact_resistance = 1e-12 ohm m2 is an electrical contact resistance beside',)),
     "negative contact": (put("boundary", 0, contact_resistance=-1e-7),
         ('boundary "base".contact_resistance = -1e-07 is out of range', "or 0 for a perfect contact")),
     "contact in kelvin": (put("boundary", 0, contact_resistance="2 K"),
         ("is a temperature, not a thermal contact resistance",)),
     "contact inside": (put("boundary", 0, lower=[0, 0, 0], upper=[1, 1, 0], contact_resistance=1e-7),
         ('boundary "base".temperature behind a contact_resistance has solid on both sides',)),
+    "thermal contact of a voltage": (put("boundary", 1, contact_resistance="1e-7 m2 K/W"),
+        ('boundary "left".contact_resistance = 1e-07 m2 K/W is a thermal contact resistance beside a voltage',)),
+    "electrode inside behind a contact": (put("boundary", 1, lower=[2, 0, 0], upper=[2, 1, 1], contact_resistance=1),
+        ('boundary "left".voltage behind a contact_resistance has conductors on both sides',)),
+    "contact without a resistance": (joint(), ('contact "c" has no resistance', "thermal_resistance")),
+    "contact of one box": (joint(between=["beam"], thermal_resistance=1),
+        ("contact \"c\".between = ['beam'] is not a pair",)),
+    "contact of an unknown box": (joint(between=["beam", "feet"], thermal_resistance=1),
+        ('contact "c".between names no box "feet"', 'did you mean "foot"?')),
+    "contact of a box with itself": (joint(between=["beam", "beam"], thermal_resistance=1),
+        ('contact "c" is of box "beam" with itself',)),
+    "contact twice": (both(joint(thermal_resistance=1), joint("d", ["foot", "beam"], thermal_resistance=1)),
+        ('contact "d" is between boxes "foot" and "beam", as contact "c" is',)),
+    "contact of two that are apart": (both(add("box", island()),
+        joint(between=["beam", "island"], thermal_resistance=1),
+        add("boundary", flat("far", [7, 0, 0], [7, 1, 1], temperature=300))),
+        ('contact "c" is between boxes "beam" and "island", which have no face in common',)),
+    "contact of an insulator": (joint(electrical_resistance=1),
+        ('contact "c".electrical_resistance is one with box "foot", which insulates',)),
+    "negative resistance": (joint(thermal_resistance=-1), ('contact "c".thermal_resistance = -1 is out of range',)),
+    "a current's resistance for heat": (joint(thermal_resistance="1e-12 ohm m2"),
+        ('contact "c".thermal_resistance = "1e-12 ohm m2" is an electrical contact resistance, not a thermal',)),
+    "probe on a contact": (both(joint(thermal_resistance=1), put("probe", 0, at=[0.5, 0.5, 0])),
+        ('probe "tip" lies on contact "c", where the temperature jumps', 'box = "beam" or box = "foot"')),
+    "face probe partly on a contact": (both(joint(thermal_resistance=1), drop("probe", 0, "at"),
+        put("probe", 0, lower=[0, 0, 0], upper=[2, 1, 0])), ('probe "tip" lies on contact "c"',)),
+    "probe of an unknown box": (put("probe", 0, box="bem"), ('probe "tip".box = "bem" is no box', 'mean "beam"?')),
+    "probe away from its box": (put("probe", 0, box="foot"), ("isn't everywhere in the probe's box",)),
+    "flow of a box": (both(drop("probe", 0, "at"), put("probe", 0, lower=[0, 0, -1], upper=[1, 1, -1], box="foot",
+        quantity="heat_flow")), ('probe "tip".box = "foot" says nothing about a heat_flow',)),
+    "temperature on a contact": (both(joint(thermal_resistance=1),
+        add("boundary", flat("inside", [0, 0, 0], [1, 1, 0], temperature=300))),
+        ('boundary "inside".temperature lies on contact "c"',)),
     "value of values": (put("box", 0, heat_source={"times": [1], "values": ["1 V"]}),
         ('heat_source.values[1] = "1 V" is a voltage',)),
 }  # fmt: skip
@@ -274,6 +312,9 @@ def test_refused_in_one_sentence(case: str) -> None:
 
 ALLOWED: dict[str, Callable[[Document], None]] = {
     "as it is": lambda d: None,
+    "contact": both(joint(thermal_resistance="1e-7 m2 K/W"), put("probe", 0, at=[0.5, 0.5, 0], box="foot")),
+    "perfect contact": both(joint(thermal_resistance=0), put("probe", 0, at=[0.5, 0.5, 0])),
+    "voltage behind a contact": put("boundary", 1, contact_resistance="1e-12 ohm m2"),
     "behind a contact": put("boundary", 0, contact_resistance="1e-7 m2 K/W"),
     "behind a perfect contact": put("boundary", 0, contact_resistance="0 m2 K/W"),
     "electrodes apart": add("boundary", flat("top", [2, 0, 1], [3, 1, 1], voltage=2)),

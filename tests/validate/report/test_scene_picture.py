@@ -17,13 +17,13 @@ from matplotlib.path import Path as Outline
 from scenes.free import from_dict
 from scenes.free.grid import VOID
 from scenes.loading import load, load_free
-from scenes.model import Box, Material, Scene
+from scenes.model import Box, Contact, Material, Scene
 from validate.cli import main
 from validate.report.figures import axonometry
 from validate.report.figures.axonometry import THIN, Drawing, drawing
 from validate.report.figures.drawing import style
 from validate.report.figures.labels import Label, columns, spread
-from validate.report.figures.scene_picture import draw
+from validate.report.figures.scene_picture import draw, labels_of
 from validate.viewer.boxes import of_boxes, parts
 
 SILICON = Material("silicon", 130.0, 2330.0, 712.0)
@@ -113,6 +113,15 @@ def test_heights_are_apart_within_bounds_and_no_worse_than_others(wanted: list[f
             other[first:last] += shift
             if len(other) < 2 or (-np.diff(other)).min() >= apart:
                 assert ((free - wanted) ** 2).sum() <= ((other - wanted) ** 2).sum() + 1e-12
+
+
+def test_a_contact_is_named_where_its_boxes_touch() -> None:
+    boxes = (Box("a", SILICON, (0.0, 0.0, 0.0), (1e-3, 1e-3, 1e-3)), Box("b", SILICON, (0.0, 0.0, 1e-3), (2e-3,) * 3))
+    scene = Scene("two", boxes, (), (), contacts=(Contact("glue", ("a", "b"), 1e-6, 1e-10),))
+    found = drawing(scene)
+    label = next(each for each in labels_of(scene, found) if each.text.startswith("glue"))
+    assert label.text == "glue: 1e-6 m2 K/W, 1e-10 ohm m2"
+    assert label.at == pytest.approx(tuple(found.place(np.array([[5e-4, 5e-4, 1e-3]]))[0]))
 
 
 def test_columns_have_all_names_in_order() -> None:

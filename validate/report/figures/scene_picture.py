@@ -17,7 +17,7 @@ from matplotlib.patches import Patch
 
 from scenes import physics
 from scenes.formats import cut
-from scenes.free.document import CONDITIONS, HEAT_CONTACT, HEAT_SOURCE, SERIES
+from scenes.free.document import CONDITIONS, CURRENT_CONTACT, HEAT_CONTACT, HEAT_SOURCE, SERIES
 from scenes.kinds import Convection, Quantity, Varying
 from scenes.model import Boundary, Material, Point, Probe, Scene, Schedule, Value, values
 from scenes.units import THERMAL_CONDUCTIVITY
@@ -160,6 +160,15 @@ def labels_of(scene: Scene, found: Drawing) -> list[Label]:
         material = box.material.name if box.material.name != box.name else ""
         said = ", ".join(filter(None, (material, source)))
         labels.append(Label(f"{box.name} ({said})" if said else box.name, INK, place, at is None))
+    boxes = {box.name: box for box in scene.boxes}
+    for contact in scene.contacts:
+        one, other = (boxes[name] for name in contact.between)
+        x, y = found.place(np.array([np.maximum(one.lower, other.lower), np.minimum(one.upper, other.upper)])).mean(
+            axis=0
+        )
+        heat, current = contact.thermal_resistance, contact.electrical_resistance
+        shown = [own.show(value) for own, value in ((HEAT_CONTACT, heat), (CURRENT_CONTACT, current)) if value]
+        labels.append(Label(f"{contact.name}: {', '.join(shown) or 'perfect'}", INK, (float(x), float(y))))
     labels += [Label(f"{b.name}: {_condition(b)}", BOUNDARY[b.kind], middle(b)) for b in scene.boundaries]
     for probe in scene.probes:
         reading = _reading(probe)
@@ -170,14 +179,17 @@ def labels_of(scene: Scene, found: Drawing) -> list[Label]:
 
 def _condition(boundary: Boundary) -> str:
     kind = CONDITIONS[boundary.key]
-    if boundary.kind == "convection" and boundary.contact_resistance:
+    behind = f" behind {SERIES.show(boundary.series_resistance)}" if 0 < boundary.series_resistance < inf else ""
+    if boundary.contact_resistance:
         assert isinstance(kind, Varying)
-        contact = HEAT_CONTACT.show(boundary.contact_resistance)
-        return f"{_value(boundary.ambient, kind.quantity)} behind {contact}"
+        given, own = (
+            (boundary.value, CURRENT_CONTACT) if boundary.kind == "voltage" else (boundary.ambient, HEAT_CONTACT)
+        )
+        behind += f" behind {own.show(boundary.contact_resistance)}"
+        return _value(given, kind.quantity) + behind
     if isinstance(kind, Convection):
         return f"{_value(boundary.value, kind.coefficient)} to {_value(boundary.ambient, kind.ambient.quantity)}"
     assert isinstance(kind, Varying)
-    behind = f" behind {SERIES.show(boundary.series_resistance)}" if 0 < boundary.series_resistance < inf else ""
     return _value(boundary.value, kind.quantity) + behind
 
 

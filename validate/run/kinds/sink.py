@@ -56,10 +56,17 @@ def _refuse(sink: Sink, request: Request) -> None:
     if inputs.differentiated(request):
         refuse_laws((sink.silicon, sink.oxide), "a sensitivity")
         refuse_terminals(sink.scene(), "a sensitivity")
+        _refuse_contacts(sink, "a sensitivity")
+
+
+def _refuse_contacts(sink: Sink, what: str) -> None:
+    if sink.contact_resistance is not None:
+        raise SceneError(f'{what} has no contacts yet: leave anchor.contact_resistance out, or give "perfect"')
 
 
 def exported(sink: Sink, request: Request) -> AnyScene:
     """What a compact model is of: the 3D problem, with the current as a probe too."""
+    _refuse_contacts(sink, "a compact model")
     found = sink.scene()
     inlet = next(b for b in found.boundaries if b.kind == "voltage")
     current = Probe("current", inlet.lower, inlet.upper, "current")

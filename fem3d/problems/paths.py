@@ -1,0 +1,112 @@
+"""Where current flows: through cells, and across contacts, each facet of which is like one more cell.
+
+Across a contact the potential jumps by its resistance per area times the current density, as if it were a layer of unit
+thickness, of that resistivity and of no extent: its gradient is the jump, its current density has one component, and
+its heat enters the temperature's functions on both sides alike, or on the only side that there is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from fem3d.spaces.domain import Domain
+from fem3d.spaces.integrals import Cells, Faces
+from fem3d.spaces.split import Interface
+
+
+@dataclass(frozen=True, eq=False)
+class Crossing:
+    """Facets of a contact of some ``resistance`` (ohm m2) by the functions of the potential, and the ``warmed`` faces
+    by those of the temperature, one or two; ``name`` is that of the contact or of the electrode behind it."""
+
+    name: str
+    resistance: float
+    potential: Interface
+    warmed: tuple[Faces, ...]
+
+
+def crossings(domain: Domain) -> list[Crossing]:
+    """The contacts of a domain that a current crosses, those of electrodes among them."""
+    electric, found = domain.electric, []
+    for joint in domain.contacts:
+        alive = joint.facets[domain.live[domain.space.mesh.f2t[:, joint.facets]].all(axis=0)]
+        if joint.contact.electrical_resistance and len(alive):
+            warmed = Interface.inside(domain.space, alive)
+            found.append(Crossing(
+                joint.contact.name, joint.contact.electrical_resistance, Interface.inside(electric.space, alive),
+                (warmed.one, warmed.other),
+            ))  # fmt: skip
+    for b in domain.scene.boundaries:
+        if b.name in electric.space.beyond:
+            near = electric.seen(domain.on(b), domain.live)
+            warmed_by = domain.seen(domain.on(b), domain.live)
+            found.append(Crossing(b.name, b.contact_resistance, Interface(electric.faces(b), near), (warmed_by,)))
+    return found
+
+
+def across(domain: Domain, probe: Any, contacts: Sequence[tuple[np.ndarray, float]]) -> np.ndarray:
+    """(functions,): what passes a flat probe where it lies on contacts, of which these are facets and resistances: the
+    jump of each function over the resistance."""
+    facets, found = domain.facets(probe), np.zeros(domain.space.size)
+    for own, resistance in contacts:
+        on = np.isin(facets, own)
+        if on.any():
+            along = domain.directions(probe)[on, None] / resistance
+            found += Interface.inside(domain.space, facets[on]).load(along)
+    return found
+
+
+class Paths:
+    """Integrals over cells and crossings as those of `Cells`: rows are the cells, then the facets of each crossing,
+    with points of no weight where there are fewer. `value` and `load` are of the temperature's functions, `gradient`
+    and `flow` of the potential's."""
+
+    def __init__(self, warmed: Cells, electric: Cells, crossings: Sequence[Crossing]) -> None:
+        self._warmed, self._electric, self._crossings = warmed, electric, crossings
+        counts = [warmed.weights.shape[1], *(c.warmed[0].areas.shape[1] for c in crossings)]
+        self._points = max(counts)
+        self.weights = self._rows([warmed.weights, *(c.warmed[0].areas for c in crossings)])
+
+    def _rows(self, parts: Sequence[np.ndarray]) -> np.ndarray:
+        """(..., rows, points): what is known of cells and of each crossing, (..., rows of it, points of it)."""
+        padded = [np.pad(x, [(0, 0)] * (x.ndim - 1) + [(0, self._points - x.shape[-1])]) for x in parts]
+        return np.concatenate(padded, axis=-2)
+
+    def _parts(self, rows: np.ndarray) -> list[np.ndarray]:
+        """The inverse: of the cells and of each crossing."""
+        full, found, start = np.broadcast_to(rows, (*rows.shape[:-2], *self.weights.shape)), [], 0
+        for like in (self._warmed.weights, *(c.warmed[0].areas for c in self._crossings)):
+            found.append(full[..., start : start + like.shape[0], : like.shape[1]])
+            start += like.shape[0]
+        return found
+
+    def value(self, u: np.ndarray) -> np.ndarray:
+        """(rows, points): a function of the temperature's, between both sides of a contact their mean."""
+        at_contacts = [np.mean([face.value(u) for face in c.warmed], axis=0) for c in self._crossings]
+        return self._rows([self._warmed.value(u), *at_contacts])
+
+    def load(self, density: np.ndarray) -> np.ndarray:
+        """(functions,): the integral of a density (rows, 1 or points) times each of the temperature's."""
+        own, *others = self._parts(density)
+        found = self._warmed.load(own)
+        for crossing, part in zip(self._crossings, others, strict=True):
+            for face in crossing.warmed:
+                found += face.load(part / len(crossing.warmed))
+        return found
+
+    def gradient(self, u: np.ndarray) -> np.ndarray:
+        """(3, rows, points): the gradient of a function of the potential's, of contacts the jump."""
+        jumps = [np.multiply.outer([1.0, 0.0, 0.0], c.potential.jump(u)) for c in self._crossings]
+        return self._rows([self._electric.gradient(u), *jumps])
+
+    def flow(self, field: np.ndarray) -> np.ndarray:
+        """(functions,): the integral of a field (3, rows, points) times the gradient of each of the potential's."""
+        own, *others = self._parts(field)
+        found = self._electric.flow(own)
+        for crossing, part in zip(self._crossings, others, strict=True):
+            found += crossing.potential.load(part[0])
+        return found

@@ -1,0 +1,142 @@
+"""Functions that jump across some facets: those of one side are others than those of the other.
+
+A vertex, edge or facet on a contact has one function of each kind for every set of its cells that hang together by
+facets without a contact. So a contact that ends inside the solid does so where its functions are those of both sides:
+around its rim all cells hang together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from copy import copy
+from typing import Any, TypeVar
+
+import numpy as np
+from scipy.sparse import coo_array, csc_array
+from scipy.sparse.csgraph import connected_components
+
+from fem3d.spaces.integrals import Faces, Space
+
+S = TypeVar("S", bound=Space)
+
+
+def split(space: S, facets: np.ndarray, beyond: Mapping[str, Faces] | None = None) -> S:
+    """A space whose functions jump across some facets inside; and with functions ``beyond`` some faces, by name, which
+    are no cell's: one for each function of the face. The space itself where there is neither."""
+    if not len(facets) and not beyond:
+        return space
+    dofs, origin = _split(space, facets)
+    found = space.renumbered(dofs, origin)
+    found.torn = facets
+    for name, face in (beyond or {}).items():
+        there = np.flatnonzero(Faces(found, face.facets, face.cells).functions)
+        found = found.extended(name, there)
+    return found
+
+
+def _split(space: Space, facets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """``dofs`` with other numbers where functions are split, and (functions,) the one that each was."""
+    mesh, count = space.mesh, space.dofs.shape[1]
+    on = np.zeros(space.size, bool)
+    for seen in mesh.f2t[:, facets]:
+        for functions, _ in _of_sides(space, facets, seen):
+            on[functions] = True
+    touching = np.flatnonzero(on[space.dofs].any(axis=0))
+    local, at = np.nonzero(on[space.dofs[:, touching]])
+    cells = touching[at]
+    # Each function of each cell, by the function and the cell.
+    keys, place = np.unique(space.dofs[local, cells].astype(np.int64) * count + cells, return_inverse=True)
+    joins = np.setdiff1d(np.unique(mesh.t2f[:, touching]), facets)
+    joins = joins[mesh.f2t[1, joins] >= 0]
+    pairs = [np.empty((2, 0), np.int64)]
+    for functions, of in _of_sides(space, joins, mesh.f2t[0, joins]):
+        both = functions[None].astype(np.int64) * count + mesh.f2t[:, joins[of]][:, None]
+        pairs.append(both[:, on[functions]])
+    first, second = np.searchsorted(keys, np.concatenate(pairs, axis=1))
+    graph = coo_array((np.ones(len(first), bool), (first, second)), shape=(len(keys),) * 2)
+    # A set of cells keeps the function's number if it has the first of its cells.
+    _, label = connected_components(graph, directed=False)
+    _, start, label = np.unique(label, return_index=True, return_inverse=True)
+    of = keys[start] // count
+    rest = np.argsort(start)
+    rest = rest[np.flatnonzero(np.diff(of[rest], prepend=-1) == 0)]
+    number = of.copy()
+    number[rest] = space.size + np.arange(len(rest))
+    dofs = space.dofs.copy()
+    dofs[local, cells] = number[label[place]]
+    return dofs, np.concatenate([np.arange(space.size), of[rest]])
+
+
+def _of_sides(space: Space, facets: np.ndarray, cells: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """For each side of a cell the functions (of a side, facets) on those of some facets that are that side of their
+    cell, and which facets (facets,) these are."""
+    local = (space.mesh.t2f[:, cells] == facets).argmax(axis=0)
+    for number in np.unique(local):
+        at = np.flatnonzero(local == number)
+        there = np.flatnonzero(space.side(int(number))[0].values.any(axis=0))
+        yield space.dofs[np.ix_(there, cells[at])], at
+
+
+def twin(faces: Faces, partner: np.ndarray) -> Faces:
+    """The same faces as seen by other functions: ``partner`` (facets, functions of a cell), or (functions,), has the
+    number of the other one of each."""
+    sides = []
+    for at, own, normal in faces.sides:
+        other: Any = copy(own)
+        other.dofs = partner[own.dofs] if partner.ndim == 1 else partner[at]
+        vars(other).pop("functions", None)
+        sides.append((at, other, normal))
+    found = copy(faces)
+    vars(found).pop("functions", None)
+    vars(found)["sides"] = sides
+    return found
+
+
+class Interface:
+    """Facets on which a function jumps, from the side ``one`` to the ``other``."""
+
+    def __init__(self, one: Faces, other: Faces) -> None:
+        self.one, self.other = one, other
+
+    @staticmethod
+    def inside(space: Space, facets: np.ndarray) -> Interface:
+        """Facets inside, seen from both of their cells."""
+        first, second = space.mesh.f2t[:, facets]
+        one = Faces(space, facets, first)
+        # What a function of the first cell was before functions were split, the second cell's partner was too.
+        keys, numbers = [], []
+        for functions, at in _of_sides(space, facets, second):
+            keys.append((at * len(space.origin) + space.origin[functions]).ravel())
+            numbers.append(functions.ravel())
+        key, number = np.concatenate(keys), np.concatenate(numbers)
+        order = np.argsort(key)
+        partner = np.empty((len(facets), len(space.dofs)), int)
+        for at, own, _ in one.sides:
+            wanted = at[:, None] * len(space.origin) + space.origin[own.dofs]
+            place = np.minimum(np.searchsorted(key[order], wanted), len(key) - 1)
+            # What is no function of the side is zero there.
+            partner[at] = np.where(key[order][place] == wanted, number[order][place], own.dofs)
+        return Interface(one, twin(one, partner))
+
+    def jump(self, u: np.ndarray) -> np.ndarray:
+        """(facets, points): a function (functions,) on the one side less that on the other."""
+        return self.one.value(u) - self.other.value(u)
+
+    def load(self, density: np.ndarray | float = 1.0) -> np.ndarray:
+        """(functions,): the integral of a density (facets, 1 or points) times the jump of each function."""
+        return self.one.load(density) - self.other.load(density)
+
+    def mass(self) -> csc_array:
+        """The integral of the jump of u times that of v."""
+        size = self.one.space.size
+        rows, columns, data = [], [], []
+        for (_, a, _), (_, b, _) in zip(self.one.sides, self.other.sides, strict=True):
+            blocks, there = a.blocks()
+            found = np.abs(blocks) > 1e-14 * np.abs(blocks).max(axis=(1, 2), keepdims=True)
+            for v, u, sign in ((a, a, 1), (b, b, 1), (a, b, -1), (b, a, -1)):
+                pairs = v.dofs[:, there][:, :, None], u.dofs[:, there][:, None]
+                rows.append(np.broadcast_to(pairs[0], blocks.shape)[found])
+                columns.append(np.broadcast_to(pairs[1], blocks.shape)[found])
+                data.append(sign * blocks[found])
+        entries = np.concatenate(data), (np.concatenate(rows), np.concatenate(columns))
+        return csc_array(coo_array(entries, shape=(size, size)))

@@ -1,0 +1,110 @@
+"""Where the contacts of a scene are on a grid of its boxes, and the refusal of those that can't be."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from scenes.errors import SceneError, did_you_mean, quoted
+from scenes.free.grid import Grid
+from scenes.model import Boundary, Contact, Probe, Scene
+
+THERMAL, ELECTRIC = 0, 1
+"""Which resistance of a contact is asked for."""
+
+
+def resistances(scene: Scene) -> np.ndarray:
+    """(2, boxes + 1, boxes + 1): the thermal (m2 K/W) and the electrical (ohm m2) resistance between every two boxes,
+    by number; 0 where they touch perfectly, and for the void, whose number is the last or -1."""
+    found = np.zeros((2, len(scene.boxes) + 1, len(scene.boxes) + 1))
+    numbers = {box.name: number for number, box in enumerate(scene.boxes)}
+    for contact in scene.contacts:
+        one, other = (numbers.get(name) for name in contact.between)
+        # In the symmetric part of a scene a box may be missing.
+        if one is not None and other is not None:
+            found[:, one, other] = found[:, other, one] = contact.thermal_resistance, contact.electrical_resistance
+    return found
+
+
+def across(owner: np.ndarray, axis: int, between: np.ndarray) -> np.ndarray:
+    """(one less along the axis, which comes first): what a table by two boxes' numbers (boxes + 1, boxes + 1) has for
+    the faces between neighbouring cells of these owners."""
+    own = np.moveaxis(owner, axis, 0)
+    found: np.ndarray = between[own[:-1], own[1:]]
+    return found
+
+
+def check(grid: Grid) -> None:
+    """Refuses contacts of boxes that aren't there, of a box with itself, of the same two boxes twice, of two that don't
+    touch, of a current with an insulator, and temperatures and voltages that lie on one."""
+    scene, taken = grid.scene, dict[frozenset[str], str]()
+    names = [box.name for box in scene.boxes]
+    for contact in scene.contacts:
+        label = f"contact {quoted(contact.name)}"
+        for name in contact.between:
+            if name not in names:
+                known = ", ".join(map(quoted, names[:20]))
+                raise SceneError(
+                    f"{label}.between names no box {quoted(name)}: give {known}{did_you_mean(name, names)}"
+                )
+        one, other = contact.between
+        if one == other:
+            raise SceneError(f"{label} is of box {quoted(one)} with itself: give two boxes that touch")
+        pair = frozenset(contact.between)
+        if pair in taken:
+            raise SceneError(
+                f"{label} is between boxes {quoted(one)} and {quoted(other)}, as contact {quoted(taken[pair])} is: "
+                "give one contact for both its resistances"
+            )
+        taken[pair] = contact.name
+        if not area(grid, contact):
+            raise SceneError(
+                f"{label} is between boxes {quoted(one)} and {quoted(other)}, which have no face in common: give two "
+                "that touch"
+            )
+        insulator = next((b.name for b in scene.boxes if b.name in pair and b.material.resistivity is None), None)
+        if contact.electrical_resistance and insulator is not None:
+            raise SceneError(
+                f"{label}.electrical_resistance is one with box {quoted(insulator)}, which insulates: leave it out, or "
+                "give its material a resistivity"
+            )
+    for b in scene.boundaries if scene.contacts else ():
+        _check_boundary(grid, b)
+
+
+def _check_boundary(grid: Grid, boundary: Boundary) -> None:
+    sheet = grid.sheet(boundary)
+    kind = {"temperature": THERMAL, "voltage": ELECTRIC}.get(boundary.kind)
+    if sheet is None or kind is None:
+        return
+    on = resistances(grid.scene)[kind][sheet.below, sheet.above] > 0
+    if on.any():
+        at = sheet.below[on].flat[0], sheet.above[on].flat[0]
+        contact = grid.scene.contact(int(at[0]), int(at[1]))
+        assert contact is not None
+        raise SceneError(
+            f"boundary {quoted(boundary.name)}.{boundary.kind} lies on contact {quoted(contact.name)}, where nothing "
+            "says on which side of it: give corners elsewhere, or leave the contact out"
+        )
+
+
+def area(grid: Grid, contact: Contact) -> float:
+    """The area (m2) of a contact."""
+    numbers = [number for number, box in enumerate(grid.scene.boxes) if box.name in contact.between]
+    table = np.zeros((len(grid.scene.boxes) + 1,) * 2)
+    table[np.ix_(numbers, numbers)] = 1.0 - np.eye(len(numbers))
+    found, lengths = 0.0, [np.diff(planes) for planes in grid.planes]
+    for axis in range(3):
+        first, second = (lengths[d] for d in range(3) if d != axis)
+        found += float((across(grid.owner, axis, table).sum(axis=0) * np.outer(first, second)).sum())
+    return found
+
+
+def touched(grid: Grid, probe: Probe) -> Contact | None:
+    """A contact that a probe of a temperature, or a potential, lies on: at which that jumps."""
+    kind = ELECTRIC if probe.quantity == "potential" else THERMAL
+    owners, table = grid.cells(probe.lower, probe.upper), resistances(grid.scene)[kind]
+    for axis in grid.flat(probe.lower, probe.upper):
+        if owners.shape[axis] == 2 and (on := across(owners, axis, table).ravel() > 0).any():
+            low, high = np.moveaxis(owners, axis, 0).reshape(2, -1)[:, on.argmax()].tolist()
+            return grid.scene.contact(low, high)
+    return None
