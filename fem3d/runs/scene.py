@@ -7,6 +7,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from fem3d.adaptivity import loop
 from fem3d.adaptivity.mesh import Answer
 from fem3d.adaptivity.trace_errors import ROW_SHARE, Response
@@ -41,7 +43,8 @@ def solve(scene: AnyScene, progress: Callable[[str], None] | None = None, whole:
     details["plan"] = plan(scene, not study.part.planes, on)
     if response is None:
         details |= {"scales": study.steady_scales(answer.fine.out), "study": study, "solution": answer.fine}
-        if study.field is not None:
+        # Of an answer that is less accurate than was asked for nothing is known away from the probes.
+        if study.field is not None and answer.field < np.inf:
             details["field_error"] = answer.field
             details["warnings"] += _of_field(answer.field, study.field)
     else:

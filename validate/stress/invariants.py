@@ -51,7 +51,7 @@ def never_colder(_: Drawn, found: Result) -> float:
 def undershoot(_: Drawn, found: Result) -> float:
     """The whole field falls below the surroundings by no more than its own estimated error, a part of the largest
     rise: beside a steep decay polynomials swing."""
-    field, off = found.details["fields"].steady, found.details["field_error"]
+    field, off = found.details["fields"].steady, found.details.get("field_error", np.inf)
     return float(max(ROOM - field.min(), 0.0) / (off * np.ptp(field) + 1e-12 * ROOM))
 
 
