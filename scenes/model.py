@@ -208,7 +208,7 @@ class Scene(Declared):
     """A 3D scene: boxes, conditions, probes, the uniform initial temperature (K) and accuracy (-).
 
     ``steady`` asks for the steady state alone, otherwise it is the transient up to ``end_time`` (s); ``output_times``
-    (s) are instants at which it must be reported.
+    (s) are instants at which it must be reported. ``mesh`` is what it is solved on, or nothing where the run chooses.
     """
 
     parts: ClassVar[str] = "boxes"
@@ -222,6 +222,7 @@ class Scene(Declared):
     accuracy: float = 1e-3
     steady: bool = False
     output_times: tuple[float, ...] = ()
+    mesh: Literal["", "bricks", "tetrahedra"] = ""
     parameters: Parameters | None = field(default=None, compare=False, repr=False)
 
     def means(self) -> tuple[Probe, ...]:

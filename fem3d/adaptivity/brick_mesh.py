@@ -26,6 +26,7 @@ from meshes.grading import Features
 from meshes.grid import Grid
 from meshes.symmetry import Symmetry
 from scenes.model import Scene
+from scenes.plan import Step
 
 # Of what is enough, at which a refinement aims: what it takes away is foreseen to a factor of two or so, and one more
 # level costs more than some cells too many (`validate stress --scenes 160`: seconds of the slowest).
@@ -33,6 +34,7 @@ AIM = 0.5
 # Times the unknowns of a level that the next one may have where intervals are halved: a mesh that is so far from what
 # is enough foresees badly what it lacks, and gains degrees step by step. The default sink at 1e-5 takes 1.9 times.
 MOST_GROWTH = 3.0
+LARGE = 30_000  # unknowns of a grid beyond which tetrahedra are looked at (`fem3d.adaptivity.choice`)
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,12 +92,26 @@ class Bricks:
         finer = grading.raised(self.grid)
         return None if finer.same(self.grid) else replace(self, grid=finer)
 
+    def field_error(self, level: Level) -> float:
+        return field_error.of(level)
+
     def refined_for_field(self, level: Level) -> Bricks:
         return replace(self, grid=field_error.refined(level))
 
     def on(self, scene: Scene) -> Bricks:
         """Another scene, with the same planes, on the same grid."""
         return replace(self, scene=scene)
+
+    whole = False
+    levels = None
+
+    def steps(self, levels: int | None) -> tuple[Step, ...]:
+        """A line of the plan where the grid is insisted on, or large."""
+        size = foreseen(self.scene, self.grid)
+        if not self.scene.mesh and size.unknowns <= LARGE:
+            return ()
+        why = "run.mesh asks for it" if self.scene.mesh else "tetrahedra are foreseen to take more"
+        return (Step("mesh", "done", f"a grid of bricks of {size.unknowns:,} unknowns to start with; {why}"),)
 
     def fields(
         self, heat: HeatProblem, part: Symmetry, state: SteadyState | None, transient: Transient | None

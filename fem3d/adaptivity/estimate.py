@@ -89,16 +89,18 @@ def _ratios(p: int) -> tuple[np.ndarray, np.ndarray]:
 
 class Estimator:
     """What is known of how errors fall with the degree: on each interval of a grid what its features say, on each cell
-    of a mesh nothing, so that any rate from the slowest on is believed of two degrees' parts."""
+    of a mesh nothing."""
 
-    def __init__(self, degrees: Spread, cap: Spread, least: Spread, fall: Spread, near: Spread) -> None:
+    def __init__(self, degrees: Spread, cap: Spread, least: Spread, fall: Spread, near: Spread, last: Spread) -> None:
         self._degrees, self._cap, self._least, self._fall, self._near = degrees, cap, least, fall, near
+        self._last = last
 
     @classmethod
     def of_mesh(cls, cells: int, degree: int) -> Estimator:
-        """That of cells of one degree."""
+        """That of cells of one degree. What is smooth, and falls fast, hides what an edge in the same cell causes: of
+        the last part nothing faster than the slowest rate is believed."""
         p, cap, least, fall = ([np.full(cells, x)] for x in (degree, FASTEST, SLOWEST, 0.0))
-        return cls(p, cap, least, fall, [])
+        return cls(p, cap, least, fall, [], least)
 
     @classmethod
     def of_grid(cls, grid: Grid, marks: Features) -> Estimator:
@@ -116,7 +118,7 @@ class Estimator:
             falls.append(fall)
             slowest.append(np.where(np.isfinite(s), np.minimum(edge, SLOWEST), REGULAR))
             caps.append(np.where(np.isfinite(s), edge, rate(p, fall)).clip(max=FASTEST))
-        return cls(degrees, caps, slowest, falls, at_planes)
+        return cls(degrees, caps, slowest, falls, at_planes, caps)
 
     def bending(self, bent: Spread | None) -> Estimator:
         """With the marked ones among ``bent`` (booleans) as places across which a property's law bends: a small part is
@@ -124,7 +126,8 @@ class Estimator:
         if bent is None:
             return self
         cap = [np.where(at, np.minimum(own, BENT), own) for at, own in zip(bent, self._cap, strict=True)]
-        return Estimator(self._degrees, cap, self._least, self._fall, self._near)
+        of_last = [np.minimum(own, most) for own, most in zip(self._last, cap, strict=True)]
+        return Estimator(self._degrees, cap, self._least, self._fall, self._near, of_last)
 
     def at_vertices(self, space: Any, vertices: np.ndarray, parts: np.ndarray) -> Spread:
         """What the functions (n,) of some vertices on edges miss, on what ends there, in equal parts."""
@@ -154,11 +157,11 @@ class Estimator:
         turns; and from every second degree, as of those two parities one may be absent.
         """
         remaining, every_second = [], self._every_second(parts.every_second)
-        for p, cap, least, before, last, ratio in zip(
-            self._degrees, self._cap, self._least, parts.before, parts.last, every_second, strict=True
+        for p, cap, least, of_last, before, last, ratio in zip(
+            self._degrees, self._cap, self._least, self._last, parts.before, parts.last, every_second, strict=True
         ):
             a = np.minimum(rate(p, last / np.maximum(before, 1e-300)), cap).clip(least)
-            from_last = last * left(p, a)
+            from_last = last * left(p, np.minimum(a, of_last).clip(least))
             from_before = np.where(p > 2, before * left(np.maximum(p - 1, 2), a) * ((p - 1.0) / p) ** a, 0.0)
             remaining.append(np.maximum(np.maximum(from_last, from_before), before * ratio))
         return remaining

@@ -41,7 +41,7 @@ def improved(study: Study, answer: Answer, level: Level, progress: Callable[[str
     """A few more levels where the probes need none, for a field that can be looked at, if that costs no more than a few
     times what they did; the answer says how far off it is."""
     assert study.field is not None
-    best = replace(answer, field=of(level))
+    best = replace(answer, field=answer.mesh.field_error(level))
     most_nodes = most(best.heat.size)
     for number in range(best.levels + 1, best.levels + 1 + MOST_LEVELS):
         mesh = best.mesh.refined_for_field(level) if best.field > study.field else None
@@ -59,14 +59,18 @@ def improved(study: Study, answer: Answer, level: Level, progress: Callable[[str
             break
         level = finer
         progress(f"level {number}, for the field: {problems.heat.size} unknowns")
-        if level.worst <= study.accuracy and (error := of(level)) < best.field:
+        if level.worst <= study.accuracy and (error := mesh.field_error(level)) < best.field:
             best = Answer(mesh, problems.heat, problems.conductor, fine, level.errors, None, number, error)
     return best
 
 
 def of(here: Level) -> float:
-    """The error of the fine steady field where it is worst, over its largest rise."""
-    gaps, field = _sampled(here)
+    """The error of the fine steady field on bricks where it is worst, over its largest rise."""
+    return relative(*_sampled(here))
+
+
+def relative(gaps: np.ndarray, field: np.ndarray) -> float:
+    """The error of a field over its largest rise, from samples of it and of how far the degree below is apart."""
     largest = float(max(field.max(), 0.0) - min(field.min(), 0.0)) or 1.0
     return CAUTION * float(gaps.max()) / largest
 

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from fem3d.adaptivity import estimate
+from fem3d.adaptivity import cellwise, estimate
 from fem3d.adaptivity.estimate import Estimator, Parts, Spread
 from fem3d.adaptivity.nested import Problems, Solution, free_functions, parts_of, solution
 from fem3d.problems.heat import HeatProblem
@@ -217,8 +217,16 @@ def thermal_parts(
     if time is not None:
         sizes += estimate.weights(heat.mass, rise, depth) / time
     free = [h.order[: h.free] for h in given.heats]
+    tested = []
+    # Where a law makes the tangent, its heat is known of functions alone.
+    if space.by_cells and heat.about is None and duals:
+        for upper, residual in zip(given.heats[1:], left, strict=True):
+            solve = upper.solve_steady if time is None else upper.solve_shifted(time)
+            change = solve((time or 1.0) * upper.take(residual)[: upper.free])
+            tested.append(cellwise.heat(heat, upper.field(change), time))
     for name, dual in duals.items():
-        found[name] = parts_of(space, free, np.array(dual) * left / scales[name], dual[-1] * heat.field(sizes))
+        scaled = [z / scales[name] for z in dual]
+        found[name] = parts_of(space, free, scaled, [*left], dual[-1] * heat.field(sizes), tested)
     return found
 
 
@@ -269,10 +277,11 @@ def joule_parts(
         pairs = zip(duals.values(), stills, strict=True)
         flows = np.array([own.on.flow(own.on.value(dual[k] - still) * density) for dual, still in pairs])
         seen.append(upper.respond(flows))
+    tested = [cellwise.current(own, b - a) for a, b in pairwise(potentials)] if space.by_cells else []
     found = {}
     for i, name in enumerate(duals):
-        products = [w[i] * residual / scales[name] for w, residual in zip(seen, residuals, strict=True)]
-        found[name] = parts_of(space, free_functions(given), products, seen[-1][i] * weights)
+        ws = [w[i] / scales[name] for w in seen]
+        found[name] = parts_of(space, free_functions(given), ws, residuals, seen[-1][i] * weights, tested)
     return found
 
 
@@ -343,16 +352,15 @@ def _potentials(study: Study, given: Problems, scales: Mapping[str, float]) -> d
         return {}
     *lower, fine = given.cold_potentials
     sizes, found = estimate.weights(own.matrix, fine.sum(axis=0), space.depth), {}
+    residuals = [(own.matrix @ phi.T).T.sum(axis=0) for phi in lower]
+    pairs = pairwise([*lower, fine]) if space.by_cells else ()
+    tested = [cellwise.current(own, (b - a).sum(axis=0)) for a, b in pairs]
     for name in names:
         probe = domain.probes[study.goals[name]]
         if probe.reduce == "mean":
             row = domain.mean(probe, domain.live)
         else:
             row = extreme(domain, probe, domain.live).where(fine.sum(axis=0)).row(space)
-        products = []
-        for phi, upper in zip(lower, given.conductors[1:], strict=True):
-            assert upper is not None
-            dual = upper.respond(row)
-            products.append((dual * (own.matrix @ phi.T).T).sum(axis=0) / scales[name])
-        found[name] = parts_of(space, free_functions(given), products, dual * sizes)
+        duals = [upper.respond(row) / scales[name] for upper in given.conductors[1:] if upper is not None]
+        found[name] = parts_of(space, free_functions(given), duals, residuals, duals[-1] * scales[name] * sizes, tested)
     return found

@@ -23,7 +23,8 @@ from meshes.symmetry import Symmetry
 
 class Mesh(Protocol):
     """What a scene is solved on, as the search for an accuracy sees it: a grid of bricks
-    (`fem3d.adaptivity.brick_mesh`) or a mesh file (`fem3d.adaptivity.mesh_file`). They differ in where errors come from
+    (`fem3d.adaptivity.brick_mesh`), tetrahedra (`fem3d.adaptivity.tetrahedra`) or hexahedra of a file
+    (`fem3d.adaptivity.mesh_file`). They differ in where errors come from
     and in how they are refined."""
 
     def problems(self) -> Problems:
@@ -46,8 +47,14 @@ class Mesh(Protocol):
     def raised(self) -> Mesh | None:
         """A little finer everywhere, or None where that can't be."""
 
+    def field_error(self, level: Level) -> float:
+        """The error of the steady field of its ``level`` where it is worst, over its largest rise."""
+
     def refined_for_field(self, level: Level) -> Mesh | None:
         """Refined where the steady field of its ``level`` is known worst; None where nothing is refined for that."""
+
+    def on(self, scene: Any) -> Mesh:
+        """Another scene, with the same parts in the same places, on the same cells."""
 
     def fields(
         self, heat: HeatProblem, part: Symmetry, state: SteadyState | None, transient: Transient | None

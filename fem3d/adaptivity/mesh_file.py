@@ -19,7 +19,7 @@ from fem3d.adaptivity import nested, trace_errors
 from fem3d.adaptivity.estimate import Spread
 from fem3d.adaptivity.goal_errors import Level, as_balanced
 from fem3d.adaptivity.nested import Problems, Solution
-from fem3d.adaptivity.tetrahedra import Tetrahedra, less_accurate
+from fem3d.adaptivity.tetrahedra import FINER, Tetrahedra, less_accurate
 from fem3d.adaptivity.trace_errors import Response
 from fem3d.problems.heat import HeatProblem
 from fem3d.results import outputs
@@ -60,6 +60,9 @@ class OnFile:
 
     placed: Placed
 
+    advice = FINER
+    most, becomes = 1, 12.0
+
     @property
     def cells(self) -> Any:
         """scikit-fem's mesh."""
@@ -69,9 +72,9 @@ class OnFile:
         """What the groups are on."""
         return groups(self.placed)
 
-    def halved(self, times: np.ndarray) -> OnFile:
-        """With the groups on the halves."""
-        return OnFile(replace(self.placed, mesh=refine(self.placed.mesh, times)))
+    def finer(self, times: np.ndarray) -> OnFile:
+        """With the groups on the parts of cells: three bisections make one half as long."""
+        return OnFile(replace(self.placed, mesh=refine(self.placed.mesh, 3 * times)))
 
     def of(self, scene: MeshScene) -> OnFile:
         """Another scene, with the same groups, on the mesh."""
@@ -186,6 +189,14 @@ class FileMesh:
         """The same."""
         return FileMesh(replace(self.placed, mesh=refine(self.placed.mesh)), self) if self.refines else None
 
+    def field_error(self, level: Level) -> float:
+        """Nothing is known to bound it."""
+        return np.inf
+
+    def on(self, scene: MeshScene) -> FileMesh:
+        """Another scene, with the same groups, on the mesh."""
+        return FileMesh(replace(self.placed, scene=scene), self.before)
+
     def refined_for_field(self, level: Level) -> None:
         """Nothing is: the mesh is the user's."""
 
@@ -238,7 +249,7 @@ class FileMesh:
     def warnings(self, study: Study, relative: dict[str, float]) -> list[str]:
         """Of ``relative`` errors above the accuracy, and of what may not be meant in the mesh."""
         words = f"this mesh with elements of {self.words}"
-        return [*less_accurate(study, relative, words), *remarks(self.given.placed.mesh)]
+        return [*less_accurate(study, relative, f"{words}; {FINER}"), *remarks(self.given.placed.mesh)]
 
 
 def _of_gradient(heat: HeatProblem, name: str) -> bool:

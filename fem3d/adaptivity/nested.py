@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from fem3d.adaptivity import estimate
+from fem3d.adaptivity.cellwise import Tested, current
 from fem3d.adaptivity.estimate import Parts
 from fem3d.problems import current as conductors
 from fem3d.problems.assembly import assemble
@@ -106,12 +107,21 @@ class Problems:
         if own is None:
             none = space.spread(np.empty(0, int), np.empty(0))
             return Parts(none, none, none)
-        potentials, products = self.cold_potentials, []
-        for lower, phi in pairwise(potentials):
-            power = max(float(np.einsum("cn,cn->", phi, (own.matrix @ phi.T).T)), 1e-300)
-            products.append((phi * (own.matrix @ lower.T).T).sum(axis=0) / power)
+        potentials = self.cold_potentials
+        powers = [max(float(np.einsum("cn,cn->", phi, (own.matrix @ phi.T).T)), 1e-300) for phi in potentials[1:]]
+        if space.by_cells:
+            # What the power loses is the square of what the potential does.
+            before, last = (
+                [sum((current(own, c)(c) for c in phi - lower), np.zeros(len(self.domain.body))) / power]
+                for (lower, phi), power in zip(pairwise(potentials), powers, strict=True)
+            )
+            return Parts(before, last, [np.zeros_like(last[0])])
+        products = [
+            (phi * (own.matrix @ lower.T).T).sum(axis=0) / power
+            for (lower, phi), power in zip(pairwise(potentials), powers, strict=True)
+        ]
         sizes = sum((v * estimate.weights(own.matrix, v, space.depth) for v in potentials[-1]), np.zeros(space.size))
-        return parts_of(space, free_functions(self), products, sizes)
+        return parts_of(space, free_functions(self), [np.ones_like(p) for p in products], products, sizes)
 
 
 def problems(domain: Domain, accuracy: float) -> Problems:
@@ -168,9 +178,25 @@ def free_functions(given: Problems) -> list[np.ndarray]:
     return [own.free for own in given.conductors if own is not None]
 
 
-def parts_of(space: Any, free: Sequence[np.ndarray], products: Sequence[np.ndarray], sizes: np.ndarray) -> Parts:
+def parts_of(
+    space: Any,
+    free: Sequence[np.ndarray],
+    duals: Sequence[np.ndarray],
+    residuals: Sequence[np.ndarray],
+    sizes: np.ndarray,
+    tested: Sequence[Tested] = (),
+) -> Parts:
     """The parts of one goal, from the free functions of each space, the lowest first, for the two upper ones the dual
-    solutions (functions,) times the residuals of the space below, and the fine one times the `estimate.weights`."""
+    solutions (functions,) and the residuals (functions,) of the space below, or on cells of any shape the changes to
+    be ``tested``; and the fine dual solution times the `estimate.weights`."""
     new = [np.setdiff1d(upper, lower) for lower, upper in pairwise(free)]
-    before, last = (space.spread(at, own[at]) for at, own in zip(new, products, strict=True))
-    return Parts(before, last, estimate.every_second(space, free[-1], sizes[free[-1]]))
+    if not tested:
+        products = [dual * residual for dual, residual in zip(duals, residuals, strict=True)]
+        before, last = (space.spread(at, own[at]) for at, own in zip(new, products, strict=True))
+        return Parts(before, last, estimate.every_second(space, free[-1], sizes[free[-1]]))
+    found = []
+    for at, dual, of_change in zip(new, duals, tested, strict=True):
+        added = np.zeros(len(dual))
+        added[at] = dual[at]
+        found.append([of_change(added)])
+    return Parts(found[0], found[1], [np.zeros_like(found[0][0])])

@@ -8,7 +8,7 @@ import numpy as np
 
 from fem3d.adaptivity.estimate import Estimator, Spread
 from fem3d.adaptivity.nested import Problems
-from fem3d.spaces.size import foreseen
+from fem3d.spaces.size import Size, foreseen
 from meshes import connected, grading
 from meshes.grading import Features
 from meshes.grid import Grid
@@ -43,21 +43,25 @@ def first_grid(scene: Scene, accuracy: float, marks: Features) -> Grid:
     return grid
 
 
-def check_planes(scene: Scene) -> None:
-    """Raises NumericsError for a scene whose planes alone, with the least degree on each interval between two, make a
-    grid of bricks that takes too much memory: before anything is looked at cell by cell."""
+def least(scene: Scene) -> Size:
+    """The size of the grid of a scene whose planes are its only ones, with the least degree on each interval: before
+    anything is looked at cell by cell."""
     coarsest = connected.coarsest(scene)
-    least = [np.full(len(d), 2) for d in coarsest.degrees]
-    _check(scene, coarsest.with_axes(coarsest.breaks, least), "at any accuracy")
+    degrees = [np.full(len(d), 2) for d in coarsest.degrees]
+    return foreseen(scene, coarsest.with_axes(coarsest.breaks, degrees))
+
+
+def check_planes(scene: Scene) -> None:
+    """Raises NumericsError for a scene whose planes alone make a grid of bricks that takes too much memory."""
+    _check(scene, least(scene), "at any accuracy")
 
 
 def check_size(scene: Scene, grid: Grid, accuracy: float, marks: Features) -> None:
     """Raises NumericsError for a grid that takes too much memory."""
-    _check(scene, grid, f"at an accuracy of {accuracy:g}", because(marks))
+    _check(scene, foreseen(scene, grid), f"at an accuracy of {accuracy:g}", because(marks))
 
 
-def _check(scene: Scene, grid: Grid, when: str, why: str = "") -> None:
-    size = foreseen(scene, grid)
+def _check(scene: Scene, size: Size, when: str, why: str = "") -> None:
     if size.memory > MOST_MEMORY:
         unknowns, planes = float(f"{size.unknowns:.2g}"), connected.coarsest(scene).breaks
         raise NumericsError(

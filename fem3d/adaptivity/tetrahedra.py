@@ -1,9 +1,8 @@
 """Tetrahedra as the search for an accuracy sees them (`fem3d.adaptivity.mesh.Mesh`): degree 3, with degrees 2 and 1
-within, halved where these say that readings miss most.
+within, refined where these say that readings miss most.
 
-What degrees 2 and 3 take away of an error tells on each cell how fast it falls and what is left, as on bricks
-(`fem3d.adaptivity.estimate`); what nobody knows of a mesh is where a solution is singular, so that errors are believed
-to fall no faster than they are seen to.
+What degrees 2 and 3 take away of an error tells on each cell what is left, as on bricks (`fem3d.adaptivity.estimate`);
+what nobody knows of a mesh is where a solution is singular, so that no rate beyond the slowest is believed.
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from fem3d.adaptivity import estimate, goal_errors, nested, reach, trace_errors
+from fem3d.adaptivity import estimate, field_error, goal_errors, nested, reach, trace_errors
 from fem3d.adaptivity.estimate import Estimator, Spread
 from fem3d.adaptivity.goal_errors import Level
 from fem3d.adaptivity.nested import Problems, Solution
@@ -35,13 +34,17 @@ AIM = 0.5  # of what is enough, at which a refinement aims, as on bricks
 # Unknowns: factors of so many take some 20 s; half as many more than a mesh has are little use.
 MOST_UNKNOWNS, LEAST_GROWTH = 60_000, 1.5
 MOST_GROWTH = 3.0  # times the cells of a level that the next one may have
-MOST_HALVINGS = 3  # of a cell from level to level: three halve its size
-# Cells that a halving leaves in place of one, with those that must follow: 1.6 to 2.1 on plates with pads.
-PER_HALVING = 2.0
+# An error falls like this power of the size of the cells that cause it, at least, where an edge is re-entrant.
+FALLS = 4 / 3
+# Of what is missing, what the cells hold that are refined: the others are many, and miss little each.
+MARKED = 0.9
 
 
 class Laid(Protocol):
     """A scene laid on a mesh of tetrahedra."""
+
+    advice: str
+    """What to do where the accuracy isn't reached, in words."""
 
     @property
     def cells(self) -> Any:
@@ -50,8 +53,13 @@ class Laid(Protocol):
     def domain(self) -> Domain:
         """Its cells and facets with what is on them."""
 
-    def halved(self, times: np.ndarray) -> Laid:
-        """On the mesh with each cell halved so many ``times`` (cells,)."""
+    most: int
+    """How many times shorter by two cells may become at once."""
+    becomes: float
+    """How many cells stand in the place of one that is shorter by two, with those that must follow."""
+
+    def finer(self, times: np.ndarray) -> Laid:
+        """On the mesh with each cell so many ``times`` (cells,) shorter by two."""
 
     def of(self, scene: Any) -> Laid:
         """Another scene, with the same parts, on the mesh."""
@@ -68,11 +76,13 @@ class Laid(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Tetrahedra:
-    """A scene on tetrahedra, to be solved for an accuracy, halved ``levels`` times."""
+    """A scene on tetrahedra, to be solved for an accuracy, refined ``levels`` times."""
 
     laid: Laid
     accuracy: float
     levels: int = 0
+
+    whole = True
 
     @cached_property
     def domain(self) -> Domain:
@@ -114,36 +124,48 @@ class Tetrahedra:
     def refined(
         self, goals: Collection[Spread], falls: Spread | None, worst: float, enough: float
     ) -> Tetrahedra | None:
-        """Halved once for each factor of two that a cell misses more than its share, `MOST_HALVINGS` times at most, the
-        cells that miss most first, as far as `MOST_GROWTH` goes."""
+        """Finer where cells miss more than their share, those that miss most first, as far as `MOST_GROWTH` goes."""
         if self._last:
             return None
         (missing,) = estimate.worst(goals)
         missing = missing * max(worst / max(float(missing.sum()), 1e-300), 1.0)
         excess = missing / max(grading.share_of(missing, AIM * enough), 1e-300)
-        times = np.ceil(np.log2(np.maximum(excess, 1.0))).clip(max=MOST_HALVINGS).astype(int)
+        times = np.ceil(np.log2(np.maximum(excess, 1.0)) / FALLS).clip(max=self.laid.most).astype(int)
         order = np.argsort(-missing)
-        more = np.cumsum(PER_HALVING ** times[order] - 1)
+        times[order[np.searchsorted(np.cumsum(missing[order]), MARKED * missing.sum()) + 1 :]] = 0
+        more = np.cumsum(self.laid.becomes ** times[order] - 1)
         times[order[more > (self._growth - 1) * len(times)]] = 0
-        finer = self._halved(times)
+        finer = self._finer(times)
         # What must follow is more than is foreseen where cells are few.
         while finer is not None and finer.size.cells > self._growth * self.size.cells:
             order = order[times[order] > 0]
             times[order[(len(order) + 1) // 2 :]] = 0
             times = np.where(len(order) > 1, times, times - 1)
-            finer = self._halved(times)
+            finer = self._finer(times)
         return finer
 
     def raised(self) -> Tetrahedra | None:
-        return None if self._last else self._halved(np.ones(self.size.cells, int))
+        return None if self._last else self._finer(np.ones(self.size.cells, int))
 
-    def _halved(self, times: np.ndarray) -> Tetrahedra | None:
+    def _finer(self, times: np.ndarray) -> Tetrahedra | None:
         if not times.any():
             return None
-        return Tetrahedra(self.laid.halved(times), self.accuracy, self.levels + 1)
+        return Tetrahedra(self.laid.finer(times), self.accuracy, self.levels + 1)
 
-    def refined_for_field(self, level: Level) -> None:
-        """Nothing is."""
+    def field_error(self, level: Level) -> float:
+        return field_error.relative(*self._sampled(level))
+
+    def refined_for_field(self, level: Level) -> Tetrahedra | None:
+        gaps, _ = self._sampled(level)
+        worst = gaps.max(axis=1)
+        times = (worst >= field_error.CAUSES * worst.max()).astype(int)
+        return None if self._last else self._finer(times)
+
+    def _sampled(self, level: Level) -> tuple[np.ndarray, np.ndarray]:
+        """(cells, points) twice: how far degrees 2 and 3 are apart in each cell, and the fine field."""
+        given, on = level.problems, self.domain.space.on(np.arange(self.size.cells))
+        fine = on.value(given.heat.field(level.fine.state.rise))
+        return np.abs(fine - on.value(given.heat.field(given.lifted(level.low.state.rise, 1)))), fine
 
     def steps(self, levels: int | None) -> tuple[Step, ...]:
         """The lines of the plan; after a run with the ``levels`` that it has."""
@@ -167,13 +189,16 @@ class Tetrahedra:
 
     def warnings(self, study: Study, relative: dict[str, float]) -> list[str]:
         return [
-            *less_accurate(study, relative, "tetrahedra of degree 3, as many as memory has room for"),
+            *less_accurate(study, relative, f"as many tetrahedra of degree 3 as are made; {self.laid.advice}"),
             *self.laid.remarks(),
         ]
 
 
+FINER = "give a finer mesh, above all at edges, corners and the rims of electrodes and fixed temperatures"
+
+
 def less_accurate(study: Study, relative: dict[str, float], words: str) -> list[str]:
-    """What is to be said of ``relative`` errors above the accuracy, on elements that are so in ``words``."""
+    """What is to be said of ``relative`` errors above the accuracy: ``words`` are on what they are, and what to do."""
     over = {name: e for name, e in relative.items() if e > study.accuracy}
     if not over:
         return []
@@ -183,6 +208,5 @@ def less_accurate(study: Study, relative: dict[str, float], words: str) -> list[
         shown = f"just over {shown}"
     names = f"{len(over)} of {len(relative)} probes are" if len(over) > 1 else f'probe "{worst}" is'
     return [
-        f"{names} less accurate than the {study.accuracy:g} asked for, {worst} with an estimated {shown}, on "
-        f"{words}; give a finer mesh, above all at edges, corners and the rims of electrodes and fixed temperatures"
+        f"{names} less accurate than the {study.accuracy:g} asked for, {worst} with an estimated {shown}, on {words}"
     ]

@@ -12,7 +12,6 @@ from fem3d.problems.heat import HeatProblem
 from fem3d.results.outputs import Outputs
 from fem3d.runs import probe_quantities
 from fem3d.runs import scene as scene_run
-from meshes import symmetry
 from meshes.symmetry import Symmetry
 from scenes import physics
 from scenes.compact.channels import Channel, apart, driven
@@ -38,7 +37,9 @@ def problem(
             return given.heat, given.conductor, part
         start = start.on(replace(driven(named, mixed), accuracy=accuracy))
     else:
-        part = symmetry.reduce(scene_run.clipped(named))
+        start = scene_run.start(replace(driven(named, mixed), accuracy=accuracy))[1]
+        start = start if start.whole else None
+        part = scene_run.part_of(named, start is not None)
     there = replace(driven(scene, mixed), accuracy=accuracy)
     part_there = replace(part, scene=replace(driven(part.scene, mixed), accuracy=accuracy))
 

@@ -35,8 +35,7 @@ def solve(scene: AnyScene, progress: Callable[[str], None] | None = None, whole:
         physics.refuse_following(scene)
     if not scene.steady and not physics.heat(scene):
         return currents.over_time(scene, lambda alone: solve(alone, progress), plan(scene))
-    mesh = on_file(scene) if isinstance(scene, MeshScene) else None
-    study = probe_quantities.study(scene, part_of(scene, whole))
+    study, mesh = start(scene, whole)
     answer = loop.solve(study, not scene.steady, progress or (lambda _: None), mesh, scene.steady)
     response, on = answer.response, answer.mesh
     details, errors = described(study, answer), answer.errors if response is None else response.errors
@@ -57,6 +56,17 @@ def solve(scene: AnyScene, progress: Callable[[str], None] | None = None, whole:
         return Result("fem3d", {}, traces, details)
     values = answer.fine.quantities
     return Result("fem3d", {n: Estimate(float(v), errors[n]) for n, v in values.items()}, None, details)
+
+
+def start(scene: AnyScene, whole: bool = False) -> tuple[Study, Any]:
+    """What a scene is solved on at first, and the study of the part of it that is solved."""
+    study = probe_quantities.study(scene, part_of(scene, whole))
+    if isinstance(scene, MeshScene):
+        return study, on_file(scene)
+    from fem3d.adaptivity import choice
+
+    every = probe_quantities.study(scene, part_of(scene, True))
+    return choice.of(study, every, over_time=not scene.steady)
 
 
 def on_file(scene: MeshScene) -> Any:
@@ -126,7 +136,7 @@ def described(study: Study, answer: Answer) -> dict[str, Any]:
 
 
 def plan(scene: AnyScene, whole: bool = False, mesh: Any = None) -> tuple[Step, ...]:
-    """What `solve` will do, before it does it; of a mesh file also, with the last ``mesh``, as it turned out."""
+    """What `solve` will do, before it does it; with the last ``mesh``, as it turned out."""
     if isinstance(scene, MeshScene):
         given = mesh or on_file(scene)
         lines, reached = given.steps(mesh and mesh.levels), f"errors estimated, and compared with {scene.accuracy:g}"
@@ -138,6 +148,7 @@ def plan(scene: AnyScene, whole: bool = False, mesh: Any = None) -> tuple[Step, 
             electric = Step("electric problem", "done", f"in the cells that conduct{heat_alone}")
         return *lines, heat_step(scene), electric, *states(scene, reached)
     part = symmetry.reduce(clipped(scene))
+    laid = mesh or start(scene, whole)[1]
     warm = any(b.material.resistivity and b.material.temperature_coefficient for b in part.scene.boxes)
     if connected.live(part.scene).any():
         follows = ", whose resistance follows the temperature" if warm and physics.heat(scene) else ""
@@ -148,8 +159,12 @@ def plan(scene: AnyScene, whole: bool = False, mesh: Any = None) -> tuple[Step, 
     line = part.step
     if whole and part.planes:
         line = Step("symmetry", "skipped", "the whole is solved, for a number of one side changes that side alone")
+    if laid.whole:
+        reached = f"refined until every estimated error is below {scene.accuracy:g}, or memory ends it"
     told = (Step(what, "done", text) for what, text in structure.described(scene))
-    return *told, line, heat_step(scene), electric, *states(scene, reached)
+    if laid.whole and part.planes:
+        line = Step("symmetry", "skipped", "tetrahedra are of the whole scene")
+    return *told, line, *laid.steps(mesh and mesh.levels), heat_step(scene), electric, *states(scene, reached)
 
 
 def heat_step(scene: AnyScene) -> Step:

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from fem3d.problems.current import law
+from fem3d.spaces.box_cells import BoxCells, box_cells
 from fem3d.spaces.domain import Domain, boxes
 from fem3d.spaces.file_domain import groups
 from meshes.grouped.place import Placed
@@ -65,7 +66,8 @@ class Motion:
 
 def motion(domain: Any, part: Symmetry, other: Symmetry, step: float) -> Motion:
     """The motion of a domain between the part of a scene that is solved and that of another, whose key is larger by a
-    relative ``step``. On a mesh file nothing moves. Raises SceneError where the one can't move into the other."""
+    relative ``step``. On a mesh file nothing moves. Raises SceneError where the one can't move into the other, as on
+    tetrahedra of boxes."""
     here, there = part.scene, other.scene
     _check_alike(part, other)
     space = domain.space
@@ -90,7 +92,9 @@ def motion(domain: Any, part: Symmetry, other: Symmetry, step: float) -> Motion:
     laws = (laws * domain.stands_for[:, None])[own]
     breaks: tuple[np.ndarray, ...] = ()
     stretch, probes = np.zeros((3, len(own))), dict[str, tuple[np.ndarray, np.ndarray]]()
-    if isinstance(here, Scene) and isinstance(there, Scene):
+    if isinstance(domain, BoxCells):
+        _check_stays(part, other)
+    elif isinstance(here, Scene) and isinstance(there, Scene):
         breaks = speeds(domain, here, there, step)
         sides = (np.diff(v)[i] / h for v, i, h in zip(breaks, space.ijk, space.h, strict=True))
         stretch = np.array(list(sides))
@@ -110,6 +114,9 @@ def moved(domain: Any, part: Symmetry, other: Symmetry, step: float) -> Domain:
     _check_alike(part, other)
     if isinstance(other.scene, MeshScene):
         return groups(Placed(other.scene, domain.placed.mesh))
+    if isinstance(domain, BoxCells):
+        _check_stays(part, other)
+        return box_cells(other.scene, domain.space.mesh)
     grid, by = domain.space.grid, speeds(domain, part.scene, other.scene, step)
     breaks = tuple(b + step * v for b, v in zip(grid.breaks, by, strict=True))
     there = replace(grid, breaks=breaks, boxes=other.scene.boxes)
@@ -131,6 +138,13 @@ def _check_alike(part: Symmetry, other: Symmetry) -> None:
     alike = [p[::2] for p in part.planes] == [p[::2] for p in other.planes]
     if not alike or _names(part.scene) != _names(other.scene):
         raise SceneError("the scene loses a mirror plane or a part when it changes")
+
+
+def _check_stays(part: Symmetry, other: Symmetry) -> None:
+    """Raises SceneError where any part of a scene is elsewhere in another."""
+    both: Any = [(*s.scene.boxes, *s.scene.boundaries, *s.scene.probes) for s in (part, other)]
+    if any((a.lower, a.upper) != (b.lower, b.upper) for a, b in zip(*both, strict=True)):
+        raise SceneError('a part of the scene moves, which tetrahedra don\'t follow; run.mesh = "bricks" does')
 
 
 def speeds(domain: Any, here: Scene, there: Scene, step: float) -> tuple[np.ndarray, ...]:

@@ -19,7 +19,7 @@ from fem3d.spaces.integrals import Faces, Space
 from meshes import connected
 from meshes.grid import Grid
 from scenes import laws
-from scenes.model import Boundary, Box, Material, Probe, Scene, Schedule, Value
+from scenes.model import Boundary, Material, Probe, Scene, Schedule, Value
 
 Patch = tuple[np.ndarray, np.ndarray, np.ndarray]
 """Cells (n,), and in the coordinates of their reference cell the corner (3,) and the sides (k, 3) of a part of each."""
@@ -208,6 +208,11 @@ class Boxes(Domain):
         return sum(a == b for a, b in zip(probe.lower, probe.upper, strict=True)) == 1
 
 
+def heated(scene: Scene, owner: np.ndarray) -> tuple[tuple[Value, np.ndarray], ...]:
+    """The heat sources (W/m3) of boxes with their cells, for the numbers of the boxes that own each (cells,)."""
+    return tuple((b.heat_source, np.flatnonzero(owner == n)) for n, b in enumerate(scene.boxes) if b.heat_source)
+
+
 def boxes(scene: Scene, grid: Grid) -> Boxes:
     """The domain of a scene of boxes (or of its symmetric part) on a grid."""
     space = BrickSpace(grid)
@@ -217,12 +222,9 @@ def boxes(scene: Scene, grid: Grid) -> Boxes:
     def cells(of: np.ndarray) -> np.ndarray:
         return grid.refined(coarse, of)[at]
 
-    def source(number: int, box: Box) -> tuple[Value, np.ndarray]:
-        return box.heat_source, np.flatnonzero(owner[at] == number)
-
     return Boxes(
         scene, space, owner[at], tuple(b.name for b in scene.boxes), tuple(b.material for b in scene.boxes),
-        tuple(source(n, b) for n, b in enumerate(scene.boxes) if b.heat_source),
+        heated(scene, owner[at]),
         cells(connected.live(scene)), tuple((cells(own), value) for own, value in connected.still(scene)),
         connected.anchored(scene),
     )  # fmt: skip

@@ -80,6 +80,9 @@ class Space(ABC):
     def nested(self) -> tuple[np.ndarray, ...]:
         """Which functions (functions,) are in each lower space that this one holds, the lowest first, and in itself."""
 
+    by_cells = False
+    """Whether what readings miss is told cell by cell (`fem3d.adaptivity.cellwise`), or function by function."""
+
     @property
     @abstractmethod
     def depth(self) -> np.ndarray:

@@ -62,6 +62,8 @@ class ElementNested(ElementH1):
 class MappedSpace(Space):
     """The space on scikit-fem's ``mesh``; the vertices of its tetrahedra are in ascending order."""
 
+    by_cells = True
+
     def __init__(self, mesh: Any) -> None:
         self.mesh, self._simplex = mesh, len(mesh.t) == 4
         self.p = 3 if self._simplex else 2

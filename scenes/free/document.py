@@ -116,7 +116,10 @@ REQUIRED: dict[str, tuple[str, ...]] = {
 }
 """What has no default; a box or boundary without a name is called box-1, boundary-1 and so on."""
 
-BOXES = Schema(_SCENE_AND_RUN, LISTS, REQUIRED, "a free scene", "run.accuracy=1e-4")
+BOXES = Schema(
+    (*_SCENE_AND_RUN, Key("run.mesh", "mesh", k.Choice(("bricks", "tetrahedra")), physical=False)),
+    LISTS, REQUIRED, "a free scene", "run.accuracy=1e-4",
+)  # fmt: skip
 """What a file of a free scene of boxes may say."""
 
 _CORNERS = ("lower", "upper")

@@ -41,6 +41,8 @@ def as_dict(scene: m.AnyScene) -> dict[str, Any]:
         {"name": p.name, "quantity": p.quantity, **_where(p)} | ({} if p.quantity in FLOWS else {"reduce": p.reduce})
         for p in scene.probes
     ]
+    if isinstance(scene, m.Scene) and scene.mesh:
+        run["mesh"] = scene.mesh
     found |= {"run": {**run, "accuracy": scene.accuracy}}
     if scene.model is not None:
         own = scene.model

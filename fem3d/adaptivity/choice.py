@@ -1,0 +1,133 @@
+"""What a scene of boxes is solved on: a grid of bricks, whose planes cross the whole scene, or tetrahedra
+(`meshes.columns`), which end where they are needed.
+
+Bricks gain degrees and layers where tetrahedra are halved: where parts align they take far fewer unknowns for an
+accuracy. Planes that align with nothing make a grid grow with the square of their number, tetrahedra in proportion.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from fem3d.adaptivity import reach
+from fem3d.adaptivity.brick_mesh import LARGE, Bricks
+from fem3d.adaptivity.mesh import Mesh
+from fem3d.adaptivity.tetrahedra import Tetrahedra
+from fem3d.results.study import Study
+from fem3d.spaces.box_cells import BoxCells, box_cells
+from fem3d.spaces.size import Size, foreseen
+from meshes import connected
+from meshes.columns import Columns
+from scenes.errors import NumericsError
+from scenes.free.crowding import crowding
+from scenes.model import Scene
+from scenes.plan import Step
+
+# Times the unknowns of the first tetrahedra that those have which reach an accuracy of 1e-2, and what each further
+# decade takes: a meander of platinum on a membrane takes 6.8 times with no pads beside it, 6.6 with 10 and 5.3 with 20,
+# and 2.5 times the unknowns to halve an error.
+TO_PERCENT, PER_DECADE = 6.0, 20.0
+
+
+@dataclass(frozen=True, eq=False)
+class OnBoxes:
+    """A scene of boxes on tetrahedra that its parts are made of."""
+
+    columns: Columns
+    why: str
+
+    advice = "ask for a larger accuracy, let more planes coincide, or leave out what does not matter"
+    most, becomes = 2, 4.0
+
+    @property
+    def scene(self) -> Scene:
+        """The scene."""
+        return self.columns.scene
+
+    @property
+    def cells(self) -> Any:
+        """scikit-fem's mesh."""
+        return self.columns.mesh
+
+    def domain(self) -> BoxCells:
+        """What the boxes are made of."""
+        return box_cells(self.scene, self.cells)
+
+    def finer(self, times: np.ndarray) -> OnBoxes:
+        """On columns that are finer there."""
+        return replace(self, columns=self.columns.refined(times))
+
+    def of(self, scene: Any) -> OnBoxes:
+        """Another scene on the mesh."""
+        return replace(self, columns=replace(self.columns, scene=scene))
+
+    def remarks(self) -> list[str]:
+        """Nothing."""
+        return []
+
+    def statistics(self) -> dict[str, Any]:
+        """Of which kind the cells are."""
+        return {"cell_type": "tetra"}
+
+    def steps(self, levels: int | None) -> tuple[Step, ...]:
+        """The lines of the plan."""
+        cells = self.cells.t.shape[1]
+        done = "" if levels is None else f"; finer where readings missed most, {levels} times, to {cells} cells"
+        return (Step("mesh", "done", f"tetrahedra of degree 3, of the whole scene: {self.why}{done}"),)
+
+
+def of(study: Study, whole: Study, over_time: bool = False) -> tuple[Study, Mesh]:
+    """What a scene is solved on and the study of it: of its part on bricks, of the ``whole`` on tetrahedra. Raises
+    NumericsError where it takes too much memory on either."""
+    scene, bricks = study.part.scene, None
+    if scene.mesh == "bricks":
+        return study, Bricks.of(study, over_time)
+    grid, free = reach.least(scene), not scene.mesh
+    if free and _suits(grid, LARGE):
+        bricks = Bricks.of(study, over_time)
+        grid = foreseen(scene, bricks.grid)
+        if _suits(grid, LARGE):
+            return study, bricks
+    laid = on_tetrahedra(whole.part.scene, grid)
+    enough = factor(scene.accuracy) * laid.size.unknowns
+    if free and _suits(grid, enough):
+        bricks = bricks or Bricks.of(study, over_time)
+        if _suits(foreseen(scene, bricks.grid), enough):
+            return study, bricks
+    if laid.size.memory > reach.MOST_MEMORY:
+        raise too_large(whole.part.scene, laid.size)
+    return whole, laid
+
+
+def _suits(grid: Size, most: float) -> bool:
+    """Whether a grid has no more than so many unknowns, and fits the memory."""
+    return grid.unknowns <= most and grid.memory <= reach.MOST_MEMORY
+
+
+def too_large(scene: Scene, size: Size) -> NumericsError:
+    """What is raised where the first tetrahedra take too much memory."""
+    return NumericsError(
+        f"the scene takes {_shown(size)} on tetrahedra, and {reach.MOST_MEMORY / 1e9:g} GB are the most; "
+        f"{crowding(scene, connected.coarsest(scene).breaks)}: let more coincide, or leave out what does not matter"
+    )
+
+
+def _shown(size: Size) -> str:
+    return f"{float(f'{size.unknowns:.2g}'):,.0f} unknowns and {size.memory / 1e9:.2g} GB"
+
+
+def factor(accuracy: float) -> float:
+    """Times the unknowns of the first tetrahedra that an accuracy is foreseen to take."""
+    return float(TO_PERCENT * PER_DECADE ** max(np.log10(1e-2 / accuracy), 0.0))
+
+
+def on_tetrahedra(scene: Scene, grid: Size) -> Tetrahedra:
+    """The first tetrahedra of a scene that a ``grid`` of that size is not taken for."""
+    why = "run.mesh asks for them"
+    if scene.mesh != "tetrahedra":
+        crowded = crowding(scene, connected.coarsest(scene).breaks)
+        why = f"a grid of bricks would take {_shown(grid)} or more, as {crowded}"
+    return Tetrahedra(OnBoxes(Columns.of(scene), why), scene.accuracy)

@@ -1,0 +1,206 @@
+"""Scenes of boxes on tetrahedra: chosen where a grid of bricks takes more, with values that agree within errors."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fem3d.adaptivity import estimate, reach
+from fem3d.runs import scene as runs
+from fem3d.runs.scene_sensitivity import of_scene
+from meshes import connected
+from meshes.columns import Columns
+from scenes.errors import NumericsError, SceneError
+from scenes.free import check, from_dict
+from scenes.free.writing import as_dict
+from scenes.loading import load_free
+from scenes.model import Boundary, Probe, Scene
+from scenes.result import Result
+from tests.fem3d.test_size import UM, plate
+
+
+def heated(pads: int = 3) -> Scene:
+    """A plate with pads that a current crosses."""
+    scene, side = plate(pads), (0.0, 200 * UM, 2 * UM)
+    electrodes = (("plus", 0.0, 0.5), ("minus", 200 * UM, 0.0))
+    ends = [Boundary(n, "voltage", (x, 0.0, 0.0), (x, *side[1:]), u) for n, x, u in electrodes]
+    probes = (
+        *scene.probes,
+        Probe("current", (0.0, 0.0, 0.0), side, "current"),
+        Probe("out", (200 * UM, 0.0, 0.0), (200 * UM, *side[1:]), "heat_flow"),
+        Probe("top", (0.0, 0.0, 2 * UM), (200 * UM, 200 * UM, 2 * UM), "temperature", "max"),
+    )
+    return check(replace(scene, boundaries=(*scene.boundaries, *ends), probes=probes))
+
+
+@cache
+def solved(mesh: str) -> Result:
+    return runs.solve(replace(heated(), mesh=mesh), whole=True)
+
+
+def off(a: Result, b: Result) -> float:
+    """The largest difference of two results over their errors."""
+    gaps = [abs(e.value - b.steady[n].value) / (e.error + b.steady[n].error) for n, e in a.steady.items()]
+    return float(max(gaps))
+
+
+def test_values_agree_with_those_on_bricks_within_their_errors() -> None:
+    """A parabola of degree 2 hides how slowly the pads' part falls: believed as fast as both together, the middle was
+    2.4 times as far off as its error said."""
+    bricks, tetrahedra = solved("bricks"), solved("tetrahedra")
+    assert "cell_type" not in bricks.details["mesh"]
+    assert tetrahedra.details["mesh"]["cell_type"] == "tetra"
+    assert off(bricks, tetrahedra) < 1.0
+
+
+def test_a_rate_that_smooth_parts_have_is_not_believed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The twin of the test above: with the last part falling as fast as it is seen to, the errors don't hold."""
+    of_mesh = estimate.Estimator.of_mesh
+
+    def believing(cells: int, degree: int) -> estimate.Estimator:
+        found = of_mesh(cells, degree)
+        found._last = found._cap
+        return found
+
+    monkeypatch.setattr(estimate.Estimator, "of_mesh", believing)
+    assert off(solved("bricks"), runs.solve(replace(heated(), mesh="tetrahedra"))) > 1.0
+
+
+def test_a_mirrored_scene_has_the_same_values() -> None:
+    line = Probe("line", (20 * UM, 80 * UM, UM), (150 * UM, 80 * UM, UM))
+    scene, extent = heated(), 200 * UM
+    scene = replace(scene, mesh="tetrahedra", probes=(*scene.probes, line))
+
+    def mirrored(item: Any) -> Any:
+        (x0, y0, z0), (x1, y1, z1) = item.lower, item.upper
+        return replace(item, lower=(x0, extent - y1, z0), upper=(x1, extent - y0, z1))
+
+    parts = {n: tuple(mirrored(i) for i in getattr(scene, n)) for n in ("boxes", "boundaries", "probes")}
+    assert off(runs.solve(scene), runs.solve(replace(scene, **parts))) < 1.0
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_cells_fill_the_boxes_and_nothing_else(seed: int) -> None:
+    """Each box its volume, the outside its area, and no cell is flat; refined too, in places."""
+    scene = plate(12, seed)
+    columns, draw = Columns.of(scene), np.random.default_rng(seed)
+    for _ in range(2):
+        mesh = columns.mesh
+        corners = mesh.p[:, mesh.t]
+        sides = corners[:, 1:] - corners[:, :1]
+        volumes = np.abs(np.linalg.det(sides.transpose(2, 0, 1))) / 6
+        grid = connected.coarsest(scene)
+        middle = corners.mean(axis=1)
+        at = tuple(np.searchsorted(b, x) - 1 for b, x in zip(grid.breaks, middle, strict=True))
+        lengths = [np.diff(b) for b in grid.breaks]
+        bricks = lengths[0][:, None, None] * lengths[1][:, None] * lengths[2]
+        for number in range(len(scene.boxes)):
+            exact = bricks[grid.owner == number].sum()
+            assert volumes[grid.owner[at] == number].sum() == pytest.approx(exact, rel=1e-9)
+        assert volumes.min() > 0
+        a, b, c = mesh.p[:, mesh.facets[:, mesh.boundary_facets()]].transpose(1, 2, 0)
+        area = np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2
+        solid = np.pad(grid.owner >= 0, 1)
+        faces = 0.0
+        for d in range(3):
+            beside = np.diff(solid.astype(int), axis=d) != 0
+            across = [lengths[e] for e in range(3) if e != d]
+            inner = np.moveaxis(beside, d, 0)[:, 1:-1, 1:-1]
+            faces += float((inner * np.multiply.outer(*across)).sum())
+        assert area == pytest.approx(faces, rel=1e-9)
+        columns = columns.refined((draw.uniform(size=len(volumes)) < 0.2).astype(int))
+
+
+def test_what_a_grid_suits_stays_on_it() -> None:
+    """The unknowns are those of before."""
+    for name in ("bridge", "hotplate", "plate"):
+        scene = load_free(name)
+        assert isinstance(scene, Scene)
+        mesh = runs.start(scene)[1]
+        assert not mesh.whole
+        assert mesh.steps(None) == ()
+    assert not runs.start(heated(1))[1].whole
+
+
+@pytest.mark.parametrize("pads", [10, 50])
+def test_what_no_grid_suits_is_solved_on_tetrahedra_and_the_plan_says_why(pads: int) -> None:
+    scene = check(plate(pads))
+    result = runs.solve(scene)
+    said = {step.step: step.reason for step in result.details["plan"]}
+    assert "a grid of bricks would take" in said["mesh"]
+    assert f'{4 * pads} of these are used once, most by "pad-0"' in said["mesh"]
+    assert result.details["unknowns"] < 30_000
+    assert result.steady["middle"].error < 1e-2 * result.details["scales"]["middle"]
+    # Without pads the middle is between both ends; a pad of 10 um on a plate of 200 um moves it by less than a tenth.
+    assert result.steady["middle"].value == pytest.approx(296.5, abs=0.35)
+
+
+def test_what_is_asked_for_is_taken() -> None:
+    few, many = heated(), check(plate(10))
+    assert runs.start(replace(few, mesh="tetrahedra"))[1].whole
+    assert not runs.start(replace(few, mesh="bricks"))[1].whole
+    with pytest.raises(NumericsError, match="4 GB are the most"):
+        runs.solve(replace(check(plate(20)), mesh="bricks"))
+    assert runs.start(many)[1].whole
+    found = as_dict(replace(few, mesh="tetrahedra"))
+    assert found["run"]["mesh"] == "tetrahedra"
+    assert from_dict(found).mesh == "tetrahedra"  # type: ignore[union-attr]
+    found["run"]["mesh"] = "wedges"
+    with pytest.raises(SceneError, match=r'run\.mesh = "wedges".*bricks.*tetrahedra'):
+        from_dict(found)
+
+
+def test_tetrahedra_that_take_too_much_memory_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(reach, "MOST_MEMORY", 8e7)
+    with pytest.raises(NumericsError, match=r"on tetrahedra, and 0\.08 GB are the most; boxes, boundaries and probes"):
+        runs.solve(replace(heated(), mesh="tetrahedra"))
+
+
+def test_what_an_accuracy_out_of_reach_leaves_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("fem3d.adaptivity.tetrahedra.MOST_UNKNOWNS", 1_000)
+    result = runs.solve(replace(heated(), mesh="tetrahedra", accuracy=1e-5))
+    assert any("less accurate than the 1e-05 asked for" in w for w in result.details["warnings"])
+    assert off(solved("bricks"), result) < 1.0
+
+
+def test_sensitivities_are_those_on_bricks_and_what_moves_has_none() -> None:
+    keys = ["material.silicon.thermal_conductivity", "boundary.plus.voltage"]
+    scene = heated()
+    tables = []
+    for mesh in ("bricks", "tetrahedra"):
+        asked = [*keys, "box.pad-0.upper.x"] if mesh == "tetrahedra" else keys
+        slopes = of_scene(replace(scene, mesh=mesh), solved(mesh), asked)
+        tables.append(slopes.table)
+    for key in keys:
+        for name, one in tables[0][key].items():
+            other = tables[1][key][name]
+            assert abs(one.value - other.value) <= one.error + other.error
+    assert "which tetrahedra don't follow" in slopes.left_out["box.pad-0.upper.x"]
+
+
+def test_over_time_values_agree_within_their_errors() -> None:
+    found = []
+    for mesh in ("bricks", "tetrahedra"):
+        scene = replace(heated(1), mesh=mesh, steady=False, end_time=1e-3, output_times=(1e-4, 3e-4, 1e-3))
+        found.append(runs.solve(check(scene), whole=True).traces)
+    a, b = found
+    assert a is not None
+    assert b is not None
+    for name in a.values:
+        for t in (1e-4, 3e-4, 1e-3):
+            x, y = (float(np.interp(t, r.time, r.values[name])) for r in (a, b))
+            assert abs(x - y) <= a.errors[name] + b.errors[name]
+
+
+def test_laws_of_the_temperature_give_the_same_on_both() -> None:
+    document, found = as_dict(heated(2)), []
+    document["material"][0]["thermal_conductivity"] = {"value": 130.0, "at": 293.0, "exponent": -1.3}
+    next(b for b in document["boundary"] if b["name"] == "end-0")["temperature"] = 400.0
+    for mesh in ("bricks", "tetrahedra"):
+        document["run"]["mesh"] = mesh
+        found.append(runs.solve(from_dict(document), whole=True))
+    assert off(*found) < 1.0
