@@ -23,6 +23,8 @@ INNER = 1e-4  # to which each step's linear system is solved, relatively
 HALVINGS = 3  # of a step that doesn't bring the state nearer
 SHORTEST = 1e-3  # step of the drive, relative, at which its largest value counts as found
 NEAR = 0.1  # of a drive: a step of that size fails because there is no state ahead, not because it is too long
+# Power of the drive that the rise grows with, from which on it runs away: that of a voltage is 2, that of heat 1.
+STEEP = 4.0
 ON_THE_WAY = 1e-3  # relative size of the last step to a state that only leads on to another
 HOTTEST = 1e5  # K, beyond any solid: a state that hot counts as none
 TOLD = 0.03  # of the accuracy: what a finer quadrature may change of the rise
@@ -193,12 +195,25 @@ def _driven(newton: Newton, voltage: float) -> Point:
             if step <= NEAR / 2 * ahead:
                 beyond = ahead
         if min(step, beyond - drive) < SHORTEST * max(drive, SHORTEST):
-            raise _runaway(newton, voltage, drive)
+            steep = before is not None and _power(before, (drive, rise)) > STEEP
+            raise _runaway(newton, voltage, drive, steep)
 
 
-def _runaway(newton: Newton, voltage: float, drive: float) -> RunawayError:
-    """What is said where the largest fraction of the drive with a steady state is ``drive``."""
+def _power(before: tuple[float, np.ndarray], after: tuple[float, np.ndarray]) -> float:
+    """The power of the drive with which the largest rise grows between two drives with their rises."""
+    (low, first), (high, last) = before, after
+    return (_largest(last) - _largest(first)) / (_largest(last) or 1.0) / ((high - low) / high)
+
+
+def _runaway(newton: Newton, voltage: float, drive: float, steep: bool) -> RunawayError:
+    """What is said where the largest fraction of the drive with a known steady state is ``drive``, at which the rise is
+    ``steep`` where it runs away."""
     conductor, limit = newton.conductor, drive * (abs(voltage) or 1.0)
+    if not steep:
+        return RunawayError(
+            f"no steady state is found beyond {drive:.3g} times what drives the scene, which need not be a runaway",
+            limit,
+        )
     where = f"no steady state exists below {newton.heat.domain.scene.initial_temperature + HOTTEST:,.0f} K"
     if conductor is None or not voltage:
         return RunawayError(

@@ -8,6 +8,7 @@ import pytest
 
 from fem3d.runs import sink as sinks
 from fem3d.runs.scene import solve
+from fem3d.solution import newton
 from scenes.errors import RunawayError, SceneError
 from scenes.free import from_dict
 from scenes.laws import PowerLaw, Table
@@ -187,6 +188,16 @@ def test_heat_alone_that_no_longer_leaves():
     with pytest.raises(RunawayError, match=r"the largest part of what heats the scene that has one is 0.83") as caught:
         solve(from_dict(given))
     assert abs(caught.value.limit - 1 / 1.2) < 5e-3
+
+
+def test_an_iteration_that_ends_is_not_called_a_runaway(monkeypatch):
+    """A state that isn't found, of a rise that grows evenly with the drive."""
+    found = newton.Newton.solve
+    monkeypatch.setattr(
+        newton.Newton, "solve", lambda self, drive, *rest: None if drive > 0.6 else found(self, drive, *rest)
+    )
+    with pytest.raises(RunawayError, match=r"no steady state is found beyond 0.6 times .* need not be a runaway"):
+        solve(from_dict(bar(POWER, volts=0.2, accuracy=1e-1)))
 
 
 def test_on_a_mesh_file(tmp_path):
