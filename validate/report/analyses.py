@@ -274,7 +274,7 @@ def left_out(found: LeftOut, outcome: Outcome[Any], style: Style) -> Section:
     if rows:
         parts.append(Table(("left out", *(q.called for q in shown)), rows))
         parts.append("Changes of the 3D steady state with each effect, over that without.")
-    unsolved = f"Not solved, so that it may matter more: {UNSOLVED}."
+    unsolved = f"Not among these, so that it may matter more: {UNSOLVED}."
     return Section("What both models leave out", [*parts, sentences(skipped), unsolved], headed=True)
 
 

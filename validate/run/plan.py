@@ -62,7 +62,8 @@ def of_sink(sink: Sink, request: Request, solver: tuple[Step, ...], data: Data |
         at = f"{THERMAL_CONTACT.show(sink.contact_resistance)} at both faces of the oxide"
         solver = (*solver, step("contacts", f"{at}, where the 3D temperature jumps; {one}"))
     if sink.gap_gas_conductivity:
-        where = "" if sink.substrate_thickness is None else "; the 1D model's to room temperature"
+        apart = sink.substrate_thickness is not None and request.reduction == "paper"
+        where = "; in the paper's model to room temperature" if apart else ""
         solver = (*solver, step("gas in the gap", f"a film of {sink.gap_coefficient:.4g} W/(m2 K){where}"))
     steps = [*solver, _reduction(request), *_checks(sink, request), *_figures(figures_of(sink), left)]
     steps.append(step("traces.csv", "every quantity against time", "" if request.transient else _STEADY))

@@ -26,7 +26,7 @@ def draw(outcome: Outcome[Sink]) -> Figure:
     effects = dict(found.found) | ({} if found.together is None else {"together": found.together})
     height = 2.4 + 0.62 * len(effects)
     text = f"What both models leave out, {sink_text(outcome.scene)}"
-    said = [found.sentence, f"Not solved, so that it may matter more: {UNSOLVED}."]
+    said = [found.sentence, f"Not among these, so that it may matter more: {UNSOLVED}."]
     figure = new_figure(8.5, height, text, said, bottom=1.0, left=1.5)
     ax = figure.subplots()
     for n, (asked, colour) in enumerate(_COLOURS.items()):
