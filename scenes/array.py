@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, fields, replace
 from typing import Any, ClassVar
 
-from scenes.model import Boundary, Box, Point, Probe, Scene
+from scenes.model import Boundary, Box, Contact, Point, Probe, Scene
 from scenes.sink import Sink, face
 
 ONE_SINK = "array.columns = {0.columns} and array.rows = {0.rows}: {1}, so give 1 of each"
@@ -67,6 +67,7 @@ def whole(sink: Sink) -> Scene:
     boxes: list[Box] = []
     boundaries: list[Boundary] = []
     probes: list[Probe] = []
+    contacts: list[Contact] = []
     for number, (x, y) in enumerate(places(sink), 1):
 
         def moved(point: Point, x: float = x, y: float = y) -> Point:
@@ -80,9 +81,12 @@ def whole(sink: Sink) -> Scene:
             put(b) for b in one.boundaries if b.kind == "convection" or (b.kind == "voltage" and number in on)
         ]
         probes += [put(p) for p in one.probes if p.name != "end"]
+        for c in one.contacts:
+            pair = tuple(name if name == "substrate" else f"sink{number}_{name}" for name in c.between)
+            contacts.append(replace(c, name=f"sink{number}_{c.name}", between=(pair[0], pair[1])))
     plate = one.boxes[-1]
     bottom = Boundary("substrate", "temperature", *face(plate, 2, 0), sink.room_temperature)
     return Scene(
         sink.name, (*boxes, plate), (*boundaries, bottom), tuple(probes), sink.room_temperature, sink.end_time,
-        sink.accuracy, steady=True,
+        sink.accuracy, steady=True, contacts=tuple(contacts),
     )  # fmt: skip

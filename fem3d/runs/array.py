@@ -59,7 +59,8 @@ class Coupling:
 
 
 def solve(sink: SinkArray, progress: Callable[[str], None] | None = None) -> Result:
-    """The steady state of every element with estimated errors; ``details`` have the crosstalk and the places.
+    """The steady state of every element with estimated errors; ``details`` have the crosstalk, its `fall`
+    with the pitch, and the places.
 
     Raises what `fem3d.runs.sink.solve` raises, and NumericsError where the plate mirrors the array too often.
     """
@@ -71,7 +72,7 @@ def solve(sink: SinkArray, progress: Callable[[str], None] | None = None) -> Res
     fine, rough = (coupling(sink, of) for of in (print_, print_.middle))
     found, other = (coupled(sink, one, by) for by in (fine, rough))
     result = _result(sink, one, found, other, fine)
-    result.details["footprint"] = print_
+    result.details["fall"] = fall(sink, one, print_)
     return result
 
 
@@ -211,13 +212,12 @@ class Fall:
         return float(np.exp(np.interp(-np.log(tolerance), -y, x)))
 
 
-def fall(sink: SinkArray, result: Result) -> list[Fall]:
+def fall(sink: SinkArray, one: Result, of: Footprint) -> list[Fall]:
     """How crosstalk falls with the pitch, on substrates of a quarter, half, the whole and twice the thickness.
 
-    The two stand about the middle of the plate; the footprint is that on the sink's own substrate, and so is the driven
-    one's rise per watt, most of which is its own.
+    The two stand about the middle of the plate; the footprint ``of`` each is that on the sink's own substrate, and so
+    is the rise per watt of the driven ``one``, most of which is its own.
     """
-    of, one = result.details["footprint"], result.details["one"]
     own = one.steady["mean_rise_K"].value / one.steady["power_W"].value
     least, most = 1.01 * max(sink.pad_width, sink.width), sink.substrate_width - sink.oxide_width
     pitches, found = np.geomspace(least, max(most, 1.02 * least), PITCHES), []

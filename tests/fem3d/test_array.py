@@ -3,6 +3,8 @@ against all of them in one mesh."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -54,6 +56,18 @@ def test_coupled_elements_are_those_of_one_mesh(columns: int, pitch: float, driv
                 # By itself an idle one is known to less: its own error is checked against what the two are apart.
                 assert own.value == pytest.approx(other.value - 293.0, rel=2e-3)
                 assert own.error < 0.02 * own.value
+
+
+def test_contacts_are_of_every_element() -> None:
+    """Coupled elements whose oxide has contacts are those of one mesh that has them too; without, the peak is 0.7 %
+    lower, 20 times what both errors are."""
+    sink = SinkArray(columns=2, driven=(1,), substrate_thickness=0.5e-3, contact_resistance=1e-7)
+    assert [c.between[1] for c in whole(sink).contacts].count("substrate") == 4
+    found, one = array.solve(sink).steady, free.solve(whole(sink)).steady
+    peak, other = found["sink1_peak_rise_K"], one["sink1_peak"]
+    assert abs(peak.value - (other.value - 293.0)) < peak.error + other.error
+    perfect = array.solve(replace(sink, contact_resistance=None)).steady["sink1_peak_rise_K"]
+    assert peak.value - perfect.value > 5 * (peak.error + other.error)
 
 
 def test_known_numbers_of_two_columns() -> None:

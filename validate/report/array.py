@@ -59,10 +59,8 @@ def _elements(outcome: Outcome[SinkArray], style: Style) -> Section:
 
 def _fall(outcome: Outcome[SinkArray]) -> Section:
     """Per thickness of the substrate the pitch from which crosstalk is below each tolerance."""
-    from fem3d.runs.array import fall
-
     rows = []
-    for each in fall(outcome.scene, outcome.solved):
+    for each in outcome.solved.details["fall"]:
         pitches = [_pitch(each, tolerance) for tolerance in TOLERANCES]
         rows.append([quantity(each.thickness, "m", 3), *pitches])
     heads = ("substrate thickness", *(f"below {tolerance:g} from" for tolerance in TOLERANCES))
@@ -81,7 +79,7 @@ def _pitch(fall: Fall, tolerance: float) -> str:
 
 
 def entries(outcome: Outcome[SinkArray]) -> dict[str, Any]:
-    from fem3d.runs.array import MATRIX, fall
+    from fem3d.runs.array import MATRIX
     from validate.report.summary import of_3d
 
     result, matrix = outcome.solved, outcome.solved.details["crosstalk"]
@@ -93,17 +91,17 @@ def entries(outcome: Outcome[SinkArray]) -> dict[str, Any]:
         found["crosstalk"] = matrix.tolist()
     else:
         found["crosstalk_of"] = {
-            "element": (middle := _middle(outcome.scene)) + 1,
-            "mean_rise_K_per_W": matrix[:, middle],
+            "element": (column := middle(outcome.scene)) + 1,
+            "mean_rise_K_per_W": matrix[:, column],
         }
     found["crosstalk_by_pitch"] = [
         {"substrate_thickness_m": each.thickness, "pitch_m": each.pitch, "part": each.part}
-        for each in fall(outcome.scene, result)
+        for each in result.details["fall"]
     ]
     return found
 
 
-def _middle(sink: SinkArray) -> int:
+def middle(sink: SinkArray) -> int:
     """The number, from 0, of an element about the middle."""
     return sink.rows // 2 * sink.columns + sink.columns // 2
 

@@ -9,10 +9,9 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from fem3d.runs.array import fall
 from scenes.array import SinkArray, places
 from scenes.formats import quantity
-from validate.report.array import TOLERANCES, _middle, title
+from validate.report.array import TOLERANCES, middle, title
 from validate.report.checks import with_mu
 from validate.report.figures import INK
 from validate.report.figures.drawing import legend, logarithmic, new_figure
@@ -25,15 +24,15 @@ def draw(outcome: Outcome[SinkArray]) -> Figure:
     sink, result = outcome.scene, outcome.solved
     figure = new_figure(10.0, 4.8, title(outcome), [], bottom=0.95)
     plan, curve = figure.subplots(1, 2, gridspec_kw={"wspace": 0.62})
-    middle = _middle(sink)
-    column = np.array(result.details["crosstalk"])[:, middle]
+    driven = middle(sink)
+    column = np.array(result.details["crosstalk"])[:, driven]
     at = np.array(places(sink)) * 1e3
-    high, low = float(np.delete(column, middle).max()), float(np.delete(column, middle).min())
+    high, low = float(np.delete(column, driven).max()), float(np.delete(column, driven).min())
     norm = LogNorm(max(low, 1e-6 * high), max(high, 2e-6 * high))
     long, wide = (sink.length + 2 * sink.pad_length) * 1e3, max(sink.pad_width, sink.width) * 1e3
     colours = colormaps["viridis"]
     for number, (x, y) in enumerate(at):
-        own = number == middle
+        own = number == driven
         colour = "white" if own else colours(norm(max(column[number], norm.vmin)))
         plan.add_patch(Rectangle((x - wide / 2, y - long / 2), wide, long, facecolor=colour, edgecolor=INK, lw=0.5))
     size = np.array([sink.substrate_width, sink.substrate_length]) * 1e3 / 2
@@ -41,7 +40,7 @@ def draw(outcome: Outcome[SinkArray]) -> Figure:
     plan.set(xlim=1.03 * size[0] * np.array([-1, 1]), ylim=1.03 * size[1] * np.array([-1, 1]))
     plan.set(xlabel="across (mm)", ylabel="along (mm)", aspect="equal")
     figure.colorbar(ScalarMappable(norm, colours), ax=plan, label="rise per watt in the white one (K/W)", shrink=0.8)
-    for each, look in zip(fall(sink, result), ("-", "--", "-.", ":"), strict=False):
+    for each, look in zip(result.details["fall"], ("-", "--", "-.", ":"), strict=False):
         curve.plot(each.pitch * 1e6, each.part, ls=look, label=with_mu(f"{quantity(each.thickness, 'm', 3)} thick"))
     for tolerance in TOLERANCES:
         curve.axhline(tolerance, color=INK, lw=0.6)
