@@ -8,6 +8,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
+from matplotlib.ticker import FormatStrFormatter
 
 from scenes.array import SinkArray, places
 from scenes.formats import quantity
@@ -39,7 +40,9 @@ def draw(outcome: Outcome[SinkArray]) -> Figure:
     plan.add_patch(Rectangle((-size[0], -size[1]), *(2 * size), fill=False, edgecolor=INK))
     plan.set(xlim=1.03 * size[0] * np.array([-1, 1]), ylim=1.03 * size[1] * np.array([-1, 1]))
     plan.set(xlabel="across (mm)", ylabel="along (mm)", aspect="equal")
-    figure.colorbar(ScalarMappable(norm, colours), ax=plan, label="rise per watt in the white one (K/W)", shrink=0.8)
+    label = "rise per watt in the white one (K/W)"
+    bar = figure.colorbar(ScalarMappable(norm, colours), ax=plan, label=label, shrink=0.8, format="%.2g")
+    bar.ax.yaxis.set_minor_formatter(FormatStrFormatter("%.2g"))
     for each, look in zip(result.details["fall"], ("-", "--", "-.", ":"), strict=False):
         curve.plot(each.pitch * 1e6, each.part, ls=look, label=with_mu(f"{quantity(each.thickness, 'm', 3)} thick"))
     for tolerance in TOLERANCES:
