@@ -9,6 +9,7 @@ the integral of k'(T) w grad u . grad v, which is not. A term of another kind ha
 from __future__ import annotations
 
 from collections.abc import Callable
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
@@ -65,6 +66,12 @@ class OfCells:
     def slope(self, rise: np.ndarray) -> np.ndarray:
         """Its derivative (per K)."""
         return self._made(rise, lambda law, t: law.slope(t) if callable(law) else np.zeros_like(t))
+
+    def of(self, cell: int) -> OfCells:
+        """That of one of the cells, by its place among them."""
+        one = copy(self)
+        one._parts = [(np.zeros(1, int), given) for at, given in self._parts if cell in at]
+        return one
 
     def bends(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
         """(cells,): where a table has a bend between two rises (cells,), in K."""

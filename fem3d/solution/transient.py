@@ -149,6 +149,7 @@ MOST = 1 / LEAST
 # Of the cold resistivity: as long as it is larger at all vertices, it is larger than the least between them, of fields
 # that hold what they should.
 ENOUGH = 0.8
+HOTTEST = 1e5  # K, beyond any solid: with a law of a property a state that hot counts as run away
 GONE = 1e-9  # a new field whose independent part is smaller than this, relatively, is taken for one that is there
 
 
@@ -178,7 +179,7 @@ def march(base: Base, reduced: Reduced, end: float, accuracy: float, drop: int =
     jumps = dict(zip(knots.tolist(), -inputs.jumps(knots) @ modal.inertia, strict=True))
     trajectory = integrate(
         rates, lambda since: _source(base, modal, since), end, accuracy, size, start=start, jumps=jumps,
-        holds=_Resistivity(base, modal),
+        holds=_Resistivity(base, modal), stiff=modal.laws is not None,
     )  # fmt: skip
     return Transient(base, modal, trajectory)
 
@@ -190,7 +191,10 @@ class _Resistivity:
     def __init__(self, base: Base, modal: Reduced) -> None:
         heat, own = base.heat, base.conductor
         self._base, self._modal = base, modal
-        change = np.zeros(1) if own is None else (own.warm / own.cold)[: len(own.cells), 0]
+        # A law has values at all temperatures.
+        linear = own is not None and own.following is None
+        change = (own.warm / own.cold)[: len(own.cells), 0] if own is not None and linear else np.zeros(1)
+        self._rises = heat.whole(modal.basis.T)[:, heat.unit == 1.0] if modal.laws else None
         parts: list[tuple[float, np.ndarray]] = []
         for each in np.unique(change[change != 0]):
             assert own is not None
@@ -201,6 +205,8 @@ class _Resistivity:
         self._change = np.hstack([each * fields[:, at] for each, at in parts]) if parts else None
 
     def __call__(self, time: float, state: np.ndarray) -> bool:
+        if self._rises is not None and np.abs(state @ self._rises).max(initial=0.0) > HOTTEST:
+            return False
         if self._change is None:
             return True
         heat, own = self._base.heat, self._base.conductor
@@ -223,9 +229,13 @@ def _source(base: Base, modal: Reduced, since: float) -> Source:
 
     def source(times: np.ndarray, states: np.ndarray) -> np.ndarray:
         # What is constant needs no inputs, which cost time thousands of times.
-        g = first + np.outer(times - since, slope) if len(first) > 1 else None
+        varies = len(first) > 1 or modal.laws is not None
+        g = first + np.outer(times - since, slope) if varies else None
         own = modal.source[0] if g is None else g @ modal.source - rate
         own = np.broadcast_to(own, states.shape)
+        if modal.laws is not None and g is not None:
+            own = own - modal.laws.outflow(states, g)
+            g = modal.wide(states, g)
         return own + modal.joule(states, modal.currents(states, g), g) if conducts else own
 
     return source

@@ -1,0 +1,186 @@
+"""The response over time of a problem whose properties follow the temperature: rounds of reduced problems.
+
+Each round marches a reduced problem whose laws are interpolated between the states of the round before
+(`fem3d.solution.interpolated`), and holds the result against the full equations: at some instants t the residual
+
+    source(u) - outflow(u) - M du/dt,   with the current solved for and the laws by their quadrature,
+
+and what a step of the full problem makes of it, t (M + t K)^-1 times it. These corrections are fields of the next
+round. It ends where they are small; what the last round has changed of the traces is the error.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from fem3d.adaptivity import transient_base
+from fem3d.adaptivity.transient_base import Hot
+from fem3d.problems.current import Conductor, Potential, combined
+from fem3d.problems.heat import HeatProblem
+from fem3d.problems.linearized import linearized
+from fem3d.solution import transient
+from fem3d.solution.interpolated import with_laws
+from fem3d.solution.reduced import Reduced
+from fem3d.solution.steady import SteadyState
+from fem3d.solution.transient import Base, Krylov, Transient
+from scenes.errors import RunawayInTimeError
+
+GENERATIONS = 6  # of Krylov fields to start with
+INSTANTS = 12  # at which the full equations are looked at
+STATES = 24  # between which laws are interpolated
+ROUNDS = 8
+LOOSE, TIGHT = 0.1, 0.01  # of the accuracy: the steps of the rounds, and of the last
+ENOUGH = 0.1  # of the accuracy, relative to the largest rise: corrections with which the rounds end
+KEPT = 0.01  # of the accuracy: corrections, relative to the largest state, that become fields
+INTERPOLATED = 0.01  # of the accuracy: what is left between states, relative to the property
+SAME_TIME = 0.05  # relative change of the time of a runaway from round to round, which counts as none
+COARSE = 4.0  # factor between the steps that corrections are made with
+
+
+class Pair(NamedTuple):
+    """The response of the last round, and that of the one before, in fewer fields and longer steps."""
+
+    last: Transient
+    before: Transient
+
+
+@dataclass
+class Rounds:
+    """The rounds of one space: the exact problem, its ``base`` with the potentials of its patterns, the ``fields`` known
+    so far, and a problem linearized about a ``hot`` state."""
+
+    heat: HeatProblem
+    conductor: Conductor | None
+    steady: SteadyState | None
+    shift: float
+    end: float
+    earliest: float
+    accuracy: float
+
+    def __post_init__(self) -> None:
+        heat = self.heat
+        self.base, self.potentials = transient_base.cold(heat, self.conductor)
+        self.hot = None if self.steady is None else self.steady.heat
+        if self.steady is not None:
+            own = (self.steady.rise - heat.lifts[0])[: heat.free]
+            self._join(Hot(self.steady.rise, heat.inputs.at(np.zeros(1))[0], True))
+            warm = Base(self.steady.heat, None, [], own[:, None], [heat.mass @ heat.whole(own)])
+            fields = Krylov(warm, self.shift).fields(GENERATIONS - 2)
+            self.base = replace(self.base, fields=np.column_stack([self.base.fields, fields]), size=heat.norm(own))
+        self.fields = Krylov(self.base, self.shift).fields(GENERATIONS)
+
+    def run(self) -> Pair:
+        """The response up to the end. Raises RunawayInTimeError where it runs away."""
+        guess = self.march(self.base.project(self.fields), LOOSE)[0]
+        states, time = self._guessed(guess), np.inf
+        for _ in range(ROUNDS):
+            before, again = self.march(self.reduced(states), LOOSE)
+            left = self.correct(before)
+            states = before.rises(self.instants(STATES, before.end))
+            changed = abs(again - time) > SAME_TIME * again if again < np.inf else time < np.inf
+            time = again
+            if left <= ENOUGH * self.accuracy and not changed:
+                break
+        last = transient.march(self.base, self.reduced(states), self.end, TIGHT * self.accuracy)
+        return Pair(last, before)
+
+    def reduced(self, states: np.ndarray) -> Reduced:
+        """The reduced problem in the fields that there are, its laws interpolated between states (k, all nodes)."""
+        if self.steady is not None:
+            states = np.vstack([states, self.steady.rise])
+        own = self.base.project(self.fields)
+        return with_laws(own, self.heat, self.conductor, self.base.patterns, states, INTERPOLATED * self.accuracy)
+
+    def march(self, reduced: Reduced, share: float) -> tuple[Transient, float]:
+        """The response up to the end, or to where it is about to run away, and when it does (s)."""
+        try:
+            return transient.march(self.base, reduced, self.end, share * self.accuracy), np.inf
+        except RunawayInTimeError as runaway:
+            end = transient_base.BEFORE * runaway.time
+            return transient.march(self.base, reduced, end, share * self.accuracy), runaway.time
+
+    def _guessed(self, linear: Transient) -> np.ndarray:
+        """States (k, all nodes) between which laws are interpolated first: those of the linear problem, as large as the
+        steady state in the end where that is known."""
+        states = linear.rises(self.instants(STATES, linear.end))
+        if self.steady is None:
+            return states
+        ratio = np.abs(self.steady.rise).max() / max(np.abs(states[-1]).max(), 1e-300)
+        return np.asarray(states * ratio)
+
+    def instants(self, count: int, end: float) -> np.ndarray:
+        """Some times (s) up to an end, close together after the start and after bends and jumps of the inputs."""
+        knots = np.append(0.0, self.heat.inputs.knots(end))
+        knots = knots[np.unique(np.linspace(0, len(knots) - 1, 8).astype(int))]
+        found, each = [], max(4, count // len(knots))
+        for knot, following in zip(knots, np.append(knots[1:], end), strict=True):
+            gap = following - knot
+            found.append(knot + np.geomspace(min(self.earliest, gap / 2), gap * (1 - 1e-9), each))
+        return np.concatenate(found)
+
+    def correct(self, answer: Transient) -> float:
+        """Adds to the fields what the full equations lack at some instants, and to the currents what they are there;
+        how large that is, relative to the largest rise."""
+        heat, conductor, inputs = self.heat, self.conductor, self.heat.inputs
+        times = self.instants(INSTANTS, answer.end)
+        (a, rates), g, changing = answer.states(times), inputs.at(times), inputs.rates(times)
+        rises = answer.rises(times)
+        speeds = heat.whole(rates @ answer.reduced.basis.T) + changing @ heat.lifts
+        largest = float(np.abs(rises[:, heat.unit == 1.0]).max(initial=1e-300))
+        loads, near, moved = g @ heat.loads, None, np.zeros(len(times))
+        for i, rise in enumerate(rises):
+            loads[i] -= heat.outflow(rise) + heat.mass @ speeds[i]
+            if conductor is None or not conductor.conducts(rise):
+                continue
+            near = conductor.solve(rise, g[i] @ conductor.voltages, None if near is None else near.potential)
+            load = conductor.joule_load(near.density, rise)
+            c = answer.reduced.currents(a[i : i + 1], answer.reduced.wide(a[i : i + 1], g[i : i + 1]))[0]
+            told = conductor.joule_load(combined(self.base.patterns, c), rise)
+            moved[i] = np.abs(load - told).sum() / max(np.abs(load).sum(), 1e-300)
+            loads[i] += load
+        if self.hot is None:
+            self.hot = self._linearized(rises[int(np.abs(rises).max(axis=1).argmax())], g[-1])
+        changes = self._stepped(times, rises, loads[:, : heat.free])
+        seen = np.abs(changes[:, heat.unit[: heat.free] == 1.0]).max(axis=1, initial=0.0) / largest
+        gram = changes @ (heat.inner_mass @ changes.T)
+        sizes, turn = np.linalg.eigh((gram + gram.T) / 2)
+        size = max(heat.norm(rise[: heat.free]) for rise in rises) or 1.0
+        kept = np.sqrt(np.maximum(sizes, 0.0)) > KEPT * self.accuracy * size
+        self.fields = np.column_stack([self.fields, changes.T @ turn[:, kept]])
+        if moved.max() > transient_base.SAME * self.accuracy:
+            worst = int(moved.argmax())
+            self._join(Hot(rises[worst], g[worst], True))
+        return float(seen.max())
+
+    def _linearized(self, rise: np.ndarray, drive: np.ndarray) -> HeatProblem:
+        density = np.empty(0)
+        if self.conductor is not None:
+            density = self.conductor.solve(rise, drive @ self.conductor.voltages).density
+        return linearized(self.heat, self.conductor, rise, density)
+
+    def _stepped(self, times: np.ndarray, rises: np.ndarray, residuals: np.ndarray) -> np.ndarray:
+        """(times, free nodes): what one step of the full problem, as long as it is since the last knot, makes of
+        residuals: of the cold one or the hot, whichever is nearer."""
+        assert self.hot is not None
+        knots = np.append(0.0, self.heat.inputs.knots(self.end))
+        since = times - knots[np.searchsorted(knots, times, side="right") - 1]
+        steps = np.round(np.log(since) / np.log(COARSE)).astype(int)
+        warm = np.abs(rises).max(axis=1) > 0.5 * np.abs(self.heat.take(self.hot.about)).max()
+        found = np.empty_like(residuals)
+        for hot, step in sorted(set(zip(warm.tolist(), steps.tolist(), strict=True))):
+            at, length = (warm == hot) & (steps == step), COARSE**step
+            problem = self.hot if hot else self.heat
+            found[at] = length * problem.solve_shifted(length)(residuals[at])
+        for problem in (self.hot, self.heat):
+            problem.let_go()
+        return found
+
+    def _join(self, state: Hot) -> None:
+        """The currents of a state, and their Joule load, with those that are known."""
+        if self.conductor is None or not self.potentials:
+            return
+        hot, load = transient_base.heated(self.conductor, state, self.potentials)
+        self.base, self.potentials = transient_base.joined_by(self.base, self.potentials, state, hot, load)
