@@ -110,14 +110,16 @@ def refuse_contacts(scene: AnyScene, what: str) -> None:
 
 
 def refuse_following(scene: AnyScene, over_time: bool) -> None:
-    """Refuses a law of the temperature over time, and beside a contact, which the 3D solution does not have yet."""
+    """Refuses a specific heat by a law over time, and any law beside a contact, which the 3D solution does not have
+    yet."""
     if follows(scene, over_time):
         refuse_contacts(scene, "a property follows the temperature, and no law is solved beside a contact yet")
-    if over_time and follows(scene, over_time):
-        raise SceneError(
-            "a property follows the temperature, and over time the 3D solution takes numbers, or three along x, y and "
-            "z: give its value at a temperature, or ask for the steady state"
-        )
+    for m in materials(scene) if over_time and heat(scene) else ():
+        if "specific_heat" in m.follows:
+            raise SceneError(
+                f"specific_heat of {quoted(m.name)} follows the temperature, and the 3D solution takes a number: give "
+                "its value at a temperature"
+            )
 
 
 def refuse_laws(used: Iterable[Material], what: str) -> None:

@@ -21,6 +21,7 @@ from fem3d.adaptivity.transient_base import Hot
 from fem3d.problems.current import Conductor, Potential, combined
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.linearized import linearized
+from fem3d.results.study import Study
 from fem3d.solution import transient
 from fem3d.solution.interpolated import with_laws
 from fem3d.solution.reduced import Reduced
@@ -45,6 +46,11 @@ class Pair(NamedTuple):
 
     last: Transient
     before: Transient
+
+
+def of(base: Base, shift: float, study: Study) -> Rounds:
+    """The rounds of a base for a study, whose first fields are those of a ``shift`` (s)."""
+    return Rounds(base.heat, base.conductor, base.steady, shift, study.end, study.earliest, study.accuracy)
 
 
 @dataclass

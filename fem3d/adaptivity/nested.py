@@ -55,17 +55,22 @@ class Problems:
         return self.conductors[-1]
 
     @property
+    def follows(self) -> bool:
+        """Whether a property follows the temperature by a law."""
+        return self.heat.follows or (self.conductor is not None and self.conductor.following is not None)
+
+    @property
     def bricks(self) -> BrickSpace:
         """The space on a grid of bricks, whose functions stand on known intervals of the axes."""
         assert isinstance(self.domain.space, BrickSpace)
         return self.domain.space
 
-    def about(self, state: SteadyState) -> Problems:
-        """The problems linearized about the steady state of the highest space, where they are nonlinear."""
-        if state.heat.about is None:
+    def about(self, heat: HeatProblem) -> Problems:
+        """The problems linearized as that of the highest space is, where it is."""
+        if heat.about is None:
             return self
-        lower = (state.heat.lower(k) for k in range(len(self.heats) - 1))
-        return replace(self, heats=(*lower, state.heat))
+        lower = (heat.lower(k) for k in range(len(self.heats) - 1))
+        return replace(self, heats=(*lower, heat))
 
     def lifted(self, rise: np.ndarray, level: int) -> np.ndarray:
         """(..., all nodes of the highest space): fields of a lower one."""
@@ -145,7 +150,7 @@ def solution(study: Study, given: Problems, level: int = -1, follow: bool | None
     """The steady state in one of the nested spaces, by default the highest; ``follow`` as of `steady.coupled`."""
     heat, conductor = given.heats[level], given.conductors[level]
     thermal = physics.heat(given.domain.scene)
-    if thermal and (heat.terms or (conductor is not None and conductor.following is not None)):
+    if thermal and given.follows:
         state = _nonlinear(study, given, range(len(given.heats))[level])
     else:
         state = steady.coupled(heat, conductor, thermal, study.voltage, study.accuracy, follow)

@@ -132,9 +132,14 @@ class Conduction:
 
     def outflow(self, u: np.ndarray) -> np.ndarray:
         """(functions,): int (k - k0) grad u . grad v, in W."""
+        return self.between(u, u)
+
+    def between(self, u: np.ndarray, w: np.ndarray) -> np.ndarray:
+        """(functions,): int (k - k0) grad w . grad v with the conductivity of a field u, in W."""
         found = np.zeros(self.domain.space.size)
         for on, law, cold, _ in self.parts:
-            found += on.flow((law.value(on.value(u)) - cold) * on.gradient(u))
+            if w[on.dofs].any():
+                found += on.flow((law.value(on.value(u)) - cold) * on.gradient(w))
         return found
 
     def tangent(self, u: np.ndarray) -> tuple[csc_array, csc_array]:

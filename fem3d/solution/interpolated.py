@@ -49,8 +49,9 @@ class Interpolation:
 @dataclass(frozen=True, eq=False)
 class Conducted:
     """The conductivity: ``matrices`` (states, r, r + channels), the integrals of what it adds at each state times the
-    gradients of two fields; the states as ``fields`` (states, functions)."""
+    gradients of two fields; the states as ``fields`` (states, functions) of the ``term``."""
 
+    term: Conduction
     interpolation: Interpolation
     matrices: np.ndarray
     fields: np.ndarray
@@ -163,7 +164,7 @@ def _conducted(
             matrix += (flat_slopes[:r] * weighted) @ flat_slopes.T
     inverse = np.linalg.inv(flat[np.ix_(chosen, points)]) if chosen else np.empty((0, 0))
     interpolation = Interpolation(np.array(rows).reshape(len(points), len(fields)), at_points, inverse)
-    return Conducted(interpolation, matrices, states[chosen])
+    return Conducted(term, interpolation, matrices, states[chosen])
 
 
 def _resisting(

@@ -9,7 +9,7 @@ Linear Algebra Appl. 58, 1984.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -29,7 +29,8 @@ class Base:
     """What a transient starts from on one mesh: current patterns, temperature fields (free nodes, any number) that the
     space shall hold, and the loads (W, each all nodes) whose responses it shall hold.
 
-    ``size`` is the norm of the state that errors are relative to, where it is known.
+    ``size`` is the norm of the state that errors are relative to, where it is known. Where properties follow the
+    temperature by a law, ``heat`` is the exact problem, and ``steady`` its steady state, where that is known.
     """
 
     heat: HeatProblem
@@ -38,16 +39,29 @@ class Base:
     fields: np.ndarray
     loads: list[np.ndarray]
     size: float | None = None
+    steady: SteadyState | None = None
 
     @staticmethod
     def of_steady(state: SteadyState) -> Base:
         """The base of a response to a constant drive, whose steady state is known."""
         heat = state.heat
+        if heat.exact is not None:
+            return replace(Base.bare(heat.exact, state.conductor), steady=state)
         load = heat.loads[0].copy()
         if state.conductor is not None:
             load += state.conductor.joule_load(state.patterns[0].density, heat.lifts[0])
         own = (state.rise - heat.lifts[0])[: heat.free]
         return Base(heat, state.conductor, state.patterns, state.fields, _with_inertia(heat, [load]), heat.norm(own))
+
+    @staticmethod
+    def bare(heat: HeatProblem, conductor: Conductor | None) -> Base:
+        """That of which nothing is known beforehand."""
+        return Base(heat, conductor, [], np.empty((heat.free, 0)), [])
+
+    @property
+    def follows(self) -> bool:
+        """Whether a property follows the temperature by a law."""
+        return self.heat.follows or (self.conductor is not None and self.conductor.following is not None)
 
     def project(self, fields: np.ndarray) -> Reduced:
         """The reduced problem on the current patterns and some temperature fields."""
@@ -246,7 +260,7 @@ def _size(modal: Reduced, rates: np.ndarray, largest: np.ndarray, end: float) ->
     none = np.zeros(modal.states)
     load = largest @ np.abs(modal.source)
     if modal.supply.shape[1]:
-        c = modal.currents(none, largest)
-        load = load + np.abs(modal.joule(none, c, largest))
+        wide = modal.wide(none, largest)
+        load = load + np.abs(modal.joule(none, modal.currents(none, wide), wide))
     reached = load * np.minimum(1 / np.maximum(rates, 1e-300), end)
     return float(np.linalg.norm(reached) + np.linalg.norm(largest @ np.abs(modal.inertia))) or 1.0
