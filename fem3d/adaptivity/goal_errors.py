@@ -63,7 +63,7 @@ def examined(study: Study, given: Problems, fine: Solution, judge: Estimator) ->
     except NumericsError:
         return None
     given = given.about(fine.state.heat)
-    judge = judge.bending(given.bent)
+    judge = judge.bending(given.bent())
     scales = study.steady_scales(fine.out)
     own = of_part(study.part, study.goals, scales)
     duals = duals_of(study.goals, given, fine.state.rise, None)

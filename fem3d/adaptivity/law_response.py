@@ -23,21 +23,25 @@ from fem3d.problems.heat import HeatProblem
 from fem3d.problems.linearized import linearized
 from fem3d.results.study import Study
 from fem3d.solution import transient
-from fem3d.solution.interpolated import with_laws
+from fem3d.solution.interpolated import MOST, with_laws
 from fem3d.solution.reduced import Reduced
 from fem3d.solution.steady import SteadyState
 from fem3d.solution.transient import Base, Krylov, Transient
+from scenes import laws
 from scenes.errors import RunawayInTimeError
+from scenes.laws import Table
 
 GENERATIONS = 6  # of Krylov fields to start with
 INSTANTS = 12  # at which the full equations are looked at
-STATES = 24  # between which laws are interpolated
+STATES = 24  # between which laws are interpolated, to start with: tables bend, and take as many as there may be
 ROUNDS = 8
 LOOSE, TIGHT = 0.1, 0.01  # of the accuracy: the steps of the rounds, and of the last
 ENOUGH = 0.1  # of the accuracy, relative to the largest rise: corrections with which the rounds end
 KEPT = 0.01  # of the accuracy: corrections, relative to the largest state, that become fields
 INTERPOLATED = 0.01  # of the accuracy: what is left between states, relative to the property
 SAME_TIME = 0.05  # relative change of the time of a runaway from round to round, which counts as none
+FALLS = 0.25  # factor from round to round by which what is left should fall
+SURE = 0.05  # of the accuracy: what a finer quadrature of a law may change of the rise
 COARSE = 4.0  # factor between the steps that corrections are made with
 
 
@@ -77,18 +81,23 @@ class Rounds:
             fields = Krylov(warm, self.shift).fields(GENERATIONS - 2)
             self.base = replace(self.base, fields=np.column_stack([self.base.fields, fields]), size=heat.norm(own))
         self.fields = Krylov(self.base, self.shift).fields(GENERATIONS)
+        self.left, self.unsure, self.bends = np.inf, np.inf if heat.terms else 0.0, False
 
     def run(self) -> Pair:
         """The response up to the end. Raises RunawayInTimeError where it runs away."""
         guess = self.march(self.base.project(self.fields), LOOSE)[0]
-        states, time = self._guessed(guess), np.inf
+        bends = any(isinstance(law, Table) for m in self.heat.domain.materials for _, p in m.given() for law in laws.of(p))
+        time, count = np.inf, MOST if bends else STATES
+        states = self._guessed(guess, count)
         for _ in range(ROUNDS):
             before, again = self.march(self.reduced(states), LOOSE)
-            left = self.correct(before)
-            states = before.rises(self.instants(STATES, before.end))
+            known, self.left = self.left, self.correct(before)
+            slow, most = self.left > FALLS * known, count == MOST
+            count = min(2 * count, MOST) if slow else count
+            states = before.rises(self.instants(count, before.end))
             changed = abs(again - time) > SAME_TIME * again if again < np.inf else time < np.inf
             time = again
-            if left <= ENOUGH * self.accuracy and not changed:
+            if not changed and (self.left <= ENOUGH * self.accuracy or (slow and most)):
                 break
         last = transient.march(self.base, self.reduced(states), self.end, TIGHT * self.accuracy)
         return Pair(last, before)
@@ -108,10 +117,10 @@ class Rounds:
             end = transient_base.BEFORE * runaway.time
             return transient.march(self.base, reduced, end, share * self.accuracy), runaway.time
 
-    def _guessed(self, linear: Transient) -> np.ndarray:
+    def _guessed(self, linear: Transient, count: int) -> np.ndarray:
         """States (k, all nodes) between which laws are interpolated first: those of the linear problem, as large as the
         steady state in the end where that is known."""
-        states = linear.rises(self.instants(STATES, linear.end))
+        states = linear.rises(self.instants(count, linear.end))
         if self.steady is None:
             return states
         ratio = np.abs(self.steady.rise).max() / max(np.abs(states[-1]).max(), 1e-300)
@@ -137,8 +146,11 @@ class Rounds:
         speeds = heat.whole(rates @ answer.reduced.basis.T) + changing @ heat.lifts
         largest = float(np.abs(rises[:, heat.unit == 1.0]).max(initial=1e-300))
         loads, near, moved = g @ heat.loads, None, np.zeros(len(times))
+        finer, better = [np.zeros(heat.size) for _ in times], self._finer(rises)
         for i, rise in enumerate(rises):
             loads[i] -= heat.outflow(rise) + heat.mass @ speeds[i]
+            if better is not None:
+                finer[i] = heat.outflow(rise) - better.outflow(rise)
             if conductor is None or not conductor.conducts(rise):
                 continue
             near = conductor.solve(rise, g[i] @ conductor.voltages, None if near is None else near.potential)
@@ -149,8 +161,10 @@ class Rounds:
             loads[i] += load
         if self.hot is None:
             self.hot = self._linearized(rises[int(np.abs(rises).max(axis=1).argmax())], g[-1])
-        changes = self._stepped(times, rises, loads[:, : heat.free])
-        seen = np.abs(changes[:, heat.unit[: heat.free] == 1.0]).max(axis=1, initial=0.0) / largest
+        both = self._stepped(np.tile(times, 2), np.tile(rises, (2, 1)), np.vstack([loads, finer])[:, : heat.free])
+        changes, off = both[: len(times)], both[len(times) :]
+        vertices = heat.unit[: heat.free] == 1.0
+        seen, unsure = (np.abs(x[:, vertices]).max(axis=1, initial=0.0) / largest for x in (changes, off))
         gram = changes @ (heat.inner_mass @ changes.T)
         sizes, turn = np.linalg.eigh((gram + gram.T) / 2)
         size = max(heat.norm(rise[: heat.free]) for rise in rises) or 1.0
@@ -159,7 +173,26 @@ class Rounds:
         if moved.max() > transient_base.SAME * self.accuracy:
             worst = int(moved.argmax())
             self._join(Hot(rises[worst], g[worst], True))
-        return float(seen.max())
+        if better is not None:
+            self.unsure = float(unsure.max())
+            if self.unsure > SURE * self.accuracy:
+                self._take(better, rises[int(unsure.argmax())])
+        return float(seen.max()) + self.unsure
+
+    def _finer(self, rises: np.ndarray) -> HeatProblem | None:
+        """The problem by finer quadratures of its laws for some states; None where they are known to do: what bends
+        moves from round to round."""
+        heat = self.heat
+        if not heat.terms or (self.unsure <= SURE * self.accuracy and not self.bends):
+            return None
+        fields = list(heat.field(rises))
+        self.bends = any(term.bent(u).any() for term in heat.terms for u in fields)
+        return heat.with_terms(tuple(term.finer(*fields) for term in heat.terms))
+
+    def _take(self, better: HeatProblem, rise: np.ndarray) -> None:
+        """Takes a finer quadrature, of the resistivity one that is so for a rise."""
+        self.heat, self.conductor = better, self.conductor and self.conductor.finer(better.field(rise))
+        self.base = replace(self.base, heat=self.heat, conductor=self.conductor)
 
     def _linearized(self, rise: np.ndarray, drive: np.ndarray) -> HeatProblem:
         density = np.empty(0)

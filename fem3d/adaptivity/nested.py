@@ -6,7 +6,7 @@ its own; so has the space of degree 3 on tetrahedra.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
@@ -76,14 +76,14 @@ class Problems:
         """(..., all nodes of the highest space): fields of a lower one."""
         return self.heat.take(self.heats[level].field(rise))
 
-    @property
-    def bent(self) -> list[np.ndarray] | None:
+    def bent(self, states: Iterable[np.ndarray] = ()) -> list[np.ndarray] | None:
         """Per axis (intervals,), or on a mesh (cells,): those across which the law of a property bends at the state
-        that the problems are linearized about; None where nothing does."""
+        that the problems are linearized about, or at others (functions,); None where nothing does."""
         space, about = self.domain.space, self.heat.about
         if about is None:
             return None
-        changes = np.max([np.zeros((3, len(self.domain.body))), *(t.bent(about) for t in self.heat.terms)], axis=0)
+        every = [term.bent(u) for u in (about, *states) for term in self.heat.terms]
+        changes = np.max([np.zeros((3, len(self.domain.body))), *every], axis=0)
         if not changes.any():
             return None
         if not isinstance(space, BrickSpace):

@@ -27,6 +27,7 @@ ROUNDING = 1e-10  # relative error that rounding leaves in every trace
 NOTHING = 1e-10  # less heat than this fraction of what would warm everything from 0 K counts as none
 FIELDS, DROPPED, MOST_FIELDS = 6, 2, 60  # generations of Krylov fields: the first trial, how many fewer, the most
 ASKED = 200  # of the times that a user asks for, so many at most are compared: each costs a state of every space
+BENDS = 12  # times at which the bends of a law are looked for
 KNOTS = 12  # bends and jumps of the inputs, at most, after which errors are looked at closely
 
 
@@ -103,11 +104,13 @@ def marched(study: Study, base: Base, shift: float, steady_out: Outputs | None, 
 
 
 def _by_laws(study: Study, base: Base, shift: float, steady_out: Outputs | None, checked: np.ndarray) -> Marched:
+    """As of `marched`, of a problem whose properties follow the temperature by a law."""
     rounds = law_response.of(base, shift, study)
     answer, before = rounds.run()
     out = outputs.of_transient(answer, study.part, checked)
     there, scales = study.traces(out), study.trace_scales(steady_out or out)
     lost = distance(there, study.traces(outputs.of_transient(before, study.part, checked)))
+    lost = {name: value + rounds.left * scales[name] for name, value in lost.items()}
     return Marched(answer, answer.reduced, 0, checked, out, there, scales, lost, rounds.hot)
 
 
@@ -141,7 +144,8 @@ def respond(
     march = marched(study, bases[0], shift, None if steady is None else steady.fine.out, generations)
     if march.hot is not None:
         given = given.about(march.hot)
-        judge = judge.bending(given.bent)
+        times = _spread(march.checked, BENDS)
+        judge = judge.bending(given.bent(given.heat.field(march.answer.rises(march.checked[times]))))
     # One space's factors at a time: these have made all their fields.
     bases[0].heat.let_go()
     lesser = [beside(study, base, shift, march.generations) for base in bases[1:]]

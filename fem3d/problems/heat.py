@@ -159,6 +159,12 @@ class HeatProblem:
         """Whether it is nonlinear, and isn't linearized."""
         return bool(self.terms) and self.about is None
 
+    def with_terms(self, terms: tuple[Term, ...]) -> HeatProblem:
+        """The same linear problem with others of these."""
+        found = replace(self, terms=terms)
+        found.kept.like(self.kept)
+        return found
+
     def solve_dual(self, loads: np.ndarray, time: float | None = None) -> np.ndarray:
         """(k, free nodes): the solutions of the transposed problem, linearized where it is nonlinear, for loads of that
         shape; of the steady one, or with (M + time K) in its place."""
