@@ -179,6 +179,8 @@ def heat_step(scene: AnyScene) -> Step:
     """The line of the heat problem."""
     if physics.heat(scene):
         how = "by Newton's method: a property follows the temperature by a law"
+        if not scene.steady:
+            how = "a property follows the temperature by a law, interpolated between states of the response"
         once = "one factorization per mesh: the conductivity doesn't depend on temperature"
         return Step("heat", "done", how if physics.follows(scene, not scene.steady) else once)
     return Step("heat", "skipped", "nothing thermal is asked for: the currents at the initial temperature")
