@@ -107,7 +107,7 @@ def coupled(
                 by_pattern = load - conductor.joule_load(combined(patterns, point.c), rise)
                 moved_by_it = heat.norm(heat.solve_steady(by_pattern[: heat.free]))
                 change = moved_by_it / point.fraction**2 / (heat.norm(start) or 1.0)
-                change = max(change, _apart(conductor.pattern(hot), patterns[0], point.c[0] / point.fraction))
+                change = max(change, _apart(conductor.pattern(hot), patterns[0], float(point.c[0]) / point.fraction))
                 follows = follow is not None or change >= UNIFORM * accuracy
         if follows:
             latest = hot
