@@ -145,19 +145,20 @@ class Rounds:
         rises = answer.rises(times)
         speeds = heat.whole(rates @ answer.reduced.basis.T) + changing @ heat.lifts
         largest = float(np.abs(rises[:, heat.unit == 1.0]).max(initial=1e-300))
-        loads, near, moved = g @ heat.loads, None, np.zeros(len(times))
+        loads, moved = g @ heat.loads, np.zeros(len(times))
+        most = 1e-300
         finer, better = [np.zeros(heat.size) for _ in times], self._finer(rises)
         for i, rise in enumerate(rises):
             loads[i] -= heat.outflow(rise) + heat.mass @ speeds[i]
             if better is not None:
                 finer[i] = heat.outflow(rise) - better.outflow(rise)
-            if conductor is None or not conductor.conducts(rise):
+            if conductor is None or not self.potentials or not conductor.conducts(rise):
                 continue
-            near = conductor.solve(rise, g[i] @ conductor.voltages, None if near is None else near.potential)
-            load = conductor.joule_load(near.density, rise)
+            load = transient_base.heated(conductor, Hot(rise, g[i], False), self.potentials)[1]
             c = answer.reduced.currents(a[i : i + 1], answer.reduced.wide(a[i : i + 1], g[i : i + 1]))[0]
             told = conductor.joule_load(combined(self.base.patterns, c), rise)
-            moved[i] = np.abs(load - told).sum() / max(np.abs(load).sum(), 1e-300)
+            most = max(most, float(np.abs(load).sum()))
+            moved[i] = np.abs(load - told).sum()
             loads[i] += load
         if self.hot is None:
             self.hot = self._linearized(rises[int(np.abs(rises).max(axis=1).argmax())], g[-1])
@@ -170,7 +171,7 @@ class Rounds:
         size = max(heat.norm(rise[: heat.free]) for rise in rises) or 1.0
         kept = np.sqrt(np.maximum(sizes, 0.0)) > KEPT * self.accuracy * size
         self.fields = np.column_stack([self.fields, changes.T @ turn[:, kept]])
-        if moved.max() > transient_base.SAME * self.accuracy:
+        if moved.max() > transient_base.SAME * self.accuracy * most:
             worst = int(moved.argmax())
             self._join(Hot(rises[worst], g[worst], True))
         if better is not None:
