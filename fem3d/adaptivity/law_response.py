@@ -18,7 +18,7 @@ import numpy as np
 
 from fem3d.adaptivity import transient_base
 from fem3d.adaptivity.transient_base import Hot
-from fem3d.problems.current import Conductor, Potential, combined
+from fem3d.problems.current import Conductor, combined
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.linearized import linearized
 from fem3d.results.study import Study
@@ -31,11 +31,11 @@ from scenes import laws
 from scenes.errors import RunawayInTimeError
 from scenes.laws import Table
 
-GENERATIONS = 6  # of Krylov fields to start with
+GENERATIONS, MORE = 6, 4  # of Krylov fields to start with, and at a time where they don't do
 INSTANTS = 12  # at which the full equations are looked at
 STATES = 24  # between which laws are interpolated, to start with: tables bend, and take as many as there may be
 ROUNDS = 8
-LOOSE, TIGHT = 0.1, 0.01  # of the accuracy: the steps of the rounds, and of the last
+LOOSE, TIGHT = 0.02, 0.005  # of the accuracy: the steps of the rounds, and of the last
 ENOUGH = 0.1  # of the accuracy, relative to the largest rise: corrections with which the rounds end
 KEPT = 0.01  # of the accuracy: corrections, relative to the largest state, that become fields
 INTERPOLATED = 0.01  # of the accuracy: what is left between states, relative to the property
@@ -52,15 +52,16 @@ class Pair(NamedTuple):
     before: Transient
 
 
-def of(base: Base, shift: float, study: Study) -> Rounds:
-    """The rounds of a base for a study, whose first fields are those of a ``shift`` (s)."""
-    return Rounds(base.heat, base.conductor, base.steady, shift, study.end, study.earliest, study.accuracy)
+def of(base: Base, shift: float, study: Study, generations: int = 0) -> Rounds:
+    """The rounds of a base for a study, whose first fields are ``generations``, or more, of a ``shift`` (s)."""
+    count = max(GENERATIONS + int(max(0.0, -np.log10(study.accuracy) - 3) * 2), generations)
+    return Rounds(base.heat, base.conductor, base.steady, shift, study.end, study.earliest, study.accuracy, count)
 
 
 @dataclass
 class Rounds:
-    """The rounds of one space: the exact problem, its ``base`` with the potentials of its patterns, the ``fields`` known
-    so far, and a problem linearized about a ``hot`` state."""
+    """The rounds of one space: the exact problem, its ``base`` with the potentials of its patterns, some ``generations``
+    of Krylov fields, and the corrections, states and problem linearized about a ``hot`` state that are known so far."""
 
     heat: HeatProblem
     conductor: Conductor | None
@@ -69,6 +70,7 @@ class Rounds:
     end: float
     earliest: float
     accuracy: float
+    generations: int = GENERATIONS
 
     def __post_init__(self) -> None:
         heat = self.heat
@@ -80,30 +82,43 @@ class Rounds:
             warm = Base(self.steady.heat, None, [], own[:, None], [heat.mass @ heat.whole(own)])
             fields = Krylov(warm, self.shift).fields(GENERATIONS - 2)
             self.base = replace(self.base, fields=np.column_stack([self.base.fields, fields]), size=heat.norm(own))
-        self.fields = Krylov(self.base, self.shift).fields(GENERATIONS)
+        self.krylov = Krylov(self.base, self.shift)
+        self.corrections, self.states = np.empty((heat.free, 0)), np.empty((0, heat.size))
+        self.time, self.kept = np.inf, KEPT * self.accuracy
         self.left, self.unsure, self.bends = np.inf, np.inf if heat.terms else 0.0, False
 
     def run(self) -> Pair:
         """The response up to the end. Raises RunawayInTimeError where it runs away."""
-        guess = self.march(self.base.project(self.fields), LOOSE)[0]
-        bends = any(isinstance(law, Table) for m in self.heat.domain.materials for _, p in m.given() for law in laws.of(p))
-        time, count = np.inf, MOST if bends else STATES
-        states = self._guessed(guess, count)
+        given = [each for m in self.heat.domain.materials for _, each in m.given()]
+        count = MOST if any(isinstance(law, Table) for each in given for law in laws.of(each)) else STATES
+        if not len(self.states):
+            self.states = self._guessed(self.march(self.base.project(self.fields), LOOSE)[0], count)
         for _ in range(ROUNDS):
-            before, again = self.march(self.reduced(states), LOOSE)
+            before, again = self.march(self.reduced(), LOOSE)
             known, self.left = self.left, self.correct(before)
             slow, most = self.left > FALLS * known, count == MOST
             count = min(2 * count, MOST) if slow else count
-            states = before.rises(self.instants(count, before.end))
-            changed = abs(again - time) > SAME_TIME * again if again < np.inf else time < np.inf
-            time = again
+            self.states = before.rises(self.instants(count, before.end))
+            changed = abs(again - self.time) > SAME_TIME * again if again < np.inf else self.time < np.inf
+            self.time = again
             if not changed and (self.left <= ENOUGH * self.accuracy or (slow and most)):
                 break
-        last = transient.march(self.base, self.reduced(states), self.end, TIGHT * self.accuracy)
+        last = transient.march(self.base, self.reduced(), self.end, TIGHT * self.accuracy)
         return Pair(last, before)
 
-    def reduced(self, states: np.ndarray) -> Reduced:
-        """The reduced problem in the fields that there are, its laws interpolated between states (k, all nodes)."""
+    def more(self) -> None:
+        """More fields for the next `run`: generations, and corrections that were left out."""
+        self.generations += MORE
+        self.kept /= COARSE
+
+    @property
+    def fields(self) -> np.ndarray:
+        """(free nodes, any number)."""
+        return np.column_stack([self.krylov.fields(self.generations), self.corrections])
+
+    def reduced(self) -> Reduced:
+        """The reduced problem in the fields that there are, its laws interpolated between the states that are known."""
+        states = self.states
         if self.steady is not None:
             states = np.vstack([states, self.steady.rise])
         own = self.base.project(self.fields)
@@ -169,8 +184,8 @@ class Rounds:
         gram = changes @ (heat.inner_mass @ changes.T)
         sizes, turn = np.linalg.eigh((gram + gram.T) / 2)
         size = max(heat.norm(rise[: heat.free]) for rise in rises) or 1.0
-        kept = np.sqrt(np.maximum(sizes, 0.0)) > KEPT * self.accuracy * size
-        self.fields = np.column_stack([self.fields, changes.T @ turn[:, kept]])
+        kept = np.sqrt(np.maximum(sizes, 0.0)) > self.kept * size
+        self.corrections = np.column_stack([self.corrections, changes.T @ turn[:, kept]])
         if moved.max() > transient_base.SAME * self.accuracy * most:
             worst = int(moved.argmax())
             self._join(Hot(rises[worst], g[worst], True))

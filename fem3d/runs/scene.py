@@ -24,7 +24,6 @@ from scenes.model import AnyScene, MeshScene, Point, Scene
 from scenes.plan import Step
 from scenes.result import Estimate, Result, Traces
 
-
 LOOKED_AT = 9  # times of a run at which the ends of tables are looked for
 
 

@@ -135,9 +135,7 @@ def with_laws(
     return replace(reduced, laws=Laws(conduction[0] if conduction else None, resistivity))
 
 
-def _conducted(
-    term: Conduction, fields: np.ndarray, r: int, states: np.ndarray, tolerance: float
-) -> Conducted:
+def _conducted(term: Conduction, fields: np.ndarray, r: int, states: np.ndarray, tolerance: float) -> Conducted:
     excess, scales = [], []
     for on, law, cold, _ in term.parts:
         own = np.stack([law.value(rise) for rise in on.value(states)]) - cold

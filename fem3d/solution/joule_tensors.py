@@ -50,12 +50,18 @@ def beside(heats: JouleHeat, others: Sequence[JouleHeat]) -> dict[str, Any]:
         return np.concatenate([of(heats), *(of(other)[:1] for other in others)])
 
     def splits(name: str) -> dict[str, Split]:
-        return {key: (cold(lambda h: getattr(h, name)[key][0]), warm) for key, (_, warm) in getattr(heats, name).items()}
+        def of(key: str) -> np.ndarray:
+            return cold(lambda h: getattr(h, name)[key][0])
 
-    potentials = {}
-    for probe, (shares, _, warm) in heats.potentials.items():
-        drop = cold(lambda h, probe=probe: h.potentials[probe][1])
-        potentials[probe] = np.pad(shares, (0, len(others))), drop, warm
+        return {key: (of(key), warm) for key, (_, warm) in getattr(heats, name).items()}
+
+    def drop(probe: str) -> np.ndarray:
+        return cold(lambda h: h.potentials[probe][1])
+
+    potentials = {
+        probe: (np.pad(shares, (0, len(others))), drop(probe), warm)
+        for probe, (shares, _, warm) in heats.potentials.items()
+    }
     return {
         "cold": cold(lambda h: h.cold), "cold_load": cold(lambda h: h.cold_load), "in_box": splits("in_box"),
         "at_held": splits("at_held"), "potentials": potentials,

@@ -32,7 +32,9 @@ def over(law, end_time, times=(), accuracy=1e-3, volts=None, source=0.0, **mater
     """The bar of the steady tests, between cold ends, heated from time 0 on."""
     given = bar(law, volts=volts, accuracy=accuracy, **(CAPACITY | material))
     given["box"][0]["heat_source"] = source
-    given["run"] = {"end_time": end_time, "output_times": [*times], "accuracy": accuracy}
+    given["run"] = {"end_time": end_time, "accuracy": accuracy}
+    if len(times):
+        given["run"]["output_times"] = [*times]
     return given
 
 
@@ -67,7 +69,7 @@ def test_a_heated_bar_is_as_hot_as_kirchhoff_s_variable_has_it(exponent):
 
 def second_path(scene, grid, times, pieces):
     """(times, 2): the mean rise and the current of a bar, by Newton's method on scikit-fem's elements."""
-    basis, owner, order = newton_scene.base(scene, grid, 4)
+    basis, owner, order = newton_scene.base(scene, grid)
     problem = newton_scene.problem(scene, basis, owner, order)
     steps = np.arange(1, pieces + 1) / pieces
     instants = np.concatenate([[0.0], *(a + (b - a) * steps for a, b in pairwise([0.0, *times]))])
@@ -84,15 +86,15 @@ def test_the_second_path_has_the_same_course_on_the_same_mesh(exponent):
     """Conductivity and resistivity follow the temperature; the second path's steps are of order 3."""
     law = PowerLaw(SILICON.resistivity, 293.0, exponent)
     material = replace(SILICON, thermal_conductivity=FALLING, resistivity=law, temperature_coefficient=0.0)
-    ends = [end(s, kind, value) for s, volts in ((0, 8.0), (1, 0.0))
+    ends = [end(s, kind, value) for s, volts in ((0, 6.0), (1, 0.0))
             for kind, value in (("voltage", volts), ("temperature", 293.0))]  # fmt: skip
     scene = plain_bar(material, *ends)
-    grid, times = bar_grid(scene, 4, 1), 2e-5 * 2.0 ** np.arange(5)
+    grid, times = bar_grid(scene, 8, 1), 2e-5 * 2.0 ** np.arange(5)
     heat = problem(scene, grid)
     rounds = Rounds(heat, conductors.find(heat), None, 1e-4, float(times[-1]), 2e-5, 1e-4)
     out = outputs.of_transient(rounds.run().last, whole(scene), times)
     ours = np.column_stack([out["probe:mean"], out["current:voltage-0"]])
-    assert ours[-1, 0] > 100.0
+    assert ours[-1, 0] > 50.0
     coarse, fine = (np.abs(second_path(scene, grid, times, n) / ours - 1).max() for n in (1, 2))
     assert fine < 2e-4
     assert coarse > 4 * fine
@@ -125,9 +127,6 @@ def test_the_sink_ends_in_its_steady_state():
     traces = result.over_time
     assert abs(traces.values["peak_K"][-1] - 293.0 - 21.2769) <= traces.errors["peak_K"] < 0.2
     assert abs(traces.values["peak_K"][-1] - 293.0 - 20.3324) > traces.errors["peak_K"]
-    # Silicon that is still cold conducts as it does at 293 K: the rise is that of constant properties, to 1 %.
-    early = np.interp(1e-5, traces.time, traces.values["mean_K"]) - 293.0
-    assert early == pytest.approx(0.0982, rel=1e-2)
 
 
 def test_a_resistivity_that_falls_with_the_square_of_the_temperature_runs_away_when_it_must():
@@ -136,7 +135,7 @@ def test_a_resistivity_that_falls_with_the_square_of_the_temperature_runs_away_w
     given["boundary"] = [b for b in given["boundary"] if "temperature" not in b]
     given["probe"] = [{"name": "at", "at": [LENGTH / 2, 0, 0]}]
     time = COLD * RHO * LENGTH**2 * 2330.0 * 700.0
-    given["run"] = {"end_time": 5 * time, "output_times": [], "accuracy": 1e-2}
+    given["run"] = {"end_time": 5 * time, "accuracy": 1e-2}
     with pytest.raises(RunawayInTimeError, match="the heating runs away at t = ") as caught:
         solve(from_dict(given))
     assert caught.value.time == pytest.approx(time, rel=5e-3)
