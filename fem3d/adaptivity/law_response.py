@@ -60,8 +60,8 @@ def of(base: Base, shift: float, study: Study, generations: int = 0) -> Rounds:
 
 @dataclass
 class Rounds:
-    """The rounds of one space: the exact problem, its ``base`` with the potentials of its patterns, some ``generations``
-    of Krylov fields, and the corrections, states and problem linearized about a ``hot`` state that are known so far."""
+    """The rounds of one space: the exact problem, its ``base`` with the potentials of its patterns, ``generations`` of
+    Krylov fields, and the corrections, states and problem linearized about a ``hot`` state that are known so far."""
 
     heat: HeatProblem
     conductor: Conductor | None

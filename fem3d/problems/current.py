@@ -82,7 +82,7 @@ class Conductor:
     enter. ``sections``: the current probes inside, of which what lies on contacts is told by the ``jumps`` there, as a
     row (functions,) of each. ``stands_for`` (rows, 1): how many such cells in series each one is, all of which the
     resistivity counts and the heat does not. ``names`` (rows,) are those of bodies and contacts. ``following``: the
-    resistivity (ohm m) where one is a law, of which ``cold`` and ``warm`` are the tangent. Current densities are (3,
+    resistivity (ohm m) where one is a law, which ``cold`` and ``warm`` leave out. Current densities are (3,
     rows, points), by a quadrature with ``more`` points along each axis than the space asks for, on ``pieces`` of each
     cell.
     """
@@ -407,12 +407,12 @@ def combined(parts: Sequence[Pattern | Potential], c: np.ndarray) -> np.ndarray:
 
 
 def law(material: Material, initial: float) -> tuple[float, float]:
-    """The resistivity at the initial temperature (ohm m) and its change per kelvin (ohm m/K), eq 7; ValueError for a
-    material that doesn't conduct."""
+    """The resistivity at the initial temperature (ohm m) and its change per kelvin (ohm m/K), eq 7, of a law 0;
+    ValueError for a material that doesn't conduct."""
     if material.resistivity is None:
         raise ValueError(f"{material.name} doesn't conduct")
     if isinstance(material.resistivity, laws.Law):
-        return float(material.resistivity(initial)), float(material.resistivity.slope(initial))
+        return float(material.resistivity(initial)), 0.0
     a = material.temperature_coefficient
     return material.resistivity * (1 + a * (initial - material.reference_temperature)), material.resistivity * a
 

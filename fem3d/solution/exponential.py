@@ -22,6 +22,7 @@ from scenes.units import TIME
 FAST = 200.0  # beyond this decay over a step the convolution is summed by parts, below it by Gauss's rule of 48 points
 SWEEPS = 30
 APART = 1e-6  # of the norm of the state: the differences that tell the slope of a stiff source
+SETTLED = 1e-8  # relative change of a stiff source in a sweep, with which it is found
 RENEWED = 8  # sweeps after which a stiff source's slope is taken anew
 # Halvings of the step in which something ceases to hold: its time is then known to a millionth of the step.
 HALVINGS = 20
@@ -122,7 +123,7 @@ def integrate(
                 change = float(np.abs(values - old).max())
                 if not np.isfinite(change) or change > 1e3 * scale:
                     break
-                if change <= (1e-9 if stiff else 1e-13) * scale:
+                if change <= (SETTLED if stiff else 1e-13) * scale:
                     settled = True
                     break
             if not settled:
