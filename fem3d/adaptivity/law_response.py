@@ -103,7 +103,7 @@ class Rounds:
             self.time = again
             if not changed and (self.left <= ENOUGH * self.accuracy or (slow and most)):
                 break
-        last = transient.march(self.base, self.reduced(), self.end, TIGHT * self.accuracy)
+        last = self._marched(self.reduced(), self.end, TIGHT)
         return Pair(last, before)
 
     def more(self) -> None:
@@ -127,10 +127,15 @@ class Rounds:
     def march(self, reduced: Reduced, share: float) -> tuple[Transient, float]:
         """The response up to the end, or to where it is about to run away, and when it does (s)."""
         try:
-            return transient.march(self.base, reduced, self.end, share * self.accuracy), np.inf
+            return self._marched(reduced, self.end, share), np.inf
         except RunawayInTimeError as runaway:
             end = transient_base.BEFORE * runaway.time
-            return transient.march(self.base, reduced, end, share * self.accuracy), runaway.time
+            return self._marched(reduced, end, share), runaway.time
+
+    def _marched(self, reduced: Reduced, end: float, share: float) -> Transient:
+        """The response up to an end (s). Where the conductivity follows the temperature, heat that enters after a jump
+        needs steps as short as what diffuses then."""
+        return transient.march(self.base, reduced, end, share * self.accuracy, graded=self.earliest)
 
     def _guessed(self, linear: Transient, count: int) -> np.ndarray:
         """States (k, all nodes) between which laws are interpolated first: those of the linear problem, as large as the

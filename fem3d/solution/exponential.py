@@ -79,14 +79,17 @@ def integrate(
     jumps: Mapping[float, np.ndarray] | None = None,
     holds: Callable[[float, np.ndarray], bool] = lambda time, state: True,
     stiff: bool = False,
+    graded: float = np.inf,
 ) -> Trajectory:
     """From rest (or ``start``) to ``end`` (s), each step's collocation error below ``accuracy * size`` in the Euclidean
     norm.
 
     ``source(t)`` is the source from t on up to the next instant of ``jumps``, at each of which a step ends and the
     state jumps. A ``stiff`` source follows the state so strongly that sweeps alone don't settle it: each goes along the
-    source's slope. Raises RunawayInTimeError where the source outruns every step, or what ``holds``, of a time and the
-    state then, no longer does.
+    source's slope. No step is longer than the time since the last jump and a quarter of ``graded`` (s).
+
+    Raises RunawayInTimeError where the source outruns every step, or what ``holds``, of a time and the state then, no
+    longer does.
     """
     nodes = _lobatto(degree)
     to_legendre = np.linalg.inv(legendre.legvander(2 * nodes - 1, degree))
@@ -97,9 +100,9 @@ def integrate(
     steps: list[Step] = []
     convolve = Convolution(nodes, degree + 1)
     for stop in stops:
-        here = source(time)
+        here, since = source(time), time
         while time < stop:
-            left = stop - time
+            left, length = stop - time, min(length, time - since + graded / 4)
             last = length >= left * (1 - 1e-12)
             taken = left if last else length
             if taken < 1e-13 * end and not last:

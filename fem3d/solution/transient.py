@@ -180,8 +180,11 @@ def shift(slowest: float, earliest: float) -> float:
     return float(np.sqrt(earliest * max(slowest, earliest)))
 
 
-def march(base: Base, reduced: Reduced, end: float, accuracy: float, drop: int = 0) -> Transient:
-    """The response of a reduced problem up to ``end`` (s), without its last ``drop`` fields."""
+def march(
+    base: Base, reduced: Reduced, end: float, accuracy: float, drop: int = 0, graded: float = np.inf
+) -> Transient:
+    """The response of a reduced problem up to ``end`` (s), without its last ``drop`` fields; steps are ``graded`` as of
+    `integrate`."""
     kept = reduced.states - drop
     inner = reduced.stiffness[:kept, :kept]
     rates, modes = np.linalg.eigh((inner + inner.T) / 2)
@@ -193,7 +196,7 @@ def march(base: Base, reduced: Reduced, end: float, accuracy: float, drop: int =
     jumps = dict(zip(knots.tolist(), -inputs.jumps(knots) @ modal.inertia, strict=True))
     trajectory = integrate(
         rates, lambda since: _source(base, modal, since), end, accuracy, size, start=start, jumps=jumps,
-        holds=_Resistivity(base, modal), stiff=modal.laws is not None,
+        holds=_Resistivity(base, modal), stiff=modal.laws is not None, graded=graded,
     )  # fmt: skip
     return Transient(base, modal, trajectory)
 
