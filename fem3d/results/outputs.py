@@ -114,8 +114,9 @@ def of_states(
         return found
 
     def read(how: Reading) -> np.ndarray:
-        added = 0.0 if how.by_law is None else by_law(lambda u, _: how.by_law(u))
-        return along(how.row, a, g) + g @ how.entering + added
+        found = along(how.row, a, g) + g @ how.entering
+        row = how.by_law
+        return found if row is None else found + by_law(lambda u, _: row(u))
 
     def potential(probe: Any) -> np.ndarray:
         if probe.name not in reduced.potentials:

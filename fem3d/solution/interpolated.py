@@ -83,8 +83,8 @@ class Laws:
     @property
     def states(self) -> int:
         """Between how many states it is interpolated."""
-        of_each = (self.conduction and self.conduction.interpolation, self.resistivity)
-        return max(len(each.rows) for each in of_each if each is not None)
+        conduction = None if self.conduction is None else self.conduction.interpolation
+        return max(len(each.rows) for each in (conduction, self.resistivity) if each is not None)
 
     def wide(self, a: np.ndarray, g: np.ndarray) -> np.ndarray:
         """(..., channels of the Joule heat): the inputs g (..., channels) and the f_s of the resistivity at states a

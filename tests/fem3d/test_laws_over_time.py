@@ -143,7 +143,7 @@ def test_a_resistivity_that_falls_with_the_square_of_the_temperature_runs_away_w
 
 
 def test_what_is_not_solved_is_refused():
-    given = over(POWER, 1e-3, specific_heat={"value": 700.0, "at": 293.0, "exponent": 0.3})
+    given = over(POWER, 1e-3, source=1e13, specific_heat={"value": 700.0, "at": 293.0, "exponent": 0.3})
     with pytest.raises(SceneError, match='specific_heat of "m" follows the temperature, and the 3D solution takes'):
         solve(from_dict(given))
 
