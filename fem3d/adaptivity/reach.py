@@ -102,12 +102,12 @@ class Edges:
     def _kept(self, grid: Grid, missing: Spread) -> tuple[float, float]:
         """What the shortest layers at the edges would leave of what is missing: of short layers, and of all."""
         asymptotic, shortest, of_short, of_all = _asymptotic(grid, self._marks), grading.shortest_of(grid), 0.0, 0.0
-        for breaks, near, own in zip(grid.breaks, self._marks.near(grid), missing, strict=True):
+        for breaks, near, missed in zip(grid.breaks, self._marks.near(grid), missing, strict=True):
             s, lengths = np.minimum(near[:-1], near[1:]), np.diff(breaks)
             at = np.isfinite(s)
-            left = own[at] * np.minimum(shortest / lengths[at], 1.0) ** (2 * s[at])
-            of_short += float(left[lengths[at] < asymptotic].sum())
-            of_all += float(left.sum())
+            kept = missed[at] * np.minimum(shortest / lengths[at], 1.0) ** (2 * s[at])
+            of_short += float(kept[lengths[at] < asymptotic].sum())
+            of_all += float(kept.sum())
         return of_short, of_all
 
     def _levels(self, grid: Grid) -> int:
@@ -132,11 +132,11 @@ def _asymptotic(grid: Grid, marks: Features) -> float:
 
 def _narrowest(grid: Grid, marks: Features) -> float:
     """The least distance (m) of two planes of the scene along any axis, without slivers."""
-    found = []
+    narrowest = []
     for breaks, inner in zip(grid.breaks, marks.planes, strict=True):
         gaps = np.diff(sorted({*inner, float(breaks[0]), float(breaks[-1])}))
-        found.append(float(gaps[gaps > grading.SLIVER * (breaks[-1] - breaks[0])].min()))
-    return min(found)
+        narrowest.append(float(gaps[gaps > grading.SLIVER * (breaks[-1] - breaks[0])].min()))
+    return min(narrowest)
 
 
 def not_reached(accuracy: float, because: str = "") -> NumericsError:

@@ -61,14 +61,14 @@ def resistance(pair: readouts.Pair, out: Outputs) -> np.ndarray:
         return np.zeros(current.shape)
     if passing.all():
         return between / current
-    found: np.ndarray = np.interp(out["time"], out["time"][passing], between[passing] / current[passing])
-    return found
+    resistance: np.ndarray = np.interp(out["time"], out["time"][passing], between[passing] / current[passing])
+    return resistance
 
 
 def given(pair: readouts.Pair, out: Outputs) -> np.ndarray:
     """The voltage (V) between two electrodes."""
-    own, other = pair
-    return _at(own, out) - _at(other, out)
+    one, other = pair
+    return _at(one, out) - _at(other, out)
 
 
 def _at(boundary: Any, out: Outputs) -> np.ndarray:

@@ -46,14 +46,14 @@ def until(
             raise runaway from None
     else:
         raise runaway
-    found = runaway.time
+    instant = runaway.time
     try:
         fields = result.details["transient"]
         transient.march(fields.base, fields.reduced, scene.end_time, STEPS * scene.accuracy)
     except RunawayInTimeError as known:
-        found = known.time
+        instant = known.time
     limit = _limit(scene, runaway.time)
-    return kept, result, f"{runs_away(found, scene.accuracy)}; it is solved up to {TIME.show(end)}{limit}"
+    return kept, result, f"{runs_away(instant, scene.accuracy)}; it is solved up to {TIME.show(end)}{limit}"
 
 
 def _limit(scene: AnyScene, time: float) -> str:

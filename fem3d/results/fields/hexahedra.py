@@ -59,8 +59,8 @@ class Whole:
 
     def at_points(self, values: np.ndarray, image: Image = _same) -> np.ndarray:
         """(..., n): values (..., x, y, z) at the nodes of the part."""
-        found = self._mirrored(values, 1, image)
-        return found.reshape(*found.shape[:-3], -1)[..., self._used]
+        nodal = self._mirrored(values, 1, image)
+        return nodal.reshape(*nodal.shape[:-3], -1)[..., self._used]
 
     def in_hexes(self, values: np.ndarray, image: Image = _same) -> np.ndarray:
         """(m,): values (x, y, z) of the pieces of the part."""
