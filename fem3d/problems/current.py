@@ -31,6 +31,7 @@ SAME = 1e-9  # relative size below which a current field is taken for a sum of o
 # Error of a potential over that of its first guess, in the energy norm, unless a looser one is asked for.
 SOLVED = 1e-12
 NOTHING = 1e-30  # a residual of which, relatively, only an exact solution leaves no more
+_AND = "\x1f"  # between the names of a box and of probes in it: a separator of units, which no file has in a name
 Influence = tuple[np.ndarray, np.ndarray, dict[str, float]]
 """What `Conductor.influence` returns."""
 Resistivity = Callable[[np.ndarray], np.ndarray]
@@ -454,7 +455,7 @@ def find(heat: HeatProblem, solved: float = SOLVED) -> Conductor | None:
     cold, warm = lines[cells, :1], lines[cells, 1:]
     matrix, names, copies = (
         space.stiffness(1 / cold[:, 0], cells),
-        np.array(domain.names)[domain.body[cells]],
+        _named(domain)[cells],
         each[cells],
     )
     on: Any = space.on(cells)
@@ -471,6 +472,26 @@ def find(heat: HeatProblem, solved: float = SOLVED) -> Conductor | None:
         sections, jumps, csc_array(matrix), copies, names, Ordering(space.places), solved, terminals,
         OfCells(domain, "resistivity", cells) if len(np.intersect1d(following(domain, "resistivity"), cells)) else None,
     )  # fmt: skip
+
+
+def _named(domain: Domain) -> np.ndarray:
+    """(cells,): the box that each is of, with the probes of a power that it lies in (`box_of`, `within`)."""
+    found: np.ndarray = np.array(domain.names)[domain.body].astype(object)
+    for probe in domain.scene.probes:
+        if probe.quantity == "power":
+            inside = np.concatenate([cells for cells, _, _ in domain.patches(probe)])
+            found[inside] += _AND + probe.name
+    return found.astype(str)
+
+
+def box_of(name: str) -> str:
+    """The box of cells with a name."""
+    return name.split(_AND)[0]
+
+
+def within(name: str) -> list[str]:
+    """The probes of a power that cells with a name lie in."""
+    return name.split(_AND)[1:]
 
 
 def _resistivity(domain: Domain, cells: np.ndarray, line: np.ndarray, each: np.ndarray) -> Resistivity:
