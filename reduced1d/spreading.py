@@ -12,8 +12,8 @@ import math
 import numpy as np
 
 _TERMS = 40
-"""Of each sum, times the plate's side over the source's; what is left out falls as their square, which half as many
-tell."""
+"""Number of terms of each sum, times the plate's side over the source's. What is left out falls as their square; the
+sum with half as many tells how large it is."""
 
 
 def plate_resistance(

@@ -29,7 +29,7 @@ DEEPEST = 40
 LARGEST_EXPONENT = 100
 """No formula needs more, and exact fractions stay small."""
 MOST_BITS = 4000
-"""Of an exact fraction: one with more digits is rounded to a double."""
+"""Bits of an exact fraction's numerator or denominator; one with more is rounded to a double."""
 ROOTS = 12
 """Exponents of quantities with a unit are multiples of 1/2, 1/3 ... 1/12: those of units are rational."""
 

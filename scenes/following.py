@@ -13,7 +13,7 @@ from scenes.laws import PowerLaw, Property, Table
 from scenes.units import NUMBER, TEMPERATURE
 
 STEEPEST = 20.0
-"""Exponent of a power law, at most: beyond are slips."""
+"""The largest exponent of a power law; larger ones are slips."""
 _ABSOLUTE = Quantity(TEMPERATURE, 1.0, 1e5)
 
 

@@ -36,8 +36,8 @@ SLOWEST = 1.0  # slowest rate a that is assumed next to an edge, unless theory h
 LAG, LAG_OVER_EXPONENT = 3.0, 0.6
 REGULAR = 2.0  # slowest rate a away from edges: that next to an edge of exponent 1/2
 FASTEST = 40.0
-# Of a solution whose second derivative jumps inside an interval, at p^-3/2 in the energy norm (Gui and Babuska) and
-# twice that in a reading, less one, as parts of either sign make up what is seen of it.
+# Fastest rate a for a solution whose second derivative jumps inside an interval. In the energy norm its error falls
+# like p^-3/2 (Gui and Babuska), in a reading like p^-3; one less, as parts of both signs cancel in what is seen of it.
 BENT = 2.0
 
 Spread = list[np.ndarray]

@@ -24,8 +24,9 @@ MANY = 1_000
 COARSEST = 1e-2  # accuracy from which on a first grid has the fewest layers
 HARDLY = 0.25  # edges of a smaller exponent take more layers than lengths leave room for
 LAYER = 0.1  # layers shorter than this fraction of the narrowest length of a scene see their edge alone
-# Of what is enough, which the shortest layers may leave. `validate stress --scenes 160` counts what is refused for it;
-# of its scenes that are solved none keeps more, and with only a tenth left for all the rest cells grow without end.
+# The shortest layers at edges may leave this fraction of the error that is allowed. `validate stress --scenes 160`
+# counts what is refused for it: no scene that it solves keeps more; were only a tenth left for all other errors, cells
+# would grow without end.
 KEPT = 0.75
 
 

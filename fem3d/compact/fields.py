@@ -18,7 +18,7 @@ from fem3d.solution.reduced import orthonormal
 from fem3d.solution.transient import Base
 
 FIRST, MOST = 4, 16  # how many shifts to begin with, and at most
-SOONER = 3.0  # the first shift is the earliest time over this
+SOONER = 3.0  # the first shift of the Krylov fields is the earliest time over this
 
 
 def slowest(heat: HeatProblem) -> float:

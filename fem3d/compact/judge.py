@@ -20,7 +20,7 @@ from scenes.model import UNITS as PROBE_UNITS
 from scenes.model import AnyScene, Schedule, Value
 from scenes.result import Result
 
-INSTANTS = 60  # instants of each run that is compared
+INSTANTS = 60  # number of instants of each run at which a model is compared
 # Places of an extreme at most, and by what fraction of a run's scale a place may miss the extreme.
 MOST_PLACES, NEAR = 12, 1e-4
 EQUATIONS = [

@@ -17,7 +17,8 @@ from scenes import physics
 from scenes.compact.channels import Channel, apart, driven
 from scenes.model import AnyScene, MeshScene, Value
 
-# Each given temperature's step is this fraction of the one before, of the other sign: equal ones would cancel out.
+# The step of each given temperature is this fraction of the one before, and of the other sign: equal steps would cancel
+# out.
 LESS = 0.8
 FARTHEST = 0.2  # a step of a temperature changes a resistivity by at most this fraction
 

@@ -33,13 +33,14 @@ FEWEST, MOST_NODES = 4, 12
 START, AFTER = 60, 60
 """Samples of a short run before and after its outer step, by which meshes, fields and nodes are judged."""
 FALLING = 0.25
-"""What the last degree took away over what the one before did, at least: as odd and even ones take turns, one ratio may
-be small by chance. A quarter is what the regular part of such a solution was found to lose."""
+"""The least ratio that is assumed of what the last degree took away to what the degree before did: as odd and even
+degrees take turns, a single ratio may be small by chance. A quarter was measured for the regular part of such a
+solution."""
 MOST_LEVELS = 12
 AHEAD = 6.0
-"""A refinement aims that much below the accuracy: another level costs more than a few more unknowns."""
+"""A refinement aims at an error so many times below the accuracy: one more level costs more than some more unknowns."""
 ROUNDING = 1e-13
-"""Of a power: what a difference of two steady states, each iterated to that, may be off by."""
+"""Relative rounding error of a power in the difference of two steady states, each iterated to that."""
 STEPS = 1e-2  # the iteration for the powers between samples ends at this fraction of the accuracy
 
 

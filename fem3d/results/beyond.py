@@ -7,7 +7,8 @@ import numpy as np
 from fem3d.problems.heat import HeatProblem
 from scenes import laws
 
-CLOSE = 1e-3  # of the span of temperatures: a boundary at a table's end may seem to be so far beyond it
+# a table is left only beyond this fraction of the span of temperatures: given temperatures at its end are met to that
+CLOSE = 1e-3
 
 
 def tables(heat: HeatProblem, rises: np.ndarray, keys: tuple[str, ...]) -> list[str]:

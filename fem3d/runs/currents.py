@@ -22,7 +22,7 @@ from scenes.model import DERIVED, AnyScene, Schedule, Value
 from scenes.plan import Step
 from scenes.result import Result, Traces
 
-FINEST = 0.01  # of the accuracy: each voltage's part is found no better, for that would take very much longer
+FINEST = 0.01  # each voltage's part is solved to this fraction of the accuracy at best: finer takes very much longer
 _OTHER = {"max": "min", "min": "max"}
 
 

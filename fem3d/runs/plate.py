@@ -27,9 +27,9 @@ from scenes.errors import NumericsError
 NOTHING = 36.0
 """exp(-36) is 2e-16: where a term, or an image, is that small it is left out."""
 MOST_IMAGES = 4_000_000
-"""Of distances between points and images that are looked up: some seconds."""
+"""The most distances between points and images that are looked up, which takes some seconds."""
 SAMPLES = 1500
-"""Of log g over log r, between which cubic polynomials leave less than 1e-9."""
+"""Number of samples of log g over log r; cubic polynomials between them are off by less than 1e-9."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,7 +18,8 @@ from scenes import readouts
 from scenes.free.grid import grid_of
 from scenes.model import AnyScene, GroupProbe, MeshScene, Probe
 
-# Of the largest current: below it the resistance is that between the times beside, as 0/0 tells nothing.
+# Where the current is below this fraction of its largest, V/I is 0/0: the resistance there is interpolated between the
+# times beside it.
 NO_CURRENT = 1e-9
 
 

@@ -33,7 +33,9 @@ from fem3d.spaces.channels import Inputs
 from fem3d.spaces.domain import Domain
 from scenes.errors import SceneError
 
-ONE_SIDED = 1.5 * STEP  # of a derivative: what goes like key^s has one off by |s - 1| / 2 steps, s being -2 to 2
+# Relative error of a one-sided difference: for a trace in proportion to key^s it is |s - 1| / 2 steps, and s is -2 to
+# 2.
+ONE_SIDED = 1.5 * STEP
 GENERATIONS, FEWER = 6, 4  # of dual Krylov fields, and how many the error is told from
 PER_DECADE, FIRST = 20, 1e-3  # rows of a course, and how long after an input jumps they start, of the earliest time
 BENDS = 1e-2  # after a bend of an input rows start at this fraction of the time to the next bend

@@ -34,7 +34,7 @@ from scenes.errors import SceneError
 from scenes.model import Scene
 from scenes.result import Estimate
 
-COMPLEX = 1e-30
+COMPLEX = 1e-30  # the step of a derivative by a complex number: its square is nothing beside 1
 ROUNDING = 1e-8  # relative error that the dual solutions leave in a derivative
 
 Table = dict[str, dict[str, Estimate]]

@@ -24,10 +24,11 @@ from scenes.checks import FIRST_TIME
 from scenes.sink import Sink
 
 THIN = 1e-3
-"""The part of the anchor resistance that a plate's neglected terms may be: where more, it is not thin."""
+"""A plate counts as thin while the terms that it neglects are at most this part of the anchor resistance."""
 
 ONE_NODE = 0.05
-"""The same for the ends of a fin whose anchors are one node each."""
+"""The largest relative error, on the way to the steady state, at the ends of a fin whose anchors are one node each,
+before a warning is given."""
 
 SLENDER = 2.0
 """The length over the width below which a beam has more than one rise across."""

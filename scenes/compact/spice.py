@@ -16,7 +16,7 @@ from scenes.compact import names
 from scenes.compact.facts import facts
 from scenes.compact.runtime import CompactModel
 
-SMALL = 1e-15  # of the largest number of its row: what is left out
+SMALL = 1e-15  # entries below this part of the largest of their row are left out
 WIDTH = 100
 
 PINS = {

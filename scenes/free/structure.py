@@ -18,8 +18,9 @@ from scenes.free.grid import VOID, Grid, grid_of
 from scenes.model import Boundary, Scene
 from scenes.units import TIME
 
-NARROW = 0.1  # of the thinner box beside it: a gap that is narrower is likely a slip, and is said
-HURRIED = 1e-2  # of the thinnest extent of any box: where heat diffuses no farther, layers at surfaces are all there is
+NARROW = 0.1  # a gap narrower than this part of the thinner box beside it is likely a slip, and is told
+# a run is too short where heat diffuses over less than this part of the thinnest box's extent: only surfaces warm
+HURRIED = 1e-2
 _MANY = 1_000  # boxes, of more of which not every two are held against one another
 MOST = 20  # bodies, boundaries and the like that one line names
 _LOST = 1e-6  # of a box's volume: less is rounding of its corners

@@ -10,7 +10,7 @@ from meshes.grid import VOID, Grid
 from meshes.symmetry import Symmetry
 
 CORNERS = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))
-"""Of a hexahedron, in VTK's order."""
+"""The corners of a hexahedron in VTK's order."""
 
 Image = Callable[[np.ndarray, int, str], np.ndarray]
 """What a mirror across an axis, "even" or "odd", makes of a quantity."""
