@@ -345,30 +345,46 @@ class Varying(Kind):
 
 
 @dataclass(frozen=True)
-class Convection(Kind):
-    """{coefficient, ambient}: the ambient temperature may vary in time, the coefficient may not."""
+class Surroundings(Kind):
+    """A table of what a face gives heat by, under a ``name``, and the ambient temperature: that may vary in time where
+    its kind does, the other may not."""
 
-    coefficient: Quantity
-    ambient: Varying
+    name: str
+    quantity: Quantity
+    ambient: Varying | Quantity
+    example: str
 
     def read(self, path: str, given: object) -> tuple[float, Value]:
-        example = '{coefficient = "10 W/(m2 K)", ambient = "293 K"}'
+        example = f'{{{self.name} = {self.example}, ambient = "293 K"}}'
         if not isinstance(given, Mapping):
             raise SceneError(f"{path} = {quoted(given)} is not a table: give {example}")
-        only(path, given, ("coefficient", "ambient"))
-        for name in ("coefficient", "ambient"):
+        only(path, given, self.names)
+        for name in self.names:
             if name not in given:
                 raise SceneError(f"{path}.{name} is missing: give {example}")
-        if isinstance(given["coefficient"], Mapping):
-            raise SceneError(
-                f"{path}.coefficient may not vary in time: give one {self.coefficient.dimension.name[2:]}, such as "
-                f'"{self.coefficient.dimension.example}"'
-            )
-        coefficient = self.coefficient.read(f"{path}.coefficient", given["coefficient"]) or 0.0
-        return coefficient, self.ambient.read(f"{path}.ambient", given["ambient"])
+        if isinstance(given[self.name], Mapping):
+            raise SceneError(f"{path}.{self.name} may not vary in time: give one {self.called}, such as {self.example}")
+        if isinstance(given["ambient"], Mapping) and isinstance(self.ambient, Quantity):
+            raise SceneError(f'{path}.ambient may not vary in time: give one temperature, such as "293 K"')
+        number = self.quantity.read(f"{path}.{self.name}", given[self.name]) or 0.0
+        ambient: Any = self.ambient.read(f"{path}.ambient", given["ambient"])
+        return number, ambient
+
+    @property
+    def names(self) -> tuple[str, str]:
+        return self.name, "ambient"
+
+    @property
+    def called(self) -> str:
+        return self.name if self.quantity.dimension.powers == PLAIN else self.quantity.dimension.name[2:]
+
+    @property
+    def outside(self) -> Quantity:
+        """What the ambient temperature is, whether it varies or not."""
+        return self.ambient if isinstance(self.ambient, Quantity) else self.ambient.quantity
 
     def write(self, value: Any) -> Any:
-        return {"coefficient": self.coefficient.write(value[0]), "ambient": self.ambient.write(value[1])}
+        return {self.name: self.quantity.write(value[0]), "ambient": self.ambient.write(value[1])}
 
 
 @dataclass(frozen=True)

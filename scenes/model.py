@@ -121,7 +121,7 @@ class Boundary:
     """
 
     name: str
-    kind: Literal["temperature", "heat_flux", "convection", "voltage"]
+    kind: Literal["temperature", "heat_flux", "convection", "radiation", "voltage"]
     lower: Point
     upper: Point
     value: Value
@@ -287,7 +287,7 @@ class GroupBoundary:
     """A condition on a surface group: ``kind``, ``value``, ``ambient`` and ``contact_resistance`` as of `Boundary`."""
 
     name: str
-    kind: Literal["temperature", "heat_flux", "convection", "voltage"]
+    kind: Literal["temperature", "heat_flux", "convection", "radiation", "voltage"]
     group: str
     value: Value
     ambient: Value = 293.0

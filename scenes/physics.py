@@ -109,8 +109,23 @@ def refuse_contacts(scene: AnyScene, what: str) -> None:
         raise SceneError(f"{what}: leave {jumps[0]} out")
 
 
+def refuse_radiation(scene: AnyScene, what: str) -> None:
+    """Refuses radiation, for ``what`` takes what is linear in the temperature."""
+    for b in scene.boundaries:
+        if b.kind == "radiation":
+            raise SceneError(
+                f"boundary {quoted(b.name)}.radiation goes with the fourth power of the temperature, and {what} has "
+                "none yet: give a convection, or ask for the steady state in 3D alone"
+            )
+
+
 def refuse_following(scene: AnyScene, over_time: bool) -> None:
-    """Refuses a law of the temperature over time, and beside a contact, which the 3D solution does not have yet."""
+    """Refuses radiation and a law of the temperature over time, and these beside a contact, which the 3D solution does
+    not have yet."""
+    if over_time and heat(scene):
+        refuse_radiation(scene, "a run over time")
+    if any(b.kind == "radiation" for b in scene.boundaries):
+        refuse_contacts(scene, "radiation is not solved beside a contact yet")
     if follows(scene, over_time):
         refuse_contacts(scene, "a property follows the temperature, and no law is solved beside a contact yet")
     if over_time and follows(scene, over_time):
@@ -177,7 +192,8 @@ def refuse_both(label: str, material: Material) -> None:
 
 def is_exit(boundary: Boundary | GroupBoundary) -> bool:
     """Whether heat can leave by a boundary in the end."""
-    return boundary.kind == "temperature" or (boundary.kind == "convection" and boundary.value != 0)
+    film = boundary.kind in ("convection", "radiation") and boundary.value != 0
+    return boundary.kind == "temperature" or film
 
 
 def heats(boundary: Boundary | GroupBoundary, initial: float) -> bool:

@@ -15,8 +15,21 @@ from scipy.sparse import csc_array
 
 from fem3d.problems.cholesky import part
 from fem3d.problems.current import Conductor
-from fem3d.problems.heat import HeatProblem
+from fem3d.problems.heat import Film, HeatProblem
+from fem3d.problems.radiation import Radiation
 from fem3d.problems.rest import Rest
+
+
+def at_films(heat: HeatProblem, u: np.ndarray) -> HeatProblem:
+    """The problem whose films are tangents at a field u, where a boundary radiates."""
+    radiating = [term for term in (heat.exact or heat).terms if isinstance(term, Radiation)]
+    films = dict(heat.films)
+    for term in radiating:
+        still, per_kelvin = term.entering(u)
+        entering = np.zeros(heat.inputs.count)
+        entering[0] = still
+        films[term.boundary.name] = Film(entering, heat.take(per_kelvin))
+    return replace(heat, films=films) if radiating else heat
 
 
 def linearized(heat: HeatProblem, conductor: Conductor | None, rise: np.ndarray, density: np.ndarray) -> HeatProblem:
@@ -38,4 +51,4 @@ def linearized(heat: HeatProblem, conductor: Conductor | None, rise: np.ndarray,
         columns = falls * heat.take(conductor.on.load(heating))[None]
         rows = heat.take(conductor.on.load(steepness * heating * conductor.stands_for))[None]
     stiffness.sort_indices()
-    return replace(heat, stiffness=stiffness, rest=Rest(matrix, columns, rows), about=u, exact=heat)
+    return replace(at_films(heat, u), stiffness=stiffness, rest=Rest(matrix, columns, rows), about=u, exact=heat)

@@ -15,6 +15,7 @@ import numpy as np
 from fem3d.problems.following import at_faces
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.paths import across
+from fem3d.problems.radiation import Radiation
 from fem3d.spaces.domain import Domain
 from fem3d.spaces.extreme import Extreme
 from fem3d.spaces.integrals import Faces
@@ -71,7 +72,10 @@ def _reading(heat: HeatProblem, probe: Any) -> Reading:
         return Reading(heat.take(row), still, gradient=True)
     row, entering = nothing, still
     for b, on, shared in within:
-        if b.kind != "temperature":
+        if b.kind == "radiation":
+            own, per_kelvin = _radiated(heat, b, domain.seen(shared))
+            row, entering = row + heat.take(per_kelvin), entering + own
+        elif b.kind != "temperature":
             area = domain.seen(shared).load()
             entering = (
                 entering + float(area @ domain.space.unit / domain.seen(on).areas.sum()) * heat.films[b.name].entering
@@ -79,6 +83,16 @@ def _reading(heat: HeatProblem, probe: Any) -> Reading:
             if b.kind == "convection" and not isinstance(b.value, Schedule):
                 row = row - b.value * heat.take(area)
     return Reading(row, entering, tuple(b.name for b, _, _ in within if b.kind == "temperature"))
+
+
+def _radiated(heat: HeatProblem, boundary: Any, faces: Faces) -> tuple[np.ndarray, np.ndarray]:
+    """The heat that enters through some faces of a boundary that radiates, at the state about which a problem is
+    linearized: at no rise (channels,) in W, and per kelvin (functions,)."""
+    about = np.zeros(heat.domain.space.size) if heat.about is None else heat.about
+    still, per_kelvin = Radiation(heat.domain, boundary).entering(about, faces)
+    entering = np.zeros(heat.inputs.count)
+    entering[0] = still
+    return entering, per_kelvin
 
 
 def extreme(domain: Domain, probe: Any, inside: np.ndarray | None = None) -> Extreme:

@@ -75,7 +75,7 @@ def scales(scene: AnyScene, out: Outputs) -> dict[str, float]:
     """What an error of each probe is relative to."""
     given = _spread(
         v for b in scene.boundaries for v in ((b.value,) if b.kind == "temperature" else (b.ambient,))
-        if b.kind in ("temperature", "convection")
+        if b.kind in ("temperature", "convection", "radiation")
     )  # fmt: skip
     start = scene.initial_temperature
     floor = min(given, default=start) if scene.steady else start

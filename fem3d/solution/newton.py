@@ -14,7 +14,7 @@ import numpy as np
 
 from fem3d.problems.current import Conductor, Potential
 from fem3d.problems.heat import HeatProblem
-from fem3d.problems.linearized import linearized
+from fem3d.problems.linearized import at_films, linearized
 from fem3d.solution.steady import CONVERGED, SteadyState
 from scenes.errors import NumericsError, RunawayError
 
@@ -232,7 +232,8 @@ def _state(newton: Newton, point: Point, off: float) -> SteadyState:
     conductor, potential = newton.conductor, point.potential
     density = np.zeros((3, 0, 0)) if potential is None else potential.density
     near = newton.tangent_at(point)
-    heat = replace(near, about=near.field(point.rise), exact=newton.heat)
+    about = near.field(point.rise)
+    heat = replace(at_films(near, about), about=about, exact=newton.heat)
     heat.kept.tell(solve_steady=near.solve_steady)
     # What the stiffness makes of the rise is not the outflow where a term is no conduction.
     source = point.source + heat.stiffness @ point.rise - newton.heat.outflow(point.rise)

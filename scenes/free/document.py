@@ -33,10 +33,13 @@ RESISTANCES = ("thermal_resistance", "electrical_resistance")
 
 POINT = k.Place(k.Quantity(d.LENGTH, 0.0, 1e4, signed=True))
 
-CONDITIONS: dict[str, k.Varying | k.Convection] = {
+CONDITIONS: dict[str, k.Varying | k.Surroundings] = {
     "temperature": k.Varying(k.KELVIN),
     "heat_flux": k.Varying(k.Quantity(d.HEAT_FLUX, 0.0, 1e15, signed=True)),
-    "convection": k.Convection(k.Quantity(d.CONVECTION_COEFFICIENT, 0.0, 1e12), k.Varying(k.KELVIN)),
+    "convection": k.Surroundings(
+        "coefficient", k.Quantity(d.CONVECTION_COEFFICIENT, 0.0, 1e12), k.Varying(k.KELVIN), '"10 W/(m2 K)"'
+    ),
+    "radiation": k.Surroundings("emissivity", k.Quantity(d.NUMBER, 1e-6, 1.0), k.KELVIN, "0.8"),
     "voltage": k.Varying(k.Quantity(d.VOLTAGE, 0.0, 1e6, signed=True)),
     "current": k.Varying(k.Quantity(d.CURRENT, 0.0, 1e6, signed=True)),
 }
@@ -284,7 +287,8 @@ def _condition(item: Item) -> dict[str, Any]:
         has = f"has {' and '.join(kinds)}" if kinds else "has no condition"
         raise SceneError(f"{item.label} {has}: give exactly one of {', '.join(CONDITIONS)}")
     (kind,) = kinds
-    value, ambient = item.values[kind] if kind == "convection" else (item.values[kind], 293.0)
+    of_film = isinstance(CONDITIONS[kind], k.Surroundings)
+    value, ambient = item.values[kind] if of_film else (item.values[kind], 293.0)
     found = {"kind": kind, "value": value, "ambient": ambient}
     series = item.values.get("series_resistance")
     if series is not None and kind != "voltage":
