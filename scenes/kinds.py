@@ -347,14 +347,16 @@ class Varying(Kind):
 @dataclass(frozen=True)
 class Surroundings(Kind):
     """A table of what a face gives heat by, under a ``name``, and the ambient temperature: that may vary in time where
-    its kind does, the other may not."""
+    its kind does, the other may not. ``quantity`` is of what is under the name, ``law`` of what may follow the face's
+    temperature, where it may."""
 
     name: str
     quantity: Quantity
     ambient: Varying | Quantity
     example: str
+    law: Kind | None = None
 
-    def read(self, path: str, given: object) -> tuple[float, Value]:
+    def read(self, path: str, given: object) -> tuple[Any, Value]:
         example = f'{{{self.name} = {self.example}, ambient = "293 K"}}'
         if not isinstance(given, Mapping):
             raise SceneError(f"{path} = {quoted(given)} is not a table: give {example}")
@@ -362,13 +364,15 @@ class Surroundings(Kind):
         for name in self.names:
             if name not in given:
                 raise SceneError(f"{path}.{name} is missing: give {example}")
-        if isinstance(given[self.name], Mapping):
+        own = given[self.name]
+        if isinstance(own, Mapping) and (self.law is None or "times" in own):
             raise SceneError(f"{path}.{self.name} may not vary in time: give one {self.called}, such as {self.example}")
         if isinstance(given["ambient"], Mapping) and isinstance(self.ambient, Quantity):
             raise SceneError(f'{path}.ambient may not vary in time: give one temperature, such as "293 K"')
-        number = self.quantity.read(f"{path}.{self.name}", given[self.name]) or 0.0
+        kind = self.law if self.law is not None and isinstance(own, Mapping) else self.quantity
+        value: Any = kind.read(f"{path}.{self.name}", own)
         ambient: Any = self.ambient.read(f"{path}.ambient", given["ambient"])
-        return number, ambient
+        return value, ambient
 
     @property
     def names(self) -> tuple[str, str]:
@@ -384,7 +388,8 @@ class Surroundings(Kind):
         return self.ambient if isinstance(self.ambient, Quantity) else self.ambient.quantity
 
     def write(self, value: Any) -> Any:
-        return {self.name: self.quantity.write(value[0]), "ambient": self.ambient.write(value[1])}
+        kind = self.quantity if self.law is None or isinstance(value[0], (int, float)) else self.law
+        return {self.name: kind.write(value[0]), "ambient": self.ambient.write(value[1])}
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 from scenes import laws
 from scenes.errors import SceneError, listed, quoted
-from scenes.model import AnyScene, Boundary, GroupBoundary, Material, Schedule, Value, is_zero, values
+from scenes.model import AnyScene, Boundary, GroupBoundary, Material, Schedule, Value, bends, is_zero, values
 
 HEAT_KEYS = ("thermal_conductivity", "density", "specific_heat")
 
@@ -76,6 +76,14 @@ def may_follow(scene: AnyScene, over_time: bool) -> tuple[str, ...]:
     return "thermal_conductivity", *capacities, *(("resistivity",) if electric(scene) else ())
 
 
+def nonlinear(scene: AnyScene, over_time: bool) -> str:
+    """Why the heat problem is none of numbers alone, in words; nothing where it is one."""
+    why = ["a property follows the temperature"] * follows(scene, over_time)
+    if heat(scene) and (kinds := {b.kind for b in scene.boundaries if bends(b)}):
+        why += ["faces radiate"] * ("radiation" in kinds) + ["a film follows the temperature"] * ("convection" in kinds)
+    return " and ".join(why)
+
+
 def follows(scene: AnyScene, over_time: bool) -> bool:
     """Whether a property that matters here has a law of the temperature."""
     keys = set(may_follow(scene, over_time))
@@ -109,25 +117,24 @@ def refuse_contacts(scene: AnyScene, what: str) -> None:
         raise SceneError(f"{what}: leave {jumps[0]} out")
 
 
-def refuse_radiation(scene: AnyScene, what: str) -> None:
-    """Refuses radiation, for ``what`` takes what is linear in the temperature."""
+def refuse_faces(scene: AnyScene, what: str) -> None:
+    """Refuses, for ``what`` takes straight lines alone, a boundary whose heat is none of the temperature there."""
     for b in scene.boundaries:
-        if b.kind == "radiation":
+        if bends(b):
+            has = "radiates" if b.kind == "radiation" else "has a convection.coefficient that follows the temperature"
             raise SceneError(
-                f"boundary {quoted(b.name)}.radiation goes with the fourth power of the temperature, and {what} has "
-                "none yet: give a convection, or ask for the steady state in 3D alone"
+                f"boundary {quoted(b.name)} {has}, and {what} takes numbers alone: give a convection with one "
+                "coefficient, or ask for the 3D steady state alone"
             )
 
 
 def refuse_following(scene: AnyScene, over_time: bool) -> None:
-    """Refuses radiation and a law of the temperature over time, and these beside a contact, which the 3D solution does
-    not have yet."""
+    """Refuses what the 3D solution does not have yet: radiation and laws over time, and a law of a resistivity beside a
+    contact."""
     if over_time and heat(scene):
-        refuse_radiation(scene, "a run over time")
-    if any(b.kind == "radiation" for b in scene.boundaries):
-        refuse_contacts(scene, "radiation is not solved beside a contact yet")
-    if follows(scene, over_time):
-        refuse_contacts(scene, "a property follows the temperature, and no law is solved beside a contact yet")
+        refuse_faces(scene, "a run over time")
+    if "resistivity" in may_follow(scene, over_time) and any("resistivity" in m.follows for m in materials(scene)):
+        refuse_contacts(scene, "a resistivity follows the temperature, and no law of one is solved beside a contact yet")
     if over_time and follows(scene, over_time):
         raise SceneError(
             "a property follows the temperature, and over time the 3D solution takes numbers, or three along x, y and "

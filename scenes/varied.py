@@ -229,7 +229,8 @@ def _conditions(scene: AnyScene) -> Iterator[tuple[str, Number]]:
         else:
             assert isinstance(kind, Varying)
             own = kind.quantity
-        yield key, Number(_largest(boundary.value), own, _with_item(scene, "boundaries", i, "value"))
+        if not laws.varies(boundary.value):
+            yield key, Number(_largest(boundary.value), own, _with_item(scene, "boundaries", i, "value"))
         if 0 < boundary.series_resistance < inf:
             more = _with_item(scene, "boundaries", i, "series_resistance")
             yield f"boundary.{boundary.name}.series_resistance", Number(boundary.series_resistance, SERIES, more)

@@ -15,21 +15,21 @@ from scipy.sparse import csc_array
 
 from fem3d.problems.cholesky import part
 from fem3d.problems.current import Conductor
+from fem3d.problems.faces import Surface
 from fem3d.problems.heat import Film, HeatProblem
-from fem3d.problems.radiation import Radiation
 from fem3d.problems.rest import Rest
 
 
 def at_films(heat: HeatProblem, u: np.ndarray) -> HeatProblem:
-    """The problem whose films are tangents at a field u, where a boundary radiates."""
-    radiating = [term for term in (heat.exact or heat).terms if isinstance(term, Radiation)]
+    """The problem whose films are tangents at a field u, where a boundary's heat is no straight line."""
     films = dict(heat.films)
-    for term in radiating:
-        still, per_kelvin = term.entering(u)
-        entering = np.zeros(heat.inputs.count)
-        entering[0] = still
-        films[term.boundary.name] = Film(entering, heat.take(per_kelvin))
-    return replace(heat, films=films) if radiating else heat
+    for term in (heat.exact or heat).terms:
+        if isinstance(term, Surface):
+            still, per_kelvin = term.entering(u)
+            entering = np.zeros(heat.inputs.count)
+            entering[0] = still
+            films[term.boundary.name] = Film(entering, heat.take(per_kelvin))
+    return replace(heat, films=films)
 
 
 def linearized(heat: HeatProblem, conductor: Conductor | None, rise: np.ndarray, density: np.ndarray) -> HeatProblem:

@@ -233,7 +233,7 @@ def _state(newton: Newton, point: Point, off: float) -> SteadyState:
     density = np.zeros((3, 0, 0)) if potential is None else potential.density
     near = newton.tangent_at(point)
     about = near.field(point.rise)
-    heat = replace(at_films(near, about), about=about, exact=newton.heat)
+    heat = at_films(replace(near, about=about, exact=newton.heat), about)
     heat.kept.tell(solve_steady=near.solve_steady)
     # What the stiffness makes of the rise is not the outflow where a term is no conduction.
     source = point.source + heat.stiffness @ point.rise - newton.heat.outflow(point.rise)

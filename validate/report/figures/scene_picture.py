@@ -19,6 +19,7 @@ from scenes import physics
 from scenes.formats import cut
 from scenes.free.document import CONDITIONS, CURRENT_CONTACT, HEAT_CONTACT, HEAT_SOURCE, SERIES
 from scenes.kinds import Quantity, Surroundings, Varying
+from scenes.laws import Law
 from scenes.model import Boundary, Material, Point, Probe, Scene, Schedule, Value, values
 from scenes.units import THERMAL_CONDUCTIVITY
 from validate.report.figures import INK, PARTS
@@ -192,7 +193,9 @@ def _condition(boundary: Boundary) -> str:
         return _value(given, kind.quantity) + behind
     if isinstance(kind, Surroundings):
         what = "emissivity " * (kind.name == "emissivity")
-        return f"{what}{_value(boundary.value, kind.quantity)} to {_value(boundary.ambient, kind.outside)}"
+        law = boundary.value if isinstance(boundary.value, Law) else None
+        given = _value(boundary.value, kind.quantity) if law is None else cut(kind.law.show(law), CHARACTERS // 2)
+        return f"{what}{given} to {_value(boundary.ambient, kind.outside)}"
     assert isinstance(kind, Varying)
     return _value(boundary.value, kind.quantity) + behind
 
