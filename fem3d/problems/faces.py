@@ -34,16 +34,23 @@ def film(domain: Domain, boundary: Any) -> tuple[float, float]:
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """That of one boundary beyond its film, by a quadrature of ``more`` points along each axis than is its due."""
+    """That of boundaries with one law beyond their films, by a quadrature of ``more`` points along each axis than is its
+    due."""
 
     domain: Domain
-    boundary: Any
+    boundaries: tuple[Any, ...]
     more: int = 1
 
     @cached_property
     def on(self) -> Faces:
-        """The faces of the boundary, with the points of the quadrature."""
-        return self.domain.faces(self.boundary).finer(self.more)
+        """The faces of all, with the points of the quadrature."""
+        facets = np.concatenate([self.domain.on(b) for b in self.boundaries])
+        return self.domain.seen(facets).finer(self.more)
+
+    @property
+    def boundary(self) -> Any:
+        """One that stands for all."""
+        return self.boundaries[0]
 
     def outflow(self, u: np.ndarray) -> np.ndarray:
         """(functions,): what leaves beyond the film, in W."""
@@ -77,10 +84,10 @@ class Surface:
         """By two more points along each axis."""
         return replace(self, more=self.more + 2)
 
-    def entering(self, u: np.ndarray, on: Faces | None = None) -> tuple[float, np.ndarray]:
-        """The heat (W) that enters, of the whole boundary or some faces of it, by the tangent at a field u: at no rise,
-        and per kelvin (functions,)."""
-        seen = self.on if on is None else on.finer(self.more)
+    def entering(self, u: np.ndarray, on: Faces) -> tuple[float, np.ndarray]:
+        """The heat (W) that enters by some faces, by the tangent at a field u: at no rise, and per kelvin
+        (functions,)."""
+        seen = on.finer(self.more)
         at = self._start + seen.value(u)
         rest = faces.beyond(self.boundary, at)
         slope = faces.coefficient(self.boundary, at) + (0.0 if rest is None else rest)
@@ -93,5 +100,9 @@ class Surface:
 
 
 def surfaces(domain: Domain) -> tuple[Surface, ...]:
-    """One of each boundary whose heat is no straight line of the temperature."""
-    return tuple(Surface(domain, b) for b in domain.scene.boundaries if bends(b) and len(domain.on(b)))
+    """One of each law of boundaries whose heat is no straight line of the temperature."""
+    alike: dict[Any, list[Any]] = {}
+    for b in domain.scene.boundaries:
+        if bends(b) and len(domain.on(b)):
+            alike.setdefault((b.kind, b.value, b.ambient), []).append(b)
+    return tuple(Surface(domain, tuple(of)) for of in alike.values())

@@ -24,11 +24,11 @@ def at_films(heat: HeatProblem, u: np.ndarray) -> HeatProblem:
     """The problem whose films are tangents at a field u, where a boundary's heat is no straight line."""
     films = dict(heat.films)
     for term in (heat.exact or heat).terms:
-        if isinstance(term, Surface):
-            still, per_kelvin = term.entering(u)
+        for b in term.boundaries if isinstance(term, Surface) else ():
+            still, per_kelvin = term.entering(u, heat.domain.faces(b))
             entering = np.zeros(heat.inputs.count)
             entering[0] = still
-            films[term.boundary.name] = Film(entering, heat.take(per_kelvin))
+            films[b.name] = Film(entering, heat.take(per_kelvin))
     return replace(heat, films=films)
 
 
@@ -51,4 +51,4 @@ def linearized(heat: HeatProblem, conductor: Conductor | None, rise: np.ndarray,
         columns = falls * heat.take(conductor.on.load(heating))[None]
         rows = heat.take(conductor.on.load(steepness * heating * conductor.stands_for))[None]
     stiffness.sort_indices()
-    return replace(at_films(heat, u), stiffness=stiffness, rest=Rest(matrix, columns, rows), about=u, exact=heat)
+    return replace(heat, stiffness=stiffness, rest=Rest(matrix, columns, rows), about=u, exact=heat)

@@ -89,7 +89,7 @@ def _bent(heat: HeatProblem, boundary: Any, on: Faces) -> tuple[np.ndarray, np.n
     """The heat that enters through some faces of a boundary where it is no straight line of the temperature, by the
     tangent at the state that a problem is linearized about: at no rise (channels,) in W, and per kelvin (functions,)."""
     about = np.zeros(heat.domain.space.size) if heat.about is None else heat.about
-    terms = (t for t in (heat.exact or heat).terms if isinstance(t, Surface) and t.boundary.name == boundary.name)
+    terms = (t for t in (heat.exact or heat).terms if isinstance(t, Surface) and boundary in t.boundaries)
     still, per_kelvin = next(terms).entering(about, on)
     entering = np.zeros(heat.inputs.count)
     entering[0] = still

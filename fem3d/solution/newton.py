@@ -29,7 +29,7 @@ ON_THE_WAY = 1e-3  # relative size of the last step to a state that only leads o
 HOTTEST = 1e5  # K, beyond any solid: a state that hot counts as none
 TOLD = 0.03  # of the accuracy: what a finer quadrature may change of the rise
 MOST_FINER = 6
-OLD = 1e-2  # of the rise, by which a state may have moved from where its tangent was made
+OFF = 0.03  # of a step: what the next one by the same tangent may be of it, if that is to serve again
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,14 +50,14 @@ class Point:
 @dataclass
 class Newton:
     """The states of a nonlinear problem at fractions of what drives it: how many ``steps`` they took, the relative size
-    of the ``last`` one, and a ``tangent`` from which the state has moved by ``old`` of itself."""
+    of the ``last`` one, and a ``tangent``, by which the next step would be ``off`` times that."""
 
     heat: HeatProblem
     conductor: Conductor | None
     accuracy: float
     steps: int = 0
     last: float = np.inf
-    old: float = np.inf
+    off: float = np.inf
     tangent: HeatProblem | None = field(default=None, repr=False)
 
     def at(self, rise: np.ndarray, drive: float, near: np.ndarray | None = None) -> Point | None:
@@ -75,12 +75,15 @@ class Newton:
             source = source + conductor.joule_load(potential.density, rise)
         return Point(rise, potential, source, (source - heat.outflow(rise))[: heat.free])
 
-    def solve(self, drive: float, start: np.ndarray, near: np.ndarray | None, enough: float = 0.0) -> Point | None:
+    def solve(
+        self, drive: float, start: np.ndarray, near: np.ndarray | None, enough: float = 0.0, off: float = np.inf
+    ) -> Point | None:
         """The state at a fraction of the drive, from a rise near it, until a step is ``enough`` or as small as the
-        accuracy asks for; None where the iteration leads nowhere."""
+        accuracy asks for; None where the iteration leads nowhere. ``off`` is what the tangent that there is is off by
+        there."""
         heat = self.heat
         start = np.concatenate([start[: heat.free], drive * heat.given[0]])
-        point, self.old = self.at(start, drive, near), np.inf
+        point, self.off = self.at(start, drive, near), off
         for _ in range(MOST_STEPS):
             if point is None:
                 return None
@@ -94,16 +97,16 @@ class Newton:
             new = self._along(point, tangent, direction, drive)
             if new is None:
                 return None
-            point, self.last, self.old = new, moved, self.old + moved
+            point, self.last = new, moved
             if moved < max(CONVERGED * self.accuracy, enough):
                 return point
         return None
 
     def tangent_at(self, point: Point) -> HeatProblem:
         """The problem linearized about a point, or about one so near that its factors serve."""
-        if self.tangent is None or self.old > OLD:
+        if self.tangent is None or self.off > OFF:
             density = np.empty(0) if point.potential is None else point.potential.density
-            self.tangent, self.old = linearized(self.heat, self.conductor, point.rise, density), 0.0
+            self.tangent, self.off = linearized(self.heat, self.conductor, point.rise, density), 0.0
         return self.tangent
 
     def finer(self, u: np.ndarray) -> Newton:
@@ -111,7 +114,7 @@ class Newton:
         heat = replace(self.heat, terms=tuple(term.finer(u) for term in self.heat.terms))
         return Newton(heat, self.conductor and self.conductor.finer(u), self.accuracy)
 
-    def off(self, point: Point, better: Newton) -> float:
+    def missed(self, point: Point, better: Newton) -> float:
         """What a better quadrature would change of the rise of a point, relatively, seen through the tangent."""
         change = better.heat.outflow(point.rise) - self.heat.outflow(point.rise)
         if better.conductor is not None and better.conductor is not self.conductor:
@@ -131,6 +134,7 @@ class Newton:
                 continue
             left = _largest(tangent.solve_steady(new.residual))
             if left < (1 - factor / 4) * size or left < 1e-9 * _largest(rise):
+                self.off = left / size if left > 1e-9 * _largest(rise) else 0.0
                 return new
         return None
 
@@ -161,11 +165,11 @@ def coupled(
     for _ in range(MOST_FINER):
         if finer:
             better = newton.finer(heat.field(point.rise))
-            off = newton.off(point, better)
+            off = newton.missed(point, better)
         if off <= TOLD * accuracy:
             return _state(newton, point, off)
         newton.heat, newton.conductor = better.heat, better.conductor
-        again = newton.solve(1.0, point.rise, point.volts)
+        again = newton.solve(1.0, point.rise, point.volts, off=newton.off)
         if again is None:
             raise NumericsError("the law of a property bends so sharply that no state is found")
         point = again
