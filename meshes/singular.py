@@ -16,6 +16,7 @@ Domains, section 4.4; Kellogg, Applicable Analysis 4, 1975.
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -124,7 +125,7 @@ def _passing(grid: Grid, scene: Scene) -> list[np.ndarray]:
         elif bends(b) or (b.kind == "convection" and isinstance(b.value, float | int)):
             d, start = next(d for d in range(3) if b.lower[d] == b.upper[d]), scene.initial_temperature
             k = [laws.along(box.material.at(start).thermal_conductivity)[d] for box in grid.boxes]
-            film = float(faces.coefficient(b, np.array(hottest))) if bends(b) else b.value
+            film: Any = float(faces.coefficient(b, np.array(hottest))) if bends(b) else b.value
             biot = max((film * _across(box, b) / own for own, box in zip(k, grid.boxes, strict=True)), default=0)
             if biot >= PASSES:
                 _mark(found, grid, b)

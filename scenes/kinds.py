@@ -388,8 +388,14 @@ class Surroundings(Kind):
         return self.ambient if isinstance(self.ambient, Quantity) else self.ambient.quantity
 
     def write(self, value: Any) -> Any:
-        kind = self.quantity if self.law is None or isinstance(value[0], (int, float)) else self.law
-        return {self.name: kind.write(value[0]), "ambient": self.ambient.write(value[1])}
+        return {self.name: self._kind(value[0]).write(value[0]), "ambient": self.ambient.write(value[1])}
+
+    def shown(self, value: Any) -> str:
+        """What is under the name, as text."""
+        return self._kind(value).show(value)
+
+    def _kind(self, value: Any) -> Kind:
+        return self.quantity if self.law is None or isinstance(value, (int, float)) else self.law
 
 
 @dataclass(frozen=True)

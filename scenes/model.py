@@ -114,9 +114,9 @@ class Boundary:
     ``kind`` and ``value``: "temperature" in K, "heat_flux" in W/m2 into the solid, "convection" the coefficient in
     W/(m2 K) towards ``ambient`` in K, or a law of it over the face's temperature, "radiation" the emissivity of a face
     that radiates to ``ambient``, "voltage" in V. All but coefficient and emissivity may vary in time. A flux, a
-    convection or radiation acts where one side of the flat box is solid and the other is not. A voltage may stand behind a
-    ``series_resistance`` (ohm): then the electrode's potential is one unknown. Where that is infinite the ``value`` is
-    the current (A) into the solid. A temperature behind a ``contact_resistance`` (m2 K/W; 0: a perfect contact) is a
+    convection or radiation acts where one side of the flat box is solid and the other is not. A voltage may stand
+    behind a ``series_resistance`` (ohm): then the electrode's potential is one unknown. Where that is infinite the
+    ``value`` is the current (A) into the solid. A temperature behind a ``contact_resistance`` (m2 K/W; 0: a perfect contact) is a
     convection whose coefficient is one over that; that of a voltage is in ohm m2, and all the Joule heat that it makes
     enters the face.
     """

@@ -134,7 +134,9 @@ def refuse_following(scene: AnyScene, over_time: bool) -> None:
     if over_time and heat(scene):
         refuse_faces(scene, "a run over time")
     if "resistivity" in may_follow(scene, over_time) and any("resistivity" in m.follows for m in materials(scene)):
-        refuse_contacts(scene, "a resistivity follows the temperature, and no law of one is solved beside a contact yet")
+        refuse_contacts(
+            scene, "a resistivity follows the temperature, and no law of one is solved beside a contact yet"
+        )
     if over_time and follows(scene, over_time):
         raise SceneError(
             "a property follows the temperature, and over time the 3D solution takes numbers, or three along x, y and "

@@ -34,8 +34,7 @@ def film(domain: Domain, boundary: Any) -> tuple[float, float]:
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """That of boundaries with one law beyond their films, by a quadrature of ``more`` points along each axis than is its
-    due."""
+    """Boundaries with one law, beyond their films, by a quadrature of ``more`` points along each axis than is due."""
 
     domain: Domain
     boundaries: tuple[Any, ...]

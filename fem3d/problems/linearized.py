@@ -24,11 +24,12 @@ def at_films(heat: HeatProblem, u: np.ndarray) -> HeatProblem:
     """The problem whose films are tangents at a field u, where a boundary's heat is no straight line."""
     films = dict(heat.films)
     for term in (heat.exact or heat).terms:
-        for b in term.boundaries if isinstance(term, Surface) else ():
-            still, per_kelvin = term.entering(u, heat.domain.faces(b))
-            entering = np.zeros(heat.inputs.count)
-            entering[0] = still
-            films[b.name] = Film(entering, heat.take(per_kelvin))
+        if isinstance(term, Surface):
+            for b in term.boundaries:
+                still, per_kelvin = term.entering(u, heat.domain.faces(b))
+                entering = np.zeros(heat.inputs.count)
+                entering[0] = still
+                films[b.name] = Film(entering, heat.take(per_kelvin))
     return replace(heat, films=films)
 
 

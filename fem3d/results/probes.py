@@ -87,7 +87,7 @@ def _reading(heat: HeatProblem, probe: Any) -> Reading:
 
 def _bent(heat: HeatProblem, boundary: Any, on: Faces) -> tuple[np.ndarray, np.ndarray]:
     """The heat that enters through some faces of a boundary where it is no straight line of the temperature, by the
-    tangent at the state that a problem is linearized about: at no rise (channels,) in W, and per kelvin (functions,)."""
+    tangent at the state that a problem is linearized about: at no rise (channels,) in W and per kelvin (functions,)."""
     about = np.zeros(heat.domain.space.size) if heat.about is None else heat.about
     terms = (t for t in (heat.exact or heat).terms if isinstance(t, Surface) and boundary in t.boundaries)
     still, per_kelvin = next(terms).entering(about, on)

@@ -91,7 +91,9 @@ def _plan(sink: Sink, part: Symmetry, request: Request) -> tuple[Step, ...]:
     live = {boxes[n].name for n in np.unique(grid.owner[connected.live(part.scene)])}
     dead = sorted(b.name for b in boxes if b.name not in live)
     newton = physics.nonlinear(part.scene, request.transient)
-    factors = f"for Newton's steps: {newton}" if newton else "one per mesh: the conductivity doesn't depend on temperature"
+    factors = (
+        f"for Newton's steps: {newton}" if newton else "one per mesh: the conductivity doesn't depend on temperature"
+    )
     steps = [
         part.step,
         Step("steady state", "done", f"refined until every estimated error is below {sink.accuracy:g}"),

@@ -19,6 +19,8 @@ from fem3d.solution.steady import CONVERGED, SteadyState
 from scenes.errors import NumericsError, RunawayError
 
 MOST_STEPS = 30  # of Newton's method at one drive
+# So many steps shrink to half at least: those from far above to a face that radiates shrink to (3/4)^5.
+STALLED = 5
 INNER = 1e-4  # to which each step's linear system is solved, relatively
 HALVINGS = 3  # of a step that doesn't bring the state nearer
 SHORTEST = 1e-3  # step of the drive, relative, at which its largest value counts as found
@@ -84,8 +86,9 @@ class Newton:
         heat = self.heat
         start = np.concatenate([start[: heat.free], drive * heat.given[0]])
         point, self.off = self.at(start, drive, near), off
+        sizes: list[float] = []
         for _ in range(MOST_STEPS):
-            if point is None:
+            if point is None or (len(sizes) > STALLED and sizes[-1] > sizes[-1 - STALLED] / 2):
                 return None
             self.steps += 1
             tangent = self.tangent_at(point)
@@ -93,7 +96,8 @@ class Newton:
                 direction = tangent.inner_rest.solve(tangent.solve_steady, point.residual[None], INNER)[0]
             except NumericsError:
                 return None
-            moved = _largest(direction) / (_largest(point.rise[: heat.free] + direction) or 1.0)
+            sizes.append(_largest(direction))
+            moved = sizes[-1] / (_largest(point.rise[: heat.free] + direction) or 1.0)
             new = self._along(point, tangent, direction, drive)
             if new is None:
                 return None

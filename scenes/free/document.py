@@ -37,7 +37,10 @@ CONDITIONS: dict[str, k.Varying | k.Surroundings] = {
     "temperature": k.Varying(k.KELVIN),
     "heat_flux": k.Varying(k.Quantity(d.HEAT_FLUX, 0.0, 1e15, signed=True)),
     "convection": k.Surroundings(
-        "coefficient", k.Quantity(d.CONVECTION_COEFFICIENT, 0.0, 1e12), k.Varying(k.KELVIN), '"10 W/(m2 K)"',
+        "coefficient",
+        k.Quantity(d.CONVECTION_COEFFICIENT, 0.0, 1e12),
+        k.Varying(k.KELVIN),
+        '"10 W/(m2 K)"',
         Following(k.Quantity(d.CONVECTION_COEFFICIENT, 1e-9, 1e12)),
     ),
     "radiation": k.Surroundings("emissivity", k.Quantity(d.NUMBER, 1e-6, 1.0), k.KELVIN, "0.8"),

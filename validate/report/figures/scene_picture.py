@@ -193,9 +193,11 @@ def _condition(boundary: Boundary) -> str:
         return _value(given, kind.quantity) + behind
     if isinstance(kind, Surroundings):
         what = "emissivity " * (kind.name == "emissivity")
-        law = boundary.value if isinstance(boundary.value, Law) else None
-        given = _value(boundary.value, kind.quantity) if law is None else cut(kind.law.show(law), CHARACTERS // 2)
-        return f"{what}{given} to {_value(boundary.ambient, kind.outside)}"
+        if isinstance(boundary.value, Law):
+            shown = cut(kind.shown(boundary.value), CHARACTERS // 2)
+        else:
+            shown = _value(boundary.value, kind.quantity)
+        return f"{what}{shown} to {_value(boundary.ambient, kind.outside)}"
     assert isinstance(kind, Varying)
     return _value(boundary.value, kind.quantity) + behind
 
