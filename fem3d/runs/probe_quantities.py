@@ -3,7 +3,7 @@
 An error is relative to the largest rise of the probe (above the coldest given temperature, or above the start), but to
 no less than a tenth of the largest rise in the scene; of a potential to the span of the voltages; of a flow or a
 current to its own size, but to no less than a hundredth of what passes the scene, or would
-pass its least conducting box at its largest rise.
+pass its least conducting box at its largest rise; nor, of a flow in a steady state, than what rounding leaves of it.
 """
 
 from __future__ import annotations
@@ -96,7 +96,7 @@ def scales(scene: AnyScene, out: Outputs) -> dict[str, float]:
         return {
             "temperature": max(rises.get(probe.name, 0.0), OF_RISE * rise),
             "potential": span,
-            "heat_flow": max(own, OF_FLOW * through),
+            "heat_flow": max(own, OF_FLOW * through, float(out.get("rounding", 0.0))),
             "current": max(own, OF_FLOW * current),
         }[probe.quantity] or 1.0
 
