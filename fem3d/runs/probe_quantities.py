@@ -4,8 +4,8 @@ currents in A, resistances in ohm.
 An error is relative to the largest rise of the probe (above the coldest given temperature, or above the start), but to
 no less than a tenth of the largest rise in the scene; of a potential to the span of the voltages; of a flow or a
 current to its own size, but to no less than a hundredth of what passes the scene, or would
-pass its least conducting box at its largest rise; a heat flow in a steady state to no less than rounding leaves of it; a
-power like a flow, and of a resistance to its largest value.
+pass its least conducting box at its largest rise; of a heat flow in a steady state to no less than rounding leaves
+of it; a power like a flow, and of a resistance to its largest value.
 """
 
 from __future__ import annotations
