@@ -23,7 +23,7 @@ from fem3d.problems.heat import HeatProblem
 from fem3d.problems.linearized import linearized
 from fem3d.results.study import Study
 from fem3d.solution import transient
-from fem3d.solution.interpolated import MOST, with_laws
+from fem3d.solution.between_states import MOST, with_laws
 from fem3d.solution.reduced import Reduced
 from fem3d.solution.steady import SteadyState
 from fem3d.solution.transient import Base, Krylov, Transient
@@ -224,7 +224,8 @@ class Rounds:
     def _stepped(self, times: np.ndarray, rises: np.ndarray, residuals: np.ndarray) -> np.ndarray:
         """(times, free nodes): what one step of the full problem, as long as it is since the last knot, makes of
         residuals: of the cold one or the hot, whichever is nearer."""
-        assert self.hot is not None and self.hot.about is not None
+        assert self.hot is not None
+        assert self.hot.about is not None
         knots = np.append(0.0, self.heat.inputs.knots(self.end))
         since = times - knots[np.searchsorted(knots, times, side="right") - 1]
         steps = np.round(np.log(since) / np.log(COARSE)).astype(int)

@@ -17,10 +17,11 @@ import numpy as np
 from fem3d.adaptivity import estimate
 from fem3d.adaptivity.cellwise import Tested, current
 from fem3d.adaptivity.estimate import Parts
-from fem3d.problems import current as conductors
+from fem3d.problems import conductors
 from fem3d.problems.assembly import assemble
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
+from fem3d.problems.rest import next_to
 from fem3d.results.outputs import Outputs, of_steady
 from fem3d.results.study import Quantities, Study
 from fem3d.solution import newton, steady
@@ -69,7 +70,12 @@ class Problems:
         """The problems linearized as that of the highest space is, where it is."""
         if heat.about is None:
             return self
-        lower = (heat.lower(k) for k in range(len(self.heats) - 1))
+        lower = [heat.lower(k) for k in range(len(self.heats) - 1)]
+        for k, own in enumerate(lower):
+            if k in self.states:
+                # The tangent at the state of that space is next to it.
+                near, anew = self.states[k].heat.solve_steady, own.factors
+                own.kept.tell(solve_steady=next_to(own.inner_stiffness, near, anew))
         return replace(self, heats=(*lower, heat))
 
     def lifted(self, rise: np.ndarray, level: int) -> np.ndarray:

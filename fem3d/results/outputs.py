@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fem3d.problems.current import box_of, within
+from fem3d.problems.conductors import box_of, within
 from fem3d.problems.following import Conduction
 from fem3d.problems.heat import HeatProblem
 from fem3d.results import voltmeter

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from fem3d.problems.current import within
+from fem3d.problems.conductors import within
 from fem3d.results import probes
 from fem3d.results.probes import reading
 from fem3d.results.voltmeter import Voltmeter

@@ -16,17 +16,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fem3d.problems.current import Conductor, Pattern
 from fem3d.problems.heat import HeatProblem
 from fem3d.solution import joule_tensors
+from fem3d.solution.interpolated import Laws
 from fem3d.solution.joule_tensors import JouleHeat
-
-if TYPE_CHECKING:
-    from fem3d.solution.interpolated import Laws
 
 DEPENDENT = 1e-6  # a field is dropped where the part of it that is independent of earlier ones is smaller than this
 

@@ -13,7 +13,7 @@ from fem3d.problems import current as conductors
 from fem3d.results import outputs
 from fem3d.runs import sink as sinks
 from fem3d.runs.scene import solve
-from fem3d.solution.interpolated import choose
+from fem3d.solution.between_states import choose
 from scenes.errors import RunawayInTimeError, SceneError
 from scenes.free import from_dict
 from scenes.laws import PowerLaw

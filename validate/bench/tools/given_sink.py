@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from fem3d.adaptivity import nested
-from fem3d.problems import current
+from fem3d.problems import conductors
 from fem3d.problems.assembly import assemble
 from fem3d.problems.heat import HeatProblem
 from fem3d.results import outputs
@@ -46,7 +46,7 @@ def prepare(options: dict[str, Any]) -> tuple[Callable[[], Answer], Callable[[An
         heat = assemble(boxes(part.scene, grid))
         if options["electric"] == UNIFORM:
             return heat.free, 0, _uniform(sink, heat, accuracy)
-        state = steady.coupled(heat, current.find(heat, nested.SOLVED * accuracy), True, study.voltage, accuracy)
+        state = steady.coupled(heat, conductors.find(heat, nested.SOLVED * accuracy), True, study.voltage, accuracy)
         if not options["transient"]:
             return heat.free, 0, study.steady(outputs.of_steady(state, part))
         base = transient.Base.of_steady(state)
@@ -57,11 +57,15 @@ def prepare(options: dict[str, Any]) -> tuple[Callable[[], Answer], Callable[[An
         return heat.free, len(answer.trajectory.steps), traces
 
     def read(answer: Answer) -> dict[str, Any]:
-        unknowns, steps, found = answer
+        unknowns, steps, quantities = answer
         if not options["transient"]:
-            return {"values": {q: [float(found[q])] for q in QUANTITIES}, "unknowns": unknowns, "steps": steps}
-        values = {q: (found[q.replace("_rise", "")] - sink.room_temperature).tolist() for q in QUANTITIES[:3]}
-        return {"values": {**values, "current_A": found["current_A"].tolist()}, "unknowns": unknowns, "steps": steps}
+            return {"values": {q: [float(quantities[q])] for q in QUANTITIES}, "unknowns": unknowns, "steps": steps}
+        values = {q: (quantities[q.replace("_rise", "")] - sink.room_temperature).tolist() for q in QUANTITIES[:3]}
+        return {
+            "values": {**values, "current_A": quantities["current_A"].tolist()},
+            "unknowns": unknowns,
+            "steps": steps,
+        }
 
     return solve, read
 
@@ -78,5 +82,5 @@ def _uniform(sink: Sink, heat: HeatProblem, accuracy: float) -> Quantities:
 
     uniform = Uniform(sink, peak, end, mean, weighed)
     problem = SimpleNamespace(load=uniform.load, factors=lambda *_: heat.solve_steady, size=heat.free)
-    found = uniform.quantities(settle(problem, accuracy))
-    return dict(zip(QUANTITIES, map(np.array, found), strict=True))
+    values = uniform.quantities(settle(problem, accuracy))
+    return dict(zip(QUANTITIES, map(np.array, values), strict=True))
