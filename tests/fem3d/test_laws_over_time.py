@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from fem3d.adaptivity.law_response import Rounds
-from fem3d.problems import current as conductors
+from fem3d.problems import conductors
 from fem3d.results import outputs
 from fem3d.runs import sink as sinks
 from fem3d.runs.scene import solve
