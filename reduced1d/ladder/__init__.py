@@ -111,7 +111,6 @@ def solve(
 def refuse(sink: Sink, name: str) -> None:
     """Raises SceneError for a reduction (its canonical name) that isn't made of a row of spans, and for materials that
     no reduction takes."""
-    refuse_laws(sink.materials, "a 1D model")
     if sink.spans > 1 and name == "plate":
         raise SceneError(
             f"sink.spans = {sink.spans} makes a row, and the reduction plate is made for one span: give paper, "

@@ -18,32 +18,37 @@ of one half of an island serve for all of these, which is Galerkin's method too.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from reduced1d.equations import room_resistivity
 from reduced1d.ladder.anchor import Anchor
 from reduced1d.ladder.few_states import FewStates
-from reduced1d.ladder.plate import film, gap_film, stored
+from reduced1d.ladder.following import Following, Points
+from reduced1d.ladder.plate import film, gap_film, layer, stored
 from reduced1d.line import Line
 from scenes.sink import Sink, decay, different
 
 _SPAN = np.array([0.0, 0.02, 0.08, 0.3, 1.0])  # of half a span: heat spreads from its end at 10 us, and long after
 _DEGREES = (5, 6, 7, 8)
 _ISLAND = 4
+_FOR_LAWS = 3  # points of an element beyond those that the products of its polynomials take
 _PLACES = 41  # along a span, between which its top is looked for
 _ALIKE = 1e-6  # of what a row's end does to its first span: what is left of it in those that are taken to be alike
 
 
 def fin(
-    sink: Sink, anchor: Anchor, *, pad_capacity: bool = True, oxide_capacity: bool = True, finer: int = 0
-) -> FewStates:
+    sink: Sink, anchor: Anchor, *, pad_capacity: bool = True, oxide_capacity: bool = True, finer: int = 0,
+    points: Points | None = None,
+) -> FewStates:  # fmt: skip
     """The fin on an anchor, with the capacities that are asked for (of the islands with the oxide's); ``finer`` is
-    added to the polynomials' degrees, and half of it to the spans that are told apart.
+    added to the polynomials' degrees, and half of it to the spans that are told apart. A sink whose properties follow
+    the temperature has them at the anchors' ``points``, too.
 
     Raises ValueError where the silicon does not conduct.
     """
+    given, sink = sink, sink.plain
     row = _halved(sink, finer)
     k, A_c = sink.silicon.thermal_conductivity, sink.cross_section
     resistivity, a = room_resistivity(sink.silicon, sink.room_temperature)
@@ -78,8 +83,33 @@ def fin(
         per_length * integral + anchor.source * end,
         row.line.products(both * per_length) + anchor.feedback * node,
         per_length * sink.row_length + anchor.circuit, per_length * integral, per_length * sink.row_length, outputs,
-        a, sink.drive,
+        a, sink.drive, None if points is None else _following(given, row, points, anchor, pad_capacity, oxide_capacity),
     ).in_modes()  # fmt: skip
+
+
+def _following(
+    sink: Sink, row: _Row, anchors: Points, anchor: Anchor, pad_capacity: bool, oxide_capacity: bool
+) -> Following:
+    """The laws of a sink along the row, and at the points of the anchors, whose one function is the end's rise."""
+    values, slopes, length, number = row.line.points(_FOR_LAWS)
+    length = 2 * row.weights[number] * length  # the row has two halves
+    area, above = sink.width * length, sink.island_width * length * row.islands[number]
+    cold = room_resistivity(sink.plain.silicon, sink.room_temperature)[0] / sink.cross_section
+    along = Points(
+        values, (slopes,), area, above, 0 * area, area, area, oxide_capacity * above, cold * length,
+        np.full(len(area), True),
+    )  # fmt: skip
+    end = np.eye(1, values.shape[1])
+    ends = replace(
+        anchors, silicon=pad_capacity * anchors.silicon, oxide=oxide_capacity * anchors.oxide, of=end,
+        heat=anchors.heat * (anchor.circuit > 0),
+    )  # fmt: skip
+    # What the circuit has beyond the beam and the pads, where the current widens, heats the end.
+    none, one = np.zeros(1), np.ones((1, 1))
+    widening = Points(
+        one, (), *[none] * 6, np.array([anchor.circuit - ends.heat.sum()]), np.full(1, False), end
+    )  # fmt: skip
+    return Following(layer(sink), (along, ends, widening), values.shape[1])
 
 
 @dataclass(frozen=True, eq=False)

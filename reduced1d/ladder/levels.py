@@ -16,7 +16,7 @@ from reduced1d.ladder.few_states import FewStates, result, steady_state
 from reduced1d.ladder.fin import fin
 from reduced1d.ladder.lumps import lumps
 from reduced1d.ladder.moments import PLATE_STATES, hot, moment_fields
-from reduced1d.ladder.plate import COARSE, FINE, Grading, Plate, assemble
+from reduced1d.ladder.plate import COARSE, FINE, Grading, Plate, anchor_points, assemble
 from scenes.result import Result
 from scenes.sink import Sink
 
@@ -67,7 +67,11 @@ class Level:
     def fin(self, pad_capacity: bool = True, oxide_capacity: bool = True, circuit: bool = True) -> FewStates:
         """The fin on the plate's anchor, with what is asked for of the anchor's capacity and of the circuit in it."""
         anchor = self.anchor if circuit else replace(self.anchor, circuit=0.0, source=0.0, feedback=0.0)
-        return fin(self.sink, anchor, pad_capacity=pad_capacity, oxide_capacity=oxide_capacity, finer=self.finer)
+        points = None if self.plate.model.follows is None else anchor_points(*self._hot)
+        return fin(
+            self.sink, anchor, pad_capacity=pad_capacity, oxide_capacity=oxide_capacity, finer=self.finer,
+            points=points,
+        )  # fmt: skip
 
     def moments(self, states: int) -> FewStates:
         """The plate, of a row the fin, with some states (fewer where they would depend on each other)."""

@@ -15,6 +15,7 @@ import math
 import numpy as np
 
 from reduced1d.ladder.few_states import FewStates, steady_state
+from reduced1d.ladder.following import steady_state as steady_of_laws
 from reduced1d.ladder.plate import Plate, current_through_pads, factorize
 from scenes.checks import FIRST_TIME
 
@@ -48,16 +49,20 @@ def hot(plate: Plate) -> tuple[Plate, np.ndarray]:
         return plate, _steady_rise(plate)
     plate = plate.carrying(*current_through_pads(plate))
     rise = _steady_rise(plate)
-    for _ in range(_MOST_PATTERNS if plate.model.coefficient else 0):
+    warms = plate.model.coefficient or plate.model.follows is not None
+    for _ in range(_MOST_PATTERNS if warms else 0):
         plate = plate.carrying(*current_through_pads(plate, rise))
-        before, rise = rise, _steady_rise(plate)
+        before, rise = rise, _steady_rise(plate, rise)
         if np.abs(rise - before).max() <= _PATTERN * np.abs(rise).max():
             break
     return plate, rise
 
 
-def _steady_rise(plate: Plate) -> np.ndarray:
-    """From the fields G^-1 s, (G^-1 S) G^-1 s ... in whose span it is, as many as change it."""
+def _steady_rise(plate: Plate, near: np.ndarray | None = None) -> np.ndarray:
+    """From the fields G^-1 s, (G^-1 S) G^-1 s ... in whose span it is, as many as change it; where properties follow
+    the temperature by Newton's method, from a rise that may be ``near``."""
+    if plate.model.follows is not None:
+        return steady_of_laws(plate.model.follows, plate.model.drive, near)[0]
     model, rise = plate.model, np.zeros(plate.unknowns)
     fields = added(np.empty((plate.unknowns, 0)), plate.inverse.solve(model.source), model)
     while fields is not None:
