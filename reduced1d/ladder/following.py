@@ -237,7 +237,7 @@ def _residual(terms: Terms, drive: Drive) -> np.ndarray:
 def _direction(terms: Terms, drive: Drive) -> tuple[Callable[[np.ndarray], np.ndarray], np.ndarray]:
     """The tangent's inverse, and Newton's step. What the resistance does to the current is of rank one."""
     squared, change = _squared(terms, drive)
-    solve = _inverse(terms.outflow_slope - squared * terms.source_slope)
+    solve = inverse(terms.outflow_slope - squared * terms.source_slope)
     source = solve(terms.source)
 
     def whole(residual: np.ndarray) -> np.ndarray:
@@ -255,7 +255,8 @@ def _squared(terms: Terms, drive: Drive) -> tuple[float, np.ndarray]:
     return current**2, -2 * current**2 / (terms.resistance + drive.series) * terms.resistance_slope
 
 
-def _inverse(matrix: Any) -> Callable[[np.ndarray], np.ndarray]:
+def inverse(matrix: Any) -> Callable[[np.ndarray], np.ndarray]:
+    """What solves for a matrix, dense or sparse."""
     if isinstance(matrix, np.ndarray):
         factors = scipy.linalg.lu_factor(matrix)
         return lambda vector: scipy.linalg.lu_solve(factors, vector)

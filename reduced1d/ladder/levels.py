@@ -12,11 +12,12 @@ import numpy as np
 
 from reduced1d import ladder
 from reduced1d.ladder.anchor import Anchor, anchor_of, one_node_remainder, thin_plate_remainder
+from reduced1d.ladder.anchor_points import anchor_points
 from reduced1d.ladder.few_states import FewStates, result, steady_state
 from reduced1d.ladder.fin import fin
 from reduced1d.ladder.lumps import lumps
 from reduced1d.ladder.moments import PLATE_STATES, hot, moment_fields
-from reduced1d.ladder.plate import COARSE, FINE, Grading, Plate, anchor_points, assemble
+from reduced1d.ladder.plate import COARSE, FINE, Grading, Plate, assemble
 from scenes.result import Result
 from scenes.sink import Sink
 

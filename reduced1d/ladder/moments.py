@@ -15,6 +15,7 @@ import math
 import numpy as np
 
 from reduced1d.ladder.few_states import FewStates, steady_state
+from reduced1d.ladder.following import inverse as inverse_of
 from reduced1d.ladder.following import steady_state as steady_of_laws
 from reduced1d.ladder.plate import Plate, current_through_pads, factorize
 from scenes.checks import FIRST_TIME
@@ -77,13 +78,22 @@ def _steady_rise(plate: Plate, near: np.ndarray | None = None) -> np.ndarray:
 
 
 def moment_fields(model: FewStates, cold: np.ndarray, steady: np.ndarray, count: int) -> np.ndarray:
-    """(n, count): a steady field, then the moments at the rate p; ``cold`` is what the source does at its slowest."""
+    """(n, count): a steady field, then the moments at the rate p; ``cold`` is what the source does at its slowest.
+    Where properties follow the temperature every other one is of the tangent in the steady state."""
     from scipy.sparse import csc_matrix
 
+    fields = added(np.empty((model.states, 0)), steady, model)
+    if fields is None or count == 1:
+        return np.empty((model.states, 0)) if fields is None else fields
     slowest = float(cold @ (model.conductance @ cold)) / float(cold @ (model.capacity @ cold))
-    inverse = factorize(csc_matrix(model.conductance + math.sqrt(slowest / FIRST_TIME) * model.capacity))
-    fields, field = np.empty((model.states, 0)), steady
-    while fields.shape[1] < count and (more := added(fields, field, model)) is not None:
-        fields = more
-        field = inverse.solve(model.source if fields.shape[1] == 1 else model.capacity @ fields[:, -1])
+    rate = math.sqrt(slowest / FIRST_TIME)
+    inverses = [factorize(csc_matrix(model.conductance + rate * model.capacity)).solve]
+    if model.follows is not None:
+        inverses.append(inverse_of(csc_matrix(model.follows.terms(steady).outflow_slope + rate * model.capacity)))
+    heat = [model.source] * len(inverses)
+    while fields.shape[1] < count:
+        turn = (fields.shape[1] - 1) % len(inverses)
+        if (more := added(fields, inverses[turn](heat[turn]), model)) is None:
+            break
+        fields, heat[turn] = more, model.capacity @ more[:, -1]
     return fields

@@ -213,14 +213,6 @@ def assemble(sink: Sink, grading: Grading) -> Plate:
     return Plate(sink, part, basis, model, in_pads, in_oxide, factorize(conductance))
 
 
-def anchor_points(plate: Plate, rise: np.ndarray) -> Points:
-    """The points of both anchors, with one function there: a rise (n,), over that of the beam's end."""
-    assert plate.model.follows is not None
-    points = plate.model.follows.parts[0]
-    own = points.on((rise / (plate.model.outputs["end"] @ rise))[:, None])
-    return own.where(~points.beam)
-
-
 def layer(sink: Sink) -> Layer:
     """The laws of a sink in the plate's equation."""
     plain = sink.plain
