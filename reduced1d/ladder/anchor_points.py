@@ -23,8 +23,9 @@ _BINS = 100
 1e-5 of what it changes in all."""
 
 
-def anchor_points(plate: Plate, rise: np.ndarray) -> Points:
-    """Both anchors of a plate at a steady rise (n,), with s as their one function."""
+def anchor_points(plate: Plate, rise: np.ndarray) -> tuple[Points, float]:
+    """Both anchors of a plate at a steady rise (n,), with s as their one function; and how many times what they give
+    off by Galerkin's method the heat through the ends is."""
     follows = plate.model.follows
     assert follows is not None
     layer, whole = follows.layer, follows.parts[0]
@@ -35,8 +36,7 @@ def anchor_points(plate: Plate, rise: np.ndarray) -> Points:
     outflow, source, resistance = (np.atleast_1d(each)[0] for each in found.flows(np.array([end])))
     at = points.rise(np.array([end]))
     lost = points.above @ layer.down(at)[0] + points.area @ layer.up(at)[0] + points.gap @ (layer.gas * at)
-    right = (lost - squared * (resistance - source)) / outflow
-    return replace(points, area=right * points.area, above=right * points.above, gap=right * points.gap)
+    return points, float((lost - squared * (resistance - source)) / outflow)
 
 
 def _gathered(points: Points) -> Points:

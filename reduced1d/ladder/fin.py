@@ -40,11 +40,11 @@ _ALIKE = 1e-6  # of what a row's end does to its first span: what is left of it 
 
 def fin(
     sink: Sink, anchor: Anchor, *, pad_capacity: bool = True, oxide_capacity: bool = True, finer: int = 0,
-    points: Points | None = None,
+    laws: tuple[Points, float] | None = None,
 ) -> FewStates:  # fmt: skip
     """The fin on an anchor, with the capacities that are asked for (of the islands with the oxide's); ``finer`` is
-    added to the polynomials' degrees, and half of it to the spans that are told apart. A sink whose properties follow
-    the temperature has them at the anchors' ``points``, too.
+    added to the polynomials' degrees, and half of it to the spans that are told apart. Of a sink whose properties
+    follow the temperature ``laws`` are what `anchor_points` says.
 
     Raises ValueError where the silicon does not conduct.
     """
@@ -83,33 +83,42 @@ def fin(
         per_length * integral + anchor.source * end,
         row.line.products(both * per_length) + anchor.feedback * node,
         per_length * sink.row_length + anchor.circuit, per_length * integral, per_length * sink.row_length, outputs,
-        a, sink.drive, None if points is None else _following(given, row, points, anchor, pad_capacity, oxide_capacity),
+        a, sink.drive, laws and _following(given, row, *laws, anchor, pad_capacity, oxide_capacity),
     ).in_modes()  # fmt: skip
 
 
 def _following(
-    sink: Sink, row: _Row, anchors: Points, anchor: Anchor, pad_capacity: bool, oxide_capacity: bool
+    sink: Sink, row: _Row, anchors: Points, right: float, anchor: Anchor, pad_capacity: bool, oxide_capacity: bool
 ) -> Following:
-    """The laws of a sink along the row, and at the points of the anchors, whose one function is the end's rise."""
+    """The laws of a sink along the row, and at the points of the anchors."""
     values, slopes, length, number = row.line.points(_FOR_LAWS)
-    length = 2 * row.weights[number] * length  # the row has two halves
-    area, above = sink.width * length, sink.island_width * length * row.islands[number]
+    own, weight, isle = row.numbers[number], 2 * row.weights[number], row.islands[number]  # the row has two halves
+    area, above = sink.width * length * weight, sink.island_width * length * isle
     cold = room_resistivity(sink.plain.silicon, sink.room_temperature)[0] / sink.cross_section
     along = Points(
-        values, (slopes,), area, above, 0 * area, area, area, oxide_capacity * above, cold * length,
-        np.full(len(area), True),
+        values, (slopes,), area, above * weight, 0 * area, area, area, oxide_capacity * above * weight,
+        cold * length * weight, np.full(len(area), True),
     )  # fmt: skip
-    end = np.eye(1, values.shape[1])
+    end, none = np.eye(1, values.shape[1]), np.zeros(1)
     ends = replace(
-        anchors, silicon=pad_capacity * anchors.silicon, oxide=oxide_capacity * anchors.oxide, of=end,
+        anchors, area=right * anchors.area, above=right * anchors.above, gap=right * anchors.gap, of=end,
+        silicon=pad_capacity * anchors.silicon, oxide=oxide_capacity * anchors.oxide,
         heat=anchors.heat * (anchor.circuit > 0),
     )  # fmt: skip
     # What the circuit has beyond the beam and the pads, where the current widens, heats the end.
-    none, one = np.zeros(1), np.ones((1, 1))
-    widening = Points(
-        one, (), *[none] * 6, np.array([anchor.circuit - ends.heat.sum()]), np.full(1, False), end
-    )  # fmt: skip
-    return Following(layer(sink), (along, ends, widening), values.shape[1])
+    beyond = np.array([anchor.circuit - ends.heat.sum()])
+    widening = Points(np.ones((1, 1)), (), *[none] * 6, beyond, np.full(1, False), end)
+    heats = {}
+    if sink.spans > 1:
+        heats["anchor_heat"] = replace(ends, area=ends.area / 2, above=ends.above / 2, gap=ends.gap / 2)
+        for island in range(1, sink.spans // 2 + 1):
+            at = isle & (own == min(island, row.solved))
+            # Some are modelled by their half.
+            whole = sink.island / length[at].sum()
+            heats[f"island{island}_heat"] = replace(
+                along.where(at), area=0 * area[at], gap=0 * area[at], above=whole * above[at]
+            )
+    return Following(layer(sink), (along, ends, widening), values.shape[1], heats)
 
 
 @dataclass(frozen=True, eq=False)

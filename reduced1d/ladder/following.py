@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -92,14 +92,28 @@ class Terms(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Following:
-    """The laws of a ``layer`` at the points of its ``parts``, of so many ``states``."""
+    """The laws of a ``layer`` at the points of its ``parts``, of so many ``states``; and by name those whose ``heats``
+    are read off."""
 
     layer: Layer
     parts: tuple[Points, ...]
     states: int
+    heats: dict[str, Points] = field(default_factory=dict)
 
     def on(self, shapes: np.ndarray) -> Following:
-        return replace(self, parts=tuple(part.on(shapes) for part in self.parts), states=shapes.shape[1])
+        parts, heats = tuple(part.on(shapes) for part in self.parts), {n: p.on(shapes) for n, p in self.heats.items()}
+        return Following(self.layer, parts, shapes.shape[1], heats)
+
+    def lost(self, name: str, states: np.ndarray) -> np.ndarray:
+        """(...,): the heat (W) that leaves by the points of a name, at states (..., n); of those of one function what
+        it gives off by Galerkin's method."""
+        part = self.heats[name]
+        if part.of is not None:
+            alone = Following(self.layer, (replace(part, of=None),), 1)
+            return alone.flows(part.amplitudes(states))[0][..., 0]
+        rise = part.rise(states)
+        found: np.ndarray = (part.above * self.layer.down(rise)[0] + self._up(part, rise)[0]).sum(axis=-1)
+        return found
 
     def allowed(self, states: np.ndarray) -> bool:
         """Whether the laws say something of states (..., n)."""
