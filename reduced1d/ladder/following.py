@@ -218,13 +218,17 @@ def runaway(drive: Drive, limit: float) -> RunawayError:
     )  # fmt: skip
 
 
+@np.errstate(all="ignore")  # what is no number ends the search
 def _newton(model: Following, drive: Drive, state: np.ndarray) -> tuple[np.ndarray, float] | None:
     """The steady state near one, and the current; ``None`` where the iteration leads nowhere."""
     if not model.allowed(state):
         return None
     for _ in range(MOST_STEPS):
         terms = model.terms(state)
-        solve, step = _direction(terms, drive)
+        try:
+            solve, step = _direction(terms, drive)
+        except RuntimeError:  # of SuperLU, for a singular matrix
+            return None
         size = np.abs(step).max()
         if not np.isfinite(size):
             return None
@@ -272,8 +276,8 @@ def _squared(terms: Terms, drive: Drive) -> tuple[float, np.ndarray]:
 def inverse(matrix: Any) -> Callable[[np.ndarray], np.ndarray]:
     """What solves for a matrix, dense or sparse."""
     if isinstance(matrix, np.ndarray):
-        factors = scipy.linalg.lu_factor(matrix)
-        return lambda vector: scipy.linalg.lu_solve(factors, vector)
+        factors = scipy.linalg.lu_factor(matrix, check_finite=False)
+        return lambda vector: scipy.linalg.lu_solve(factors, vector, check_finite=False)
     from scipy.sparse.linalg import splu
 
     found: Callable[[np.ndarray], np.ndarray] = splu(matrix.tocsc(), permc_spec="MMD_AT_PLUS_A").solve
@@ -287,6 +291,7 @@ def _product(left: Any, weights: np.ndarray, right: Any) -> Any:
     return left.T @ right.multiply(weights[:, None]).tocsr()
 
 
+@np.errstate(all="ignore")
 def step(model: Following, drive: Drive, state: np.ndarray, length: float, points: int) -> np.ndarray | None:
     """States (n, points + 1) at the start and at Radau's points of a step (s), by Newton's method with one tangent for
     all of them, which is made anew where it converges slowly; ``None`` where that does not settle."""
@@ -301,10 +306,10 @@ def step(model: Following, drive: Drive, state: np.ndarray, length: float, point
             terms, (capacity, slope) = model.terms(middle), model.capacity(middle, rates[points // 2])
             squared, change = _squared(terms, drive)
             slope = slope + terms.outflow_slope - squared * terms.source_slope - np.outer(terms.source, change)
-            factors = scipy.linalg.lu_factor(np.kron(np.eye(points), capacity) + np.kron(matrix, slope))
+            factors = scipy.linalg.lu_factor(np.kron(np.eye(points), capacity) + np.kron(matrix, slope), check_finite=False)
         outflow, source, resistance = model.flows(values)
         residual = drive.through(resistance)[:, None] ** 2 * source - outflow - model.held(values, rates)
-        step = scipy.linalg.lu_solve(factors, residual.ravel()).reshape(points, n)
+        step = scipy.linalg.lu_solve(factors, residual.ravel(), check_finite=False).reshape(points, n)
         rates, moved = rates + step, float(np.abs(matrix @ step).max())
         values = state + matrix @ rates
         if moved <= SETTLED * np.abs(values).max():
