@@ -306,7 +306,9 @@ def step(model: Following, drive: Drive, state: np.ndarray, length: float, point
             terms, (capacity, slope) = model.terms(middle), model.capacity(middle, rates[points // 2])
             squared, change = _squared(terms, drive)
             slope = slope + terms.outflow_slope - squared * terms.source_slope - np.outer(terms.source, change)
-            factors = scipy.linalg.lu_factor(np.kron(np.eye(points), capacity) + np.kron(matrix, slope), check_finite=False)
+            factors = scipy.linalg.lu_factor(
+                np.kron(np.eye(points), capacity) + np.kron(matrix, slope), check_finite=False
+            )
         outflow, source, resistance = model.flows(values)
         residual = drive.through(resistance)[:, None] ** 2 * source - outflow - model.held(values, rates)
         step = scipy.linalg.lu_solve(factors, residual.ravel(), check_finite=False).reshape(points, n)

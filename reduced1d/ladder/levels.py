@@ -220,7 +220,8 @@ _MISSING = {
         "the linear resistivity",
     ),
     "specific_heat": Rung(
-        "plate", "constant specific heat", "a kelvin takes as much heat at any temperature", "the constant specific heat",
+        "plate", "constant specific heat", "a kelvin takes as much heat at any temperature",
+        "the constant specific heat",
     ),
 }  # fmt: skip
 """What the paper's equations are without, by the sink's attribute, or the law of the temperature."""

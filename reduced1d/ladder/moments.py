@@ -90,10 +90,10 @@ def moment_fields(model: FewStates, cold: np.ndarray, steady: np.ndarray, count:
     inverses = [factorize(csc_matrix(model.conductance + rate * model.capacity)).solve]
     if model.follows is not None:
         inverses.append(inverse_of(csc_matrix(model.follows.terms(steady).outflow_slope + rate * model.capacity)))
-    heat = [model.source] * len(inverses)
-    while fields.shape[1] < count:
-        turn = (fields.shape[1] - 1) % len(inverses)
-        if (more := added(fields, inverses[turn](heat[turn]), model)) is None:
-            break
-        fields, heat[turn] = more, model.capacity @ more[:, -1]
+    chains = [(solve, model.source) for solve in inverses]
+    while fields.shape[1] < count and chains:
+        solve, heat = chains.pop(0)
+        if (more := added(fields, solve(heat), model)) is not None:
+            fields = more
+            chains.append((solve, model.capacity @ more[:, -1]))
     return fields

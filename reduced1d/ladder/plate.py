@@ -20,6 +20,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -237,10 +238,15 @@ def _following(sink: Sink, part: Quarter, basis: skfem.Basis, heat: float) -> Fo
     area = COPIES * basis.dx.ravel()
     beam, above = (np.repeat(of, basis.dx.shape[1]) for of in (part.beam, part.oxide))
     own = Points(
-        at_points(lambda function: function.value), tuple(at_points(lambda f, i=i: f.grad[i]) for i in range(2)),
+        at_points(np.asarray), tuple(at_points(partial(_slope, axis)) for axis in range(2)),
         area, area * above, 1.0 * above, area * ~above, area, area * above, heat * area * beam, beam,
     )  # fmt: skip
     return Following(layer(sink), (own,), basis.N)
+
+
+def _slope(axis: int, function: Any) -> np.ndarray:
+    found: np.ndarray = function.grad[axis]
+    return found
 
 
 def along(basis: skfem.Basis, facets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
