@@ -168,8 +168,13 @@ class Contact:
         return not (self.thermal_resistance or self.electrical_resistance)
 
 
-UNITS = {"temperature": "K", "potential": "V", "heat_flow": "W", "current": "A"}
+Quantity = Literal["temperature", "potential", "heat_flow", "current", "resistance", "power"]
+UNITS = {"temperature": "K", "potential": "V", "heat_flow": "W", "current": "A", "resistance": "ohm", "power": "W"}
 """The unit of each quantity that a probe may ask for."""
+ELECTRIC = ("potential", "current", "resistance", "power")
+FLOWS = ("heat_flow", "current")
+DERIVED = ("resistance", "power")
+"""The quantities of the electric problem; those of a surface; and those that are products or ratios of others."""
 
 
 @dataclass(frozen=True)
@@ -179,14 +184,15 @@ class Probe:
 
     "temperature" (K) and "potential" (V): their mean, largest or smallest value there. "heat_flow" (W) and "current"
     (A): what passes through a flat box, positive into the solid where it lies on the surface, and along the positive
-    axis where it lies inside. A temperature or a potential is that of one ``box``, where one is named: on a contact it
-    says which side is meant.
+    axis where it lies inside. "resistance" (ohm): of the electrode on a flat box, its potential less that of the other
+    electrode of its conductor, over the current that enters there. "power" (W): the Joule heat in a volume. A
+    temperature or a potential is that of one ``box``, where one is named: on a contact it says which side is meant.
     """
 
     name: str
     lower: Point
     upper: Point
-    quantity: Literal["temperature", "potential", "heat_flow", "current"] = "temperature"
+    quantity: Quantity = "temperature"
     reduce: Literal["mean", "max", "min"] = "mean"
     box: str = ""
 
@@ -314,13 +320,14 @@ class GroupProbe:
 
     "temperature" (K) and "potential" (V): the mean, largest or smallest value over a volume or a surface group.
     "heat_flow" (W) and "current" (A): what enters the solid through the conditions on a surface group, or, where the
-    group lies inside the solid and has none, what passes it in the direction of its faces' normals.
+    group lies inside the solid and has none, what passes it in the direction of its faces' normals. "resistance" (ohm)
+    and "power" (W) as of a `Probe`, of the surface group of an electrode and of a volume group.
     """
 
     name: str
     at: Point | None = None
     group: str | None = None
-    quantity: Literal["temperature", "potential", "heat_flow", "current"] = "temperature"
+    quantity: Quantity = "temperature"
     reduce: Literal["mean", "max", "min"] = "mean"
 
 

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 from scenes import laws
 from scenes.errors import SceneError, listed, quoted
-from scenes.model import AnyScene, Boundary, GroupBoundary, Material, Schedule, Value, is_zero, values
+from scenes.model import ELECTRIC, AnyScene, Boundary, GroupBoundary, Material, Schedule, Value, is_zero, values
 
 HEAT_KEYS = ("thermal_conductivity", "density", "specific_heat")
 
@@ -39,9 +39,7 @@ def jumps(given: Iterable[Value]) -> tuple[float, ...]:
 
 def electric(scene: AnyScene) -> bool:
     """Whether potentials and currents are asked for: there is an electrode, or a probe of them."""
-    return any(b.kind == "voltage" for b in scene.boundaries) or any(
-        p.quantity in ("potential", "current") for p in scene.probes
-    )
+    return any(b.kind == "voltage" for b in scene.boundaries) or any(p.quantity in ELECTRIC for p in scene.probes)
 
 
 def heat(scene: AnyScene) -> bool:

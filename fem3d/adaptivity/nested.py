@@ -17,7 +17,7 @@ import numpy as np
 from fem3d.adaptivity import estimate
 from fem3d.adaptivity.cellwise import Tested, current
 from fem3d.adaptivity.estimate import Parts
-from fem3d.problems import current as conductors
+from fem3d.problems import conductors
 from fem3d.problems.assembly import assemble
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem

@@ -23,7 +23,7 @@ from fem3d.solution.transient import Base
 from scenes import physics
 from scenes.compact.channels import OWN, Channel, channels, driven, scenarios
 from scenes.errors import NumericsError, SceneError, quoted
-from scenes.model import AnyScene, MeshScene, Schedule
+from scenes.model import DERIVED, AnyScene, MeshScene, Schedule
 
 TRUTH, SPACE = 0.5, 0.02  # fractions of the accuracy: for the runs that a model is held against, and for its fields
 # Times the accuracy, for which a mesh for all inputs at once is made first, as the runs tell what it is good for; by
@@ -88,6 +88,11 @@ def check(scene: AnyScene) -> None:
         raise SceneError("--export writes a model of the scene's probes, and it has none: add a [[probe]]")
     physics.refuse_contacts(scene, "--export doesn't write a model of a scene with a contact yet")
     for probe in scene.probes:
+        if probe.quantity in DERIVED:
+            raise SceneError(
+                f"probe {quoted(probe.name)} asks for a {probe.quantity}, and a compact model reads what is linear in "
+                "its states: leave the probe out, and ask for currents and potentials"
+            )
         if probe.quantity == "potential" and probe.reduce != "mean":
             raise SceneError(
                 f"probe {quoted(probe.name)}.reduce asks for an extreme potential, which a model of few states doesn't "

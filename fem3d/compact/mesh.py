@@ -44,7 +44,7 @@ def problem(
     part_there = replace(part, scene=replace(driven(part.scene, mixed), accuracy=accuracy))
 
     def largest(out: Outputs) -> dict[str, float]:
-        return {name: max(scale, scales[name]) for name, scale in probe_quantities.scales(there, out).items()}
+        return {name: max(scale, scales[name]) for name, scale in probe_quantities.scales(there, out, {}).items()}
 
     study = replace(probe_quantities.study(there, part_there), field=None, steady_scales=largest, trace_scales=largest)
     mesh: Any = loop.solve(study, not scene.steady, mesh=start, with_steady=scene.steady).mesh

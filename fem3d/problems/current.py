@@ -15,17 +15,12 @@ from scipy.sparse import csc_array
 from scipy.sparse.linalg import LinearOperator, cg
 
 from fem3d.problems.cholesky import Factors, Ordering, part
-from fem3d.problems.following import FINEST, OfCells, following
+from fem3d.problems.following import FINEST, OfCells
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.kept import Kept
-from fem3d.problems.paths import Paths, across, crossings
-from fem3d.problems.reactions import SharedReactions
 from fem3d.problems.terminals import Terminal, packed, unpacked
-from fem3d.spaces.domain import Domain
 from fem3d.spaces.integrals import WHOLE, Faces, Pieces
-from scenes import laws
 from scenes.errors import NumericsError
-from scenes.model import Material
 
 SAME = 1e-9  # relative size below which a current field is taken for a sum of others
 # Error of a potential over that of its first guess, in the energy norm, unless a looser one is asked for.
@@ -403,79 +398,3 @@ def independent(conductor: Conductor, potentials: Sequence[Potential]) -> list[P
 def combined(parts: Sequence[Pattern | Potential], c: np.ndarray) -> np.ndarray:
     """The current density with coefficients c."""
     return np.sum([f * p.density for f, p in zip(c, parts, strict=True)], axis=0)
-
-
-def law(material: Material, initial: float) -> tuple[float, float]:
-    """The resistivity at the initial temperature (ohm m) and its change per kelvin (ohm m/K), eq 7; ValueError for a
-    material that doesn't conduct."""
-    if material.resistivity is None:
-        raise ValueError(f"{material.name} doesn't conduct")
-    if isinstance(material.resistivity, laws.Law):
-        return float(material.resistivity(initial)), float(material.resistivity.slope(initial))
-    a = material.temperature_coefficient
-    return material.resistivity * (1 + a * (initial - material.reference_temperature)), material.resistivity * a
-
-
-def find(heat: HeatProblem, solved: float = SOLVED) -> Conductor | None:
-    """The conductors of a domain that carry current; ``None`` where no part touches two voltages. ``solved`` is how
-    small the residual of a potential must be."""
-    domain, space = heat.domain.electric, heat.domain.electric.space
-    scene, cells = domain.scene, np.flatnonzero(domain.live)
-    if not len(cells):
-        return None
-    lines = np.array([law(m, scene.initial_temperature) if m.resistivity else (np.inf, 0.0) for m in domain.materials])
-    each = domain.stands_for[domain.body][:, None]
-    lines = lines[domain.body] * each
-    electrodes = [b for b in scene.boundaries if b.kind == "voltage" and len(domain.on(b))]
-    faces = [domain.faces(b) for b in electrodes]
-    fixed, voltages = np.zeros(space.size, bool), np.zeros((domain.inputs.count, space.size))
-    for b, face in zip(electrodes, faces, strict=True):
-        own = face.functions
-        voltages[:, own] = np.outer(domain.inputs.split(b.value), space.unit[own])
-        fixed |= own
-    mine = space.of(cells)
-    terminals = tuple(
-        Terminal(b.name, own, int(np.flatnonzero(own)[0]), b.series_resistance)
-        for b, face in zip(electrodes, faces, strict=True)
-        if b.series_resistance and (own := np.where(face.functions, space.unit, 0.0)).any()
-    )
-    parts = SharedReactions.of([b.name for b in electrodes], [b.value for b in electrodes], faces, space.unit).shares
-    sections, jumps = dict[str, Section](), dict[str, np.ndarray]()
-    torn = [(joint.facets, r) for joint in domain.contacts if (r := joint.contact.electrical_resistance)]
-    for probe in scene.probes:
-        if probe.quantity == "current":
-            sides = domain.sides(probe, domain.live, [facets for facets, _ in torn])
-            sections[probe.name] = [
-                (own, own.by(heat.domain.space), sign, lines[at, :1], lines[at, 1:],
-                 _resistivity(domain, at, lines[at], each[at]))
-                for own, sign, at in sides
-            ]  # fmt: skip
-            jumps[probe.name] = across(domain, probe, torn)
-    cold, warm = lines[cells, :1], lines[cells, 1:]
-    matrix, names, copies = (
-        space.stiffness(1 / cold[:, 0], cells),
-        np.array(domain.names)[domain.body[cells]],
-        each[cells],
-    )
-    on: Any = space.on(cells)
-    crossed = crossings(heat.domain)
-    if crossed or domain is not heat.domain:
-        on = Paths(heat.domain.space.on(cells), on, crossed)
-        counts = [len(c.warmed[0].areas) for c in crossed]
-        matrix = sum((c.potential.mass() / c.resistance for c in crossed), matrix)
-        cold = np.vstack([cold, np.repeat([c.resistance for c in crossed], counts)[:, None]])
-        warm, copies = (np.vstack([x, np.full((sum(counts), 1), y)]) for x, y in ((warm, 0.0), (copies, 1.0)))
-        names = np.concatenate([names, np.repeat([c.name for c in crossed], counts)])
-    return Conductor(
-        heat, cells, on, np.flatnonzero(mine & ~fixed & space.nested[-1]), cold, warm, voltages, parts,
-        sections, jumps, csc_array(matrix), copies, names, Ordering(space.places), solved, terminals,
-        OfCells(domain, "resistivity", cells) if len(np.intersect1d(following(domain, "resistivity"), cells)) else None,
-    )  # fmt: skip
-
-
-def _resistivity(domain: Domain, cells: np.ndarray, line: np.ndarray, each: np.ndarray) -> Resistivity:
-    """The resistivity of facets seen from some cells; a ``line`` (facets, 2) where no law bends it."""
-    if len(np.intersect1d(following(domain, "resistivity"), cells)):
-        own = OfCells(domain, "resistivity", cells)
-        return lambda rise: each * own.value(rise)
-    return lambda rise: line[:, :1] + line[:, 1:] * rise

@@ -1,7 +1,8 @@
 """What is read off a solution: probes, heat flows, currents and Joule heats of the whole structure.
 
 The same names come out of a steady state and of a transient, as numbers or as arrays over time:
-``probe:<probe>`` (rise in K, potential in V, heat flow in W, current in A), ``flow:<boundary>`` (W, into the solid),
+``time`` (s), ``probe:<probe>`` (rise in K, potential in V, heat flow and power in W, current in A),
+``flow:<boundary>`` (W, into the solid),
 ``doubt:<probe>`` (by what a heat flow may be off because its boundary shares nodes with another at an angle, or what
 the search for an extreme may have left),
 ``current:<electrode>`` (A, into the solid), ``joule:<box>`` (W), ``power`` (W, what the electrodes supply to what is
@@ -18,6 +19,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fem3d.problems.conductors import box_of, within
 from fem3d.problems.heat import HeatProblem
 from fem3d.results import voltmeter
 from fem3d.results.probes import Reading, reading
@@ -159,10 +161,12 @@ def passing(out: Outputs) -> tuple[np.ndarray, np.ndarray]:
 
 def _whole(symmetry: Symmetry, heat: HeatProblem, times: np.ndarray, part: _Part) -> Outputs:
     """From the part that was solved to the whole."""
-    found, zero, copies = {}, np.zeros(times.shape), symmetry.copies
+    found, zero, copies = {"time": times}, np.zeros(times.shape), symmetry.copies
     for probe in heat.domain.scene.probes:
         if probe.quantity == "potential":
             value = part.potential(probe)
+        elif probe.quantity == "power":
+            value = sum((heat for name, heat in part.joule.items() if probe.name in within(name)), zero)
         elif (how := reading(heat, probe)).extreme is not None:
             value, found[f"doubt:{probe.name}"] = part.extreme(how.extreme)
         elif probe.quantity == "current":
@@ -179,8 +183,10 @@ def _whole(symmetry: Symmetry, heat: HeatProblem, times: np.ndarray, part: _Part
             found[f"flow:{name}"] = flow.heat * part.flows[flow.boundary]
         if flow.boundary in part.currents:
             found[f"current:{name}"] = flow.current * part.currents[flow.boundary]
-    copied = symmetry.box_copies
-    found |= {f"joule:{name}": copied[name] * value for name, value in part.joule.items() if name in copied}
+    for name, value in part.joule.items():
+        box = box_of(name)
+        if box in symmetry.box_copies:
+            found[f"joule:{box}"] = found.get(f"joule:{box}", zero) + symmetry.box_copies[box] * value
     dissipated = sum(part.joule.values(), zero)
     return found | {
         "power": copies * part.power, "generated": copies * part.generated, "dissipated": copies * dissipated

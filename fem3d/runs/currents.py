@@ -18,7 +18,7 @@ from fem3d.runs import probe_quantities
 from fem3d.spaces.channels import Inputs
 from scenes.errors import NumericsError, SceneError, quoted
 from scenes.keys import ACCURACY
-from scenes.model import AnyScene, Schedule, Value
+from scenes.model import DERIVED, AnyScene, Schedule, Value
 from scenes.plan import Step
 from scenes.result import Result, Traces
 
@@ -33,6 +33,12 @@ def over_time(scene: AnyScene, solve: Callable[[Any], Result], plan: tuple[Step,
     Raises SceneError for the largest or smallest potential under several voltages that vary apart, which isn't the sum
     of theirs, and what ``solve`` raises.
     """
+    for probe in scene.probes:
+        if probe.quantity in DERIVED:
+            raise SceneError(
+                f"probe {quoted(probe.name)} asks for a {probe.quantity} over time where nothing is heated: ask for it "
+                "in the steady state, or for a temperature too"
+            )
     inputs, driven = _inputs(scene), _driven(scene)
     extremes = [p.name for p in scene.probes if p.quantity == "potential" and p.reduce != "mean"]
     if extremes and len(driven) > 1:
@@ -95,7 +101,7 @@ def _added(scene: AnyScene, alone: list[Result], g: np.ndarray, extremes: list[s
     together: Outputs = {n: sum(part * out.get(n, 0.0) for part, out in zip(g, outs, strict=True)) for n in electrodes}
     together |= {f"probe:{name}": value for name, value in values.items()}
     none = np.zeros(1)
-    scales = probe_quantities.scales(scene, {"power": none, "generated": none, **together})
+    scales = probe_quantities.scales(scene, {"power": none, "generated": none, **together}, {})
     worst = max(e / scales[name] for name, e in errors.items())
     share = min(scales[name] / sum(r.details["scales"][name] for r in alone) for name in errors)
     return _Sum(alone, values, errors, worst, share)

@@ -1,14 +1,15 @@
-"""The quantities of a free scene: its probes, temperatures in K, potentials in V, heat flows in W, currents in A.
+"""The quantities of a free scene: its probes, temperatures in K, potentials in V, heat flows and powers in W,
+currents in A, resistances in ohm.
 
 An error is relative to the largest rise of the probe (above the coldest given temperature, or above the start), but to
 no less than a tenth of the largest rise in the scene; of a potential to the span of the voltages; of a flow or a
 current to its own size, but to no less than a hundredth of what passes the scene, or would
-pass its least conducting box at its largest rise.
+pass its least conducting box at its largest rise; a power like a flow, and of a resistance to its largest value.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from itertools import pairwise
 from typing import Any
 
@@ -16,9 +17,11 @@ import numpy as np
 
 from fem3d.results.outputs import Outputs
 from fem3d.results.study import Quantities, Study
+from fem3d.runs import readouts
 from meshes.symmetry import Symmetry
 from scenes import laws
-from scenes.model import AnyScene, Box, GroupProbe, Probe, Scene, Schedule, Value
+from scenes.model import DERIVED, AnyScene, Box, GroupProbe, Probe, Scene, Schedule, Value
+from scenes.readouts import Pair
 
 OF_RISE, OF_FLOW = 0.1, 0.01
 ISOTHERMAL = 1e-9  # a rise below this fraction of the given ones is rounding, and no measure of temperature errors
@@ -29,13 +32,14 @@ EARLY, LATE = 1e-3, 0.1  # of the end time: of `_earliest` where no instants are
 def study(scene: AnyScene, part: Symmetry) -> Study:
     """What is to be found of a scene; of the field on a mesh file nothing is known to bound the error."""
     probes: dict[str, Probe | GroupProbe] = {p.name: p for p in scene.probes}
+    goals, pairs = {n: n for n, p in probes.items() if p.quantity not in DERIVED}, readouts.pairs(scene)
     thermal = tuple(n for n, p in probes.items() if p.quantity == "temperature")
     return Study(
         part, scene.accuracy, _drive(scene), scene.end_time,
         _earliest(scene), scene.output_times,
-        goals={n: n for n in probes}, trace_goals={n: n for n in probes}, rises=thermal, trace_rises=thermal, ratios={},
-        steady=lambda out: values(scene, out), traces=lambda out: values(scene, out),
-        steady_scales=lambda out: scales(scene, out), trace_scales=lambda out: scales(scene, out),
+        goals=goals, trace_goals=goals, rises=thermal, trace_rises=thermal, ratios={},
+        steady=lambda out: values(scene, out, pairs), traces=lambda out: values(scene, out, pairs),
+        steady_scales=lambda out: scales(scene, out, pairs), trace_scales=lambda out: scales(scene, out, pairs),
         field=FIELD if isinstance(scene, Scene) else None,
     )  # fmt: skip
 
@@ -63,16 +67,19 @@ def _earliest(scene: AnyScene) -> float:
     return min(*after, LATE * end) if instants else EARLY * end
 
 
-def values(scene: AnyScene, out: Outputs) -> Quantities:
-    """The value of each probe."""
-    return {
-        p.name: out[f"probe:{p.name}"] + (scene.initial_temperature if p.quantity == "temperature" else 0.0)
-        for p in scene.probes
-    }
+def values(scene: AnyScene, out: Outputs, pairs: Mapping[str, Pair]) -> Quantities:
+    """The value of each probe; ``pairs`` are the electrodes of those of resistances (`readouts.pairs`)."""
+
+    def value(probe: Probe | GroupProbe) -> np.ndarray:
+        if probe.name in pairs:
+            return readouts.resistance(pairs[probe.name], out)
+        return out[f"probe:{probe.name}"] + (scene.initial_temperature if probe.quantity == "temperature" else 0.0)
+
+    return {p.name: value(p) for p in scene.probes}
 
 
-def scales(scene: AnyScene, out: Outputs) -> dict[str, float]:
-    """What an error of each probe is relative to."""
+def scales(scene: AnyScene, out: Outputs, pairs: Mapping[str, Pair]) -> dict[str, float]:
+    """What an error of each probe is relative to; ``pairs`` as of `values`."""
     given = _spread(
         v for b in scene.boundaries for v in ((b.value,) if b.kind == "temperature" else (b.ambient,))
         if b.kind in ("temperature", "convection")
@@ -92,11 +99,14 @@ def scales(scene: AnyScene, out: Outputs) -> dict[str, float]:
     span = max(_span(scene, "voltage"), _largest(out["power"]) / (current or 1.0) if _span(scene, "current") else 0.0)
 
     def scale(probe: Probe | GroupProbe) -> float:
+        if probe.name in pairs:
+            return _largest(readouts.resistance(pairs[probe.name], out)) or 1.0
         own = _largest(out[f"probe:{probe.name}"])
         return {
             "temperature": max(rises.get(probe.name, 0.0), OF_RISE * rise),
             "potential": span,
             "heat_flow": max(own, OF_FLOW * through),
+            "power": max(own, OF_FLOW * through),
             "current": max(own, OF_FLOW * current),
         }[probe.quantity] or 1.0
 

@@ -15,7 +15,7 @@ from fem3d.adaptivity.trace_errors import ROW_SHARE, Response
 from fem3d.results import outputs
 from fem3d.results.beyond import tables
 from fem3d.results.study import Study
-from fem3d.runs import currents, probe_quantities
+from fem3d.runs import currents, probe_quantities, readouts
 from meshes import connected, symmetry
 from meshes.symmetry import Symmetry
 from scenes import physics
@@ -75,11 +75,12 @@ def on_file(scene: MeshScene) -> Any:
     """The mesh of a scene's file (`fem3d.adaptivity.mesh_file`), which boxes do not wait for."""
     from fem3d.adaptivity import mesh_file
 
-    return mesh_file.of(scene)
+    return mesh_file.of(readouts.to_solve(scene))
 
 
 def part_of(scene: AnyScene, whole: bool) -> Symmetry:
-    """The part of a scene that is solved; one on a mesh is solved whole."""
+    """The part of a scene that is solved, with the probes that are read there; one on a mesh is solved whole."""
+    scene = readouts.to_solve(scene)
     if isinstance(scene, MeshScene):
         return symmetry.uncut(scene, [b.material.name for b in scene.bodies])
     inside = clipped(scene)

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from fem3d.results.study import Study
-from fem3d.runs import probe_quantities
+from fem3d.runs import probe_quantities, readouts
 from fem3d.runs import scene as scene_run
 from fem3d.sensitivity import steady as steady_slopes
 from fem3d.sensitivity.motion import STEP
@@ -67,6 +67,13 @@ def _steady(scene: AnyScene, result: Result, others: Mapping[str, AnyScene]) -> 
     above = floor - scene.initial_temperature
     moved = {key: (floor_of(scene, o) - o.initial_temperature - above) / STEP for key, o in others.items()}
     zero = {key: dict.fromkeys(rises, by_key) for key, by_key in moved.items()}
+    # The voltage across a resistance is over the current, whatever else a key moves.
+    out = result.details["solution"].out
+    for name, pair in readouts.pairs(scene).items():
+        current = float(out[f"current:{pair[0].name}"])
+        for key, other in others.items():
+            beside = readouts.pairs(other)[name]
+            zero[key][name] = (readouts.given(pair, out) - readouts.given(beside, out)) / STEP / current
     table, without = steady_slopes.steady_table(study, state, Known(known, zero), by)
     return Slopes(table, known, left_out | none | {f"probe {quoted(n)}": why for n, why in without.items()})
 

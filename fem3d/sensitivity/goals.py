@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from fem3d.problems.conductors import within
 from fem3d.results import probes
 from fem3d.results.probes import reading
 from fem3d.results.voltmeter import Voltmeter
@@ -68,6 +69,10 @@ class Goals:
             return self._potential(probe)
         if probe.quantity == "temperature":
             return self._temperature(probe)
+        if probe.quantity == "power":
+            conductor = self._state.conductor
+            inside = [] if conductor is None else [name in within(label) for label in conductor.names]
+            return replace(self._none, boxes=np.array(inside, float)[:, None])
         return self._current(probe) if probe.quantity == "current" else self._heat(probe)
 
     def _temperature(self, probe: Any) -> Goal:

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from fem3d.problems.current import law
+from fem3d.problems.conductors import law
 from fem3d.spaces.box_cells import BoxCells, box_cells
 from fem3d.spaces.domain import Domain, boxes
 from fem3d.spaces.file_domain import groups

@@ -14,10 +14,11 @@ from typing import Any
 import numpy as np
 from scipy.sparse import csc_array
 
-from fem3d.problems import current as conductors
+from fem3d.problems import conductors
 from fem3d.problems.assembly import assemble
 from fem3d.problems.cholesky import part
-from fem3d.problems.current import Conductor, Pattern, law
+from fem3d.problems.conductors import law
+from fem3d.problems.current import Conductor, Pattern
 from fem3d.problems.heat import HeatProblem
 from fem3d.solution.reduced import Reduced, on_basis
 from fem3d.spaces.domain import Boxes, Domain

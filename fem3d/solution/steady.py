@@ -107,6 +107,7 @@ def coupled(
                 by_pattern = load - conductor.joule_load(combined(patterns, point.c), rise)
                 moved_by_it = heat.norm(heat.solve_steady(by_pattern[: heat.free]))
                 change = moved_by_it / point.fraction**2 / (heat.norm(start) or 1.0)
+                change = max(change, _apart(conductor.pattern(hot), patterns[0], float(point.c[0]) / point.fraction))
                 follows = follow is not None or change >= UNIFORM * accuracy
         if follows:
             latest = hot
@@ -147,6 +148,13 @@ def coupled(
         independent(conductor, [cold, latest]) if follows else [last], change, follows, step,
         unsettled=moved + (0.0 if follows else 2 * change), density=density,
     )  # fmt: skip
+
+
+def _apart(hot: Pattern, cold: Pattern, scale: float) -> float:
+    """The largest relative difference between the current of an electrode and ``scale`` times that of the cold
+    conductor: several conductors that get warm differently have patterns of their own."""
+    pairs = ((current, scale * cold.currents[name]) for name, current in hot.currents.items())
+    return max((abs(a - b) / abs(a) for a, b in pairs if a), default=0.0)
 
 
 def first_guess(heat: HeatProblem, conductor: Conductor) -> tuple[Potential, np.ndarray]:

@@ -8,10 +8,10 @@ import numpy as np
 
 from meshes.grouped.model import GroupedMesh
 from meshes.grouped.place import Placed
-from scenes import physics
+from scenes import physics, readouts
 from scenes.errors import SceneError, did_you_mean, listed, quoted
 from scenes.free.validity import FLOATING, KEPT, UNFIXED
-from scenes.model import GroupBoundary, GroupProbe, MeshScene, is_zero
+from scenes.model import FLOWS, GroupBoundary, GroupProbe, MeshScene, is_zero
 from scenes.physics import heats, is_exit
 
 
@@ -57,9 +57,11 @@ def named(scene: MeshScene, mesh: GroupedMesh) -> None:
         _refuse(mesh, f"boundary {quoted(boundary.name)}.group", boundary.group, ("surface",))
     for probe in scene.probes:
         if probe.group is not None:
-            flow = probe.quantity in ("heat_flow", "current")
-            kinds = ("surface",) if flow else ("volume", "surface")
+            kinds = _KINDS.get(probe.quantity, ("volume", "surface"))
             _refuse(mesh, f"probe {quoted(probe.name)}.group", probe.group, kinds)
+
+
+_KINDS: dict[str, tuple[str, ...]] = {**dict.fromkeys((*FLOWS, "resistance"), ("surface",)), "power": ("volume",)}
 
 
 def _refuse(mesh: GroupedMesh, path: str, group: str, kinds: tuple[str, ...]) -> None:
@@ -129,6 +131,7 @@ def boundaries(placed: Placed) -> None:
         if b.kind in ("voltage", "temperature"):
             fixed.append((b, facets, np.unique(placed.mesh.mesh.facets[:, facets])))
     physics.refuse_ungrounded(placed.scene.boundaries, placed.joined().values())
+    readouts.pairs(placed.scene, placed.joined().values())
     for i, (a, facets_a, nodes_a) in enumerate(fixed):
         for b, facets_b, nodes_b in fixed[:i]:
             if (a.series_resistance or b.series_resistance) and a.kind == b.kind and np.isin(nodes_a, nodes_b).any():
@@ -181,7 +184,9 @@ def probes(placed: Placed) -> None:
             raise SceneError(f"{where} asks for a {probe.quantity} where nothing conducts: give a group on a conductor")
         elif probe.quantity in ("potential", "current") and not _conducts(placed, probe, placed.fixed):
             raise SceneError(f"{where} {UNFIXED.format(probe.quantity)}")
-        if probe.quantity in ("heat_flow", "current"):
+        if probe.quantity == "power" and not placed.conducting[placed.mesh.volumes[probe.group or ""]].any():
+            raise SceneError(f"{where} asks for a power where nothing conducts: give the group of a conductor")
+        if probe.quantity in FLOWS:
             _refuse_mixed(placed, probe)
 
 

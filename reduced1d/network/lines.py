@@ -19,7 +19,7 @@ from scenes import physics
 from scenes.errors import SceneError, quoted
 from scenes.free.grid import Grid, grid_of
 from scenes.free.validity import tidy
-from scenes.model import AnyScene, Boundary, Box, MeshScene, Point, Scene
+from scenes.model import DERIVED, AnyScene, Boundary, Box, MeshScene, Point, Scene
 
 Cells = tuple[tuple[int, int], tuple[int, int], tuple[int, int]]
 """A box, a flat box or a point as the first and the last plane along each axis."""
@@ -133,7 +133,8 @@ class Layout:
 
 
 def layout(scene: AnyScene) -> Layout:
-    """The lines of a scene of boxes; SceneError for one on a mesh, and for materials that lines don't take."""
+    """The lines of a scene of boxes, whose probes of resistance and power they leave out; SceneError for one on a mesh,
+    and for materials that lines don't take."""
     physics.refuse_laws(physics.materials(scene), "a network")
     physics.refuse_terminals(scene, "a network")
     if isinstance(scene, MeshScene):
@@ -141,7 +142,7 @@ def layout(scene: AnyScene) -> Layout:
             f"scene {quoted(scene.name)} is on a mesh file, and a network is made of boxes: give [[box]]es"
         )
     physics.refuse_contacts(scene, "a network has no resistance at a contact yet")
-    grid = grid_of(scene)
+    grid = grid_of(replace(scene, probes=tuple(p for p in scene.probes if p.quantity not in DERIVED)))
     return _Cutting(replace(grid, scene=tidy(grid))).layout()
 
 

@@ -28,7 +28,7 @@ S = TypeVar("S", m.Scene, m.MeshScene)
 
 UNUSED = 1.0
 """Stands in a Material for what the scene does not need and the file does not give."""
-FLOWS = ("heat_flow", "current")
+TOTALS = (*m.FLOWS, *m.DERIVED)
 RESISTANCES = ("thermal_resistance", "electrical_resistance")
 
 POINT = k.Place(k.Quantity(d.LENGTH, 0.0, 1e4, signed=True))
@@ -100,7 +100,7 @@ LISTS: dict[str, dict[str, k.Kind]] = {
     },
     "probe": {
         "name": k.LABEL,
-        "quantity": k.Choice(("temperature", "potential", "heat_flow", "current")),
+        "quantity": k.Choice(tuple(m.UNITS)),
         "at": POINT,
         "lower": POINT,
         "upper": POINT,
@@ -323,16 +323,16 @@ def _reading(item: Item) -> dict[str, Any]:
     quantity, reduce = item.values.get("quantity", "temperature"), item.values.get("reduce", "mean")
     if item.name == "time_s":
         raise SceneError('probe.name = "time_s" is the name of the column of times: give another')
-    if reduce != "mean" and quantity in FLOWS:
+    if reduce != "mean" and quantity in TOTALS:
         raise SceneError(
             f"{item.label}.reduce = {quoted(reduce)} says nothing about a {quantity}, which is a total: leave it out, "
             "or give quantity temperature or potential"
         )
     box = {"box": item.values["box"]} if "box" in item.values else {}
-    if box and quantity in FLOWS:
+    if box and quantity in TOTALS:
         raise SceneError(
-            f"{item.label}.box = {quoted(item.values['box'])} says nothing about a {quantity}, which is the same on "
-            "both sides: leave it out"
+            f"{item.label}.box = {quoted(item.values['box'])} says nothing about a {quantity}, which is no value "
+            "of one side: leave it out"
         )
     return {"quantity": quantity, "reduce": reduce, **box}
 
@@ -360,7 +360,7 @@ def _place(item: Item) -> tuple[m.Point | None, str | None]:
     if (at is None) == (group is None):
         has = "no place" if at is None else "at and group"
         raise SceneError(f"{item.label} has {has}: give at = [x, y, z], or group")
-    if at is not None and item.values.get("quantity") in FLOWS:
-        quantity = quoted(item.values["quantity"])
-        raise SceneError(f"{item.label}.quantity = {quantity} needs a surface: give group in place of at")
+    if at is not None and (quantity := item.values.get("quantity")) in TOTALS:
+        needs = "a volume" if quantity == "power" else "a surface"
+        raise SceneError(f"{item.label}.quantity = {quoted(quantity)} needs {needs}: give group in place of at")
     return at, group

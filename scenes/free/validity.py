@@ -8,12 +8,12 @@ from typing import TypeVar
 
 import numpy as np
 
-from scenes import physics
+from scenes import physics, readouts
 from scenes.errors import SceneError, did_you_mean, listed, quoted
 from scenes.free import contacts
 from scenes.free.cut import cut
 from scenes.free.grid import ROUNDING, Grid, Sheet, grid_of
-from scenes.model import Boundary, Box, Point, Probe, Scene, Value, is_zero
+from scenes.model import FLOWS, Boundary, Box, Point, Probe, Scene, Value, is_zero
 from scenes.units import extent, point
 
 T = TypeVar("T", Box, Boundary, Probe)
@@ -156,8 +156,16 @@ def _check_probe(grid: Grid, probe: Probe) -> None:
     for axis in range(3):
         if probe.upper[axis] < probe.lower[axis]:
             _refuse_extent("probe", probe, "a negative", axis)
-    if probe.quantity in ("heat_flow", "current"):
+    if probe.quantity in FLOWS:
         _check_flow(grid, probe)
+        return
+    if probe.quantity == "resistance":
+        return  # `_check_parts` does that, which knows what each electrode touches
+    if probe.quantity == "power":
+        if grid.flat(probe.lower, probe.upper):
+            raise SceneError(f"probe {quoted(probe.name)} asks for a power in what is no volume: give corners of one")
+        if not grid.conducting[grid.cells(probe.lower, probe.upper)].any():
+            _refuse_insulated(probe, "a power")
         return
     # A temperature or a potential is needed everywhere in the probe.
     there, owners = grid.inside(probe.lower, probe.upper), grid.cells(probe.lower, probe.upper)
@@ -279,6 +287,7 @@ def _check_parts(grid: Grid) -> None:
 
     electric = physics.electric(scene)
     physics.refuse_ungrounded(scene.boundaries, grid.joined().values())
+    readouts.pairs(scene, grid.joined().values())
     labels = grid.parts(grid.solid)
     hot = np.array([*(not is_zero(box.heat_source) for box in scene.boxes), False])
     heated = set(np.unique(labels[hot[grid.owner]]).tolist())

@@ -9,7 +9,7 @@ from typing import Any
 
 from scenes import laws, physics
 from scenes import model as m
-from scenes.free.document import CONDITIONS, FLOWS, HEAT_SOURCE, LISTS, RESISTANCES, RESISTIVITY, UNUSED
+from scenes.free.document import CONDITIONS, HEAT_SOURCE, LISTS, RESISTANCES, RESISTIVITY, TOTALS, UNUSED
 from scenes.physics import HEAT_KEYS
 
 
@@ -39,7 +39,7 @@ def as_dict(scene: m.AnyScene) -> dict[str, Any]:
     found["boundary"] = [{"name": b.name, **_where(b)} | _of_condition(b) for b in scene.boundaries]
     found["probe"] = [
         {"name": p.name, "quantity": p.quantity, **_where(p)}
-        | ({} if p.quantity in FLOWS else {"reduce": p.reduce})
+        | ({} if p.quantity in TOTALS else {"reduce": p.reduce})
         | ({"box": box} if (box := getattr(p, "box", "")) else {})
         for p in scene.probes
     ]

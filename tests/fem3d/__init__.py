@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from fem3d.problems import current as conductors
+from fem3d.problems import conductors
 from fem3d.problems.assembly import assemble
 from fem3d.problems.heat import HeatProblem
 from fem3d.results import outputs

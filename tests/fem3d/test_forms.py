@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from skfem import Basis, FacetBasis, LinearForm
 
-from fem3d.problems import current as conductors
+from fem3d.problems import conductors
 from fem3d.spaces import forms
 from fem3d.spaces.bricks import BrickSpace
 from fem3d.spaces.element import ElementHexTrunk

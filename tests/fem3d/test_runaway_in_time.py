@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fem3d.problems import current as conductors
+from fem3d.problems import conductors
 from fem3d.runs.runaway import KEPT, until
 from fem3d.runs.scene import solve
 from fem3d.solution.transient import LEAST

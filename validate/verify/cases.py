@@ -9,7 +9,7 @@ from itertools import chain
 from typing import NamedTuple
 
 from validate.pool import side_by_side
-from validate.verify import exact, orders, published, surroundings
+from validate.verify import corner, exact, orders, published, surroundings
 from validate.verify.manufactured import conduction, heating, joule
 from validate.verify.report import Row, skipped
 
@@ -46,6 +46,7 @@ CASES = (
     Case("orders", "bricks, constant k", lambda: orders.bricks(conduction(ONE_K), 1, 2, 3, 4)),
     Case("orders", "bricks, k in layers", lambda: orders.bricks(conduction(LAYERS), 1, 2, 3, 4, 5, 6)),
     Case("orders", "hexahedra, transient", lambda: orders.hexahedra(heating(LAYERS, CAPACITIES), 1, 2)),
+    Case("orders", "L-shaped conductor, tetrahedra", corner.rows),
     Case("orders", "exponential collocation", orders.exponential_collocation),
     Case("orders", "SDIRK", lambda: orders.diagonally_implicit(heating(LAYERS, CAPACITIES))),
     Case("orders", "Runge-Kutta", orders.runge_kutta),

@@ -19,7 +19,7 @@ from scipy.linalg import eigh
 from scipy.sparse.linalg import spsolve
 from skfem import Basis, FacetBasis
 
-from fem3d.problems import current as conductors
+from fem3d.problems import conductors
 from fem3d.problems.assembly import assemble
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem

@@ -13,7 +13,8 @@ from functools import cached_property
 
 import numpy as np
 
-from fem3d.problems.current import Conductor, law
+from fem3d.problems.conductors import law
+from fem3d.problems.current import Conductor
 from fem3d.problems.following import COLDEST
 from fem3d.problems.heat import HeatProblem
 from fem3d.results.fields.hexahedra import CORNERS, Whole, with_none

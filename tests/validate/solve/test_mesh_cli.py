@@ -62,6 +62,17 @@ group = "near"
 quantity = "current"
 """
 
+READOUTS = """
+[[probe]]
+name = "resistance"
+group = "near"
+quantity = "resistance"
+[[probe]]
+name = "power"
+group = "lower"
+quantity = "power"
+"""
+
 
 @pytest.fixture(autouse=True)
 def _files(_somewhere_else: None) -> None:
@@ -71,6 +82,7 @@ def _files(_somewhere_else: None) -> None:
 
 def test_wire(capsys: pytest.CaptureFixture[str]) -> None:
     """Cells of second order hold a circle's area to a part in a thousand on this mesh, straight ones to a tenth."""
+    Path("wire.toml").write_text(SCENE + READOUTS)
     assert main(["solve", "wire.toml", "--no-figures", "--fields", "--explain"]) == 0
     text = capsys.readouterr().out
     assert max(map(len, text.splitlines())) <= 80
@@ -81,6 +93,8 @@ def test_wire(capsys: pytest.CaptureFixture[str]) -> None:
     steady = {name: v["value"] for name, v in found["fem3d"]["steady"].items()}
     assert steady["current"] == pytest.approx(1e-2 / 1e-5 * area / length, rel=2e-3)
     assert steady["out"] == pytest.approx(-(joule * length + 1e12 * length / 2) * area, rel=2e-3)
+    assert steady["resistance"] == pytest.approx(1e-2 / steady["current"], rel=1e-9)
+    assert steady["power"] == pytest.approx(1e-2 * steady["current"] / 2, rel=1e-3)
     # Half of the Joule heat passes the joint, from the upper half to the lower one.
     assert abs(steady["through"]) == pytest.approx(joule * length / 2 * area, rel=2e-2)
     rise = (joule * length**2 / 2 + 1e12 * (length / 2) ** 2 / 2) / 100

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from fem3d.adaptivity import nested
-from fem3d.problems import current
+from fem3d.problems import conductors
 from fem3d.problems.assembly import assemble
 from fem3d.problems.heat import HeatProblem
 from fem3d.results import outputs
@@ -46,7 +46,7 @@ def prepare(options: dict[str, Any]) -> tuple[Callable[[], Answer], Callable[[An
         heat = assemble(boxes(part.scene, grid))
         if options["electric"] == UNIFORM:
             return heat.free, 0, _uniform(sink, heat, accuracy)
-        state = steady.coupled(heat, current.find(heat, nested.SOLVED * accuracy), True, study.voltage, accuracy)
+        state = steady.coupled(heat, conductors.find(heat, nested.SOLVED * accuracy), True, study.voltage, accuracy)
         if not options["transient"]:
             return heat.free, 0, study.steady(outputs.of_steady(state, part))
         base = transient.Base.of_steady(state)

@@ -1,0 +1,130 @@
+"""The conductors of a domain that carry current, found as a `fem3d.problems.current.Conductor`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from scipy.sparse import csc_array
+
+from fem3d.problems.cholesky import Ordering
+from fem3d.problems.current import SOLVED, Conductor, Resistivity, Section
+from fem3d.problems.following import OfCells, following
+from fem3d.problems.heat import HeatProblem
+from fem3d.problems.paths import Paths, across, crossings
+from fem3d.problems.reactions import SharedReactions
+from fem3d.problems.terminals import Terminal
+from fem3d.spaces.domain import Domain
+from scenes import laws
+from scenes.model import Material
+
+AND = "\x1f"  # between the names of a box and of probes in it: a separator of units, which no file has in a name
+
+
+def find(heat: HeatProblem, solved: float = SOLVED) -> Conductor | None:
+    """The conductors of a domain that carry current; ``None`` where no part touches two voltages. ``solved`` is how
+    small the residual of a potential must be."""
+    domain, space = heat.domain.electric, heat.domain.electric.space
+    cells = np.flatnonzero(domain.live)
+    if not len(cells):
+        return None
+    initial = domain.scene.initial_temperature
+    lines = np.array([law(m, initial) if m.resistivity else (np.inf, 0.0) for m in domain.materials])
+    copies = domain.stands_for[domain.body][:, None]
+    lines = lines[domain.body] * copies
+    voltages, fixed, terminals, reactions = _electrodes(domain)
+    sections, jumps = _sections(heat, lines, copies)
+    cold, warm = lines[cells, :1], lines[cells, 1:]
+    matrix, names, stands_for = space.stiffness(1 / cold[:, 0], cells), _named(domain)[cells], copies[cells]
+    on: Any = space.on(cells)
+    crossed = crossings(heat.domain)
+    if crossed or domain is not heat.domain:
+        on = Paths(heat.domain.space.on(cells), on, crossed)
+        counts = [len(c.warmed[0].areas) for c in crossed]
+        matrix = sum((c.potential.mass() / c.resistance for c in crossed), matrix)
+        cold = np.vstack([cold, np.repeat([c.resistance for c in crossed], counts)[:, None]])
+        warm, stands_for = (np.vstack([x, np.full((sum(counts), 1), y)]) for x, y in ((warm, 0.0), (stands_for, 1.0)))
+        names = np.concatenate([names, np.repeat([c.name for c in crossed], counts)])
+    return Conductor(
+        heat, cells, on, np.flatnonzero(space.of(cells) & ~fixed & space.nested[-1]), cold, warm, voltages, reactions,
+        sections, jumps, csc_array(matrix), stands_for, names, Ordering(space.places), solved, terminals,
+        OfCells(domain, "resistivity", cells) if len(np.intersect1d(following(domain, "resistivity"), cells)) else None,
+    )  # fmt: skip
+
+
+def _electrodes(domain: Domain) -> tuple[np.ndarray, np.ndarray, tuple[Terminal, ...], Any]:
+    """The voltages (channels, functions) of all electrodes, the functions (functions,) that they fix, those whose
+    potential is unknown, and how each electrode's current is read off the charges."""
+    space = domain.space
+    electrodes = [b for b in domain.scene.boundaries if b.kind == "voltage" and len(domain.on(b))]
+    faces = [domain.faces(b) for b in electrodes]
+    fixed, voltages = np.zeros(space.size, bool), np.zeros((domain.inputs.count, space.size))
+    for b, face in zip(electrodes, faces, strict=True):
+        voltages[:, face.functions] = np.outer(domain.inputs.split(b.value), space.unit[face.functions])
+        fixed |= face.functions
+    terminals = tuple(
+        Terminal(b.name, unit, int(np.flatnonzero(unit)[0]), b.series_resistance)
+        for b, face in zip(electrodes, faces, strict=True)
+        if b.series_resistance and (unit := np.where(face.functions, space.unit, 0.0)).any()
+    )
+    shared = SharedReactions.of([b.name for b in electrodes], [b.value for b in electrodes], faces, space.unit)
+    return voltages, fixed, terminals, shared.shares
+
+
+def _sections(
+    heat: HeatProblem, lines: np.ndarray, copies: np.ndarray
+) -> tuple[dict[str, Section], dict[str, np.ndarray]]:
+    """For each probe of a current the facets that it passes, seen from both sides, and what it reads off the jump of
+    the potential (functions,) at contacts; ``lines`` (cells, 2) are the resistivity of the cells and its change per
+    kelvin."""
+    domain, sections, jumps = heat.domain.electric, dict[str, Section](), dict[str, np.ndarray]()
+    torn = [(joint.facets, r) for joint in domain.contacts if (r := joint.contact.electrical_resistance)]
+    for probe in domain.scene.probes:
+        if probe.quantity == "current":
+            sides = domain.sides(probe, domain.live, [facets for facets, _ in torn])
+            sections[probe.name] = [
+                (faces, faces.by(heat.domain.space), sign, lines[cells, :1], lines[cells, 1:],
+                 _resistivity(domain, cells, lines[cells], copies[cells]))
+                for faces, sign, cells in sides
+            ]  # fmt: skip
+            jumps[probe.name] = across(domain, probe, torn)
+    return sections, jumps
+
+
+def law(material: Material, initial: float) -> tuple[float, float]:
+    """The resistivity at the initial temperature (ohm m) and its change per kelvin (ohm m/K), eq 7; ValueError for a
+    material that doesn't conduct."""
+    if material.resistivity is None:
+        raise ValueError(f"{material.name} doesn't conduct")
+    if isinstance(material.resistivity, laws.Law):
+        return float(material.resistivity(initial)), float(material.resistivity.slope(initial))
+    a = material.temperature_coefficient
+    return material.resistivity * (1 + a * (initial - material.reference_temperature)), material.resistivity * a
+
+
+def _named(domain: Domain) -> np.ndarray:
+    """(cells,): the box that each is of, with the probes of a power that it lies in (`box_of`, `within`)."""
+    names: np.ndarray = np.array(domain.names)[domain.body].astype(object)
+    for probe in domain.scene.probes:
+        if probe.quantity == "power":
+            for cells, _, _ in domain.patches(probe):
+                names[cells] += AND + probe.name
+    return names.astype(str)
+
+
+def box_of(name: str) -> str:
+    """The box of cells with a name."""
+    return name.split(AND)[0]
+
+
+def within(name: str) -> list[str]:
+    """The probes of a power that cells with a name lie in."""
+    return name.split(AND)[1:]
+
+
+def _resistivity(domain: Domain, cells: np.ndarray, line: np.ndarray, each: np.ndarray) -> Resistivity:
+    """The resistivity of facets seen from some cells; a ``line`` (facets, 2) where no law bends it."""
+    if len(np.intersect1d(following(domain, "resistivity"), cells)):
+        own = OfCells(domain, "resistivity", cells)
+        return lambda rise: each * own.value(rise)
+    return lambda rise: line[:, :1] + line[:, 1:] * rise

@@ -1,0 +1,80 @@
+"""Resistances of electrodes, made of the currents and potentials that the engine finds.
+
+R = (phi - phi_other) / I, with the current I that enters at the electrode. An electrode's potential is its voltage,
+less what a resistance in series takes; of one whose current is given it is read by a probe of its own.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import inf
+from typing import Any
+
+import numpy as np
+
+from fem3d.results.outputs import Outputs
+from fem3d.spaces import channels
+from scenes import readouts
+from scenes.free.grid import grid_of
+from scenes.model import AnyScene, GroupProbe, MeshScene, Probe
+
+# Of the largest current: below it the resistance is that between the times beside, as 0/0 tells nothing.
+NO_CURRENT = 1e-9
+
+
+def pairs(scene: AnyScene) -> dict[str, readouts.Pair]:
+    """The electrodes of each probe of a resistance, which is looked for where there is one."""
+    if not any(p.quantity == "resistance" for p in scene.probes):
+        return {}
+    if isinstance(scene, MeshScene):
+        from meshes.grouped.check import check
+        from meshes.grouped.read import read
+
+        joined = check(scene, read(scene.path, scene.unit)).joined()
+    else:
+        joined = grid_of(scene).joined()
+    return readouts.pairs(scene, joined.values())
+
+
+def to_solve(scene: Any) -> Any:
+    """The scene whose probes the engine reads: without resistances, but with the potentials of electrodes of given
+    current where one is asked for."""
+    read = tuple(p for p in scene.probes if p.quantity != "resistance")
+    if len(read) == len(scene.probes):
+        return scene
+    by_current = (b for b in scene.boundaries if b.kind == "voltage" and b.series_resistance == inf)
+    return replace(scene, probes=(*read, *map(_potential, by_current)))
+
+
+def _potential(boundary: Any) -> Probe | GroupProbe:
+    name = f"potential of {boundary.name}"
+    if hasattr(boundary, "group"):
+        return GroupProbe(name, group=boundary.group, quantity="potential")
+    return Probe(name, boundary.lower, boundary.upper, "potential")
+
+
+def resistance(pair: readouts.Pair, out: Outputs) -> np.ndarray:
+    """The resistance (ohm) between two electrodes, at the times of some outputs."""
+    current, between = out[f"current:{pair[0].name}"], given(pair, out)
+    passing = np.abs(current) > NO_CURRENT * np.abs(current).max()
+    if not passing.any():
+        return np.zeros(current.shape)
+    if passing.all():
+        return between / current
+    found: np.ndarray = np.interp(out["time"], out["time"][passing], between[passing] / current[passing])
+    return found
+
+
+def given(pair: readouts.Pair, out: Outputs) -> np.ndarray:
+    """The voltage (V) between two electrodes."""
+    own, other = pair
+    return _at(own, out) - _at(other, out)
+
+
+def _at(boundary: Any, out: Outputs) -> np.ndarray:
+    """The potential (V) of an electrode."""
+    if boundary.series_resistance == inf:
+        return out[f"probe:potential of {boundary.name}"]
+    times = out["time"]
+    given = channels.value(boundary.value, times.reshape(-1)).reshape(times.shape)
+    return given - boundary.series_resistance * out[f"current:{boundary.name}"]

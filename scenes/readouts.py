@@ -1,0 +1,79 @@
+"""Resistances that probes ask for: of which electrode each is, and which other one its potential counts from."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable
+from math import inf
+from typing import Any
+
+import numpy as np
+
+from scenes.errors import SceneError, listed, quoted
+from scenes.model import AnyScene, Scene, Schedule, Value
+
+SAME = 1e-9  # of the extent of a scene: corners that are nearer to one another are one
+
+Pair = tuple[Any, Any]
+"""An electrode, and the other one of its conductor: boundaries."""
+
+
+def pairs(scene: AnyScene, conductors: Iterable[Collection[str]]) -> dict[str, Pair]:
+    """For each probe of a resistance, by its name, the electrode and the other one.
+
+    ``conductors``: the names of the electrodes of each conductor. Raises SceneError for a probe on no electrode, or on
+    one whose conductor has none or several others, or through which no current passes for some time.
+    """
+    joined = list(conductors)
+    return {p.name: _pair(scene, p, joined) for p in scene.probes if p.quantity == "resistance"}
+
+
+def _pair(scene: AnyScene, probe: Any, conductors: list[Collection[str]]) -> Pair:
+    said = f"probe {quoted(probe.name)} asks for a resistance"
+    electrodes = {b.name: b for b in scene.boundaries if b.kind == "voltage"}
+    own = next((b for b in electrodes.values() if _same(scene, probe, b)), None)
+    if own is None:
+        place = "the corners" if isinstance(scene, Scene) else "the group"
+        raise SceneError(f"{said}, and no electrode is there: give {place} of one, of {listed(list(electrodes))}")
+    others = {n for names in conductors if own.name in names for n in names} - {own.name}
+    if len(others) != 1:
+        has = f"{len(others)} others, {listed(sorted(others))}" if others else "no other"
+        raise SceneError(
+            f"{said}, which is between two electrodes, and the conductor of {quoted(own.name)} has {has}: give an "
+            "electrode of a conductor with two"
+        )
+    other = electrodes[others.pop()]
+    if _idle(scene, own, other):
+        drive = "current passes" if inf in (own.series_resistance, other.series_resistance) else "voltage drives one"
+        raise SceneError(
+            f"{said}, and for some time no {drive} between {quoted(own.name)} and {quoted(other.name)}: give them a "
+            "small one, as one would to measure"
+        )
+    return own, other
+
+
+def _same(scene: AnyScene, probe: Any, boundary: Any) -> bool:
+    """Whether a probe is on the place of a boundary."""
+    if not isinstance(scene, Scene):
+        return bool(probe.group == boundary.group)
+    size = max(u - v for b in scene.boxes for u, v in zip(b.upper, b.lower, strict=True))
+    both = (*zip(probe.lower, boundary.lower, strict=True), *zip(probe.upper, boundary.upper, strict=True))
+    return all(abs(a - b) <= SAME * size for a, b in both)
+
+
+def _idle(scene: AnyScene, own: Any, other: Any) -> bool:
+    """Whether nothing drives a current from one electrode to the other, always or for some time."""
+    by_current = [b for b in (own, other) if b.series_resistance == inf]
+    plus, minus = (by_current[0].value, 0.0) if by_current else (own.value, other.value)
+    ends = {0.0, 0.0 if scene.steady else scene.end_time}
+    times = sorted(ends | {t for v in (plus, minus) if isinstance(v, Schedule) for t in v.times if t < max(ends)})
+    starts, lengths = np.array(times[:-1] or [0.0]), np.diff(times) if len(times) > 1 else np.zeros(1)
+    # A line that is zero at two places between its ends is zero.
+    within = [at(plus, starts + part * lengths) - at(minus, starts + part * lengths) for part in (1 / 3, 2 / 3)]
+    return bool(((within[0] == 0) & (within[1] == 0)).any())
+
+
+def at(value: Value, times: np.ndarray) -> np.ndarray:
+    """(times,): a value at times (s), none of them that of a jump."""
+    if isinstance(value, Schedule):
+        return np.interp(times, value.times, value.values)
+    return np.full(times.shape, float(value))

@@ -1,0 +1,62 @@
+"""The order in unknowns of the current of an L-shaped conductor on tetrahedra: halved everywhere, and where needed.
+
+At the inner corner the potential goes like r^(2/3), so that cells of size h miss h^(4/3) of the current whatever their
+degree (Strang and Fix, An Analysis of the Finite Element Method, chapter 8). Uniform cells number h^-3; where those
+along the edge alone are halved, their number goes like 1/h.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+
+from fem3d.adaptivity.loop import Search, Verdict
+from fem3d.runs import scene as scene_run
+from scenes.model import Boundary, Box, Material, Probe, Scene
+from validate.verify.report import Row, observed_order, order_row
+
+FAMILY, CASE = "order in space", "L-shaped conductor, tetrahedra of degree 3"
+WIDTH, ARM = 1e-5, 4  # m; in widths
+MOST = 4_000  # unknowns from which on a mesh is the last: 3 s of local refinement, 12 s of uniform
+Finer = Callable[[Search, Any, Verdict], Any]
+
+
+def rows() -> Iterator[Row]:
+    """The orders of uniform refinement, on the last two meshes, and of local refinement, which is uneven from level to
+    level, from the first mesh to the last."""
+    uniform = levels(lambda search, mesh, verdict: mesh.raised())[-2:]
+    local = levels(lambda search, mesh, it: mesh.refined(it.goals, it.falls, it.worst, search.enough))
+    for named, theory, found in (("uniformly halved", 4 / 9, uniform), ("halved where it is missed", 4 / 3, local)):
+        (few, coarse), (many, fine) = found[0], found[-1]
+        order = observed_order([coarse, fine], many / few)
+        yield order_row(FAMILY, CASE, f"current by unknowns, {named}", theory, order, "a square corner: 1 - 2 ln2/pi")
+
+
+def levels(finer: Finer) -> list[tuple[int, float]]:
+    """The unknowns and the relative error of the current of each mesh."""
+    metal, far = Material("metal", 1.0, 1.0, 1.0, 1e-6), (ARM + 1) * WIDTH
+    boxes = (
+        Box("along x", metal, (0.0, 0.0, 0.0), (far, WIDTH, WIDTH)),
+        Box("along y", metal, (ARM * WIDTH, WIDTH, 0.0), (far, far, WIDTH)),
+    )
+    near = (0.0, 0.0, 0.0), (0.0, WIDTH, WIDTH)
+    ends = (
+        Boundary("plus", "voltage", *near, 1.0),
+        Boundary("minus", "voltage", (ARM * WIDTH, far, 0.0), (far, far, WIDTH), 0.0),
+    )
+    probes = (Probe("current", *near, "current"),)
+    # No mesh reaches that accuracy: the last one is the largest.
+    scene = Scene("L", boxes, ends, probes, accuracy=1e-9, steady=True, mesh="tetrahedra")
+    exact = WIDTH / 1e-6 / (2 * ARM + 1 - 2 * np.log(2) / np.pi)
+    study, mesh = scene_run.start(scene)
+    search, found = Search(study, True, False, lambda _: None), list[tuple[int, float]]()
+    while mesh is not None and (not found or found[-1][0] < MOST):
+        verdict = search.judge(mesh, len(found))
+        assert verdict.answer is not None
+        assert verdict.answer.steady is not None
+        current = float(verdict.answer.steady.quantities["current"])
+        found.append((verdict.answer.heat.size, abs(current / exact - 1)))
+        mesh = finer(search, mesh, verdict)
+    return found
