@@ -305,8 +305,8 @@ def _read(model: FewStates, states: np.ndarray) -> dict[str, np.ndarray]:
     found = {}
     for name, row in model.outputs.items():
         if not name.startswith(("air", "gas")):
-            by_laws = model.follows is not None and name in model.follows.heats
-            value = model.follows.lost(name, states) if by_laws else states @ row.T
+            follows = model.follows
+            value = states @ row.T if follows is None or name not in follows.heats else follows.lost(name, states)
             found[f"{name}_W" if name.endswith("_heat") else f"{name}_K"] = top(value) if row.ndim > 1 else value
     if "peak_K" not in found:
         found["peak_K"] = np.max([v for name, v in found.items() if name.endswith("_peak_K")], axis=0)

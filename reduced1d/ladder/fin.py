@@ -107,7 +107,7 @@ def _following(
     )  # fmt: skip
     # What the circuit has beyond the beam and the pads, where the current widens, heats the end.
     beyond = np.array([anchor.circuit - ends.heat.sum()])
-    widening = Points(np.ones((1, 1)), (), *[none] * 6, beyond, np.full(1, False), end)
+    widening = Points(np.ones((1, 1)), (), none, none, none, none, none, none, beyond, np.full(1, False), end)
     heats = {}
     if sink.spans > 1:
         heats["anchor_heat"] = replace(ends, area=ends.area / 2, above=ends.above / 2, gap=ends.gap / 2)

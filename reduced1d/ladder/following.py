@@ -141,8 +141,9 @@ class Following:
 
     def terms(self, state: np.ndarray) -> Terms:
         found = [self._slopes(part, state) for part in self.parts]
+        outflow, source, resistance = self.flows(state)
         slopes = (sum(each[1:], start=each[0]) for each in zip(*found, strict=True))
-        return Terms(*self.flows(state), *slopes)
+        return Terms(outflow, source, float(resistance), *slopes)
 
     def _slopes(self, part: Points, state: np.ndarray) -> tuple[Any, Any, np.ndarray]:
         """What a part has of the derivatives."""

@@ -47,8 +47,8 @@ class Level:
 
     @cached_property
     def _assembled(self) -> Plate:
-        of_one = {"spans": 1, "series_resistance": self.sink.series_resistance / self.sink.spans}
-        return assemble(replace(self.sink, **of_one), self.grading)
+        series = self.sink.series_resistance / self.sink.spans
+        return assemble(replace(self.sink, spans=1, series_resistance=series), self.grading)
 
     @property
     def plate(self) -> Plate:
