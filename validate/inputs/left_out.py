@@ -57,8 +57,12 @@ def _falling(sink: Sink) -> dict[str, Any]:
     given = sink.silicon.thermal_conductivity
     if laws.varies(given):
         return {}
-    of = [laws.PowerLaw(k, sink.room_temperature, EXPONENT) for k in laws.along(given)]
-    return {"silicon": replace(sink.silicon, thermal_conductivity=tuple(of) if isinstance(given, tuple) else of[0])}
+    conductivities = [laws.PowerLaw(k, sink.room_temperature, EXPONENT) for k in laws.along(given)]
+    return {
+        "silicon": replace(
+            sink.silicon, thermal_conductivity=tuple(conductivities) if isinstance(given, tuple) else conductivities[0]
+        )
+    }
 
 
 EFFECTS = {
@@ -135,7 +139,7 @@ def of_sink(sink: Sink, say: Callable[[str], None]) -> LeftOut:
     sink = replace(sink, accuracy=min(sink.accuracy, CLOSE))
     say("without what is left out")
     bare = solve_3d(sink, _STEADY)
-    found: dict[str, Found] = {}
+    effects: dict[str, Found] = {}
     skipped: dict[str, str] = {}
     everything: dict[str, Any] = {}
     for number, (name, effect) in enumerate(EFFECTS.items(), 1):
@@ -145,24 +149,24 @@ def of_sink(sink: Sink, say: Callable[[str], None]) -> LeftOut:
             continue
         say(f"with what is left out, {number} of {len(EFFECTS)}: {effect.what}")
         try:
-            found[name] = _found(effect.what, effect.assumed(sink), effect.source, bare, changed)
+            effects[name] = _found(effect.what, effect.assumed(sink), effect.source, bare, changed)
             if name == "gap_gas":
                 say(f"from which pressure on {effect.what} matters")
-                found[name] = _with_pressure(found[name], bare)
+                effects[name] = _with_pressure(effects[name], bare)
         except (SceneError, NumericsError) as error:
             skipped[name] = str(error)
             continue
         everything |= changed
     together = None
-    if len(found) > 1:
+    if len(effects) > 1:
         say("with all of that together")
         try:
-            together = _found("all together", f"{', '.join(found)} at once", "", bare, everything)
+            together = _found("all together", f"{', '.join(effects)} at once", "", bare, everything)
         except (SceneError, NumericsError) as error:
             skipped[TOGETHER] = str(error)
-    ranked = dict(sorted(found.items(), key=lambda item: -item[1].size))
-    asked = [each.steady for each in OF_A_SINK.values()]
-    added = {q: sum(f.changes[q].value for f in found.values() if f.changes) for q in asked}
+    ranked = dict(sorted(effects.items(), key=lambda item: -item[1].size))
+    quantities = [each.steady for each in OF_A_SINK.values()]
+    added = {q: sum(f.changes[q].value for f in effects.values() if f.changes) for q in quantities}
     return LeftOut(ranked, together, added, skipped, _sentence(ranked))
 
 
@@ -178,7 +182,7 @@ def _found(what: str, assumed: str, source: str, bare: Result, changed: dict[str
 def _changes(bare: Result, with_it: Result) -> dict[str, Estimate]:
     """By quantity the change from one result to another."""
     changes = {}
-    for name in (asked.steady for asked in OF_A_SINK.values()):
+    for name in (entry.steady for entry in OF_A_SINK.values()):
         inputs = {"predicted": with_it.steady[name], "measured": bare.steady[name]}
         changes[name] = Estimate(relative(*(e.value for e in inputs.values())), spread(relative, inputs))
     return changes
@@ -191,14 +195,14 @@ def _share(with_it: Result) -> float | None:
     return -sum(gas) / float(flows["power"]) if gas else None
 
 
-def _with_pressure(found: Found, bare: Result) -> Found:
+def _with_pressure(effect: Found, bare: Result) -> Found:
     """With the pressure from which on the gas changes the peak by more than its tolerance, that of the check fig4. In a
     gap d it conducts k / (1 + 2 g / d), g being its `jump` at each wall; the conductivity at which the peak is off by
     the tolerance is searched in 3D."""
-    sink, change = bare.details["sink"], found.changes
+    sink, change = bare.details["sink"], effect.changes
     tolerance = sink.tolerance("fig4")
     if not change or abs(change[RANKED].value) <= tolerance:
-        return replace(found, assumed=f"{found.assumed}; within {percent(tolerance)} at any pressure")
+        return replace(effect, assumed=f"{effect.assumed}; within {percent(tolerance)} at any pressure")
     wanted, k, size = -tolerance, CONDUCTIVITY, change[RANKED].value
     for _ in range(MOST_TRIALS):
         # One over the peak, over that without gas, less one, goes with k where that is little.
@@ -208,7 +212,7 @@ def _with_pressure(found: Found, bare: Result) -> Found:
             break
     pressure = 2 * jump(1.0) / sink.oxide_thickness / (CONDUCTIVITY / k - 1)
     when = f"from {quantity(pressure, 'Pa', 2)} on it changes the peak by more than {percent(tolerance)}"
-    return replace(found, assumed=f"{found.assumed}; {when}", source=f"{found.source}; {JUMP}")
+    return replace(effect, assumed=f"{effect.assumed}; {when}", source=f"{effect.source}; {JUMP}")
 
 
 def jump(pressure: float) -> float:
@@ -231,13 +235,13 @@ def _sentence(ranked: dict[str, Found]) -> str:
     return " ".join(said)
 
 
-def _does(found: Found, of: int) -> str:
-    """What the largest ``of`` so many effects does."""
-    if not found.changes:
-        return f"{found.what} makes it run away"
-    if found.share is not None and found.share > MOST_OF_IT:
-        return f"the sink would not work: {found.what} takes {percent(found.share)} of the heat"
-    change = percent(found.changes[RANKED].value, sign=True)
-    if of > 1:
-        return f"{found.what} matters most, {change} at the peak"
-    return f"{found.what} changes the peak by {change}"
+def _does(effect: Found, count: int) -> str:
+    """What the largest of ``count`` effects does."""
+    if not effect.changes:
+        return f"{effect.what} makes it run away"
+    if effect.share is not None and effect.share > MOST_OF_IT:
+        return f"the sink would not work: {effect.what} takes {percent(effect.share)} of the heat"
+    change = percent(effect.changes[RANKED].value, sign=True)
+    if count > 1:
+        return f"{effect.what} matters most, {change} at the peak"
+    return f"{effect.what} changes the peak by {change}"

@@ -82,8 +82,8 @@ def test_laws_that_change_nothing_change_nothing(more):
     for build in ("fin",) if plain.spans > 1 else ("fin", "whole_plate"):
         model, linear = (getattr(Levels(each).coarse, build)() for each in (sink, plain))
         found, exact = steady(model), steady(linear)
-        # The shape of the anchor is one of a solution that the current's pattern is settled to 1e-6 of.
-        assert found == pytest.approx(exact, rel=3e-4 if build == "fin" and "electrodes" in more else 2e-6)
+        # An anchor that is heated takes its shape from the heated plate, not from one heated in the beam alone.
+        assert found == pytest.approx(exact, rel=5e-4 if build == "fin" and "electrodes" in more else 2e-6)
         course, straight = over_time(model, AT), over_time(linear, AT)
         for name, value in straight.items():
             assert np.abs(course[name] - value).max() <= 5e-4 * np.abs(value).max(), name

@@ -21,21 +21,21 @@ _BAR = 0.26
 
 def draw(outcome: Outcome[Sink]) -> Figure:
     """A row of bars for each effect, the largest first, with the numerical error of each; all together at the foot."""
-    found = outcome.left_out
-    assert found is not None
-    effects = dict(found.found) | ({} if found.together is None else {"together": found.together})
+    left_out = outcome.left_out
+    assert left_out is not None
+    effects = dict(left_out.found) | ({} if left_out.together is None else {"together": left_out.together})
     height = 2.4 + 0.62 * len(effects)
     text = f"What both models leave out, {sink_text(outcome.scene)}"
-    said = [found.sentence, f"Not among these, so that it may matter more: {UNSOLVED}."]
+    said = [left_out.sentence, f"Not among these, so that it may matter more: {UNSOLVED}."]
     figure = new_figure(8.5, height, text, said, bottom=1.0, left=1.5)
     ax = figure.subplots()
-    for n, (asked, colour) in enumerate(_COLOURS.items()):
-        key = OF_A_SINK[asked].steady
+    for n, (name, colour) in enumerate(_COLOURS.items()):
+        key = OF_A_SINK[name].steady
         made = [(place, each.changes[key]) for place, each in enumerate(effects.values()) if each.changes]
         values = np.array([100 * change.value for _, change in made])
         errors = np.array([100 * change.error for _, change in made])
         places = np.array([place for place, _ in made]) + (n - 1) * _BAR
-        ax.barh(places, values, 0.9 * _BAR, color=colour, label=OF_A_SINK[asked].called)
+        ax.barh(places, values, 0.9 * _BAR, color=colour, label=OF_A_SINK[name].called)
         ax.errorbar(values, places, xerr=errors, fmt="none", ecolor="#777777", elinewidth=1.0, capsize=2)
     for place, each in enumerate(effects.values()):
         if not each.changes:
