@@ -7,8 +7,8 @@
     plate           the heat equation of the silicon layer, averaged over its thickness
     moments:N       the plate, of a row of spans the fin, projected on N fields that match its response
 
-Conductivities, resistivities and specific heats that follow the temperature are in all from the fin on; the first two
-take them as they are at room temperature.
+Conductivities, resistivities and specific heats that follow the temperature, and radiation, are in all from the fin on;
+the first two take the former as they are at room temperature, and radiate nothing.
 
 Nothing heavy is imported before a reduction needs it.
 """
@@ -92,7 +92,7 @@ def solve(
     refuse(sink, name)
     if name in CONSTANT:
         sink = sink.plain
-        levels = levels and levels.without(LAWS)
+        levels = levels and levels.without(("emissivity", *LAWS))
     if name == "paper" and sink.spans == 1 and not sink.drive.series:
         from reduced1d.sink import solve as solve_paper
 

@@ -36,6 +36,7 @@ def anchor_points(plate: Plate, rise: np.ndarray) -> tuple[Points, float]:
     outflow, source, resistance = (np.atleast_1d(each)[0] for each in found.flows(np.array([end])))
     at = points.rise(np.array([end]))
     lost = points.above @ layer.down(at)[0] + points.area @ layer.up(at)[0] + points.gap @ (layer.gas * at)
+    lost += points.bare @ layer.radiates(at)[0]
     return points, float((lost - squared * (resistance - source)) / outflow)
 
 
@@ -50,7 +51,7 @@ def _gathered(points: Points) -> Points:
 
     area = summed(points.area)
     steep = np.sqrt(summed(points.area * (x[:, 0] ** 2 + y[:, 0] ** 2)) / area)
-    extensive = ("area", "above", "gap", "silicon", "oxide", "heat")
+    extensive = ("area", "above", "gap", "bare", "silicon", "oxide", "heat")
     sums = {name: summed(getattr(points, name)) for name in extensive}
     return Points(
         (summed(points.area * value) / area)[:, None], (steep[:, None],), **sums,

@@ -225,6 +225,13 @@ def resistance_at(model: FewStates, states: np.ndarray) -> np.ndarray:
     return found
 
 
+def _off(model: FewStates, state: np.ndarray, beam: bool = False) -> float:
+    """The heat (W) to the air and by radiation, of all or of the beam alone."""
+    if model.follows is not None:
+        return model.follows.given_off(state, beam)
+    return float(model.outputs["air_beam" if beam else "air"] @ state)
+
+
 def _beam_at(model: FewStates, state: np.ndarray) -> float:
     """The beam's own resistance (ohm)."""
     if model.follows is not None:
@@ -285,11 +292,11 @@ def steady(model: FewStates) -> dict[str, float]:
     end_flow = found.get("anchor_heat_W", 0.0)
     if not end_flow:
         beam = current**2 * _beam_at(model, state)
-        end_flow = (beam - float((model.outputs["air_beam"] + model.outputs["gas_beam"]) @ state)) / 2
+        end_flow = (beam - _off(model, state, beam=True) - float(model.outputs["gas_beam"] @ state)) / 2
     return found | {
         "current_A": current,
         "power_W": power,
-        "heat_out_W": power - float(model.outputs["air"] @ state),
+        "heat_out_W": power - _off(model, state),
         "anchor_resistance_K_per_W": found["end_rise_K"] / end_flow,
     }
 

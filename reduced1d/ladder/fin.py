@@ -26,7 +26,8 @@ from reduced1d.equations import room_resistivity
 from reduced1d.ladder.anchor import Anchor
 from reduced1d.ladder.few_states import FewStates
 from reduced1d.ladder.following import Following, Points
-from reduced1d.ladder.plate import film, gap_film, layer, stored
+from reduced1d.ladder.plate import film, gap_film, layer_of, stored
+from reduced1d.ladder.plate_points import narrow_sides, underside_bare
 from reduced1d.line import Line
 from scenes.sink import Sink, decay, different
 
@@ -95,30 +96,36 @@ def _following(
     own, weight, isle = row.numbers[number], 2 * row.weights[number], row.islands[number]  # the row has two halves
     area, above = sink.width * length * weight, sink.island_width * length * isle
     cold = room_resistivity(sink.plain.silicon, sink.room_temperature)[0] / sink.cross_section
+    under = 1 - above * weight / area if underside_bare(sink) else 0.0
+    bare = area * (1 + under + narrow_sides(sink)[0])
     along = Points(
-        values, (slopes,), area, above * weight, 0 * area, area, area, oxide_capacity * above * weight,
+        values, (slopes,), area, above * weight, 0 * area, area, bare, area, oxide_capacity * above * weight,
         cold * length * weight, np.full(len(area), True),
     )  # fmt: skip
     end, none = np.eye(1, values.shape[1]), np.zeros(1)
     ends = replace(
         anchors, area=right * anchors.area, above=right * anchors.above, gap=right * anchors.gap, of=end,
-        silicon=pad_capacity * anchors.silicon, oxide=oxide_capacity * anchors.oxide,
+        bare=right * anchors.bare, silicon=pad_capacity * anchors.silicon, oxide=oxide_capacity * anchors.oxide,
         heat=anchors.heat * (anchor.circuit > 0),
     )  # fmt: skip
     # What the circuit has beyond the beam and the pads, where the current widens, heats the end.
     beyond = np.array([anchor.circuit - ends.heat.sum()])
-    widening = Points(np.ones((1, 1)), (), none, none, none, none, none, none, beyond, np.full(1, False), end)
+    widening = Points(np.ones((1, 1)), (), none, none, none, none, none, none, none, beyond, np.full(1, False), end)
     heats = {}
     if sink.spans > 1:
-        heats["anchor_heat"] = replace(ends, area=ends.area / 2, above=ends.above / 2, gap=ends.gap / 2)
+        heats["anchor_heat"] = replace(
+            ends, area=ends.area / 2, above=ends.above / 2, gap=ends.gap / 2, bare=ends.bare / 2
+        )
         for island in range(1, sink.spans // 2 + 1):
             at = isle & (own == min(island, row.solved))
             # Some are modelled by their half.
             whole = sink.island / length[at].sum()
             heats[f"island{island}_heat"] = replace(
-                along.where(at), area=0 * area[at], gap=0 * area[at], above=whole * above[at]
+                along.where(at), area=0 * area[at], gap=0 * area[at], bare=0 * area[at], above=whole * above[at]
             )
-    return Following(layer(sink), (along, ends, widening), values.shape[1], heats)
+    return Following(
+        layer_of(sink), (along, ends, widening), values.shape[1], heats, (along, replace(anchors, of=end))
+    )  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)

@@ -34,8 +34,9 @@ class Points:
     the states themselves for ``None``.
 
     Each stands for an ``area`` (m2), of which so much is ``above`` oxide, which conducts ``along`` the layer where that
-    is 1 and not where it is 0, and so much over the ``gap``; for so much of the heat capacity of ``silicon`` and
-    ``oxide`` (m2); and for the ``heat`` (W) of 1 A in the cold sink. ``beam`` says whether they are in the beam."""
+    is 1 and not where it is 0, and so much over the ``gap``; for so much ``bare`` that radiates; for so much of the
+    heat capacity of ``silicon`` and ``oxide`` (m2); and for the ``heat`` (W) of 1 A in the cold sink. ``beam`` says
+    whether they are in the beam."""
 
     values: Any
     slopes: tuple[Any, ...]
@@ -43,6 +44,7 @@ class Points:
     above: np.ndarray
     along: np.ndarray
     gap: np.ndarray
+    bare: np.ndarray
     silicon: np.ndarray
     oxide: np.ndarray
     heat: np.ndarray
@@ -93,16 +95,28 @@ class Terms(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class Following:
     """The laws of a ``layer`` at the points of its ``parts``, of so many ``states``; and by name those whose ``heats``
-    are read off."""
+    are read off, and the ``open`` points that air and surroundings see."""
 
     layer: Layer
     parts: tuple[Points, ...]
     states: int
     heats: dict[str, Points] = field(default_factory=dict)
+    open: tuple[Points, ...] = ()
 
     def on(self, shapes: np.ndarray) -> Following:
-        parts, heats = tuple(part.on(shapes) for part in self.parts), {n: p.on(shapes) for n, p in self.heats.items()}
-        return Following(self.layer, parts, shapes.shape[1], heats)
+        parts, seen = (tuple(part.on(shapes) for part in of) for of in (self.parts, self.open))
+        heats = {name: part.on(shapes) for name, part in self.heats.items()}
+        return Following(self.layer, parts, shapes.shape[1], heats, seen)
+
+    def given_off(self, state: np.ndarray, beam: bool = False) -> float:
+        """The heat (W) to the air and by radiation, of all or of the beam alone."""
+        found = 0.0
+        for part in self.open:
+            rise, weight = part.rise(state), part.beam if beam else 1.0
+            found += float(
+                ((part.area * self.layer.up(rise)[0] + part.bare * self.layer.radiates(rise)[0]) * weight).sum()
+            )
+        return found
 
     def lost(self, name: str, states: np.ndarray) -> np.ndarray:
         """(...,): the heat (W) that leaves by the points of a name, at states (..., n); of those of one function what
@@ -157,9 +171,9 @@ class Following:
         return part.both(outflow), part.both(_product(values, heat, values)), part.seen(heat @ values)
 
     def _up(self, part: Points, rise: np.ndarray) -> Both:
-        """What goes to air and gas, in W."""
-        up, slope = self.layer.up(rise)
-        return part.area * up + part.gap * self.layer.gas * rise, part.area * slope + part.gap * self.layer.gas
+        """What goes to air and gas, and is radiated, in W."""
+        (up, slope), (off, off_slope), gas = self.layer.up(rise), self.layer.radiates(rise), part.gap * self.layer.gas
+        return part.area * up + part.bare * off + gas * rise, part.area * slope + part.bare * off_slope + gas
 
     def held(self, states: np.ndarray, rates: np.ndarray) -> np.ndarray:
         """C at states (..., n) times some rates (..., n)."""

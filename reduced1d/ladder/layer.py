@@ -1,15 +1,18 @@
-"""The silicon layer on its oxide where properties follow the temperature: what it conducts, gives off, takes and holds
-at a point, of fin and plate alike.
+"""The silicon layer on its oxide where properties follow the temperature, or faces radiate: what it conducts, gives
+off, takes and holds at a point, of fin and plate alike.
 
-    [t rho c(T) + c_ox(T)] dT/dt = div([k(T) t + k_ox(T)] grad T) - q(T) - h_air T - h_gas T + I^2 s rho_e(T) / rho_e0,
+    [t rho c(T) + c_ox(T)] dT/dt = div([k(T) t + k_ox(T)] grad T) - q(T) - h_air T - h_gas T - b(T) + I^2 s r(T),
 
-the equation of `reduced1d.ladder.plate` with laws in place of numbers; T is the rise in all but the laws, which take
-the absolute temperature. Down through the oxide goes the heat flux q for which
+the equation of `reduced1d.ladder.plate` with laws in place of numbers, r being the resistivity over that at room
+temperature; T is the rise in all but the laws, which take the absolute temperature. Down through the oxide goes the
+heat flux q for which
 
     Theta(T - q [r/2 + t/(3 k(T))]) - Theta(q [r/2 + b]) = t_o q,    Theta the integral of k_o over the temperature
 
 (Kirchhoff's transform), with r of the contacts and b of what is below, whose conductivity is that at room temperature.
-What the oxide conducts along the layer, and its capacity, are those halfway down.
+What bare faces radiate, b(T) = eps sigma (T^4 - T_room^4) times their area over the layer's, is that of top, underside
+and the narrow sides, which are as thick as the layer and spread evenly over beam and pads. What the oxide conducts
+along the layer, and its capacity, are those halfway down.
 """
 
 from __future__ import annotations
@@ -19,6 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from reduced1d.equations import room_resistivity
+from scenes.faces import SIGMA
 from scenes.laws import Law, Property
 from scenes.sink import Sink
 
@@ -69,6 +73,11 @@ class Layer:
         """The flux (W/m2) from the top."""
         h = self.sink.convection_coefficient
         return h * rise, np.full_like(rise, h)
+
+    def radiates(self, rise: np.ndarray) -> Both:
+        """The flux (W/m2) from a bare face to black surroundings at room temperature."""
+        t, factor = self.sink.room_temperature + rise, self.sink.emissivity * SIGMA
+        return factor * (t**4 - self.sink.room_temperature**4), 4 * factor * t**3
 
     def resistivity(self, rise: np.ndarray) -> Both:
         """The silicon's, over that at room temperature."""

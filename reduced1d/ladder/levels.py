@@ -135,7 +135,7 @@ class Levels:
 
 
 def _without(sink: Sink, keys: tuple[str, ...]) -> Sink:
-    none: dict[str, Any] = dict.fromkeys(key for key in keys if key not in ladder.LAWS)
+    none: dict[str, Any] = {key: 0.0 if key == "emissivity" else None for key in keys if key not in ladder.LAWS}
     plain = sink.plain
     for material in ("silicon", "oxide"):
         number: Material = getattr(plain, material)
@@ -181,8 +181,9 @@ def rungs(levels: Levels, start: str = "paper") -> list[Rung]:
 def _missing(sink: Sink, start: str) -> tuple[str, ...]:
     """Of `_MISSING` what the sink has and the first model has not, which takes numbers; only the paper's is without
     contacts and substrate, too."""
-    other = () if start != "paper" else (k for k in _MISSING if k not in ladder.LAWS and getattr(sink, k) is not None)
-    return (*other, *(key for key in ladder.LAWS if key in (*sink.silicon.follows, *sink.oxide.follows)))
+    other = [k for k in ("contact_resistance", "substrate_thickness") if getattr(sink, k) is not None]
+    found = [*(other if start == "paper" else ()), *(["emissivity"] if sink.emissivity else [])]
+    return (*found, *(key for key in ladder.LAWS if key in (*sink.silicon.follows, *sink.oxide.follows)))
 
 
 def solve(levels: Levels, rung: Rung, steady_only: bool, times: np.ndarray | None) -> Result:
@@ -211,6 +212,7 @@ _MISSING = {
     "substrate_thickness": Rung(
         "plate", "substrate", "the oxide stands on room temperature", "the missing substrate",
     ),
+    "emissivity": Rung("plate", "radiation", "nothing radiates", "the missing radiation"),
     "thermal_conductivity": Rung(
         "plate", "constant conductivity", "heat is conducted at any temperature as at room temperature",
         "the constant conductivity",

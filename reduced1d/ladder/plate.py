@@ -20,7 +20,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -28,8 +27,8 @@ import numpy as np
 
 from reduced1d.equations import room_resistivity
 from reduced1d.ladder.few_states import FewStates
-from reduced1d.ladder.following import Following, Points
 from reduced1d.ladder.layer import Layer
+from reduced1d.ladder.plate_points import COPIES, following_of
 from reduced1d.spreading import plate_resistance
 from scenes.sink import Sink
 
@@ -37,7 +36,6 @@ if TYPE_CHECKING:
     import skfem
     from scipy.sparse import csc_matrix
 
-COPIES = 4.0  # the sink in quarters
 SLIVER = 1e-3
 """Planes closer than this part of the narrowest size are one plane."""
 
@@ -105,7 +103,8 @@ class Plate:
         follows = self.model.follows
         if follows is not None:
             heat = COPIES * (whole.density * self.basis.dx).ravel()
-            follows = replace(follows, parts=(replace(follows.parts[0], heat=heat),))
+            points = replace(follows.parts[0], heat=heat)
+            follows = replace(follows, parts=(points,), open=(points,))
         model = replace(
             self.model, resistance=whole.resistance, source=whole.source, feedback=whole.feedback.tocsc(),
             resistance_beam=beam.resistance, source_beam=beam.source, follows=follows,
@@ -209,44 +208,15 @@ def assemble(sink: Sink, grading: Grading) -> Plate:
     model = FewStates(
         (silicon.heat_capacity * t * mass_beam + in_pads + in_oxide).tocsc(), conductance, source,
         (heat * mass_beam).tocsc(), float(source.sum()), source, float(source.sum()), outputs, a, sink.drive,
-        _following(given, part, basis, heat) if given != sink else None,
+        following_of(given, part, layer_of(given), basis, heat) if given != sink else None,
     )  # fmt: skip
     return Plate(sink, part, basis, model, in_pads, in_oxide, factorize(conductance))
 
 
-def layer(sink: Sink) -> Layer:
-    """The laws of a sink in the plate's equation."""
+def layer_of(sink: Sink) -> Layer:
+    """What fin and plate have of a sink's laws in their equation."""
     plain = sink.plain
     return Layer(sink, below(plain), stored(plain), gap_film(plain))
-
-
-def _following(sink: Sink, part: Quarter, basis: skfem.Basis, heat: float) -> Following:
-    """The laws of a sink at the basis' quadrature points, with the ``heat`` of 1 A per area of the beam (W/m2)."""
-    from scipy.sparse import csr_matrix
-
-    points = basis.dx.size
-    rows = np.arange(points).reshape(basis.dx.shape)
-
-    def at_points(of: Callable[[Any], np.ndarray]) -> csr_matrix:
-        found = csr_matrix((points, basis.N))
-        for dofs, (function,) in zip(basis.element_dofs, basis.basis, strict=True):
-            columns = np.broadcast_to(dofs[:, None], rows.shape)
-            entries = np.broadcast_to(of(function), rows.shape).ravel(), (rows.ravel(), columns.ravel())
-            found = found + csr_matrix(entries, shape=found.shape)
-        return found
-
-    area = COPIES * basis.dx.ravel()
-    beam, above = (np.repeat(of, basis.dx.shape[1]) for of in (part.beam, part.oxide))
-    own = Points(
-        at_points(np.asarray), tuple(at_points(partial(_slope, axis)) for axis in range(2)),
-        area, area * above, 1.0 * above, area * ~above, area, area * above, heat * area * beam, beam,
-    )  # fmt: skip
-    return Following(layer(sink), (own,), basis.N)
-
-
-def _slope(axis: int, function: Any) -> np.ndarray:
-    found: np.ndarray = function.grad[axis]
-    return found
 
 
 def along(basis: skfem.Basis, facets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

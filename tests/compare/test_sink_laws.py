@@ -43,3 +43,5 @@ def test_the_ladder_starts_anywhere():
     blamed = {start: [rung.blame for rung in rungs(Levels(SINK), start)] for start in ("paper", "anchored", "fin")}
     assert ["constant conductivity" in blames for blames in blamed.values()] == [True, True, False]
     assert "constant conductivity" not in [rung.blame for rung in rungs(Levels(SINK.plain), "paper")]
+    radiating = [rung.blame for rung in rungs(Levels(Sink(emissivity=0.7)), "paper")]
+    assert radiating[-2:] == ["radiation", "rest (thin plate)"]

@@ -83,10 +83,11 @@ def test_laws_that_change_nothing_change_nothing(more):
         model, linear = (getattr(Levels(each).coarse, build)() for each in (sink, plain))
         found, exact = steady(model), steady(linear)
         # An anchor that is heated takes its shape from the heated plate, not from one heated in the beam alone.
-        assert found == pytest.approx(exact, rel=5e-4 if build == "fin" and "electrodes" in more else 2e-6)
+        apart = build == "fin" and "electrodes" in more
+        assert found == pytest.approx(exact, rel=5e-4 if apart else 2e-6)
         course, straight = over_time(model, AT), over_time(linear, AT)
         for name, value in straight.items():
-            assert np.abs(course[name] - value).max() <= 5e-4 * np.abs(value).max(), name
+            assert np.abs(course[name] - value).max() <= (5e-3 if apart else 5e-4) * np.abs(value).max(), name
 
 
 @pytest.mark.parametrize(
@@ -139,3 +140,23 @@ def test_a_plate_over_time_is_the_fin_but_for_the_anchors():
         assert np.abs(plate[name] - fin[name]).max() <= off * plate[name][-1], name
     cold = over_time(Levels(sink.plain).coarse.fin(), AT)
     assert np.abs(cold["peak_K"] - fin["peak_K"]).max() > 0.3 * plate["peak_K"][-1]
+
+
+def test_what_radiates_is_colder_by_what_an_independent_3d_code_finds():
+    sink, still = Sink(emissivity=0.7), steady(Levels(Sink()).coarse.fin())
+    level = Levels(sink).coarse
+    for found in (steady(level.moments(1)), steady(level.fin())):
+        # 20.3322 K without and 20.2391 K with it in 3D: the fall is known to a hundredth, twice what the pads have of it.
+        assert found["peak_rise_K"] - still["peak_rise_K"] == pytest.approx(20.2391 - 20.3322, abs=1e-3)
+        assert 0 < found["power_W"] - found["heat_out_W"] < 0.01 * found["power_W"]
+    # At one temperature all over the flux is Stefan's and Boltzmann's, of 1.1e5 um2 of top and of bottom but the oxide's,
+    # and of the sides, 2 um high.
+    hot = 100.0
+    ends = 2 * (150 * 150)
+    top, oxide, sides = 1000 * 100 + ends, 2 * 50 * 50, 2 * (2 * 1000 + 2 * (2 * 150 + 150 + 50))
+    area = (2 * top - oxide + sides) * 1e-12
+    (points,) = level.plate.model.follows.parts
+    assert points.bare.sum() == pytest.approx(area, rel=1e-9)
+    exact = 0.7 * 5.670374e-8 * ((ROOM + hot) ** 4 - ROOM**4) * area
+    assert level.plate.model.follows.given_off(np.full(level.plate.unknowns, hot)) == pytest.approx(exact, rel=1e-6)
+    assert ladder.solve(sink, "paper", steady_only=True).steady == ladder.solve(Sink(), steady_only=True).steady
