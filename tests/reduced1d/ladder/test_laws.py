@@ -84,7 +84,7 @@ def test_laws_that_change_nothing_change_nothing(more):
         found, exact = steady(model), steady(linear)
         # An anchor that is heated takes its shape from the heated plate, not from one heated in the beam alone.
         apart = build == "fin" and "electrodes" in more
-        assert found == pytest.approx(exact, rel=5e-4 if apart else 2e-6)
+        assert found == pytest.approx(exact, rel=3e-3 if apart else 2e-6)
         course, straight = over_time(model, AT), over_time(linear, AT)
         for name, value in straight.items():
             assert np.abs(course[name] - value).max() <= (5e-3 if apart else 5e-4) * np.abs(value).max(), name
@@ -146,11 +146,11 @@ def test_what_radiates_is_colder_by_what_an_independent_3d_code_finds():
     sink, still = Sink(emissivity=0.7), steady(Levels(Sink()).coarse.fin())
     level = Levels(sink).coarse
     for found in (steady(level.moments(1)), steady(level.fin())):
-        # 20.3322 K without and 20.2391 K with it in 3D: the fall is known to a hundredth, twice what the pads have of it.
-        assert found["peak_rise_K"] - still["peak_rise_K"] == pytest.approx(20.2391 - 20.3322, abs=1e-3)
+        # 20.3322 K without and 20.2391 K with it in 3D: a fall that is known to a thousandth.
+        assert found["peak_rise_K"] - still["peak_rise_K"] == pytest.approx(20.2391 - 20.3322, abs=2e-4)
         assert 0 < found["power_W"] - found["heat_out_W"] < 0.01 * found["power_W"]
-    # At one temperature all over the flux is Stefan's and Boltzmann's, of 1.1e5 um2 of top and of bottom but the oxide's,
-    # and of the sides, 2 um high.
+    # At one temperature all over the flux is Stefan's and Boltzmann's, from the top, from the bottom but for the oxide
+    # and from the sides, 2 um high.
     hot = 100.0
     ends = 2 * (150 * 150)
     top, oxide, sides = 1000 * 100 + ends, 2 * 50 * 50, 2 * (2 * 1000 + 2 * (2 * 150 + 150 + 50))
