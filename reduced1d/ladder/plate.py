@@ -208,7 +208,7 @@ def assemble(sink: Sink, grading: Grading) -> Plate:
     model = FewStates(
         (silicon.heat_capacity * t * mass_beam + in_pads + in_oxide).tocsc(), conductance, source,
         (heat * mass_beam).tocsc(), float(source.sum()), source, float(source.sum()), outputs, a, sink.drive,
-        following_of(given, part, layer_of(given), basis, heat) if given != sink else None,
+        following_of(layer_of(given), part.beam, part.oxide, basis, heat) if given != sink else None,
     )  # fmt: skip
     return Plate(sink, part, basis, model, in_pads, in_oxide, factorize(conductance))
 

@@ -16,13 +16,13 @@ if TYPE_CHECKING:
     import skfem
     from scipy.sparse import csr_matrix
 
-    from reduced1d.ladder.plate import Quarter
-
 COPIES = 4.0  # the sink in quarters
 
 
-def following_of(sink: Sink, part: Quarter, layer: Layer, basis: skfem.Basis, heat: float) -> Following:
-    """The laws of a sink at the basis' quadrature points, with the ``heat`` of 1 A per area of the beam (W/m2)."""
+def following_of(layer: Layer, of_beam: np.ndarray, of_oxide: np.ndarray, basis: skfem.Basis, heat: float) -> Following:
+    """The laws of a layer at the basis' quadrature points, with the ``heat`` of 1 A per area of the beam (W/m2); which
+    elements are of the beam, and above oxide."""
+    sink = layer.sink
     from scipy.sparse import csr_matrix
 
     points = basis.dx.size
@@ -37,10 +37,10 @@ def following_of(sink: Sink, part: Quarter, layer: Layer, basis: skfem.Basis, he
         return found
 
     area = COPIES * basis.dx.ravel()
-    sides = np.where(part.beam, *narrow_sides(sink))[:, None]
-    under = ~part.oxide[:, None] if underside_bare(sink) else 0.0
+    sides = np.where(of_beam, *narrow_sides(sink))[:, None]
+    under = ~of_oxide[:, None] if underside_bare(sink) else 0.0
     bare = COPIES * (basis.dx * (1.0 + under + sides)).ravel()
-    beam, above = (np.repeat(of, basis.dx.shape[1]) for of in (part.beam, part.oxide))
+    beam, above = (np.repeat(of, basis.dx.shape[1]) for of in (of_beam, of_oxide))
     own = Points(
         at_points(np.asarray), tuple(at_points(partial(_slope, axis)) for axis in range(2)),
         area, area * above, 1.0 * above, area * ~above, bare, area, area * above, heat * area * beam, beam,
