@@ -76,10 +76,13 @@ class Rounds:
         heat = self.heat
         self.base, self.potentials = transient_base.cold(heat, self.conductor)
         self.hot = None if self.steady is None else self.steady.heat
+        if self.hot is not None and self.hot.about is None and self.steady is not None:
+            self.hot = self._linearized(self.steady.rise, heat.inputs.at(np.zeros(1))[0])
         if self.steady is not None:
             own = (self.steady.rise - heat.lifts[0])[: heat.free]
             self._join(Hot(self.steady.rise, heat.inputs.at(np.zeros(1))[0], True))
-            warm = Base(self.steady.heat, None, [], own[:, None], [heat.mass @ heat.whole(own)])
+            assert self.hot is not None
+            warm = Base(self.hot, None, [], own[:, None], [heat.mass @ heat.whole(own)])
             fields = Krylov(warm, self.shift).fields(GENERATIONS - 2)
             self.base = replace(self.base, fields=np.column_stack([self.base.fields, fields]), size=heat.norm(own))
         self.krylov = Krylov(self.base, self.shift)
@@ -169,7 +172,7 @@ class Rounds:
         most = 1e-300
         finer, better = [np.zeros(heat.size) for _ in times], self._finer(rises)
         for i, rise in enumerate(rises):
-            loads[i] -= heat.outflow(rise) + heat.mass @ speeds[i]
+            loads[i] -= heat.outflow(rise) + heat.stored(rise, speeds[i])
             if better is not None:
                 finer[i] = heat.outflow(rise) - better.outflow(rise)
             if conductor is None or not self.potentials or not conductor.conducts(rise):

@@ -18,7 +18,7 @@ from scipy.sparse import csc_array
 
 from fem3d.problems.cholesky import Ordering, part
 from fem3d.problems.faces import film, surfaces
-from fem3d.problems.following import terms
+from fem3d.problems.following import storage, terms
 from fem3d.problems.heat import Film, HeatProblem, above
 from fem3d.problems.reactions import SharedReactions
 from fem3d.spaces.domain import Domain
@@ -38,14 +38,14 @@ def assemble(domain: Domain, order: np.ndarray | None = None, matrices: Matrices
     held = _given_values(domain)
     if order is None or matrices is None:
         order = _numbering(domain, held.fixed)
-        conduction, storage = space.matrices(
+        conduction, capacity = space.matrices(
             domain.per_cell("thermal_conductivity"), domain.per_cell("density") * domain.per_cell("specific_heat")
         )
         # scipy's sum of two matrices drops entries that cancel, and stiffness and mass must keep one pattern: an
         # imaginary one beside each entry keeps it.
         with_ones = csc_array((conduction.data + 1j, conduction.indices, conduction.indptr), conduction.shape)
         stiffness = halves(csc_array(with_ones + films.matrix))[0] if films.matrix.nnz else conduction
-        stiffness, mass = part(stiffness, order), part(storage, order)
+        stiffness, mass = part(stiffness, order), part(capacity, order)
         _conserve(stiffness, space.unit[order], films.cooled[order])
     else:
         stiffness, mass = matrices(films.matrix)
@@ -56,7 +56,7 @@ def assemble(domain: Domain, order: np.ndarray | None = None, matrices: Matrices
         {name: share[fixed] for name, share in held.reactions.shares.items()}, part(held.reactions.edges, fixed),
         {name: Film(entering, row[order]) for name, (entering, row) in films.rows.items()},
         domain.anchored, scene.end_time, space.unit[order], space.entity[order], Ordering(space.places), domain, order,
-        held.contradiction[order], (*terms(domain), *surfaces(domain)),
+        held.contradiction[order], (*terms(domain), *surfaces(domain)), storage(domain),
     )  # fmt: skip
 
 

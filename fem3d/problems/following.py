@@ -67,6 +67,12 @@ class OfCells:
         """Its derivative (per K)."""
         return self._made(rise, lambda law, t: law.slope(t) if callable(law) else np.zeros_like(t))
 
+    def above(self, rise: np.ndarray) -> np.ndarray:
+        """Its integral over the temperature, from the initial one to a rise (K) above."""
+        start = np.full_like(rise, self._start)
+        return self._made(rise, lambda law, t: law.integral(t) - law.integral(start[: len(t)]) if callable(law) else
+                          law * (t - self._start))  # fmt: skip
+
     def of(self, cell: int) -> OfCells:
         """That of one of the cells, by its place among them."""
         one = copy(self)
@@ -189,6 +195,46 @@ class Conduction:
         if 1 < pieces.max() <= FINEST:
             return Conduction(self.domain, self.more, pieces)
         return Conduction(self.domain, self.more + 2, self.pieces)
+
+
+@dataclass(frozen=True, eq=False)
+class Storage:
+    """The heat capacity beyond that of the initial temperature, on the cells where it follows the temperature."""
+
+    domain: Domain
+
+    @cached_property
+    def parts(self) -> list[tuple[Cells, OfCells, np.ndarray, np.ndarray]]:
+        """Cells with a quadrature, the law of the specific heat and its value at the initial temperature there, and
+        their density (cells, 1)."""
+        found, space = [], self.domain.space
+        density = self.domain.per_cell("density")
+        for alike in space.alike(following(self.domain, "specific_heat")):
+            law = OfCells(self.domain, "specific_heat", alike)
+            cold = law.value(np.zeros((len(alike), 1)))
+            found.append((space.on(alike, MORE), law, cold, density[alike][:, None]))
+        return found
+
+    def between(self, u: np.ndarray, w: np.ndarray) -> np.ndarray:
+        """(functions,): int rho (c - c0) w v with the specific heat at a field u: of w a rate, in W."""
+        found = np.zeros(self.domain.space.size)
+        for on, law, cold, density in self.parts:
+            if w[on.dofs].any():
+                found += on.load(density * (law.value(on.value(u)) - cold) * on.value(w))
+        return found
+
+    def heat(self, u: np.ndarray) -> float:
+        """What is stored at a field u beyond c0 times it (J)."""
+        found = 0.0
+        for on, law, cold, density in self.parts:
+            rise = on.value(u)
+            found += float((on.weights * density * (law.above(rise) - cold * rise)).sum())
+        return found
+
+
+def storage(domain: Domain) -> Storage | None:
+    """What makes the heat that a domain stores nonlinear; None where nothing does."""
+    return Storage(domain) if len(following(domain, "specific_heat")) else None
 
 
 def at_faces(domain: Domain, u: np.ndarray, faces: Faces, cells: np.ndarray) -> np.ndarray:

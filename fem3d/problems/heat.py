@@ -17,7 +17,7 @@ import numpy as np
 from scipy.sparse import csc_array
 
 from fem3d.problems.cholesky import Factors, Ordering, part
-from fem3d.problems.following import Term
+from fem3d.problems.following import Storage, Term
 from fem3d.problems.kept import Kept
 from fem3d.problems.rest import Rest
 from fem3d.spaces.channels import Inputs
@@ -53,8 +53,9 @@ class HeatProblem:
     are eliminated. ``order`` (all nodes,) is the function of the domain's space that each is of, ``torn`` (all nodes,)
     by how much temperatures given there contradict each other (K).
 
-    ``terms`` make the problem nonlinear. One that is linearized (`fem3d.problems.linearized`) knows the field
-    (functions,) ``about`` which it is, the ``rest`` of its tangent beside the stiffness, and the ``exact`` problem.
+    ``terms`` make the problem nonlinear, over time ``storage`` too. One that is linearized
+    (`fem3d.problems.linearized`) knows the field (functions,) ``about`` which it is, the ``rest`` of its tangent beside
+    the stiffness, and the ``exact`` problem.
     """
 
     inputs: Inputs
@@ -76,6 +77,7 @@ class HeatProblem:
     order: np.ndarray
     torn: np.ndarray
     terms: tuple[Term, ...] = ()
+    storage: Storage | None = None
     rest: Rest | None = None
     about: np.ndarray | None = None
     exact: HeatProblem | None = None
@@ -158,6 +160,13 @@ class HeatProblem:
     def follows(self) -> bool:
         """Whether it is nonlinear, and isn't linearized."""
         return bool(self.terms) and self.about is None
+
+    def stored(self, rise: np.ndarray, rate: np.ndarray) -> np.ndarray:
+        """(all nodes,): what is stored (W) at a rise and its rate (all nodes)."""
+        found: np.ndarray = self.mass @ rate
+        if self.storage is not None:
+            found = found + self.take(self.storage.between(self.field(rise), self.field(rate)))
+        return found
 
     def with_terms(self, terms: tuple[Term, ...]) -> HeatProblem:
         """The same linear problem with others of these."""

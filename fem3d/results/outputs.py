@@ -20,12 +20,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fem3d.problems.conductors import box_of, within
-from fem3d.problems.following import Conduction
 from fem3d.problems.heat import HeatProblem
 from fem3d.results import voltmeter
 from fem3d.results.probes import Reading, reading
 from fem3d.results.voltmeter import Voltmeter
-from fem3d.solution.interpolated import together
+from fem3d.solution.interpolated import Conducted, together
 from fem3d.solution.joule_tensors import Split
 from fem3d.solution.reduced import Reduced
 from fem3d.solution.steady import SteadyState
@@ -100,23 +99,28 @@ def of_states(
 
     def entering(field: np.ndarray, per_rise: np.ndarray, per_rate: np.ndarray) -> np.ndarray:
         linear = along(per_rise, a, g) + along(per_rate, rates, changing) - g @ (heat.loads @ field)
-        return linear + by_law(lambda u, term: heat.take(term.between(u, heat.field(field))))
+        return linear + by_law(conduction, field, a, g) + by_law(capacity, field, rates, changing)
 
-    conduction = None if reduced.laws is None else reduced.laws.conduction
-    weights = None if conduction is None else conduction.interpolation(together(a, g))
+    laws, x = reduced.laws, together(a, g)
+    conduction, capacity = (None, None) if laws is None else (laws.conduction, laws.capacity)
 
-    def by_law(row: Callable[[np.ndarray, Conduction], np.ndarray]) -> np.ndarray:
-        """(times,): what the law of the conductivity adds to a row (all nodes), by what it adds at a state."""
-        found = np.zeros(len(times))
-        if conduction is not None and weights is not None:
-            for weight, state in zip(weights.T, conduction.fields, strict=True):
-                found += weight * along(row(state, conduction.term), a, g)
-        return found
+    def by_law(of: Conducted | None, field: np.ndarray, states: np.ndarray, inputs_now: np.ndarray) -> np.ndarray:
+        """(times,): what a law adds to the heat (W) that enters at a field (all nodes), of rises or of rates."""
+        if of is None:
+            return np.zeros(len(times))
+        rows = [heat.take(of.term.between(u, heat.field(field))) for u in of.fields]
+        return weighted(of, rows, states, inputs_now)
+
+    def weighted(of: Conducted, rows: list[np.ndarray], states: np.ndarray, inputs_now: np.ndarray) -> np.ndarray:
+        """(times,): rows (all nodes) of the states between which a law is interpolated, at other states."""
+        pairs = zip(of.interpolation(x).T, rows, strict=True)
+        return sum((f * along(row, states, inputs_now) for f, row in pairs), np.zeros(len(times)))
 
     def read(how: Reading) -> np.ndarray:
-        found = along(how.row, a, g) + g @ how.entering
-        row = how.by_law
-        return found if row is None else found + by_law(lambda u, _: row(u))
+        found, row = along(how.row, a, g) + g @ how.entering, how.by_law
+        if row is None or conduction is None:
+            return found
+        return found + weighted(conduction, [row(u) for u in conduction.fields], a, g)
 
     def potential(probe: Any) -> np.ndarray:
         if probe.name not in reduced.potentials:
@@ -157,7 +161,10 @@ def stored_heat(transient: Transient, symmetry: Symmetry, times: np.ndarray) -> 
     heat = transient.base.heat
     capacity = heat.mass @ heat.unit
     stored = transient.trajectory(times)[0] @ (capacity[: heat.free] @ transient.reduced.basis)
-    return symmetry.copies * (stored + heat.inputs.at(times) @ (heat.lifts @ capacity))
+    stored = stored + heat.inputs.at(times) @ (heat.lifts @ capacity)
+    if heat.storage is not None:
+        stored = stored + np.array([heat.storage.heat(heat.field(rise)) for rise in transient.rises(times)])
+    return np.asarray(symmetry.copies * stored)
 
 
 def unbalanced(out: Outputs) -> tuple[float, float]:

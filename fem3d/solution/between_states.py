@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from fem3d.problems.current import Conductor, Pattern
-from fem3d.problems.following import Conduction
+from fem3d.problems.following import Conduction, Storage
 from fem3d.problems.heat import HeatProblem
 from fem3d.solution import joule_tensors
 from fem3d.solution.interpolated import Conducted, Interpolation, Laws
@@ -41,10 +41,14 @@ def with_laws(
             reduced, supply=np.vstack([reduced.supply, none]),
             given=np.pad(reduced.given, [(0, len(tensors)), (0, 0)]),
         )  # fmt: skip
-    return replace(reduced, laws=Laws(conduction[0] if conduction else None, resistivity))
+    storage = heat.storage
+    capacity = None if storage is None else _conducted(storage, fields, reduced.states, rises, tolerance)
+    return replace(reduced, laws=Laws(conduction[0] if conduction else None, resistivity, capacity))
 
 
-def _conducted(term: Conduction, fields: np.ndarray, r: int, states: np.ndarray, tolerance: float) -> Conducted:
+def _conducted(
+    term: Conduction | Storage, fields: np.ndarray, r: int, states: np.ndarray, tolerance: float
+) -> Conducted:
     excess, scales = [], []
     for on, law, cold, _ in term.parts:
         own = np.stack([law.value(rise) for rise in on.value(states)]) - cold
@@ -69,12 +73,14 @@ def _conducted(term: Conduction, fields: np.ndarray, r: int, states: np.ndarray,
         return found
 
     matrices = np.zeros((len(chosen), r, len(fields)))
-    for (on, _, _, _), own in zip(term.parts, excess, strict=True):
-        slopes = np.array([on.gradient(u) for u in fields])
-        flat_slopes = slopes.reshape(len(fields), -1)
+    for (on, _, _, density), own in zip(term.parts, excess, strict=True):
+        stored = isinstance(term, Storage)
+        tested = on.value(fields) if stored else np.array([on.gradient(u) for u in fields])
+        weights = on.weights * density if stored else on.weights
+        flat_tested = tested.reshape(len(fields), -1)
         for matrix, s in zip(matrices, chosen, strict=True):
-            weighted = (np.broadcast_to(own[s], slopes.shape[1:]) * on.weights).ravel()
-            matrix += (flat_slopes[:r] * weighted) @ flat_slopes.T
+            weighted = (np.broadcast_to(own[s], tested.shape[1:]) * weights).ravel()
+            matrix += (flat_tested[:r] * weighted) @ flat_tested.T
     inverse = np.linalg.inv(flat[np.ix_(chosen, points)]) if chosen else np.empty((0, 0))
     interpolation = Interpolation(np.array(rows).reshape(len(points), len(fields)), at_points, inverse)
     return Conducted(term, interpolation, matrices, states[chosen])

@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fem3d.problems.following import Conduction
+from fem3d.problems.following import Conduction, Storage
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,10 +42,11 @@ class Interpolation:
 
 @dataclass(frozen=True, eq=False)
 class Conducted:
-    """The conductivity: ``matrices`` (states, r, r + channels), the integrals of what it adds at each state times the
-    gradients of two fields; the states as ``fields`` (states, functions) of the ``term``."""
+    """The conductivity, or the capacity: ``matrices`` (states, r, r + channels), the integrals of what it adds at each
+    state times the gradients of two fields, or two fields; the states as ``fields`` (states, functions) of the
+    ``term``."""
 
-    term: Conduction
+    term: Conduction | Storage
     interpolation: Interpolation
     matrices: np.ndarray
     fields: np.ndarray
@@ -68,17 +69,20 @@ class Laws:
 
     conduction: Conducted | None
     resistivity: Interpolation | None
+    capacity: Conducted | None = None
 
     def changed(self, to: np.ndarray) -> Laws:
         """As of `Interpolation`."""
         conduction = None if self.conduction is None else self.conduction.changed(to)
-        return Laws(conduction, None if self.resistivity is None else self.resistivity.changed(to))
+        capacity = None if self.capacity is None else self.capacity.changed(to)
+        return Laws(conduction, None if self.resistivity is None else self.resistivity.changed(to), capacity)
 
     @property
     def states(self) -> int:
         """Between how many states it is interpolated."""
         conduction = None if self.conduction is None else self.conduction.interpolation
-        return max(len(each.rows) for each in (conduction, self.resistivity) if each is not None)
+        capacity = None if self.capacity is None else self.capacity.interpolation
+        return max(len(each.rows) for each in (conduction, self.resistivity, capacity) if each is not None)
 
     def wide(self, a: np.ndarray, g: np.ndarray) -> np.ndarray:
         """(..., channels of the Joule heat): the inputs g (..., channels) and the f_s of the resistivity at states a
@@ -86,6 +90,20 @@ class Laws:
         if self.resistivity is None:
             return g
         return np.concatenate([g, self.resistivity(together(a, g))], axis=-1)
+
+    def slowed(
+        self, a: np.ndarray, g: np.ndarray, changing: np.ndarray, source: np.ndarray, rates: np.ndarray
+    ) -> np.ndarray:
+        """(n, r): the source of da/dt = -rates a + source that states a (n, r) have with the capacity C of the law, at
+        inputs g that change by ``changing`` (1/s): that of (1 + C) da/dt = -rates a + ``source`` - C_g dg/dt."""
+        if self.capacity is None:
+            return source
+        f, r = self.capacity.interpolation(together(a, g)), a.shape[-1]
+        matrices = np.tensordot(f, self.capacity.matrices, 1)
+        own, of_inputs = matrices[..., :r] + np.eye(r), matrices[..., r:]
+        right = source - rates * a - of_inputs @ changing
+        found: np.ndarray = np.linalg.solve(own, right[..., None])[..., 0] + rates * a
+        return found
 
     def outflow(self, a: np.ndarray, g: np.ndarray) -> np.ndarray | float:
         """(..., r): what the law of the conductivity adds to the outflow (W), tested with each temperature field."""

@@ -45,8 +45,8 @@ class Base:
     def of_steady(state: SteadyState) -> Base:
         """The base of a response to a constant drive, whose steady state is known."""
         heat = state.heat
-        if heat.exact is not None:
-            return replace(Base.bare(heat.exact, state.conductor), steady=state)
+        if heat.exact is not None or heat.storage is not None:
+            return replace(Base.bare(heat.exact or heat, state.conductor), steady=state)
         load = heat.loads[0].copy()
         if state.conductor is not None:
             load += state.conductor.joule_load(state.patterns[0].density, heat.lifts[0])
@@ -61,7 +61,8 @@ class Base:
     @property
     def follows(self) -> bool:
         """Whether a property follows the temperature by a law."""
-        return self.heat.follows or (self.conductor is not None and self.conductor.following is not None)
+        follows = self.heat.follows or self.heat.storage is not None
+        return follows or (self.conductor is not None and self.conductor.following is not None)
 
     def project(self, fields: np.ndarray) -> Reduced:
         """The reduced problem on the current patterns and some temperature fields."""
@@ -250,10 +251,12 @@ def _source(base: Base, modal: Reduced, since: float) -> Source:
         g = first + np.outer(times - since, slope) if varies else None
         own = modal.source[0] if g is None else g @ modal.source - rate
         own = np.broadcast_to(own, states.shape)
-        if modal.laws is not None and g is not None:
-            own = own - modal.laws.outflow(states, g)
-            g = modal.wide(states, g)
-        return own + modal.joule(states, modal.currents(states, g), g) if conducts else own
+        if modal.laws is None or g is None:
+            return own + modal.joule(states, modal.currents(states, g), g) if conducts else own
+        own, wide = own - modal.laws.outflow(states, g), modal.wide(states, g)
+        if conducts:
+            own = own + modal.joule(states, modal.currents(states, wide), wide)
+        return modal.laws.slowed(states, g, slope, own, np.diag(modal.stiffness))
 
     return source
 
