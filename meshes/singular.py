@@ -16,15 +16,16 @@ Domains, section 4.4; Kellogg, Applicable Analysis 4, 1975.
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.polynomial import legendre
 
 from meshes import connected
 from meshes.grid import VOID, Grid
-from scenes import laws
+from scenes import faces, laws
 from scenes.free.contacts import ELECTRIC, THERMAL, across, resistances
-from scenes.model import Boundary, Box, Scene, Value
+from scenes.model import Boundary, Box, Scene, Value, bends
 
 REGULAR = 0.95  # edges of this exponent or more are left to the degree, but for contradictions up to the next one
 RESONANT = 1.05
@@ -116,13 +117,16 @@ def _rays(faces: list[np.ndarray], first: int, second: int, along: int) -> np.nd
 def _passing(grid: Grid, scene: Scene) -> list[np.ndarray]:
     """Per axis, which faces across it heat passes by a given flux, or by a film that is no mere trifle."""
     found = _none(grid)
+    given = [b.value if b.kind == "temperature" else b.ambient for b in scene.boundaries if b.kind != "voltage"]
+    hottest = max([scene.initial_temperature, *(t for t in given if isinstance(t, float | int))])
     for b in scene.boundaries:
         if b.kind == "heat_flux" and b.value != 0.0:
             _mark(found, grid, b)
-        elif b.kind == "convection" and isinstance(b.value, float | int):
+        elif bends(b) or (b.kind == "convection" and isinstance(b.value, float | int)):
             d, start = next(d for d in range(3) if b.lower[d] == b.upper[d]), scene.initial_temperature
             k = [laws.along(box.material.at(start).thermal_conductivity)[d] for box in grid.boxes]
-            biot = max((b.value * _across(box, b) / own for own, box in zip(k, grid.boxes, strict=True)), default=0)
+            film: Any = float(faces.coefficient(b, np.array(hottest))) if bends(b) else b.value
+            biot = max((film * _across(box, b) / own for own, box in zip(k, grid.boxes, strict=True)), default=0)
             if biot >= PASSES:
                 _mark(found, grid, b)
     return found

@@ -87,7 +87,7 @@ _PHYSICAL = (
     *_section(
         "environment", room_temperature=TEMPERATURE,
         convection_coefficient=Quantity(d.CONVECTION_COEFFICIENT, 0.0, 1e6),
-        gap_gas_conductivity=Quantity(d.THERMAL_CONDUCTIVITY, 0.0, 10.0),
+        gap_gas_conductivity=Quantity(d.THERMAL_CONDUCTIVITY, 0.0, 10.0), emissivity=Quantity(d.NUMBER, 0.0, 1.0),
     ),
 )  # fmt: skip
 

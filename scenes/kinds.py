@@ -345,30 +345,57 @@ class Varying(Kind):
 
 
 @dataclass(frozen=True)
-class Convection(Kind):
-    """{coefficient, ambient}: the ambient temperature may vary in time, the coefficient may not."""
+class Surroundings(Kind):
+    """A table of what a face gives heat by, under a ``name``, and the ambient temperature: that may vary in time where
+    its kind does, the other may not. ``quantity`` is of what is under the name, ``law`` of what may follow the face's
+    temperature, where it may."""
 
-    coefficient: Quantity
-    ambient: Varying
+    name: str
+    quantity: Quantity
+    ambient: Varying | Quantity
+    example: str
+    law: Kind | None = None
 
-    def read(self, path: str, given: object) -> tuple[float, Value]:
-        example = '{coefficient = "10 W/(m2 K)", ambient = "293 K"}'
+    def read(self, path: str, given: object) -> tuple[Any, Value]:
+        example = f'{{{self.name} = {self.example}, ambient = "293 K"}}'
         if not isinstance(given, Mapping):
             raise SceneError(f"{path} = {quoted(given)} is not a table: give {example}")
-        only(path, given, ("coefficient", "ambient"))
-        for name in ("coefficient", "ambient"):
+        only(path, given, self.names)
+        for name in self.names:
             if name not in given:
                 raise SceneError(f"{path}.{name} is missing: give {example}")
-        if isinstance(given["coefficient"], Mapping):
-            raise SceneError(
-                f"{path}.coefficient may not vary in time: give one {self.coefficient.dimension.name[2:]}, such as "
-                f'"{self.coefficient.dimension.example}"'
-            )
-        coefficient = self.coefficient.read(f"{path}.coefficient", given["coefficient"]) or 0.0
-        return coefficient, self.ambient.read(f"{path}.ambient", given["ambient"])
+        own = given[self.name]
+        if isinstance(own, Mapping) and (self.law is None or "times" in own):
+            raise SceneError(f"{path}.{self.name} may not vary in time: give one {self.called}, such as {self.example}")
+        if isinstance(given["ambient"], Mapping) and isinstance(self.ambient, Quantity):
+            raise SceneError(f'{path}.ambient may not vary in time: give one temperature, such as "293 K"')
+        kind = self.law if self.law is not None and isinstance(own, Mapping) else self.quantity
+        value: Any = kind.read(f"{path}.{self.name}", own)
+        ambient: Any = self.ambient.read(f"{path}.ambient", given["ambient"])
+        return value, ambient
+
+    @property
+    def names(self) -> tuple[str, str]:
+        return self.name, "ambient"
+
+    @property
+    def called(self) -> str:
+        return self.name if self.quantity.dimension.powers == PLAIN else self.quantity.dimension.name[2:]
+
+    @property
+    def outside(self) -> Quantity:
+        """What the ambient temperature is, whether it varies or not."""
+        return self.ambient if isinstance(self.ambient, Quantity) else self.ambient.quantity
 
     def write(self, value: Any) -> Any:
-        return {"coefficient": self.coefficient.write(value[0]), "ambient": self.ambient.write(value[1])}
+        return {self.name: self._kind(value[0]).write(value[0]), "ambient": self.ambient.write(value[1])}
+
+    def shown(self, value: Any) -> str:
+        """What is under the name, as text."""
+        return self._kind(value).show(value)
+
+    def _kind(self, value: Any) -> Kind:
+        return self.quantity if self.law is None or isinstance(value, (int, float)) else self.law
 
 
 @dataclass(frozen=True)

@@ -90,6 +90,14 @@ class Material:
         numbers = {key: laws.at(given, temperature) for key, given in self.given()}
         return replace(self, **numbers, temperature_coefficient=coefficient)
 
+    def touching(self, temperature: float) -> Material:
+        """The same with the line that touches a law of the resistivity there in that law's place."""
+        law = self.resistivity
+        if not isinstance(law, laws.Law):
+            return self.at(temperature)
+        coefficient = float(law.slope(temperature) / law(temperature))
+        return replace(self.at(temperature), temperature_coefficient=coefficient, reference_temperature=temperature)
+
 
 @dataclass(frozen=True)
 class Box:
@@ -112,16 +120,17 @@ class Boundary:
     """A condition on a flat box (one extent zero), on the surface or, for an electrode, inside the solid.
 
     ``kind`` and ``value``: "temperature" in K, "heat_flux" in W/m2 into the solid, "convection" the coefficient in
-    W/(m2 K) towards ``ambient`` in K, "voltage" in V. All but the coefficient may vary in time. A flux or a convection
-    acts where one side of the flat box is solid and the other is not. A voltage may stand behind a
-    ``series_resistance`` (ohm): then the electrode's potential is one unknown. Where that is infinite the ``value`` is
-    the current (A) into the solid. A temperature behind a ``contact_resistance`` (m2 K/W; 0: a perfect contact) is a
-    convection whose coefficient is one over that; that of a voltage is in ohm m2, and all the Joule heat that it makes
-    enters the face.
+    W/(m2 K) towards ``ambient`` in K, or a law of it over the face's temperature, "radiation" the emissivity of a face
+    that radiates to ``ambient``, "voltage" in V. All but coefficient and emissivity may vary in time. A flux, a
+    convection or radiation acts where one side of the flat box is solid and the other is not. A voltage may stand
+    behind a ``series_resistance`` (ohm): then the electrode's potential is one unknown. Where that is infinite the
+    ``value`` is the current (A) into the solid. A temperature behind a ``contact_resistance`` (m2 K/W; 0: a perfect
+    contact) is a convection whose coefficient is one over that; that of a voltage is in ohm m2, and all the Joule heat
+    that it makes enters the face.
     """
 
     name: str
-    kind: Literal["temperature", "heat_flux", "convection", "voltage"]
+    kind: Literal["temperature", "heat_flux", "convection", "radiation", "voltage"]
     lower: Point
     upper: Point
     value: Value
@@ -133,6 +142,11 @@ class Boundary:
     def key(self) -> str:
         """What a file calls the condition."""
         return key_of(self)
+
+
+def bends(boundary: Boundary | GroupBoundary) -> bool:
+    """Whether the heat that a boundary passes is no straight line of the temperature there."""
+    return boundary.kind == "radiation" or (boundary.kind == "convection" and isinstance(boundary.value, laws.Law))
 
 
 def key_of(boundary: Boundary | GroupBoundary) -> str:
@@ -293,7 +307,7 @@ class GroupBoundary:
     """A condition on a surface group: ``kind``, ``value``, ``ambient`` and ``contact_resistance`` as of `Boundary`."""
 
     name: str
-    kind: Literal["temperature", "heat_flux", "convection", "voltage"]
+    kind: Literal["temperature", "heat_flux", "convection", "radiation", "voltage"]
     group: str
     value: Value
     ambient: Value = 293.0

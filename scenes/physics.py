@@ -8,7 +8,18 @@ from itertools import pairwise
 
 from scenes import laws
 from scenes.errors import SceneError, listed, quoted
-from scenes.model import ELECTRIC, AnyScene, Boundary, GroupBoundary, Material, Schedule, Value, is_zero, values
+from scenes.model import (
+    ELECTRIC,
+    AnyScene,
+    Boundary,
+    GroupBoundary,
+    Material,
+    Schedule,
+    Value,
+    bends,
+    is_zero,
+    values,
+)
 
 HEAT_KEYS = ("thermal_conductivity", "density", "specific_heat")
 
@@ -74,6 +85,14 @@ def may_follow(scene: AnyScene, over_time: bool) -> tuple[str, ...]:
     return "thermal_conductivity", *capacities, *(("resistivity",) if electric(scene) else ())
 
 
+def nonlinear(scene: AnyScene, over_time: bool) -> str:
+    """Why the heat problem is none of numbers alone, in words; nothing where it is one."""
+    why = ["a property follows the temperature"] * follows(scene, over_time)
+    if heat(scene) and (kinds := {b.kind for b in scene.boundaries if bends(b)}):
+        why += ["faces radiate"] * ("radiation" in kinds) + ["a film follows the temperature"] * ("convection" in kinds)
+    return " and ".join(why)
+
+
 def follows(scene: AnyScene, over_time: bool) -> bool:
     """Whether a property that matters here has a law of the temperature."""
     keys = set(may_follow(scene, over_time))
@@ -107,10 +126,26 @@ def refuse_contacts(scene: AnyScene, what: str) -> None:
         raise SceneError(f"{what}: leave {jumps[0]} out")
 
 
+def refuse_faces(scene: AnyScene, what: str) -> None:
+    """Refuses, for ``what`` takes straight lines alone, a boundary whose heat is none of the temperature there."""
+    for b in scene.boundaries:
+        if bends(b):
+            has = "radiates" if b.kind == "radiation" else "has a convection.coefficient that follows the temperature"
+            raise SceneError(
+                f"boundary {quoted(b.name)} {has}, and {what} takes numbers alone: give a convection with one "
+                "coefficient, or ask for the 3D steady state alone"
+            )
+
+
 def refuse_following(scene: AnyScene, over_time: bool) -> None:
-    """Refuses a law of the temperature over time, and beside a contact, which the 3D solution does not have yet."""
-    if follows(scene, over_time):
-        refuse_contacts(scene, "a property follows the temperature, and no law is solved beside a contact yet")
+    """Refuses what the 3D solution does not have yet: radiation and laws over time, and a law of a resistivity beside a
+    contact."""
+    if over_time and heat(scene):
+        refuse_faces(scene, "a run over time")
+    if "resistivity" in may_follow(scene, over_time) and any("resistivity" in m.follows for m in materials(scene)):
+        refuse_contacts(
+            scene, "a resistivity follows the temperature, and no law of one is solved beside a contact yet"
+        )
     if over_time and follows(scene, over_time):
         raise SceneError(
             "a property follows the temperature, and over time the 3D solution takes numbers, or three along x, y and "
@@ -127,6 +162,17 @@ def refuse_laws(used: Iterable[Material], what: str) -> None:
                 raise SceneError(
                     f"{key} of {quoted(material.name)} {kind}, and {what} takes one number: give one value there, or "
                     "ask for the 3D solution alone"
+                )
+
+
+def refuse_directions(used: Iterable[Material], what: str) -> None:
+    """Refuses, for ``what`` takes one number or law along all axes, a property that differs along them."""
+    for material in used:
+        for key, given in material.given():
+            if isinstance(given, tuple):
+                raise SceneError(
+                    f"{key} of {quoted(material.name)} differs along x, y and z, and {what} takes one number or law: "
+                    "give one there, or ask for the 3D solution alone"
                 )
 
 
@@ -175,7 +221,8 @@ def refuse_both(label: str, material: Material) -> None:
 
 def is_exit(boundary: Boundary | GroupBoundary) -> bool:
     """Whether heat can leave by a boundary in the end."""
-    return boundary.kind == "temperature" or (boundary.kind == "convection" and boundary.value != 0)
+    film = boundary.kind in ("convection", "radiation") and boundary.value != 0
+    return boundary.kind == "temperature" or film
 
 
 def heats(boundary: Boundary | GroupBoundary, initial: float) -> bool:

@@ -9,7 +9,9 @@ the innermost *stand for* the others too, so that the current meets the resistan
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from itertools import product
 from typing import Any, ClassVar, Literal, NamedTuple
 
 from scenes import laws
@@ -74,7 +76,8 @@ class Sink:
     temperature where ``substrate_thickness`` is ``None``, else on a plate of that thickness, centred under it, which
     is at room temperature at its bottom and adiabatic elsewhere. ``contact_resistance`` (m2 K/W) is that of a contact
     at both faces of each block of oxide, ``None`` where these are perfect. ``gap_gas_conductivity`` in W/(m K) is of a
-    gas that fills the gap, as high as the oxide, under beam and bare pads. On the plate may stand ``columns`` of them
+    gas that fills the gap, as high as the oxide, under beam and bare pads. With an ``emissivity`` all bare faces of
+    beam and pads radiate to room temperature. On the plate may stand ``columns`` of them
     across, each ``pitch`` from the next, and ``rows`` along, each ``row_pitch`` from the next (middle to middle), of
     which those with the ``driven`` numbers have a voltage, all for ``None`` (`scenes.array`). ``tolerances`` holds
     those that are declared, by check id; ``expected_to_differ`` is ``None`` where nothing is declared about it.
@@ -112,6 +115,7 @@ class Sink:
     room_temperature: float = 293.0
     convection_coefficient: float = 0.0
     gap_gas_conductivity: float = 0.0
+    emissivity: float = 0.0
     end_time: float = 0.02
     accuracy: float = 1e-3
     name: str = "sink"
@@ -145,6 +149,16 @@ class Sink:
         """Those that the 3D model is made of."""
         found = self.silicon, self.oxide
         return found if self.substrate_thickness is None else (*found, self.substrate)
+
+    @property
+    def plain(self) -> Sink:
+        """The sink as the paper's equations take it: nothing radiates, and numbers are in the place of laws of the
+        temperature, those at room temperature, of a resistivity the line that touches it there (eq 7)."""
+        if not self.emissivity and not any(m.follows for m in self.materials):
+            return self
+        room, of = self.room_temperature, (self.silicon, self.oxide, self.substrate)
+        silicon, oxide, substrate = (m.touching(room) for m in of)
+        return replace(self, silicon=silicon, oxide=oxide, substrate=substrate, emissivity=0.0)
 
     @property
     def drive(self) -> Drive:
@@ -318,7 +332,29 @@ def _boundaries(sink: Sink, boxes: tuple[Box, ...]) -> tuple[Boundary, ...]:
             Boundary(f"substrate-gas-{name}", "convection", (*a, 0.0), (*b, 0.0), sink.gap_coefficient, room)
             for name, a, b in over_gap(sink)
         ]
-    return tuple(found)
+    return *found, *(_radiating(sink, [*beams, *pads]) if sink.emissivity else ())
+
+
+def _radiating(sink: Sink, parts: list[Box]) -> Iterator[Boundary]:
+    """The faces of beam and pads that radiate: they do so where they are bare, but for the electrodes at the pads'
+    edges."""
+    leads = {("pad-0", 1, 0), ("pad-1", 1, 1)} if sink.electrodes == "pad-edge" else set()
+    for part in parts:
+        for axis, side in product(range(3), range(2)):
+            if (part.name, axis, side) not in leads and _bare(part, axis, side, parts):
+                name = f"radiation-{part.name}-{'xyz'[axis]}{side}"
+                yield Boundary(name, "radiation", *face(part, axis, side), sink.emissivity, sink.room_temperature)
+
+
+def _bare(part: Box, axis: int, side: int, others: list[Box]) -> bool:
+    """Whether any of a face is not on another part's."""
+    lower, upper = face(part, axis, side)
+    across = [d for d in range(3) if d != axis]
+    return not any(
+        face(other, axis, 1 - side)[0][axis] == lower[axis]
+        and all(other.lower[d] <= lower[d] and upper[d] <= other.upper[d] for d in across)
+        for other in others
+    )
 
 
 def _probes(sink: Sink, boxes: tuple[Box, ...], count: int) -> tuple[Probe, ...]:

@@ -56,6 +56,10 @@ def _check_device(device: Device) -> None:
         raise SceneError(f"sink.spans = {device.sink.spans} makes a row, and a device has one span: give 1")
     if device.sink.count > 1:
         raise SceneError(ONE_SINK.format(device.sink, "one device is simulated"))
+    if device.sink.emissivity:
+        raise SceneError(
+            f"environment.emissivity = {device.sink.emissivity:g} is not solved for a device: leave it out, or give 0"
+        )
     if device.sink.contact_resistance is not None:
         raise SceneError(
             f"anchor.contact_resistance = {quoted(THERMAL_CONTACT.show(device.sink.contact_resistance))} is not solved "
@@ -186,6 +190,8 @@ def _check_array(sink: Sink) -> None:
             f"array.columns = {sink.columns} and array.rows = {sink.rows} stand on one substrate: give its "
             'substrate.thickness, such as "0.5 mm"'
         )
+    if sink.emissivity:
+        raise SceneError(ONE_SINK.format(sink, "environment.emissivity is of one sink"))
     if sink.current is not None or sink.series_resistance:
         key = "drive.current" if sink.current is not None else "drive.series_resistance"
         raise SceneError(ONE_SINK.format(sink, f"each has its voltage, and {key} is of one sink"))

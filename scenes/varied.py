@@ -18,7 +18,7 @@ from scenes import laws, physics
 from scenes.following import number_of
 from scenes.free.document import CURRENT_CONTACT, HEAT_CONTACT, HEAT_SOURCE, LISTS, SERIES
 from scenes.keys import OF_KIND, type_of
-from scenes.kinds import KELVIN, Convection, Quantity, Varying
+from scenes.kinds import KELVIN, Quantity, Surroundings, Varying
 from scenes.model import AnyScene, Material, Scene, Schedule, Value, values
 from scenes.moved import transferred
 from scenes.parameters import SECTION, Parameters
@@ -222,14 +222,15 @@ def _conditions(scene: AnyScene) -> Iterator[tuple[str, Number]]:
             given = Number(_largest(boundary.ambient), KELVIN, _with_item(scene, "boundaries", i, "ambient"))
             yield f"boundary.{boundary.name}.{boundary.key}", given
             continue
-        if isinstance(kind, Convection):
+        if isinstance(kind, Surroundings):
             ambient = Number(_largest(boundary.ambient), KELVIN, _with_item(scene, "boundaries", i, "ambient"))
             yield f"{key}.ambient", ambient
-            key, own = f"{key}.coefficient", kind.coefficient
+            key, own = f"{key}.{kind.name}", kind.quantity
         else:
             assert isinstance(kind, Varying)
             own = kind.quantity
-        yield key, Number(_largest(boundary.value), own, _with_item(scene, "boundaries", i, "value"))
+        if not laws.varies(boundary.value):
+            yield key, Number(_largest(boundary.value), own, _with_item(scene, "boundaries", i, "value"))
         if 0 < boundary.series_resistance < inf:
             more = _with_item(scene, "boundaries", i, "series_resistance")
             yield f"boundary.{boundary.name}.series_resistance", Number(boundary.series_resistance, SERIES, more)

@@ -21,6 +21,7 @@ from fem3d.problems import conductors
 from fem3d.problems.assembly import assemble
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
+from fem3d.problems.rest import next_to
 from fem3d.results.outputs import Outputs, of_steady
 from fem3d.results.study import Quantities, Study
 from fem3d.solution import newton, steady
@@ -64,7 +65,12 @@ class Problems:
         """The problems linearized about the steady state of the highest space, where they are nonlinear."""
         if state.heat.about is None:
             return self
-        lower = (state.heat.lower(k) for k in range(len(self.heats) - 1))
+        lower = [state.heat.lower(k) for k in range(len(self.heats) - 1)]
+        for k, heat in enumerate(lower):
+            if k in self.states:
+                # The tangent at the state of that space is next to it.
+                near, anew = self.states[k].heat.solve_steady, heat.factors
+                heat.kept.tell(solve_steady=next_to(heat.inner_stiffness, near, anew))
         return replace(self, heats=(*lower, state.heat))
 
     def lifted(self, rise: np.ndarray, level: int) -> np.ndarray:

@@ -84,6 +84,7 @@ def check(scene: AnyScene) -> None:
     """SceneError for a scene that has no compact model."""
     physics.refuse_laws(physics.materials(scene), "a compact model")
     physics.refuse_terminals(scene, "a compact model")
+    physics.refuse_faces(scene, "a compact model")
     if not scene.probes:
         raise SceneError("--export writes a model of the scene's probes, and it has none: add a [[probe]]")
     physics.refuse_contacts(scene, "--export doesn't write a model of a scene with a contact yet")

@@ -17,13 +17,14 @@ import numpy as np
 from scipy.sparse import csc_array
 
 from fem3d.problems.cholesky import Ordering, part
+from fem3d.problems.faces import film, surfaces
 from fem3d.problems.following import terms
 from fem3d.problems.heat import Film, HeatProblem, above
 from fem3d.problems.reactions import SharedReactions
 from fem3d.spaces.domain import Domain
 from fem3d.spaces.integrals import Faces, halves
 from fem3d.spaces.split import Interface
-from scenes.model import Schedule, Value
+from scenes.model import Schedule, Value, bends
 
 Matrices = Callable[[csc_array], Sequence[csc_array]]
 """Stiffness and mass, in some order of the unknowns, by what films add to the former (functions, functions)."""
@@ -55,7 +56,7 @@ def assemble(domain: Domain, order: np.ndarray | None = None, matrices: Matrices
         {name: share[fixed] for name, share in held.reactions.shares.items()}, part(held.reactions.edges, fixed),
         {name: Film(entering, row[order]) for name, (entering, row) in films.rows.items()},
         domain.anchored, scene.end_time, space.unit[order], space.entity[order], Ordering(space.places), domain, order,
-        held.contradiction[order], terms(domain),
+        held.contradiction[order], (*terms(domain), *surfaces(domain)),
     )  # fmt: skip
 
 
@@ -91,12 +92,18 @@ def _films_and_fluxes(domain: Domain) -> _Films:
             matrix = csc_array(matrix + jumps / joint.contact.thermal_resistance)
     loads, rows = np.zeros((channels.count, space.size)), {}
     for b in domain.scene.boundaries:
-        if b.kind not in ("convection", "heat_flux"):
+        if b.kind not in ("convection", "radiation", "heat_flux"):
             continue
         face = domain.faces(b)
-        area, h = face.load(), float(b.value) if b.kind == "convection" else 0.0
-        initial = domain.scene.initial_temperature
-        flux = channels.split(b.value) if b.kind == "heat_flux" else h * above(channels, b.ambient, initial)
+        area, h = face.load(), 0.0
+        if bends(b):
+            h, entering = film(domain, b)
+            flux = channels.split(entering)
+        elif b.kind == "convection":
+            h = float(b.value)
+            flux = h * above(channels, b.ambient, domain.scene.initial_temperature)
+        else:
+            flux = channels.split(b.value)
         if h:
             matrix = csc_array(matrix + h * face.mass())
             cooled += h * area

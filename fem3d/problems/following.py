@@ -183,5 +183,5 @@ def at_faces(domain: Domain, u: np.ndarray, faces: Faces, cells: np.ndarray) -> 
 
 
 def terms(domain: Domain) -> tuple[Term, ...]:
-    """What makes the heat problem of a domain nonlinear."""
+    """What a conductivity that follows the temperature adds to the heat problem of a domain."""
     return (Conduction(domain),) if len(following(domain, "thermal_conductivity")) else ()

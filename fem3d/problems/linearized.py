@@ -15,8 +15,22 @@ from scipy.sparse import csc_array
 
 from fem3d.problems.cholesky import part
 from fem3d.problems.current import Conductor
-from fem3d.problems.heat import HeatProblem
+from fem3d.problems.faces import Surface
+from fem3d.problems.heat import Film, HeatProblem
 from fem3d.problems.rest import Rest
+
+
+def at_films(heat: HeatProblem, u: np.ndarray) -> HeatProblem:
+    """The problem whose films are tangents at a field u, where a boundary's heat is no straight line."""
+    films = dict(heat.films)
+    for term in (heat.exact or heat).terms:
+        if isinstance(term, Surface):
+            for b in term.boundaries:
+                still, per_kelvin = term.entering(u, heat.domain.faces(b))
+                entering = np.zeros(heat.inputs.count)
+                entering[0] = still
+                films[b.name] = Film(entering, heat.take(per_kelvin))
+    return replace(heat, films=films)
 
 
 def linearized(heat: HeatProblem, conductor: Conductor | None, rise: np.ndarray, density: np.ndarray) -> HeatProblem:

@@ -12,13 +12,14 @@ from typing import Any
 
 import numpy as np
 
+from fem3d.problems.faces import Surface
 from fem3d.problems.following import at_faces
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.paths import across
 from fem3d.spaces.domain import Domain
 from fem3d.spaces.extreme import Extreme
 from fem3d.spaces.integrals import Faces
-from scenes.model import Schedule
+from scenes.model import Schedule, bends
 
 Conductivity = Callable[[Faces, np.ndarray], np.ndarray]
 """That of facets seen from some cells: (facets, 1 or points), or with axes in front."""
@@ -71,7 +72,10 @@ def _reading(heat: HeatProblem, probe: Any) -> Reading:
         return Reading(heat.take(row), still, gradient=True)
     row, entering = nothing, still
     for b, on, shared in within:
-        if b.kind != "temperature":
+        if bends(b):
+            own, per_kelvin = _bent(heat, b, domain.seen(shared))
+            row, entering = row + heat.take(per_kelvin), entering + own
+        elif b.kind != "temperature":
             area = domain.seen(shared).load()
             entering = (
                 entering + float(area @ domain.space.unit / domain.seen(on).areas.sum()) * heat.films[b.name].entering
@@ -79,6 +83,17 @@ def _reading(heat: HeatProblem, probe: Any) -> Reading:
             if b.kind == "convection" and not isinstance(b.value, Schedule):
                 row = row - b.value * heat.take(area)
     return Reading(row, entering, tuple(b.name for b, _, _ in within if b.kind == "temperature"))
+
+
+def _bent(heat: HeatProblem, boundary: Any, on: Faces) -> tuple[np.ndarray, np.ndarray]:
+    """The heat that enters through some faces of a boundary where it is no straight line of the temperature, by the
+    tangent at the state that a problem is linearized about: at no rise (channels,) in W and per kelvin (functions,)."""
+    about = np.zeros(heat.domain.space.size) if heat.about is None else heat.about
+    terms = (t for t in (heat.exact or heat).terms if isinstance(t, Surface) and boundary in t.boundaries)
+    still, per_kelvin = next(terms).entering(about, on)
+    entering = np.zeros(heat.inputs.count)
+    entering[0] = still
+    return entering, per_kelvin
 
 
 def extreme(domain: Domain, probe: Any, inside: np.ndarray | None = None) -> Extreme:

@@ -83,7 +83,7 @@ def scales(scene: AnyScene, out: Outputs, pairs: Mapping[str, Pair]) -> dict[str
     """What an error of each probe is relative to; ``pairs`` as of `values`."""
     given = _spread(
         v for b in scene.boundaries for v in ((b.value,) if b.kind == "temperature" else (b.ambient,))
-        if b.kind in ("temperature", "convection")
+        if b.kind in ("temperature", "convection", "radiation")
     )  # fmt: skip
     start = scene.initial_temperature
     floor = min(given, default=start) if scene.steady else start

@@ -173,9 +173,9 @@ def plan(scene: AnyScene, whole: bool = False, mesh: Any = None) -> tuple[Step, 
 def heat_step(scene: AnyScene) -> Step:
     """The line of the heat problem."""
     if physics.heat(scene):
-        how = "by Newton's method: a property follows the temperature by a law"
+        why = physics.nonlinear(scene, not scene.steady)
         once = "one factorization per mesh: the conductivity doesn't depend on temperature"
-        return Step("heat", "done", how if physics.follows(scene, not scene.steady) else once)
+        return Step("heat", "done", f"by Newton's method: {why}" if why else once)
     return Step("heat", "skipped", "nothing thermal is asked for: the currents at the initial temperature")
 
 

@@ -18,6 +18,7 @@ from fem3d.solution.steady import SteadyState
 from meshes import connected, symmetry
 from meshes.symmetry import Symmetry
 from scenes import laws, physics
+from scenes.errors import SceneError
 from scenes.plan import Request, Step, noted, step
 from scenes.result import Result
 from scenes.sink import Sink, different
@@ -34,6 +35,11 @@ def solve(
     count = long_rows.modelled(sink)
     while True:
         part = symmetry.reduce(sink.scene(count))
+        if sink.emissivity and request.transient:
+            raise SceneError(
+                f"environment.emissivity = {sink.emissivity:g} is solved in the steady state alone: ask for --steady, "
+                "or give 0"
+            )
         physics.refuse_following(part.scene, request.transient)
         answer = _answer(sink, count, part, request, progress or (lambda _: None), earlier)
         off = long_rows.apart(sink, count, answer)
@@ -65,7 +71,7 @@ def _answer(
     if earlier is not None and earlier.details["spans_solved"] == count:
         first, before = earlier.details["sink"], earlier.details["answer"]
         alike = replace(first, voltage=sink.voltage) == sink and request.transient == (before.response is not None)
-        if alike and not physics.follows(part.scene, request.transient):
+        if alike and not physics.nonlinear(part.scene, request.transient):
             answer = rescaled.solve(of, before, sink.voltage / first.voltage)
     return answer or loop.solve(of, request.transient, progress)
 
@@ -84,10 +90,10 @@ def _plan(sink: Sink, part: Symmetry, request: Request) -> tuple[Step, ...]:
     grid, boxes = connected.coarsest(part.scene), part.scene.boxes
     live = {boxes[n].name for n in np.unique(grid.owner[connected.live(part.scene)])}
     dead = sorted(b.name for b in boxes if b.name not in live)
-    newton = physics.follows(part.scene, request.transient)
-    factors = "one per mesh: the conductivity doesn't depend on temperature"
-    if newton:
-        factors = "for Newton's steps: a property follows the temperature"
+    newton = physics.nonlinear(part.scene, request.transient)
+    factors = (
+        f"for Newton's steps: {newton}" if newton else "one per mesh: the conductivity doesn't depend on temperature"
+    )
     steps = [
         part.step,
         Step("steady state", "done", f"refined until every estimated error is below {sink.accuracy:g}"),

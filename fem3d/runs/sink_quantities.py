@@ -29,10 +29,11 @@ def steady(sink: Sink, out: Outputs) -> Quantities:
     """Steady quantities of summary.json, and ``end_flow_W``, the heat through one end of the beam.
 
     The anchor resistance is the end's rise over that heat, which is the beam's own heat less what air and gas take from
-    the beam, half to each end; it holds for heated or cooled pads too.
+    the beam and what it radiates, half to each end; it holds for heated or cooled pads too.
     """
     entering = [flow for name, flow in out.items() if name.startswith("flow:substrate")]
     into_beam = [out[name] for name in ("flow:air-beam", "flow:substrate-gas-beam") if name in out]
+    into_beam += [flow for name, flow in out.items() if name.startswith("flow:radiation-beam")]
     if "probe:below" in out:
         # Gas on a substrate's surface: linear from the beam's underside down.
         warmer = out["probe:underside"] - out["probe:below"]

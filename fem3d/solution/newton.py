@@ -14,11 +14,13 @@ import numpy as np
 
 from fem3d.problems.current import Conductor, Potential
 from fem3d.problems.heat import HeatProblem
-from fem3d.problems.linearized import linearized
+from fem3d.problems.linearized import at_films, linearized
 from fem3d.solution.steady import CONVERGED, SteadyState
 from scenes.errors import NumericsError, RunawayError
 
 MOST_STEPS = 30  # of Newton's method at one drive
+# So many steps shrink to half at least: those from far above to a face that radiates shrink to (3/4)^5.
+STALLED = 5
 INNER = 1e-4  # to which each step's linear system is solved, relatively
 HALVINGS = 3  # of a step that doesn't bring the state nearer
 SHORTEST = 1e-3  # step of the drive, relative, at which its largest value counts as found
@@ -29,7 +31,7 @@ ON_THE_WAY = 1e-3  # relative size of the last step to a state that only leads o
 HOTTEST = 1e5  # K, beyond any solid: a state that hot counts as none
 TOLD = 0.03  # of the accuracy: what a finer quadrature may change of the rise
 MOST_FINER = 6
-OLD = 1e-2  # of the rise, by which a state may have moved from where its tangent was made
+OFF = 0.03  # of a step: what the next one by the same tangent may be of it, if that is to serve again
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,14 +52,14 @@ class Point:
 @dataclass
 class Newton:
     """The states of a nonlinear problem at fractions of what drives it: how many ``steps`` they took, the relative size
-    of the ``last`` one, and a ``tangent`` from which the state has moved by ``old`` of itself."""
+    of the ``last`` one, and a ``tangent``, by which the next step would be ``off`` times that."""
 
     heat: HeatProblem
     conductor: Conductor | None
     accuracy: float
     steps: int = 0
     last: float = np.inf
-    old: float = np.inf
+    off: float = np.inf
     tangent: HeatProblem | None = field(default=None, repr=False)
 
     def at(self, rise: np.ndarray, drive: float, near: np.ndarray | None = None) -> Point | None:
@@ -75,14 +77,18 @@ class Newton:
             source = source + conductor.joule_load(potential.density, rise)
         return Point(rise, potential, source, (source - heat.outflow(rise))[: heat.free])
 
-    def solve(self, drive: float, start: np.ndarray, near: np.ndarray | None, enough: float = 0.0) -> Point | None:
+    def solve(
+        self, drive: float, start: np.ndarray, near: np.ndarray | None, enough: float = 0.0, off: float = np.inf
+    ) -> Point | None:
         """The state at a fraction of the drive, from a rise near it, until a step is ``enough`` or as small as the
-        accuracy asks for; None where the iteration leads nowhere."""
+        accuracy asks for; None where the iteration leads nowhere. ``off`` is what the tangent that there is is off by
+        there."""
         heat = self.heat
         start = np.concatenate([start[: heat.free], drive * heat.given[0]])
-        point, self.old = self.at(start, drive, near), np.inf
+        point, self.off = self.at(start, drive, near), off
+        sizes: list[float] = []
         for _ in range(MOST_STEPS):
-            if point is None:
+            if point is None or (len(sizes) > STALLED and sizes[-1] > sizes[-1 - STALLED] / 2):
                 return None
             self.steps += 1
             tangent = self.tangent_at(point)
@@ -90,20 +96,21 @@ class Newton:
                 direction = tangent.inner_rest.solve(tangent.solve_steady, point.residual[None], INNER)[0]
             except NumericsError:
                 return None
-            moved = _largest(direction) / (_largest(point.rise[: heat.free] + direction) or 1.0)
+            sizes.append(_largest(direction))
+            moved = sizes[-1] / (_largest(point.rise[: heat.free] + direction) or 1.0)
             new = self._along(point, tangent, direction, drive)
             if new is None:
                 return None
-            point, self.last, self.old = new, moved, self.old + moved
+            point, self.last = new, moved
             if moved < max(CONVERGED * self.accuracy, enough):
                 return point
         return None
 
     def tangent_at(self, point: Point) -> HeatProblem:
         """The problem linearized about a point, or about one so near that its factors serve."""
-        if self.tangent is None or self.old > OLD:
+        if self.tangent is None or self.off > OFF:
             density = np.empty(0) if point.potential is None else point.potential.density
-            self.tangent, self.old = linearized(self.heat, self.conductor, point.rise, density), 0.0
+            self.tangent, self.off = linearized(self.heat, self.conductor, point.rise, density), 0.0
         return self.tangent
 
     def finer(self, u: np.ndarray) -> Newton:
@@ -111,7 +118,7 @@ class Newton:
         heat = replace(self.heat, terms=tuple(term.finer(u) for term in self.heat.terms))
         return Newton(heat, self.conductor and self.conductor.finer(u), self.accuracy)
 
-    def off(self, point: Point, better: Newton) -> float:
+    def missed(self, point: Point, better: Newton) -> float:
         """What a better quadrature would change of the rise of a point, relatively, seen through the tangent."""
         change = better.heat.outflow(point.rise) - self.heat.outflow(point.rise)
         if better.conductor is not None and better.conductor is not self.conductor:
@@ -131,6 +138,7 @@ class Newton:
                 continue
             left = _largest(tangent.solve_steady(new.residual))
             if left < (1 - factor / 4) * size or left < 1e-9 * _largest(rise):
+                self.off = left / size if left > 1e-9 * _largest(rise) else 0.0
                 return new
         return None
 
@@ -161,11 +169,11 @@ def coupled(
     for _ in range(MOST_FINER):
         if finer:
             better = newton.finer(heat.field(point.rise))
-            off = newton.off(point, better)
+            off = newton.missed(point, better)
         if off <= TOLD * accuracy:
             return _state(newton, point, off)
         newton.heat, newton.conductor = better.heat, better.conductor
-        again = newton.solve(1.0, point.rise, point.volts)
+        again = newton.solve(1.0, point.rise, point.volts, off=newton.off)
         if again is None:
             raise NumericsError("the law of a property bends so sharply that no state is found")
         point = again
@@ -232,7 +240,8 @@ def _state(newton: Newton, point: Point, off: float) -> SteadyState:
     conductor, potential = newton.conductor, point.potential
     density = np.zeros((3, 0, 0)) if potential is None else potential.density
     near = newton.tangent_at(point)
-    heat = replace(near, about=near.field(point.rise), exact=newton.heat)
+    about = near.field(point.rise)
+    heat = at_films(replace(near, about=about, exact=newton.heat), about)
     heat.kept.tell(solve_steady=near.solve_steady)
     # What the stiffness makes of the rise is not the outflow where a term is no conduction.
     source = point.source + heat.stiffness @ point.rise - newton.heat.outflow(point.rise)

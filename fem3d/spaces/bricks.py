@@ -189,8 +189,8 @@ class BrickSpace(Space):
         x, y, z = self.degrees[:, cells].max(axis=1, initial=1).tolist()
         return _rule(self.p, (x, y, z), more, pieces)
 
-    def side(self, number: int) -> Side:
-        return _side(self.p, number)
+    def side(self, number: int, more: int = 0) -> Side:
+        return _side(self.p, number, more)
 
     def jacobian(self, cells: np.ndarray, X: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         h = self.h[:, cells, None]
@@ -314,7 +314,7 @@ def _composite(points: int, more: int, pieces: int) -> tuple[np.ndarray, np.ndar
 
 
 @lru_cache(maxsize=64)
-def _side(p: int, number: int) -> Side:
-    x, w = gauss(p + 1)
+def _side(p: int, number: int, more: int) -> Side:
+    x, w = gauss(p + 1 + more)
     plane = np.array(np.meshgrid(x, x, indexing="ij")).reshape(2, -1), np.outer(w, w).ravel()
     return side(RefHex, number, plane, partial(_values, p))

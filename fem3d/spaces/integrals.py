@@ -172,8 +172,8 @@ class Space(ABC):
         along each axis, or as fine without."""
 
     @abstractmethod
-    def side(self, number: int) -> Side:
-        """A side of the reference cell."""
+    def side(self, number: int, more: int = 0) -> Side:
+        """A side of the reference cell, with so many ``more`` points along each axis."""
 
     @abstractmethod
     def jacobian(self, cells: np.ndarray, X: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -304,9 +304,13 @@ class Faces:
     for in a curved cell as by scikit-fem's FacetBasis, whose search ends at an absolute 1e-12.
     """
 
-    def __init__(self, space: Space, facets: np.ndarray, cells: np.ndarray) -> None:
-        self.space, self.facets, self.cells = space, facets, cells
+    def __init__(self, space: Space, facets: np.ndarray, cells: np.ndarray, more: int = 0) -> None:
+        self.space, self.facets, self.cells, self._more = space, facets, cells, more
         self._local = (space.mesh.t2f[:, cells] == facets).argmax(axis=0)
+
+    def finer(self, more: int) -> Faces:
+        """The same with so many more points along each axis."""
+        return Faces(self.space, self.facets, self.cells, more)
 
     def by(self, space: Space) -> Faces:
         """The same facets, seen from the same cells, by the functions of another space on the mesh."""
@@ -317,7 +321,7 @@ class Faces:
         """The facets of each side, their cells with points there, and outward normals (3, facets, points)."""
         found = []
         for number in np.unique(self._local):
-            at, (rule, normal) = np.flatnonzero(self._local == number), self.space.side(int(number))
+            at, (rule, normal) = np.flatnonzero(self._local == number), self.space.side(int(number), self._more)
             own = Cells(self.space, self.cells[at], rule)
             outwards = own.covariant(normal[:, None, None]) * own.weights
             own.weights = np.linalg.norm(outwards, axis=0)
@@ -374,7 +378,12 @@ class Faces:
 
     def mass(self) -> csc_array:
         """The integral of u v."""
-        return csc_array(sum((own.mass() for _, own, _ in self.sides), csc_array((self.space.size,) * 2)))
+        return self.mass_of(np.ones_like(self.areas))
+
+    def mass_of(self, density: np.ndarray) -> csc_array:
+        """The integral of a density (facets, points) times u v."""
+        none = csc_array((self.space.size,) * 2)
+        return csc_array(sum((own.mass_of(density[at]) for at, own, _ in self.sides), none))
 
     def normals(self) -> np.ndarray:
         """(functions, 3): the integral of the outward normal times the square of each function."""

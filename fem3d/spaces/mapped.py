@@ -137,8 +137,8 @@ class MappedSpace(Space):
         for each point; as many more for each factor of two in ``pieces``, into which these cells aren't cut."""
         return _rule(self._simplex, _order(self._simplex) + 2 * (more + int(np.log2(np.prod(pieces)))))
 
-    def side(self, number: int) -> Side:
-        return _side(self._simplex, number)
+    def side(self, number: int, more: int = 0) -> Side:
+        return _side(self._simplex, number, more)
 
     def jacobian(self, cells: np.ndarray, X: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         mapping = self.mesh.mapping()
@@ -210,6 +210,8 @@ def _collapsed(order: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 @lru_cache
-def _side(simplex: bool, number: int) -> Side:
+def _side(simplex: bool, number: int, more: int) -> Side:
     reference = _element(simplex).refdom
-    return side(reference, number, get_quadrature(reference.brefdom, _order(simplex)), partial(_values, simplex))
+    return side(
+        reference, number, get_quadrature(reference.brefdom, _order(simplex) + 2 * more), partial(_values, simplex)
+    )

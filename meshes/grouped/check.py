@@ -153,7 +153,7 @@ def boundaries(placed: Placed) -> None:
                 )
     held = np.concatenate([facets for b, facets, _ in fixed if b.kind == "temperature"] or [np.empty(0, int)])
     for b in placed.scene.boundaries:
-        if b.kind in ("heat_flux", "convection") and np.isin(placed.acting(b), held).all():
+        if b.kind in ("heat_flux", "convection", "radiation") and np.isin(placed.acting(b), held).all():
             raise SceneError(
                 f"boundary {quoted(b.name)}.{b.key} lies where other boundaries fix the temperature, and changes "
                 "nothing: leave it out, or give a group that does not overlap theirs"

@@ -137,6 +137,7 @@ def layout(scene: AnyScene) -> Layout:
     and for materials that lines don't take."""
     physics.refuse_laws(physics.materials(scene), "a network")
     physics.refuse_terminals(scene, "a network")
+    physics.refuse_faces(scene, "a network")
     if isinstance(scene, MeshScene):
         raise SceneError(
             f"scene {quoted(scene.name)} is on a mesh file, and a network is made of boxes: give [[box]]es"

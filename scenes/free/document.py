@@ -7,7 +7,7 @@ nothing real has; what lies outside is a slip of the unit.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, TypeVar
 
@@ -33,14 +33,23 @@ RESISTANCES = ("thermal_resistance", "electrical_resistance")
 
 POINT = k.Place(k.Quantity(d.LENGTH, 0.0, 1e4, signed=True))
 
-CONDITIONS: dict[str, k.Varying | k.Convection] = {
+CONDITIONS: dict[str, k.Varying | k.Surroundings] = {
     "temperature": k.Varying(k.KELVIN),
     "heat_flux": k.Varying(k.Quantity(d.HEAT_FLUX, 0.0, 1e15, signed=True)),
-    "convection": k.Convection(k.Quantity(d.CONVECTION_COEFFICIENT, 0.0, 1e12), k.Varying(k.KELVIN)),
+    "convection": k.Surroundings(
+        "coefficient",
+        k.Quantity(d.CONVECTION_COEFFICIENT, 0.0, 1e12),
+        k.Varying(k.KELVIN),
+        '"10 W/(m2 K)"',
+        Following(k.Quantity(d.CONVECTION_COEFFICIENT, 1e-9, 1e12)),
+    ),
+    "radiation": k.Surroundings("emissivity", k.Quantity(d.NUMBER, 1e-6, 1.0), k.KELVIN, "0.8"),
     "voltage": k.Varying(k.Quantity(d.VOLTAGE, 0.0, 1e6, signed=True)),
     "current": k.Varying(k.Quantity(d.CURRENT, 0.0, 1e6, signed=True)),
 }
-"""What a boundary may have, of which it has one."""
+"""What a boundary may have, of which it has one, or a convection and radiation."""
+RADIATION = " radiation"
+"""What the name of a boundary ends with that is the radiation beside another's convection."""
 SERIES = k.Quantity(d.RESISTANCE, 1e-9, 1e15)
 """Of a voltage's series resistance: beyond it a current is given."""
 
@@ -161,7 +170,7 @@ def of_boxes(values: Values, name: str, folder: str = "") -> m.Scene:
         raise SceneError("the scene has no [[box]]: give at least one, with material, lower and upper")
     boundaries = tuple(
         m.Boundary(item.name, lower=item.values["lower"], upper=item.values["upper"], **_condition(item))
-        for item in values.get("boundary", ())
+        for item in _apart(values.get("boundary", ()))
     )
     probes = tuple(m.Probe(item.name, *_corners(item), **_reading(item)) for item in values.get("probe", ()))
     contacts = tuple(_contact(item) for item in values.get("contact", ()))
@@ -183,7 +192,7 @@ def on_mesh(values: Values, name: str, folder: str) -> m.MeshScene:
     sources = tuple(m.Source(**{**item.values, "name": item.name}) for item in values.get("source", ()))
     boundaries = tuple(
         m.GroupBoundary(item.name, group=item.values["group"], **_condition(item))
-        for item in values.get("boundary", ())
+        for item in _apart(values.get("boundary", ()))
     )
     probes = tuple(m.GroupProbe(item.name, *_place(item), **_reading(item)) for item in values.get("probe", ()))
     scene = m.MeshScene(name, mesh["file"], mesh.get("unit", 1.0), bodies, sources, boundaries, probes, folder=folder)
@@ -277,14 +286,31 @@ def _box(item: Item, materials: dict[str, m.Material]) -> m.Box:
     return m.Box(**{**item.values, "name": item.name, "material": materials[material]})
 
 
+def _apart(items: Sequence[Item]) -> Iterator[Item]:
+    """The boundaries of a file, of which one with a convection and radiation is two."""
+    names = {item.name for item in items}
+    for item in items:
+        if not {"convection", "radiation"} <= set(item.values):
+            yield item
+            continue
+        other = f"{item.name}{RADIATION}"
+        if other in names:
+            raise SceneError(f"{item.label} has radiation, which is called {quoted(other)}, as another: rename that")
+        yield replace(item, values={key: v for key, v in item.values.items() if key != "radiation"})
+        yield replace(item, name=other, values={key: v for key, v in item.values.items() if key != "convection"})
+
+
 def _condition(item: Item) -> dict[str, Any]:
     """The kind and the value of a boundary's one condition, with the ambient temperature where it has one."""
     kinds = [kind for kind in CONDITIONS if kind in item.values]
     if len(kinds) != 1:
         has = f"has {' and '.join(kinds)}" if kinds else "has no condition"
-        raise SceneError(f"{item.label} {has}: give exactly one of {', '.join(CONDITIONS)}")
+        raise SceneError(
+            f"{item.label} {has}: give exactly one of {', '.join(CONDITIONS)} (convection and radiation go together)"
+        )
     (kind,) = kinds
-    value, ambient = item.values[kind] if kind == "convection" else (item.values[kind], 293.0)
+    of_film = isinstance(CONDITIONS[kind], k.Surroundings)
+    value, ambient = item.values[kind] if of_film else (item.values[kind], 293.0)
     found = {"kind": kind, "value": value, "ambient": ambient}
     series = item.values.get("series_resistance")
     if series is not None and kind != "voltage":

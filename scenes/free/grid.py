@@ -135,7 +135,7 @@ class Grid:
 
     def acting(self, sheet: Sheet, kind: str) -> np.ndarray:
         """The faces of a boundary at which its condition acts."""
-        if kind in ("heat_flux", "convection"):
+        if kind in ("heat_flux", "convection", "radiation"):
             return self.solid[sheet.below] ^ self.solid[sheet.above]
         return sheet.beside(self.conducting if kind == "voltage" else self.solid)
 

@@ -123,7 +123,11 @@ def _check_boundaries(grid: Grid) -> None:
         )
     fixed = [sheet.faces.ravel() for b, sheet, _ in sheets if b.kind == "temperature"]
     for b, sheet, acts in sheets:
-        if b.kind in ("heat_flux", "convection") and fixed and np.isin(sheet.faces[acts], np.concatenate(fixed)).all():
+        if (
+            b.kind in ("heat_flux", "convection", "radiation")
+            and fixed
+            and np.isin(sheet.faces[acts], np.concatenate(fixed)).all()
+        ):
             raise SceneError(
                 f"boundary {quoted(b.name)}.{b.key}{_behind(b)} lies where other boundaries fix the temperature, "
                 "and changes nothing: leave it out, or give corners that do not overlap theirs"

@@ -74,8 +74,8 @@ def _of_material(material: m.Material, needed: tuple[str, ...]) -> dict[str, Any
 
 def _of_condition(b: m.Boundary | m.GroupBoundary) -> dict[str, Any]:
     """The condition of a boundary as a file has it."""
-    if b.key == "convection":
-        return {"convection": CONDITIONS["convection"].write((b.value, b.ambient))}
+    if b.key in ("convection", "radiation"):
+        return {b.key: CONDITIONS[b.key].write((b.value, b.ambient))}
     given = b.ambient if b.kind == "convection" else b.value
     beside = {"contact_resistance": b.contact_resistance} if b.contact_resistance else {}
     if 0 < b.series_resistance < math.inf:

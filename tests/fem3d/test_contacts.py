@@ -299,14 +299,28 @@ def test_fields_show_the_jump() -> None:
     assert np.unique(snapshot.potential[on].round(9)) == pytest.approx(volts)
 
 
-def test_a_law_beside_a_contact_is_refused() -> None:
+def with_law(scene: Scene, key: str, exponent: float) -> Scene:
+    """The scene with a property of all its materials by a law that has its value at 293 K."""
+    law = {
+        m: replace(m, **{key: PowerLaw(getattr(m, key), 293.0, exponent)}) for m in (b.material for b in scene.boxes)
+    }
+    return replace(scene, boxes=tuple(replace(b, material=law[b.material]) for b in scene.boxes))
+
+
+def test_a_law_that_says_a_number_changes_nothing_beside_contacts() -> None:
+    scene = pair(5e-4, 3e-8)
+    plain = solve(scene).steady
+    law, falling = (solve(with_law(scene, "thermal_conductivity", n)).steady for n in (0.0, -0.05))
+    for name, value in plain.items():
+        assert law[name].value == pytest.approx(value.value, rel=1e-7, abs=1e-9)
+    # One that says another is told apart.
+    assert any(abs(falling[n].value - v.value) > v.error + falling[n].error for n, v in plain.items())
+
+
+def test_a_law_of_a_resistivity_beside_a_contact_is_refused() -> None:
     scene = pair(5e-4, 0.0)
-    boxes_ = tuple(replace(b, material=replace(b.material, thermal_conductivity=PowerLaw(2.0, 293.0, -1.0)))
-                   for b in scene.boxes)  # fmt: skip
-    with pytest.raises(SceneError, match='no law is solved beside a contact yet: leave contact "c" out'):
-        solve(replace(scene, boxes=boxes_))
-    perfect = replace(scene, boxes=boxes_, contacts=())
-    assert solve(perfect).steady["end"].value > 293.0
+    with pytest.raises(SceneError, match='no law of one is solved beside a contact yet: leave contact "c" out'):
+        solve(with_law(scene, "resistivity", 1.0))
 
 
 def test_the_current_across_a_contact_is_told_by_the_jump() -> None:

@@ -18,7 +18,7 @@ from tests.scenes.test_load import EXPECTED as SINK_EXPECTED
 
 CHANGED = {
     **{path: value for path, value in OF_THE_SINK.items() if not path.startswith("checks.")},
-    "sink.spans": 1, "anchor.contact_resistance": "perfect",
+    "sink.spans": 1, "anchor.contact_resistance": "perfect", "environment.emissivity": 0,
     "device.sensor_thickness": "50 nm", "device.insulator_thickness": "5 um", "device.polymer_thickness": "50 um",
     "materials.gold.thermal_conductivity": 300, "materials.gold.density": "19 g/cm3",
     "materials.gold.specific_heat": 130, "materials.gold.resistivity": "3e-6 ohm cm",
@@ -35,7 +35,8 @@ CHANGED = {
 }  # fmt: skip
 EXPECTED = Device(
     sink=replace(
-        SINK_EXPECTED, spans=1, contact_resistance=None, end_time=0.02, accuracy=1e-3, name="sink", tolerances={},
+        SINK_EXPECTED, spans=1, contact_resistance=None, emissivity=0.0, end_time=0.02, accuracy=1e-3, name="sink",
+        tolerances={},
         expected_to_differ=None,
     ),
     sensor_thickness=50e-9, insulator_thickness=5e-6, polymer_thickness=50e-6,
@@ -60,7 +61,13 @@ def test_the_built_in_device_is_the_default_one():
 def test_the_built_in_file_shows_every_key():
     stated = DEVICE.schema.flatten(tomllib.loads(builtin_text("device")))
     of_an_array = {path for path in DEVICE.schema.paths if path.startswith("array.")}
-    only_of_a_sink = {"sink.spans", "sink.island_length", "anchor.contact_resistance", *of_an_array}
+    only_of_a_sink = {
+        "sink.spans",
+        "sink.island_length",
+        "anchor.contact_resistance",
+        "environment.emissivity",
+        *of_an_array,
+    }
     assert set(DEVICE.schema.paths) - set(stated) == {"anchor.oxide_offset", "checks.tolerances"} | only_of_a_sink
 
 

@@ -39,7 +39,7 @@ CHANGED = {
     "drive.voltage": "-2.5 V", "drive.current": "none", "drive.series_resistance": "20 ohm",
     "drive.electrodes": "pad-edge",
     "environment.room_temperature": "27 degC", "environment.convection_coefficient": 12,
-    "environment.gap_gas_conductivity": "0.03 W/(m K)",
+    "environment.gap_gas_conductivity": "0.03 W/(m K)", "environment.emissivity": 0.5,
     "run.end_time": "5 ms", "run.accuracy": "0.2 %",
     "sink.spans": 1, "sink.island_length": "30 um",
     "scene.name": "mine", "checks.tolerances": {"eq12": "1 %"}, "checks.expect_differs": ["eq14"],
@@ -55,7 +55,7 @@ EXPECTED = Sink(
     substrate=Material("substrate", 148.0, 2300.0, 700.0, None, 1e-3, 293.15, 1273.15),
     pitch=5e-4, row_pitch=3e-3, driven=(1,),
     voltage=-2.5, series_resistance=20.0, electrodes="pad-edge", room_temperature=300.15, convection_coefficient=12.0,
-    gap_gas_conductivity=0.03,
+    gap_gas_conductivity=0.03, emissivity=0.5,
     end_time=5e-3, accuracy=2e-3, name="mine", tolerances={"eq12": 0.01}, expected_to_differ=("eq14",),
     uncertainties={"sink.width": 0.01},
 )  # fmt: skip

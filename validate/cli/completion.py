@@ -29,7 +29,6 @@ OPTIONS = {
 }
 OF_A_SCENE = "--set --vary --uncertain --calibrate"
 """The options that keys of a scene follow."""
-CONVECTION = ("coefficient", "ambient")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -43,7 +42,7 @@ def keys(source: str) -> list[str]:
     """The keys of a scene that may be overridden; of each of its boxes, boundaries and so on all that it may have,
     places by coordinate. Raises SceneError for what can't be read."""
     from scenes.free import schema_of
-    from scenes.kinds import Convection, Place
+    from scenes.kinds import Place, Surroundings
     from scenes.loading import document, type_of_file
     from scenes.schema import label_of
 
@@ -56,7 +55,7 @@ def keys(source: str) -> list[str]:
     for table, allowed in schema.lists.items():
         for number, item in enumerate(given.get(table, ()), 1):
             for key, of in allowed.items():
-                ends = ("x", "y", "z") if isinstance(of, Place) else CONVECTION if isinstance(of, Convection) else ()
+                ends = ("x", "y", "z") if isinstance(of, Place) else of.names if isinstance(of, Surroundings) else ()
                 name = f"{table}.{label_of(table, number, item)[0]}.{key}"
                 found += [f"{name}.{end}" for end in ends] or [name] * (key != "name")
     return found

@@ -57,6 +57,10 @@ def drop(table: str, number: int, *keys: str) -> Callable[[Document], None]:
     return change
 
 
+def on_top(**condition: Any) -> Callable[[Document], None]:
+    return add("boundary", flat("top", [0, 0, 1], [4, 1, 1], **condition))
+
+
 def both(*changes: Callable[[Document], None]) -> Callable[[Document], None]:
     def change(document: Document) -> None:
         for one in changes:
@@ -251,6 +255,23 @@ REFUSED: dict[str, tuple[Callable[[Document], None], tuple[str, ...]]] = {
     "decreasing times": (put("box", 0, heat_source={"times": [1, 0], "values": [0, 1]}),
         ('box "beam".heat_source.times[2] = 0',)),
     "no values": (put("box", 0, heat_source={"times": [1]}), ('box "beam".heat_source.values is missing',)),
+    "emissivity of two": (on_top(radiation={"emissivity": 2, "ambient": 293}),
+        ('boundary "top".radiation.emissivity = 2 is out of range', "to 1")),
+    "no emissivity": (on_top(radiation={"emissivity": 0, "ambient": 293}),
+        ('boundary "top".radiation.emissivity = 0 is out of range',)),
+    "radiation to nowhere": (on_top(radiation={"emissivity": 0.5}),
+        ('boundary "top".radiation.ambient is missing', '{emissivity = 0.8, ambient = "293 K"}')),
+    "radiation to what varies": (on_top(
+        radiation={"emissivity": 0.5, "ambient": {"times": [0, 1], "values": [293, 400]}}),
+        ('boundary "top".radiation.ambient may not vary in time',)),
+    "radiation beside a temperature": (put("boundary", 0, radiation={"emissivity": 0.5, "ambient": 293}),
+        ('boundary "base" has temperature and radiation', "convection and radiation go together")),
+    "film that steps back": (on_top(
+        convection={"coefficient": {"temperatures": [400, 300], "values": [10, 20]}, "ambient": 293}),
+        ('boundary "top".convection.coefficient.temperatures[2] = 300 is not above',)),
+    "film of nothing": (on_top(
+        convection={"coefficient": {"temperatures": [300, 400], "values": [0, 20]}, "ambient": 293}),
+        ('boundary "top".convection.coefficient.values[1] = 0 is out of range',)),
     "contact beside a film": (both(drop("boundary", 0, "temperature"),
         put("boundary", 0, convection=AIR, contact_resistance=1e-7)),
         ('boundary "base".contact_resistance = 1e-07 stands beside a convection', "temperature or a voltage")),

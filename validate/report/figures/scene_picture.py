@@ -18,7 +18,8 @@ from matplotlib.patches import Patch
 from scenes import physics
 from scenes.formats import cut
 from scenes.free.document import CONDITIONS, CURRENT_CONTACT, HEAT_CONTACT, HEAT_SOURCE, SERIES
-from scenes.kinds import Convection, Quantity, Varying
+from scenes.kinds import Quantity, Surroundings, Varying
+from scenes.laws import Law
 from scenes.model import Boundary, Material, Point, Probe, Scene, Schedule, Value, values
 from scenes.units import THERMAL_CONDUCTIVITY
 from validate.report.figures import INK, PARTS
@@ -40,7 +41,10 @@ SHADES = (0.84, 0.7, 1.0)
 """How light each visible side is: in front, to the right, on top."""
 AT_AXIS = (("right", "top"), ("left", "top"), ("right", "center"))
 """How the numbers at each axis lie to their places."""
-BOUNDARY = {"temperature": "#b3261e", "heat_flux": "#b35c00", "convection": "#00677f", "voltage": "#6a1fb0"}
+BOUNDARY = {
+    "temperature": "#b3261e", "heat_flux": "#b35c00", "convection": "#00677f", "radiation": "#8a2a5b",
+    "voltage": "#6a1fb0",
+}  # fmt: skip
 PROBE = "#1a7a2e"
 
 
@@ -187,8 +191,13 @@ def _condition(boundary: Boundary) -> str:
         )
         behind += f" behind {own.show(boundary.contact_resistance)}"
         return _value(given, kind.quantity) + behind
-    if isinstance(kind, Convection):
-        return f"{_value(boundary.value, kind.coefficient)} to {_value(boundary.ambient, kind.ambient.quantity)}"
+    if isinstance(kind, Surroundings):
+        what = "emissivity " * (kind.name == "emissivity")
+        if isinstance(boundary.value, Law):
+            shown = cut(kind.shown(boundary.value), CHARACTERS // 2)
+        else:
+            shown = _value(boundary.value, kind.quantity)
+        return f"{what}{shown} to {_value(boundary.ambient, kind.outside)}"
     assert isinstance(kind, Varying)
     return _value(boundary.value, kind.quantity) + behind
 

@@ -52,6 +52,7 @@ def _refuse(scene: AnyScene, request: Request) -> None:
     if inputs.differentiated(request):
         physics.refuse_laws(physics.materials(scene), "a sensitivity")
         physics.refuse_terminals(scene, "a sensitivity")
+        physics.refuse_faces(scene, "a sensitivity")
         physics.refuse_contacts(scene, "a sensitivity doesn't follow the jump at a contact yet")
 
 

@@ -57,6 +57,7 @@ def _refuse(sink: Sink, request: Request) -> None:
         refuse_laws((sink.silicon, sink.oxide), "a sensitivity")
         refuse_terminals(sink.scene(), "a sensitivity")
         _refuse_contacts(sink, "a sensitivity")
+        _refuse_radiation(sink, "a sensitivity")
 
 
 def _refuse_contacts(sink: Sink, what: str) -> None:
@@ -64,9 +65,15 @@ def _refuse_contacts(sink: Sink, what: str) -> None:
         raise SceneError(f'{what} has no contacts yet: leave anchor.contact_resistance out, or give "perfect"')
 
 
+def _refuse_radiation(sink: Sink, what: str) -> None:
+    if sink.emissivity:
+        raise SceneError(f"{what} has no radiation: give environment.emissivity = 0, or leave it out")
+
+
 def exported(sink: Sink, request: Request) -> AnyScene:
     """What a compact model is of: the 3D problem, with the current as a probe too."""
     _refuse_contacts(sink, "a compact model")
+    _refuse_radiation(sink, "a compact model")
     found = sink.scene()
     inlet = next(b for b in found.boundaries if b.kind == "voltage")
     current = Probe("current", inlet.lower, inlet.upper, "current")

@@ -1,0 +1,107 @@
+"""Boundaries whose heat is no straight line of their face's temperature (`scenes.faces`), as terms beside the linear
+problem.
+
+With q(T) the flux that leaves, the linear problem has a film of a coefficient h, which is q's own near T_l, the higher
+of ambient and initial temperature T_0, towards the rise at which as much enters at T_0. `Surface` adds the rest,
+
+    int (q(T_0 + u) - q(T_0) - h u) v.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from scipy.sparse import csc_array
+
+from fem3d.problems.following import OUTSIDE
+from fem3d.spaces.domain import Domain
+from fem3d.spaces.integrals import Faces
+from scenes import faces
+from scenes.laws import Table
+from scenes.model import bends
+
+
+def film(domain: Domain, boundary: Any) -> tuple[float, float]:
+    """The coefficient (W/(m2 K)) of the linear problem's film, and the flux (W/m2) that enters at the initial
+    temperature."""
+    start = domain.scene.initial_temperature
+    near = np.array(max(start, float(boundary.ambient)))
+    return float(faces.coefficient(boundary, near)), -float(faces.flux(boundary, np.array(start)))
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """Boundaries with one law, beyond their films, by a quadrature of ``more`` points along each axis than is due."""
+
+    domain: Domain
+    boundaries: tuple[Any, ...]
+    more: int = 1
+
+    @cached_property
+    def on(self) -> Faces:
+        """The faces of all, with the points of the quadrature."""
+        facets = np.concatenate([self.domain.on(b) for b in self.boundaries])
+        return self.domain.seen(facets).finer(self.more)
+
+    @property
+    def boundary(self) -> Any:
+        """One that stands for all."""
+        return self.boundaries[0]
+
+    def outflow(self, u: np.ndarray) -> np.ndarray:
+        """(functions,): what leaves beyond the film, in W."""
+        rise, (h, entering) = self.on.value(u), film(self.domain, self.boundary)
+        return self.on.load(faces.flux(self.boundary, self._start + rise) + entering - h * rise)
+
+    def tangent(self, u: np.ndarray) -> tuple[csc_array, csc_array | None]:
+        """(functions, functions) twice: the derivative in W/K, of `scenes.faces.coefficient` beyond the film's and of
+        what is beyond that."""
+        at = self._start + self.on.value(u)
+        rest = faces.beyond(self.boundary, at)
+        slope = faces.coefficient(self.boundary, at) - film(self.domain, self.boundary)[0]
+        return self.on.mass_of(slope), None if rest is None else self.on.mass_of(rest)
+
+    def bent(self, u: np.ndarray) -> np.ndarray:
+        """(3, all cells): by how much a field u changes along each axis of the cells at whose face a table bends."""
+        space, found = self.domain.space, np.zeros((3, len(self.domain.body)))
+        law = self.boundary.value
+        if not isinstance(law, Table):
+            return found
+        at = self._start + self.on.value(u)
+        low, high = at.min(axis=1), at.max(axis=1)
+        low, high = low - OUTSIDE * (high - low), high + OUTSIDE * (high - low)
+        crossed = np.any([(low < bend) & (bend < high) for bend in law.temperatures], axis=0)
+        for alike in space.alike(np.unique(self.on.cells[crossed])):
+            cells = space.on(alike)
+            found[:, alike] = cells.within(cells.gradient(u))
+        return found
+
+    def finer(self, u: np.ndarray) -> Surface:
+        """By two more points along each axis."""
+        return replace(self, more=self.more + 2)
+
+    def entering(self, u: np.ndarray, on: Faces) -> tuple[float, np.ndarray]:
+        """The heat (W) that enters by some faces, by the tangent at a field u: at no rise, and per kelvin
+        (functions,)."""
+        seen = on.finer(self.more)
+        at = self._start + seen.value(u)
+        rest = faces.beyond(self.boundary, at)
+        slope = faces.coefficient(self.boundary, at) + (0.0 if rest is None else rest)
+        per_kelvin = -seen.load(slope)
+        return -float((seen.areas * faces.flux(self.boundary, at)).sum()) - float(per_kelvin @ u), per_kelvin
+
+    @property
+    def _start(self) -> float:
+        return float(self.domain.scene.initial_temperature)
+
+
+def surfaces(domain: Domain) -> tuple[Surface, ...]:
+    """One of each law of boundaries whose heat is no straight line of the temperature."""
+    alike: dict[Any, list[Any]] = {}
+    for b in domain.scene.boundaries:
+        if bends(b) and len(domain.on(b)):
+            alike.setdefault((b.kind, b.value, b.ambient), []).append(b)
+    return tuple(Surface(domain, tuple(of)) for of in alike.values())

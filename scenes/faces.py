@@ -1,0 +1,41 @@
+"""Boundaries whose heat is no straight line of their face's temperature (`scenes.model.bends`): the flux that leaves
+there, and how it follows.
+
+    radiation    eps sigma (T^4 - T_a^4), of a grey face to surroundings of the temperature T_a that take all
+    convection   h(T) (T - T_a), with a coefficient that follows the face's temperature by a law
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+SIGMA = 5.670374419e-8
+"""Stefan's and Boltzmann's constant, W/(m2 K4): CODATA 2018, exact in the SI."""
+COLDEST = 1.0  # K: a state on the way to the solution may lie below, where nothing has a coefficient
+
+
+def flux(boundary: Any, temperature: np.ndarray) -> np.ndarray:
+    """What leaves by such a boundary at temperatures (K) of its face, in W/m2."""
+    t, ambient = np.maximum(temperature, COLDEST), float(boundary.ambient)
+    if boundary.kind == "radiation":
+        # Straight on below the coldest temperature, so that the flux keeps to its slope.
+        left: np.ndarray = boundary.value * SIGMA * (t**4 - ambient**4)
+        return left + coefficient(boundary, t) * (temperature - t)
+    return np.asarray(boundary.value(t) * (temperature - ambient))
+
+
+def coefficient(boundary: Any, temperature: np.ndarray) -> np.ndarray:
+    """The part of the flux's derivative that is above zero, in W/(m2 K): 4 eps sigma T^3, or h(T)."""
+    t = np.maximum(temperature, COLDEST)
+    found: np.ndarray = 4 * boundary.value * SIGMA * t**3 if boundary.kind == "radiation" else boundary.value(t)
+    return found
+
+
+def beyond(boundary: Any, temperature: np.ndarray) -> np.ndarray | None:
+    """The other part of the derivative, h'(T) (T - T_a), which may be below zero; None of radiation."""
+    if boundary.kind == "radiation":
+        return None
+    t = np.maximum(temperature, COLDEST)
+    return np.asarray(boundary.value.slope(t) * (temperature - float(boundary.ambient)))

@@ -1,0 +1,216 @@
+"""Faces that radiate, and films whose coefficient follows the temperature: slabs whose one unknown is a root, and a
+block by scikit-fem's own elements and Newton's method."""
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+from scipy.sparse.linalg import spsolve
+from skfem import Basis, BilinearForm, ElementHex2, FacetBasis, LinearForm, MeshHex
+from skfem.helpers import dot, grad
+
+from fem3d.runs import sink as sinks
+from fem3d.runs.scene import solve
+from scenes.errors import SceneError
+from scenes.free import as_dict, from_dict
+from scenes.plan import Request
+from scenes.sink import Sink
+
+SIGMA = 5.670374419e-8  # W/(m2 K4), CODATA 2018
+LENGTH, WIDTH, HOT, ROOM = 1e-3, 1e-5, 1000.0, 300.0
+EMISSIVITY, K = 0.8, 2.0
+TABLE = {"temperatures": [400.0, 700.0, 900.0], "values": [200.0, 2000.0, 500.0]}
+STEADY = Request(models=("fem3d",), transient=False)
+
+
+def slab(top, accuracy=1e-6, more=(), **material):
+    """A slab between a hot face below and one with conditions above; ``more`` changes its document."""
+    upper = [WIDTH, WIDTH, LENGTH]
+    document = {
+        "scene": {"initial_temperature": ROOM},
+        "material": [{"name": "m", "thermal_conductivity": K, **material}],
+        "box": [{"name": "slab", "material": "m", "lower": [0, 0, 0], "upper": upper}],
+        "boundary": [
+            {"name": "hot", "lower": [0, 0, 0], "upper": [WIDTH, WIDTH, 0], "temperature": HOT},
+            {"name": "top", "lower": [0, 0, LENGTH], "upper": upper, **top},
+        ],
+        "probe": [
+            {"name": "face", "at": upper, "box": "slab"},
+            {"name": "flow", "lower": [0, 0, LENGTH], "upper": upper, "quantity": "heat_flow"},
+        ],
+        "run": {"steady": True, "accuracy": accuracy},
+    }
+    for change in more:
+        change(document)
+    return document
+
+
+def radiated(t, emissivity=EMISSIVITY):
+    return emissivity * SIGMA * (t**4 - ROOM**4)
+
+
+def held(found, exact):
+    """Whether a value is within its error, beyond what rounding leaves."""
+    return abs(found.value - exact) <= found.error + 1e-9 * abs(exact)
+
+
+RADIATION = {"radiation": {"emissivity": EMISSIVITY, "ambient": ROOM}}
+FILM = {"convection": {"coefficient": 40.0, "ambient": ROOM}}
+FACES = {
+    "radiation": (RADIATION, radiated),
+    "radiation beside a film": ({**RADIATION, **FILM}, lambda t: radiated(t) + 40 * (t - ROOM)),
+    "table": (
+        {"convection": {"coefficient": TABLE, "ambient": ROOM}},
+        lambda t: np.interp(t, TABLE["temperatures"], TABLE["values"]) * (t - ROOM),
+    ),
+}
+
+
+@pytest.mark.parametrize("name", FACES)
+def test_a_slab_ends_where_what_conducts_is_what_leaves(name):
+    condition, leaves = FACES[name]
+    found = solve(from_dict(slab(condition))).steady
+    face = brentq(lambda t: K * (HOT - t) / LENGTH - leaves(t), ROOM, HOT, xtol=1e-12)
+    assert held(found["face"], face)
+    assert held(found["flow"], -leaves(face) * WIDTH**2)
+    # The straight line at room temperature, by which the flux would be less, is told apart.
+    slope = float((leaves(ROOM + 1e-3) - leaves(ROOM - 1e-3)) / 2e-3)
+    straight = brentq(lambda t: K * (HOT - t) / LENGTH - slope * (t - ROOM), ROOM, HOT)
+    assert not held(found["face"], straight)
+
+
+def test_radiation_beside_a_film_behind_a_contact_and_a_law():
+    """From the hot face through a slab whose conductivity falls, a contact and another slab to the air."""
+    law, resistance, other = {"value": K, "at": ROOM, "exponent": -1.3}, 2e-4, 0.5
+
+    def second(document):
+        document["material"].append({"name": "other", "thermal_conductivity": other})
+        upper = [WIDTH, WIDTH, 2 * LENGTH]
+        document["box"].append({"name": "upper", "material": "other", "lower": [0, 0, LENGTH], "upper": upper})
+        document["boundary"][1] |= {"lower": [0, 0, 2 * LENGTH], "upper": upper}
+        document["probe"][1] |= {"lower": [0, 0, 2 * LENGTH], "upper": upper}
+        document["probe"].append({"name": "end", "at": upper})
+        contact = {"name": "joint", "between": ["slab", "upper"], "thermal_resistance": resistance}
+        document["contact"] = [contact]
+
+    found = solve(from_dict(slab({**RADIATION, **FILM}, 1e-5, [second], thermal_conductivity=law))).steady
+
+    def theta(t):
+        """Kirchhoff's variable: the integral of the conductivity from room temperature, in W/m."""
+        return K * ROOM / -0.3 * ((t / ROOM) ** -0.3 - 1)
+
+    def chain(end):
+        flux = radiated(end) + 40 * (end - ROOM)
+        return flux, end + flux * (LENGTH / other + resistance)
+
+    def missing(end):
+        flux, face = chain(end)
+        return (theta(HOT) - theta(face)) / LENGTH - flux
+
+    end = brentq(missing, ROOM, HOT, xtol=1e-12)
+    flux, face = chain(end)
+    assert held(found["end"], end)
+    assert held(found["face"], face)
+    assert held(found["flow"], -flux * WIDTH**2)
+    # Without the jump at the contact the face would be colder.
+    assert not held(found["face"], face - flux * resistance)
+
+
+SIDES, CONDUCTIVITIES, BELOW, SOURCE = (2e-3, 1e-3, 1.5e-3), (1.4, 20.0), 1e-3, 4e8
+
+
+def block(accuracy):
+    """A good conductor over a bad one, heated, radiating above and at one side, cold below at one half."""
+    (a, b, c), z = SIDES, BELOW
+    faces = {"top": ([0, 0, c], [a, b, c]), "side": ([a, 0, 0], [a, b, c])}
+    return from_dict({
+        "scene": {"initial_temperature": ROOM},
+        "material": [{"name": f"m{i}", "thermal_conductivity": k} for i, k in enumerate(CONDUCTIVITIES)],
+        "box": [
+            {"name": "low", "material": "m0", "lower": [0, 0, 0], "upper": [a, b, z]},
+            {"name": "high", "material": "m1", "lower": [0, 0, z], "upper": [a, b, c], "heat_source": SOURCE},
+        ],
+        "boundary": [
+            {"name": "cold", "lower": [0, 0, 0], "upper": [a, b, 0], "temperature": ROOM},
+            *({"name": n, "lower": at[0], "upper": at[1], **RADIATION} for n, at in faces.items()),
+        ],
+        "probe": [
+            {"name": "corner", "at": [0, 0, c]},
+            {"name": "mean", "lower": [0, 0, z], "upper": [a, b, c]},
+            {"name": "top", "lower": faces["top"][0], "upper": faces["top"][1], "quantity": "heat_flow"},
+        ],
+        "run": {"steady": True, "accuracy": accuracy},
+    })  # fmt: skip
+
+
+def by_skfem(emissivity, layers=4):
+    """The probes of `block` by quadratic bricks of scikit-fem, which shrink towards the edge where cold and radiating
+    faces meet, and towards the joint."""
+    a, b, c = SIDES
+    fine = a * (1 - 0.3 ** np.arange(layers))
+    up = np.concatenate([BELOW / 2 * 0.3 ** np.arange(layers), BELOW - BELOW / 2 * 0.3 ** np.arange(layers)])
+    at = np.unique([0.0, *up, BELOW, BELOW + 0.15 * (c - BELOW), c])
+    # The block is the same at all y: one cell across is exact.
+    mesh = MeshHex.init_tensor(np.unique([*fine, a]) / a, np.array([0.0, b / a]), at / a)
+    basis = Basis(mesh, ElementHex2(), intorder=4)
+    k = np.where(mesh.p[2, mesh.t].mean(axis=0) * a < BELOW, *CONDUCTIVITIES)
+    stiff = BilinearForm(lambda u, v, w: w.k * dot(grad(u), grad(v))).assemble(
+        basis, k=k[:, None] * np.ones(basis.dx.shape)
+    )
+    heated = Basis(mesh, ElementHex2(), intorder=4, elements=np.flatnonzero(k == CONDUCTIVITIES[1]))
+    load = LinearForm(lambda v, w: v).assemble(heated)
+    top = mesh.facets_satisfying(lambda x: np.isclose(x[2], c / a), boundaries_only=True)
+    side = mesh.facets_satisfying(lambda x: np.isclose(x[0], 1.0), boundaries_only=True)
+    on, above = (FacetBasis(mesh, ElementHex2(), facets=f, intorder=8) for f in (np.union1d(top, side), top))
+    flux = LinearForm(lambda v, w: emissivity * SIGMA * (w.T**4 - ROOM**4) * v)
+    slope = BilinearForm(lambda u, v, w: 4 * emissivity * SIGMA * w.T**3 * u * v)
+    free = basis.complement_dofs(basis.get_dofs(lambda x: np.isclose(x[2], 0.0)))
+    t = np.full(basis.N, ROOM)
+    for _ in range(6):
+        # In lengths of a: conduction has one, fluxes two, sources three.
+        off = a * (stiff @ t) + a**2 * flux.assemble(on, T=on.interpolate(t)) - a**3 * SOURCE * load
+        matrix = a * stiff + a**2 * slope.assemble(on, T=on.interpolate(t))
+        t[free] -= spsolve(matrix[free][:, free].tocsc(), off[free])
+    corner = basis.nodal_dofs[0, np.flatnonzero(np.isclose(mesh.p, [[0], [0], [c / a]]).all(axis=0))[0]]
+    return {
+        "corner": t[corner], "mean": load @ t / load.sum(),
+        "top": -(a**2) * flux.assemble(above, T=above.interpolate(t)).sum(),
+    }  # fmt: skip
+
+
+def test_a_radiating_block_is_that_of_scikit_fem():
+    found = solve(block(1e-3)).steady
+    fine, coarse = by_skfem(EMISSIVITY), by_skfem(EMISSIVITY, 3)
+    other = by_skfem(EMISSIVITY * 1.01, 3)
+    for name, value in fine.items():
+        room = found[name].error + abs(value - coarse[name])
+        assert abs(found[name].value - value) <= room
+        assert room < 2e-3 * abs(value)
+    assert abs(found["top"].value - other["top"]) > found["top"].error + 2 * abs(fine["top"] - coarse["top"])
+
+
+def test_a_radiating_sink_is_colder_by_what_an_independent_code_finds():
+    found = sinks.solve(Sink(emissivity=0.7), STEADY)
+    peak = found.steady["peak_rise_K"]
+    # Both sides of the pads and the beam, its edges too, at 1 V; 20.3322 K without.
+    assert abs(peak.value - 20.2391) <= peak.error + 5e-5
+    assert abs(peak.value - 20.3322) > 10 * peak.error
+    assert found.details["energy_imbalance"] < 1e-9
+    flows = found.details["answer"].fine.out
+    radiating = sum(float(v) for name, v in flows.items() if name.startswith("flow:radiation"))
+    assert radiating == pytest.approx(found.steady["heat_out_W"].value - found.steady["power_W"].value, rel=1e-6)
+
+
+def test_what_is_not_solved_with_radiation_is_refused():
+    with pytest.raises(SceneError, match=r"environment\.emissivity = 0\.7 is solved in the steady state alone"):
+        sinks.solve(Sink(emissivity=0.7), Request(models=("fem3d",)))
+    over_time = slab(RADIATION, density=2000, specific_heat=700) | {"run": {"end_time": 1.0}}
+    with pytest.raises(SceneError, match='boundary "top" radiates, and a run over time takes numbers alone'):
+        solve(from_dict(over_time))
+
+
+def test_a_boundary_with_both_is_two_and_is_written_so_that_it_reads_back():
+    scene = from_dict(slab({**RADIATION, **FILM}))
+    assert [(b.name, b.kind) for b in scene.boundaries[1:]] == [("top", "convection"), ("top radiation", "radiation")]
+    assert from_dict(as_dict(scene)) == scene
+    table = from_dict(slab(FACES["table"][0]))
+    assert from_dict(as_dict(table)) == table
