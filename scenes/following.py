@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
+from scenes.condition_kinds import MOST_POINTS
 from scenes.errors import SceneError, quoted
-from scenes.kinds import MOST_POINTS, Kind, Quantity, only
+from scenes.kinds import Kind, Quantity, only
 from scenes.laws import PowerLaw, Property, Table
 from scenes.units import NUMBER, TEMPERATURE
 
