@@ -142,7 +142,8 @@ def coupled(
     finer: bool = True,
 ) -> SteadyState:
     """The steady state at constant inputs; ``start`` is a rise (all nodes) that may be near it. The heat problem of the
-    state is the one linearized about it, by a quadrature that is made ``finer`` until its error hardly counts.
+    state is the one linearized about it, by a quadrature that is made ``finer`` until its error hardly counts, as far
+    as that goes.
     ``voltage`` (V) names the drive in messages.
 
     Raises RunawayError where no steady state exists, NumericsError where the iteration fails.
@@ -164,9 +165,10 @@ def coupled(
         newton.heat, newton.conductor = better.heat, better.conductor
         again = newton.solve(1.0, point.rise, point.volts)
         if again is None:
-            break
+            raise NumericsError("the law of a property bends so sharply that no state is found")
         point = again
-    raise NumericsError("the law of a property bends so sharply that no quadrature is fine enough for this accuracy")
+    # A finer mesh may do better; what is left stands in the errors.
+    return _state(newton, point, off)
 
 
 def _driven(newton: Newton, voltage: float) -> Point:

@@ -23,7 +23,7 @@ from fem3d.spaces.integrals import WHOLE, Pieces, Rule, Side, Space, halves, rul
 from meshes.grid import Grid
 from scenes.model import Point
 
-FEW = 6  # points of a piece of a brick: for what bends inside, more pieces help and more points hardly do
+FEW = 5  # points of a piece of a brick, and those more: for what bends inside, more pieces help and points hardly do
 
 
 class BrickSpace(Space):
@@ -268,15 +268,16 @@ def _values(p: int, X: np.ndarray, along: int | None = None) -> np.ndarray:
 
 @lru_cache(maxsize=32)
 def _rule(p: int, degrees: Degrees, more: int, pieces: Pieces) -> Rule:
-    (x, u), (y, v), (z, w) = (_composite(d + 1 + more, n) for d, n in zip(degrees, pieces, strict=True))
+    (x, u), (y, v), (z, w) = (_composite(d + 1, more, n) for d, n in zip(degrees, pieces, strict=True))
     points = np.array(np.meshgrid(x, y, z, indexing="ij")).reshape(3, -1)
     weights = np.einsum("i,j,k->ijk", u, v, w).ravel()
     return rule(points, weights, partial(_values, p), np.flatnonzero(active(p, degrees)))
 
 
-def _composite(points: int, pieces: int) -> tuple[np.ndarray, np.ndarray]:
-    """Gauss's rule on each of some equal pieces of (0, 1); on many, of few points: they are for what bends inside."""
-    x, w = gauss(points if pieces == 1 else min(points, FEW))
+def _composite(points: int, more: int, pieces: int) -> tuple[np.ndarray, np.ndarray]:
+    """Gauss's rule of some points and ``more`` on each of some equal pieces of (0, 1); on many, of few: they are for
+    what bends inside."""
+    x, w = gauss((points if pieces == 1 else min(points, FEW)) + more)
     return ((np.arange(pieces)[:, None] + x) / pieces).ravel(), np.tile(w / pieces, pieces)
 
 

@@ -147,6 +147,7 @@ IN_TURN: dict[str, Callable[[Drawn, Result], float]] = {
     "mirrored and turned": mirrored, "another unit of length": rescaled, "voltages swapped": swapped,
     "scales with V^2": squared, "reciprocity of power": reciprocal, "errors honoured by a finer solve": honest,
 }  # fmt: skip
+OF_LAWS: dict[str, Callable[[Drawn, Result], float]] = ALWAYS | {"errors honoured by a finer solve": honest}
 OVER_TIMES: dict[str, Callable[[Drawn, Result], float]] = {
     "traces honoured by a finer solve": honest, "traces mirrored and turned": mirrored,
 }  # fmt: skip

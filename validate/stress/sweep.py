@@ -5,14 +5,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from functools import partial
 
 from validate.pool import side_by_side
 from validate.processes import TimeIsUpError, limited
 from validate.stress import compact_models, constants, extremes, steps
 from validate.stress.report import Row, failed
 
-GROUP = "random scenes"
+GROUP, OF_LAWS = "random scenes", "random scenes with laws of the temperature"
 QUICK_SCENES = 24
+LAWS_SHARE = 6  # one scene with laws for so many others
 LIMIT, PATIENCE = 60, 20  # s of computing a scene with its invariants may take, and times that by the clock
 
 
@@ -28,23 +30,25 @@ class Outcome:
     unknowns: int = 0
 
 
-def examine(seed: int, limit: int = LIMIT) -> Outcome:
-    """Solves the scene of a seed and holds it to all invariants that need no second solve and to one that does."""
+def examine(seed: int, limit: int = LIMIT, laws: bool = False) -> Outcome:
+    """Solves the scene of a seed and holds it to all invariants that need no second solve and to one that does; of a
+    scene with ``laws`` of the temperature that is a finer solve."""
     import time
 
     from scenes.errors import ConvergenceError, NumericsError
-    from validate.stress import invariants
+    from validate.stress import invariants, random_laws
     from validate.stress.random_scenes import draw
 
     started = time.process_time()
-    drawn = draw(seed)
+    drawn = random_laws.draw_steady(seed) if laws else draw(seed)
+    tests = invariants.OF_LAWS if laws else invariants.tests(drawn)
     violations: dict[str, float] = {}
     unknowns, ended, said = 0, "", ""
     try:
         with limited(limit, PATIENCE * limit):
             found = invariants.solve(drawn.scene)
             unknowns = int(found.details["unknowns"])
-            for each, test in invariants.tests(drawn).items():
+            for each, test in tests.items():
                 violations[each] = test(drawn, found)
     except TimeIsUpError:
         ended = "out of time"
@@ -56,16 +60,16 @@ def examine(seed: int, limit: int = LIMIT) -> Outcome:
     return Outcome(seed, violations, ended, said, time.process_time() - started, unknowns)
 
 
-def sweep(first: int, count: int, jobs: int, progress: Callable[[str], None]) -> list[Outcome]:
-    """The outcomes of ``count`` seeds from ``first`` on, by some processes."""
+def sweep(first: int, count: int, jobs: int, progress: Callable[[str], None], laws: bool = False) -> list[Outcome]:
+    """The outcomes of ``count`` seeds from ``first`` on, by some processes; ``laws`` as of `examine`."""
     found = []
-    for _, outcome in side_by_side(examine, range(first, first + count), jobs):
+    for _, outcome in side_by_side(partial(examine, laws=laws), range(first, first + count), jobs):
         found.append(outcome)
-        progress(f"{len(found)} of {count} random scenes")
+        progress(f"{len(found)} of {count} {OF_LAWS if laws else GROUP}")
     return sorted(found, key=lambda outcome: outcome.seed)
 
 
-def rows(outcomes: list[Outcome]) -> Iterator[Row]:
+def rows(outcomes: list[Outcome], group: str = GROUP) -> Iterator[Row]:
     """One row per invariant with the worst scene, and rows for how scenes ended."""
     count, first = len(outcomes), min(o.seed for o in outcomes)
     extremes = f"{count} scenes, seeds {first} to {first + count - 1}"
@@ -78,7 +82,7 @@ def rows(outcomes: list[Outcome]) -> Iterator[Row]:
         said = f"worst: seed {seed}"
         if broken:
             said = f"violated by {len(broken)} of {len(held)}: seeds {', '.join(map(str, broken[:8]))}"
-        yield Row(GROUP, name, f"{len(held)} of {extremes}", "violation over what errors allow",
+        yield Row(group, name, f"{len(held)} of {extremes}", "violation over what errors allow",
                   float("inf") if worst != worst else worst, 1.0, said=said)  # fmt: skip
     seeds = {ended: [o for o in outcomes if o.ended == ended] for ended in ("error", "out of time", "refused by name")}
     first_of = {ended: f"seed {of[0].seed}: {of[0].said}" if of else "" for ended, of in seeds.items()}
@@ -87,12 +91,12 @@ def rows(outcomes: list[Outcome]) -> Iterator[Row]:
         ("ended with an error", "error", first_of["error"]),
         (f"computed for more than {LIMIT} s", "out of time", f"seeds {late}" if late else ""),
     ):
-        yield Row(GROUP, what, extremes, "scenes", len(seeds[ended]), 0, said=said)
+        yield Row(group, what, extremes, "scenes", len(seeds[ended]), 0, said=said)
     slowest = max(outcomes, key=lambda o: o.seconds)
-    yield Row(GROUP, "the slowest scene with its invariants", extremes, "seconds", slowest.seconds, LIMIT + 5,
+    yield Row(group, "the slowest scene with its invariants", extremes, "seconds", slowest.seconds, LIMIT + 5,
               said=f"seed {slowest.seed}, {slowest.unknowns} unknowns")  # fmt: skip
     if refused := seeds["refused by name"]:
-        yield Row(GROUP, "refused by name: runaway, or out of reach", extremes, "scenes", len(refused), count,
+        yield Row(group, "refused by name: runaway, or out of reach", extremes, "scenes", len(refused), count,
                   said=first_of["refused by name"])  # fmt: skip
 
 
@@ -116,4 +120,5 @@ def run(quick: bool, scenes: int, seed: int, jobs: int, progress: Callable[[str]
                 found.append(row)
         except Exception as error:
             found.append(failed(name, name, error))
-    return found + list(rows(sweep(seed, scenes, jobs, progress)))
+    of_laws = sweep(seed, -(-scenes // LAWS_SHARE), jobs, progress, laws=True)
+    return found + list(rows(sweep(seed, scenes, jobs, progress))) + list(rows(of_laws, OF_LAWS))

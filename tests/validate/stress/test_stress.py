@@ -9,10 +9,11 @@ from hypothesis import strategies as st
 from fem3d.adaptivity import estimate
 from reduced1d.device.lumped import lump
 from reduced1d.device.paper import stability_limit
+from scenes import laws
 from scenes.device import Device
 from scenes.model import Boundary, Box, Material, Probe, Scene, Schedule
 from validate.report.table import Style
-from validate.stress import constants, invariants, report, steps, sweep
+from validate.stress import constants, invariants, random_laws, report, steps, sweep
 from validate.stress.random_scenes import ROOM, Drawn, draw
 from validate.stress.report import Row, failed
 
@@ -102,6 +103,29 @@ def test_invariants_over_time_see_what_they_are_there_for():
     assert invariants.honest(Drawn(0, replace(scene, boundaries=(later, *boundaries[1:])), ()), found) > 1
     off = replace(found, details=found.details | {"energy_imbalance": 0.2})
     assert invariants.energy(drawn, off) > 1
+
+
+def test_scenes_with_laws_hold_their_errors_and_a_law_that_is_off_is_seen():
+    drawn = random_laws.draw_steady(4)
+    assert drawn == random_laws.draw_steady(4)
+    assert any(b.material.follows for b in drawn.scene.boxes)
+    outcome = sweep.examine(4, laws=True)
+    assert outcome.ended == ""
+    assert set(outcome.violations) == set(invariants.OF_LAWS)
+    assert max(outcome.violations.values()) <= 1.0
+    found = invariants.solve(drawn.scene)
+    warmer = replace(drawn.scene, boxes=tuple(replace(b, material=_raised(b.material)) for b in drawn.scene.boxes))
+    assert invariants.honest(replace(drawn, scene=warmer), found) > 1.0
+
+
+def _raised(material):
+    """The material with 5 % more of a conductivity that follows the temperature."""
+    k = material.thermal_conductivity
+    if isinstance(k, laws.PowerLaw):
+        return replace(material, thermal_conductivity=replace(k, value=1.05 * k.value))
+    if isinstance(k, laws.Table):
+        return replace(material, thermal_conductivity=replace(k, values=tuple(1.05 * v for v in k.values)))
+    return material
 
 
 def test_what_the_element_leaves_of_an_edge_is_what_its_lag_says(monkeypatch):

@@ -154,12 +154,12 @@ def test_a_sweep_opens_no_port_and_interrupted_ends_at_once_and_says_what_is_sto
 
 
 def _until(true: Callable[[], bool], run: subprocess.Popen[bytes]) -> None:
-    for _ in range(6000):
+    for _ in range(18_000):
         if true():
             return
         assert run.poll() is None, run.stderr
         time.sleep(0.01)
-    pytest.fail("nothing was stored within a minute")
+    pytest.fail("nothing was stored within three minutes")
 
 
 def test_a_finished_sweep_solves_nothing_and_another_is_refused(
