@@ -139,14 +139,17 @@ class Data:
         """One sentence: which column is which quantity, of which run, and which are left out, and why."""
         names = {"time_s": "time", **self.words}
         how = {key: f" ({text})" for key, text in self.how.items()}
-        of = {k: quoted(header) for k, header in self.headers.items()}
-        told = (f"{names.get(k, k)}{'' if quoted(k) == of[k] else f' is {of[k]}'}{how.get(k, '')}" for k in of)
+        headers = {k: quoted(header) for k, header in self.headers.items()}
+        told = (
+            f"{names.get(k, k)}{'' if quoted(k) == headers[k] else f' is {headers[k]}'}{how.get(k, '')}"
+            for k in headers
+        )
         parts = [", ".join(told)]
         parts += [self.run] if self.run else []
         parts += list(self.notes)
-        left = [f"{quoted(name)}, it {why}" for name, why in list(self.left_out.items())[:6]]
-        left += [f"{len(self.left_out) - 6} more"] if len(self.left_out) > 6 else []
-        parts += [f"left out: {'; '.join(left)}"] if left else []
+        omitted = [f"{quoted(name)}, it {why}" for name, why in list(self.left_out.items())[:6]]
+        omitted += [f"{len(self.left_out) - 6} more"] if len(self.left_out) > 6 else []
+        parts += [f"left out: {'; '.join(omitted)}"] if omitted else []
         covered = "the steady state"
         if not self.at_rest:
             first, last = (quantity(float(t), "s", 3) for t in (self.time[0], self.time[-1]))
@@ -197,13 +200,13 @@ def furthest(scene: Any, data: Data, fem3d: Result, key: str) -> Place:
     between them. By how much the distance may be larger between two rows is what the rows around them tell of it
     (`_beyond`). Of data with an uncertainty it is the largest mean over a window (`compare.windows`).
     """
-    of = quantities.of(scene, fem3d)
-    sure = np.flatnonzero(of.sure(data.time))
+    catalogue = quantities.of(scene, fem3d)
+    sure = np.flatnonzero(catalogue.sure(data.time))
     if not len(sure):
         covered = f"{quantity(float(data.time[0]), 's')} to {quantity(float(data.time[-1]), 's')}"
         raise SceneError(
-            f"--against {quoted(data.name)} covers {covered}, the run {quantity(of.since, 's')} to "
-            f"{quantity(of.end, 's')}: there is no time to compare at"
+            f"--against {quoted(data.name)} covers {covered}, the run {quantity(catalogue.since, 's')} to "
+            f"{quantity(catalogue.end, 's')}: there is no time to compare at"
         )
     error = known_to(fem3d, key, data.time)
     if key in data.u:
@@ -215,7 +218,7 @@ def furthest(scene: Any, data: Data, fem3d: Result, key: str) -> Place:
         return Place(sure[cuts[i]], error, u_data)
     if data.at_rest:
         return Place(sure, error, None)
-    within = data.time <= of.end * (1 + 1e-9)
+    within = data.time <= catalogue.end * (1 + 1e-9)
     off = np.abs(data.values[key] - simulated(fem3d, key, data.time))[within]
     i = int(sure[np.argmax(off[sure])])
     return Place(np.array([i]), error + _beyond(data.time[within], off, i), None)
@@ -229,8 +232,8 @@ def distance(scene: Any, data: Data, fem3d: Result, key: str, rows: np.ndarray) 
 
 def compare(scene: Any, data: Data, fem3d: Result, key: str) -> Comparison:
     """The largest distance data - 3D (`furthest`) over the quantity's final rise, change or value, or its largest."""
-    of, place = quantities.of(scene, fem3d), furthest(scene, data, fem3d, key)
-    rows, unit, base = place.rows, of.units[key], of.base(key)
+    catalogue, place = quantities.of(scene, fem3d), furthest(scene, data, fem3d, key)
+    rows, unit, base = place.rows, catalogue.units[key], catalogue.base(key)
     off_by, scale, relative_to = distance(scene, data, fem3d, key, rows)
     p = float(data.values[key][rows].mean()) - base
     start, end = float(data.time[rows[0]]), float(data.time[rows[-1]])
@@ -242,7 +245,7 @@ def compare(scene: Any, data: Data, fem3d: Result, key: str) -> Comparison:
             f"{signed(off_by, unit)} of a {relative_to} of {quantity(scale, unit)}"
         )
 
-    title, size = f"{cut(of.word(key), 24)}, {cut(data.name, 16, '...')}", abs(scale)
+    title, size = f"{cut(catalogue.word(key), 24)}, {cut(data.name, 16, '...')}", abs(scale)
     known = None if place.u_data is None else part(place.u_data, size)
     return Comparison(
         title, p, p - off_by, unit, part(off_by, size), part(place.error, size), because,
@@ -255,16 +258,16 @@ def moment(time: float) -> str:
     return f"at {quantity(time, 's', 3)}" if np.isfinite(time) else "in the steady state"
 
 
-def _scale(of: Quantities, fem3d: Result, key: str, at_rest: bool) -> tuple[float, str]:
+def _scale(catalogue: Quantities, fem3d: Result, key: str, at_rest: bool) -> tuple[float, str]:
     """What a difference is relative to, and what that is called."""
-    kind = "rise" if of.units[key] == "K" else "value"
+    kind = "rise" if catalogue.units[key] == "K" else "value"
     if at_rest:
-        return fem3d.steady[key].value - of.base(key), f"steady {kind}"
+        return fem3d.steady[key].value - catalogue.base(key), f"steady {kind}"
     traces = fem3d.over_time
-    if key not in of.final:
-        course = (traces.values[key] - of.base(key))[of.sure(traces.time)]
+    if key not in catalogue.final:
+        course = (traces.values[key] - catalogue.base(key))[catalogue.sure(traces.time)]
         return float(course[np.abs(course).argmax()]), f"largest {kind}"
-    value, called = fem3d.steady[of.final[key]].value, _OF.get(key, "final rise")
+    value, called = fem3d.steady[catalogue.final[key]].value, _OF.get(key, "final rise")
     if key == "current_A":
         change = value - float(traces.values[key][0])
         return (change, called) if change else (value, "final value")

@@ -42,12 +42,12 @@ def evaluate(
     models = Models(sink, fem3d, reduced1d, single)
     another = reduced1d is not None and reduced1d.model not in PAPERS
     # What a row's checks find is told whether they agree or not: two faults may offset each other.
-    found = (
+    checks = (
         judged(name, DEFINITIONS[name](models), sink, name in ISLAND_TOLERANCES)
         for name in made_checks(sink, request)
         if (single is not None or name not in OF_THE_SPANS) and _answers(models, name)
     )
-    return tuple(replace(check, own=not (another and check.id in OF_THE_PAPER)) for check in found)
+    return tuple(replace(check, own=not (another and check.id in OF_THE_PAPER)) for check in checks)
 
 
 def _answers(models: Models, check: str) -> bool:
@@ -96,20 +96,20 @@ def _pairs(models: Models) -> Iterator[tuple[str, str, tuple[Result, str], tuple
     """Two of the spans, or one of them and one sink alone: what they are called, and where their values are."""
     assert models.single is not None
     for what in ("peak", "mean"):
-        of = {"one sink alone": (models.single, what)}
-        of |= {f"span {n}": (models.fem3d, f"span{n}_{what}") for n in range(1, different(models.sink.spans) + 1)}
-        for (a, one), (b, other) in combinations(of.items(), 2):
+        sources = {"one sink alone": (models.single, what)}
+        sources |= {f"span {n}": (models.fem3d, f"span{n}_{what}") for n in range(1, different(models.sink.spans) + 1)}
+        for (a, one), (b, other) in combinations(sources.items(), 2):
             yield f"the {what} of {a}", b, one, other
 
 
 def _equivalent(models: Models) -> Comparison:
     """How far apart two of the spans, or a span and one sink alone, are in 3D: the largest relative difference of
     their peaks and of their means."""
-    found = [
+    pairs = [
         (first, second, a.steady[f"{one}_rise_K"], b.steady[f"{other}_rise_K"])
         for first, second, (a, one), (b, other) in _pairs(models)
     ]
-    first, second, one, other = max(found, key=lambda of: abs(relative(of[2].value, of[3].value)))
+    first, second, one, other = max(pairs, key=lambda pair: abs(relative(pair[2].value, pair[3].value)))
     return Comparison(
         "spans apart, or from one", one.value, other.value, "K", relative(one.value, other.value),
         spread(relative, {"predicted": one, "measured": other}),
@@ -123,15 +123,15 @@ def _equivalent(models: Models) -> Comparison:
 def _equivalent_over_time(models: Models) -> Comparison:
     """The same of their traces: the largest distance of two of them, over the final rise of the second."""
     three, room = models.fem3d.over_time, models.sink.room_temperature
-    late, found = from_first(three.time), []
+    late, distances = from_first(three.time), []
     for first, second, *both in _pairs(models):
         (x, x_error, _), (y, y_error, final) = (_course(result, name, late) for result, name in both)
         i = int(np.abs(x - y).argmax())
         inputs = {"distance": Estimate(float(x[i] - y[i]), x_error + y_error), "final": final}
         u_num = spread(lambda distance, final: distance / final, inputs)
         off = inputs["distance"].value / final.value
-        found.append((off, u_num, first, second, float(x[i]) - room, float(y[i]) - room, float(late[i])))
-    difference, u_num, first, second, one, other, time = max(found, key=lambda of: abs(of[0]))
+        distances.append((off, u_num, first, second, float(x[i]) - room, float(y[i]) - room, float(late[i])))
+    difference, u_num, first, second, one, other, time = max(distances, key=lambda entry: abs(entry[0]))
     return Comparison(
         "spans apart, or from one, trace", one, other, "K", difference, u_num,
         lambda: (
@@ -151,9 +151,9 @@ def _course(result: Result, name: str, late: np.ndarray) -> tuple[np.ndarray, fl
 
 def _apart(models: Models) -> str:
     """Why spans differ from each other, and from one sink alone."""
-    found, end = models.fem3d.details["profile"], quantity(models.steady("end_rise_K"), "K")
+    profile, end = models.fem3d.details["profile"], quantity(models.steady("end_rise_K"), "K")
     anchor = quantity(models.steady("anchor_resistance_K_per_W"), "K/W")
-    island = quantity(float(np.interp(models.sink.length, found["y_m"], found["rise_K"])), "K", 3)
+    island = quantity(float(np.interp(models.sink.length, profile["y_m"], profile["rise_K"])), "K", 3)
     return (
         f"a span ends {end} above room at a pad, through {anchor}, and {island} at an island, which the next one's "
         f"heat enters too; and {_circuit(models)}"
@@ -176,10 +176,10 @@ def _causes(what: str, models: Models) -> str:
         return f"1D has no resistance there, but {_circuit(models)}"
     sink, one, key = models.sink, models.reduction().steady, key_of(models.sink, what)
     ratio = models.steady("current_A") / one["current_A"].value
-    left = relative(one[key].value * ratio**2, models.steady(key))
+    residual = relative(one[key].value * ratio**2, models.steady(key))
     said = (
         f"1D leaves the islands out of the circuit, {_circuit(models)}, and so heats each span by "
-        f"{percent(1 / ratio**2 - 1, sign=True)}; with 3D's current it would be {percent(left, sign=True)} off"
+        f"{percent(1 / ratio**2 - 1, sign=True)}; with 3D's current it would be {percent(residual, sign=True)} off"
     )
     wide = sink.island_width < sink.width * (1 - 1e-9)
     narrow = ", leaves out that heat gathers from the whole beam's width" if wide else ", is taken at one temperature"
@@ -196,7 +196,7 @@ def _on_the_way(what: str, models: Models, trace: str, at: Largest, final: float
     if rest * at.distance > 0 and abs(rest) > SETTLED * abs(at.distance):
         return f"{where}: the steady state's gap"
     number = 1 if what == "peak_outer" else different(sink.spans)
-    peaks, means = (rises_at(models, at.time, f"span{number}_{of}_K") for of in ("peak", "mean"))
+    peaks, means = (rises_at(models, at.time, f"span{number}_{kind}_K") for kind in ("peak", "mean"))
     heat = (models.reduction().steady["current_A"].value / models.steady("current_A")) ** 2 - 1
     return (
         f"{where}: 1D heats each span by {percent(heat, sign=True)}, and until heat has crossed it, L^2/(pi^2 D) = "

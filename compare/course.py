@@ -79,13 +79,13 @@ def told_apart(course: Course, scale: float) -> Apart | None:
     progress = np.cumsum(np.abs(np.diff(m, prepend=m[0]))) / max(float(np.abs(np.diff(m)).sum()), 1e-300)
     progress = progress + (time - time[0]) / (time[-1] - time[0])
     places = np.interp(np.linspace(0, progress[-1], POINTS), progress, time)
-    there = np.interp(places, time, m)
+    sampled = np.interp(places, time, m)
 
     def fitted(stretch: float, shift: float) -> tuple[float, float]:
         """The size that fits best, and the mean square of what is left."""
         other = np.interp((places - shift) / stretch, time, y)
-        size = float(other @ there / max(float(other @ other), 1e-300))
-        return size, float(np.mean((there - size * other) ** 2))
+        size = float(other @ sampled / max(float(other @ other), 1e-300))
+        return size, float(np.mean((sampled - size * other) ** 2))
 
     def largest(size: float, stretch: float, shift: float) -> float:
         return float(np.abs(m - size * np.interp((time - shift) / stretch, time, y)).max()) / scale
@@ -96,12 +96,14 @@ def told_apart(course: Course, scale: float) -> Apart | None:
     grid = np.linspace(-np.log(MOST), np.log(MOST), 41)
     for way, span in (("stretch", grid), ("shift", grid / grid[-1] * (time[-1] - time[0]) / 2)):
 
-        def left(x: float, way: str = way) -> float:
+        def residual(x: float, way: str = way) -> float:
             return fitted(float(np.exp(x)), 0.0)[1] if way == "stretch" else fitted(1.0, float(x))[1]
 
-        best = int(np.argmin([left(float(x)) for x in span]))
+        best = int(np.argmin([residual(float(x)) for x in span]))
         low, high = span[max(best - 1, 0)], span[min(best + 1, len(span) - 1)]
-        x = float(minimize_scalar(left, bounds=(low, high), method="bounded", options={"xatol": 1e-4 * (high - low)}).x)
+        x = float(
+            minimize_scalar(residual, bounds=(low, high), method="bounded", options={"xatol": 1e-4 * (high - low)}).x
+        )
         stretch, shift = (float(np.exp(x)), 0.0) if way == "stretch" else (1.0, x)
         size = fitted(stretch, shift)[0]
         ways.append((largest(size, stretch, shift), size, stretch, shift))

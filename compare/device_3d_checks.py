@@ -42,12 +42,12 @@ class Both:
 
 def evaluate_3d(device: Device, request: Request, one: Runs, three: Solved) -> tuple[Check, ...]:
     """The checks that the run allows, in the order in which they are reported."""
-    both, found = Both(one, three), []
+    both, checks = Both(one, three), []
     for name in made_3d_checks(device, request):
         over_time = device.steps_outside and name.endswith(_OVER_TIME)
         reached = not_reached((one.base, both.base)) if over_time else None
-        found.append(judged(name, reached or DEFINITIONS[name](both), device, always=True))
-    return tuple(found)
+        checks.append(judged(name, reached or DEFINITIONS[name](both), device, always=True))
+    return tuple(checks)
 
 
 def _steady(both: Both, quantity_: str, title: str, unit: str) -> Comparison:
@@ -72,10 +72,10 @@ def _why_steady(both: Both, quantity_: str) -> str:
         "heat goes along the layers too, mostly in the gold, and leaves at the beam's ends, where the film of one "
         "temperature of 1D has no ends; and eq 14 leaves out the constriction in pad and oxide"
     )
-    lost = air_conductance(both.device.sink) * both.device.set_rise
-    if lost:
+    loss = air_conductance(both.device.sink) * both.device.set_rise
+    if loss:
         said += (
-            f"; 1D loses {quantity(lost, 'W', 3)} to the air from the beam's top as in eq 20, which the layers cover "
+            f"; 1D loses {quantity(loss, 'W', 3)} to the air from the beam's top as in eq 20, which the layers cover "
             "in 3D, where the air cools the tops of the pads"
         )
     return said
@@ -212,17 +212,17 @@ def _claim_over_time(both: Both) -> Comparison:
 def _shielding(both: Both) -> Comparison:
     """The paper: with sink and sensor at one temperature no heat of the sensor is lost to the substrate, relative to
     what is lost where the sink is off."""
-    found, errors = both.three.shielding
+    slopes, errors = both.three.shielding
     one, over_time = of_device(both.device), both.three.response
     names = ("sensor_power_per_substrate_W_per_K", "sensor_power_per_substrate_sink_off_W_per_K")
-    (closed, off), known = (getattr(found, name) for name in names), errors[names[0]]
-    size = abs(off) or abs(found.sensor_power_per_outside_W_per_K) or 1.0
+    (closed, off), known = (getattr(slopes, name) for name in names), errors[names[0]]
+    size = abs(off) or abs(slopes.sensor_power_per_outside_W_per_K) or 1.0
     largest, when = over_time.largest
     said = (
         "paper: the sensor loses nothing to the substrate; in 3D a substrate 1 K warmer changes the sensor's power "
         f"by {quantity(closed, 'W', 2)} to within {quantity(known, 'W', 1)}, with the sink off by "
-        f"{quantity(off, 'W', 4)}; 1 K outside by {quantity(found.sensor_power_per_outside_W_per_K, 'W', 6)}; the "
-        f"sink's by {quantity(found.sink_power_per_substrate_W_per_K, 'W', 4)}, in 1D by "
+        f"{quantity(off, 'W', 4)}; 1 K outside by {quantity(slopes.sensor_power_per_outside_W_per_K, 'W', 6)}; the "
+        f"sink's by {quantity(slopes.sink_power_per_substrate_W_per_K, 'W', 4)}, in 1D by "
         f"{quantity(one.sink_power_per_substrate_W_per_K, 'W', 4)}. Over time the loops take a while: the sensor's "
         f"power is off by up to {quantity(largest, 'W', 3)}, {milliseconds(when)} after the substrate's step"
     )

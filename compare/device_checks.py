@@ -31,12 +31,12 @@ METER_RANGES = 1.0, 20e-3
 
 def evaluate(device: Device, request: Request, runs: Runs) -> tuple[Check, ...]:
     """The checks that the run allows, in the order in which they are reported."""
-    of = {"fig9": (runs.base,), "fig10": (runs.base,), "fig11": (runs.base, runs.slow)}
-    found = {
-        name: not_reached(of.get(name.partition("_")[0], ())) or DEFINITIONS[name](runs)
+    needed_runs = {"fig9": (runs.base,), "fig10": (runs.base,), "fig11": (runs.base, runs.slow)}
+    comparisons = {
+        name: not_reached(needed_runs.get(name.partition("_")[0], ())) or DEFINITIONS[name](runs)
         for name in made_checks(device, request)
     }
-    return tuple(judged(name, comparison, device, always=True) for name, comparison in found.items())
+    return tuple(judged(name, comparison, device, always=True) for name, comparison in comparisons.items())
 
 
 def not_reached(runs: Iterable[Run | None]) -> Comparison | None:
@@ -51,14 +51,14 @@ def not_reached(runs: Iterable[Run | None]) -> Comparison | None:
 def fig9_settling(runs: Runs) -> Comparison:
     """The paper: the sensor takes about 0.1 s to settle after the outer step. It says no band; here it is 1 %."""
     run = runs.base
-    found = {fraction: run.settled(fraction) for fraction in (BAND, 1e-3, 1e-4)}
+    settling = {fraction: run.settled(fraction) for fraction in (BAND, 1e-3, 1e-4)}
     bands = ", ".join(
-        f"{percent(part, 1)} in {milliseconds(time)}" for part, (time, _) in found.items() if time < math.inf
+        f"{percent(part, 1)} in {milliseconds(time)}" for part, (time, _) in settling.items() if time < math.inf
     )
     does = f"settles after the step to within a part of it, {bands}" if bands else _unsettled(run)
     does = "is none, before the step and after it" if _powerless(run) else does
     said = f"paper: it takes about {PAPER_SETTLING:g} s, no band given; here the sensor's power {does}"
-    time, error = found[BAND]
+    time, error = settling[BAND]
     return Comparison("settling time", PAPER_SETTLING, time, "s", *_against(PAPER_SETTLING, time, error, run), said)
 
 
@@ -104,23 +104,23 @@ def fig11_slow(runs: Runs) -> Comparison:
     """
     assert runs.slow is not None
     base, slow = runs.base, runs.slow
-    (own, own_error), (time, error) = base.settled(), slow.settled()
+    (base_time, base_error), (time, error) = base.settled(), slow.settled()
     said = (
         f"paper: the behaviour is not ideal; here the power is within {percent(BAND, 1)} of its step for good after: "
-        f"{milliseconds(time)} when sampled every {SLOW_TIME * 1e3:g} ms, {milliseconds(own)} in the scene; the loop's "
-        f"slowest mode {_decay(slow.decay)} (eigenvalue per sample {shown(slow.eigenvalue)}), in the scene it "
+        f"{milliseconds(time)} when sampled every {SLOW_TIME * 1e3:g} ms, {milliseconds(base_time)} in the scene; the "
+        f"loop's slowest mode {_decay(slow.decay)} (eigenvalue per sample {shown(slow.eigenvalue)}), in the scene it "
         f"{_decay(base.decay)} ({shown(base.eigenvalue)}); the sensor overshoots the set point by "
         f"{kelvin(_overshoot(slow))} instead of {kelvin(_overshoot(base))}"
     )
-    if own == math.inf:
+    if base_time == math.inf:
         # The scene's own time is at least as long as it was watched for.
         missing, u_num = (base.watched / time - 1, 0.0) if time < base.watched else (0.0, math.inf)
     elif time == math.inf:
-        missing, u_num = 0.0, 0.0 if slow.watched > own else math.inf
+        missing, u_num = 0.0, 0.0 if slow.watched > base_time else math.inf
     else:
-        missing, u_num = max(relative(own, time), 0.0), (own_error + error) / time if time else 0.0
-        u_num = 0.0 if time - error > own + own_error else u_num + ROUNDING
-    return Comparison("slower at 5 ms", own, time, "s", missing, u_num, said, sense="at least")
+        missing, u_num = max(relative(base_time, time), 0.0), (base_error + error) / time if time else 0.0
+        u_num = 0.0 if time - error > base_time + base_error else u_num + ROUNDING
+    return Comparison("slower at 5 ms", base_time, time, "s", missing, u_num, said, sense="at least")
 
 
 def fig12_same_time(runs: Runs) -> Comparison:
@@ -159,9 +159,9 @@ def fig13_slope(runs: Runs) -> Comparison:
     """The paper: the steady power is linear in the outer temperature; its slope is -k A/t of the polymer."""
     conductance = lump(runs.base.device).polymer.conductance
     slope, _, error, bend = _line(runs)
-    said, found = "no slope can be told", math.nan
+    said, measured_slope = "no slope can be told", math.nan
     if math.isfinite(error):
-        found = slope
+        measured_slope = slope
         said = (
             f"the steady power falls by {quantity(abs(slope), 'W/K', 7)}, k A/t of the polymer is "
             f"{quantity(conductance, 'W/K', 7)}; it bends by at most {quantity(bend, 'W', 2)}; linear because "
@@ -169,7 +169,7 @@ def fig13_slope(runs: Runs) -> Comparison:
         )
     said = f"paper: a straight line; here {said}{_yet(*_below(runs))}"
     off = relative(-conductance, slope)
-    return Comparison("slope of power", -conductance, found, "W/K", off, error, said)
+    return Comparison("slope of power", -conductance, measured_slope, "W/K", off, error, said)
 
 
 def fig13_limit(runs: Runs) -> Comparison:
@@ -196,13 +196,13 @@ def meter_rate(runs: Runs) -> Comparison:
     """How often the controllers need a reading: once per sample."""
     device = runs.base.device
     needed = 1 / device.control.sample_time
-    there = largest_eigenvalue(at_sample_time(device, 1 / METER_RATE))
+    eigenvalue = largest_eigenvalue(at_sample_time(device, 1 / METER_RATE))
     said = (
         f"paper: {METER_RATE:g} S/s to seven digits is more than sufficient; the controllers here need a reading "
         f"every {quantity(device.control.sample_time, 's', 3)}; at {METER_RATE:g} S/s, with the same gains, the loop's "
-        f"largest eigenvalue per sample is {shown(there)}, so that it "
+        f"largest eigenvalue per sample is {shown(eigenvalue)}, so that it "
     )
-    fading = -math.log(abs(there)) * METER_RATE
+    fading = -math.log(abs(eigenvalue)) * METER_RATE
     said += f"takes {quantity(1 / fading, 's', 2)} to settle by a factor e" if fading > 0 else "is unstable"
     return _one_sided("NI 4070, rate", METER_RATE, needed, "S/s", said)
 
@@ -230,8 +230,8 @@ def _at_most(title: str, claim: float, run: Run, name: str, unit: str) -> Compar
     return _one_sided(title, claim, step, unit, said)
 
 
-def _one_sided(title: str, claim: float, found: float, unit: str, said: str) -> Comparison:
-    return Comparison(title, claim, found, unit, min(relative(claim, found), 0.0), 0.0, said, sense="at most")
+def _one_sided(title: str, claim: float, measured: float, unit: str, said: str) -> Comparison:
+    return Comparison(title, claim, measured, unit, min(relative(claim, measured), 0.0), 0.0, said, sense="at most")
 
 
 def _unsettled(run: Run) -> str:
@@ -281,15 +281,15 @@ def _line(runs: Runs) -> tuple[float, float, float, float]:
     """Slope (W/K) and zero (K, infinite without a slope) of the straight line through the steady powers below the set
     point, the relative error of either, and the largest distance of a power from the line (W)."""
     below = _below(runs)
-    found = [run.final("sensor_power_W") for run in below]
+    estimates = [run.final("sensor_power_W") for run in below]
     outer = np.array([run.device.external.final_temperature for run in below])
-    power = np.array([value for value, _ in found])
+    power = np.array([value for value, _ in estimates])
     if len(below) < 2:
         raise SceneError(
             "control.set_temperature and the materials leave fewer than two outer temperatures for figure 13: choose "
             "other figures with --figure"
         )
-    error = sum(d for _, d in found)
+    error = sum(d for _, d in estimates)
     if error >= np.ptp(power):
         return 0.0, math.inf, math.inf if error else 0.0, 0.0
     slope, level = np.polyfit(outer - outer.mean(), power, 1)
@@ -321,23 +321,23 @@ def fig14_ground(runs: Runs) -> Comparison:
     gives no resistance; where the scene has none either, that of one square of the sensor's film is taken."""
     device, film = runs.base.device, lump(runs.base.device)
     square = float(film.resistance[1]) * device.sink.width / device.sink.length
-    own = device.control.ground_resistance
-    found = of_device(device, METER_POWER, METER_RESISTANCE)
-    lead = own or square
+    ground_resistance = device.control.ground_resistance
+    limits = of_device(device, METER_POWER, METER_RESISTANCE)
+    lead = ground_resistance or square
     said = (
         "paper: sink and sensor may share a ground; here a lead of "
-        f"{quantity(found.by_power_ohm, 'ohm', 3)} in both circuits is where the sensor's power is off by the paper's "
-        f"own {quantity(METER_POWER, 'W', 2)}, and one of {quantity(found.by_resistance_ohm, 'ohm', 3)} where its "
+        f"{quantity(limits.by_power_ohm, 'ohm', 3)} in both circuits is where the sensor's power is off by the paper's "
+        f"own {quantity(METER_POWER, 'W', 2)}, and one of {quantity(limits.by_resistance_ohm, 'ohm', 3)} where its "
         f"resistance is by {quantity(METER_RESISTANCE, 'ohm', 2)}; one square of the sensor's film has "
         f"{quantity(square, 'ohm', 3)}"
     )
-    if own:
-        now = next(lead for lead in found.leads if lead.resistance_ohm == own)
+    if ground_resistance:
+        now = next(lead for lead in limits.leads if lead.resistance_ohm == ground_resistance)
         off = f"{quantity(now.sensor_off_K, 'K', 3)} and {quantity(now.sink_off_K, 'K', 3)}"
-        said += f", and the scene's {quantity(own, 'ohm', 3)} leave sensor and sink {off} off"
+        said += f", and the scene's {quantity(ground_resistance, 'ohm', 3)} leave sensor and sink {off} off"
     said += "; measured by four wires each, voltages at the films' own ends, neither sees the lead"
-    missing = max(relative(lead, found.by_power_ohm), 0.0)
-    return Comparison("common ground", lead, found.by_power_ohm, "ohm", missing, ROUNDING, said, sense="at least")
+    missing = max(relative(lead, limits.by_power_ohm), 0.0)
+    return Comparison("common ground", lead, limits.by_power_ohm, "ohm", missing, ROUNDING, said, sense="at least")
 
 
 DEFINITIONS: dict[str, Callable[[Runs], Comparison]] = {

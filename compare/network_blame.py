@@ -40,13 +40,13 @@ def blame(given: AnyScene, fem3d: Result, network: Result) -> Budget:
     of_boxes: Any = given
     scene: Scene = replace(of_boxes, steady=True, output_times=())
     shape = layout(scene)
-    found = places(shape, bool(shape.electrodes) and physics.electric(scene))
-    by_hand = of_layout(replace(shape, scene=_probed(shape.scene, found))).steady
-    largest = {kind: max([abs(by_hand[p.flow.name].value) for p in found if p.flow.quantity == kind], default=0.0)
+    joints = places(shape, bool(shape.electrodes) and physics.electric(scene))
+    by_hand = of_layout(replace(shape, scene=_probed(shape.scene, joints))).steady
+    largest = {kind: max([abs(by_hand[p.flow.name].value) for p in joints if p.flow.quantity == kind], default=0.0)
                for kind in ("heat_flow", "current")}  # fmt: skip
-    found = [p for p in found if abs(by_hand[p.flow.name].value) > LEAST * largest[p.flow.quantity]]
-    there = _measured(_probed(shape.scene, found))
-    changes = _changes(scene, found, there, by_hand)
+    joints = [p for p in joints if abs(by_hand[p.flow.name].value) > LEAST * largest[p.flow.quantity]]
+    in_3d = _measured(_probed(shape.scene, joints))
+    changes = _changes(scene, joints, in_3d, by_hand)
     results, measured = [network.steady], list[tuple[tuple[str, int], float]]()
     for place, resistance, _ in changes:
         measured.append((place.key, resistance))
@@ -66,14 +66,14 @@ def _measured(scene: Scene) -> dict[str, Estimate]:
     return solve_3d(replace(scene, accuracy=max(scene.accuracy, KNOWN[-1]))).steady
 
 
-def _probed(scene: Scene, found: list[Place]) -> Scene:
+def _probed(scene: Scene, joints: list[Place]) -> Scene:
     """The scene with probes of all that is measured at some joints."""
-    asked = {p.name: p for place in found for p in (place.one, place.other, place.flow) if p is not None}
-    return replace(scene, probes=(*scene.probes, *asked.values()))
+    probes = {p.name: p for place in joints for p in (place.one, place.other, place.flow) if p is not None}
+    return replace(scene, probes=(*scene.probes, *probes.values()))
 
 
 def _changes(
-    scene: Scene, found: list[Place], there: dict[str, Estimate], by_hand: dict[str, Estimate]
+    scene: Scene, joints: list[Place], in_3d: dict[str, Estimate], by_hand: dict[str, Estimate]
 ) -> list[tuple[Place, float, float]]:
     """The joints with 3D's resistances (K/W or ohm) and to what part their change is unsure, those first whose drop is
     the most wrong."""
@@ -86,16 +86,16 @@ def _changes(
         return values[place.one.name].value - float(b.ambient if b.kind == "convection" else b.value)  # type: ignore
 
     rows, largest = [], {"temperature": 0.0, "potential": 0.0}
-    for place in found:
-        flow, own = place.sign * there[place.flow.name].value, place.sign * by_hand[place.flow.name].value
+    for place in joints:
+        flow, flow_by_hand = place.sign * in_3d[place.flow.name].value, place.sign * by_hand[place.flow.name].value
         if not flow:
             continue
-        resistance = drop(place, there) / flow
-        change = resistance - drop(place, by_hand) / own
-        error = sum(there[side.name].error for side in (place.one, place.other) if side is not None) / abs(flow)
-        error += abs(resistance) * there[place.flow.name].error / abs(flow)
+        resistance = drop(place, in_3d) / flow
+        change = resistance - drop(place, by_hand) / flow_by_hand
+        error = sum(in_3d[side.name].error for side in (place.one, place.other) if side is not None) / abs(flow)
+        error += abs(resistance) * in_3d[place.flow.name].error / abs(flow)
         base = scene.initial_temperature if place.one.quantity == "temperature" else 0.0
-        largest[place.one.quantity] = max(largest[place.one.quantity], abs(there[place.one.name].value - base))
+        largest[place.one.quantity] = max(largest[place.one.quantity], abs(in_3d[place.one.name].value - base))
         rows.append((abs(change * flow), place, resistance, min(error / abs(change), 1.0) if change else 1.0))
     felt = [row for row in rows if row[0] > FELT * largest[row[1].one.quantity]]
     felt.sort(key=lambda row: -row[0] / largest[row[1].one.quantity])
@@ -121,10 +121,10 @@ def _sentence(splits: list[Split]) -> str:
     split, part = max(known, key=lambda pair: abs(pair[1].value) / pair[0].scale)
     if abs(part.value) <= part.error:
         return "nothing is to blame: no part of the difference is larger than its numerical error"
-    of = (
+    share = (
         f"{signed(part.value, split.unit)} of {split.quantity}, {percent(abs(part.value) / split.scale)} of what 3D has"
     )
     rest = signed(split.total - part.value, split.unit)
     if part.blame == REST:
-        return f"the largest part is what lines cannot say: {of}; all joints together make {rest}"
-    return f"the largest part is the joint {part.blame}: {of}; all the rest together makes {rest}"
+        return f"the largest part is what lines cannot say: {share}; all joints together make {rest}"
+    return f"the largest part is the joint {part.blame}: {share}; all the rest together makes {rest}"

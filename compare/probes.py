@@ -31,13 +31,13 @@ class Both:
     @cached_property
     def definitions(self) -> dict[str, Callable[[], Comparison]]:
         """What makes each check, by its id, in the order of the quantities."""
-        found: dict[str, Callable[[], Comparison]] = {}
+        definitions: dict[str, Callable[[], Comparison]] = {}
         for name in self.of.units:
             if name in self.model.steady and name in self.fem3d.steady:
-                found[name] = partial(self.at_rest, name)
+                definitions[name] = partial(self.at_rest, name)
             if self.model.traces is not None and self.fem3d.traces is not None and name in self.model.traces.values:
-                found[f"{name}{OVER_TIME}"] = partial(self.over_time, name)
-        return found
+                definitions[f"{name}{OVER_TIME}"] = partial(self.over_time, name)
+        return definitions
 
     def at_rest(self, name: str) -> Comparison:
         """The difference in the steady state."""
@@ -65,26 +65,26 @@ class Both:
 
     def over_time(self, name: str) -> Comparison:
         """The largest difference over time, with the shift, the stretch and the size that make most of it."""
-        found, unit = self.course(name), self.of.units[name]
-        off = found.model - found.fem3d
+        course, unit = self.course(name), self.of.units[name]
+        off = course.model - course.fem3d
         i, error = int(np.argmax(np.abs(off))), self.fem3d.over_time.errors[name]
         inputs = {
-            "distance": Estimate(float(off[i]), error + self.model.over_time.errors[name] + float(found.beyond[i])),
-            "scale": self._largest(name, found),
+            "distance": Estimate(float(off[i]), error + self.model.over_time.errors[name] + float(course.beyond[i])),
+            "scale": self._largest(name, course),
         }
         u_num = spread(part, inputs) if abs(inputs["scale"].value) > inputs["scale"].error else float("inf")
         scale = inputs["scale"].value
 
         def because() -> str:
-            where = f"{quantity(float(found.model[i]), unit)} against {quantity(float(found.fem3d[i]), unit)} in 3D"
-            apart = told_apart(found, abs(scale))
+            where = f"{quantity(float(course.model[i]), unit)} against {quantity(float(course.fem3d[i]), unit)} in 3D"
+            apart = told_apart(course, abs(scale))
             said = f"; {apart.said()}" if apart is not None else ""
-            when = f"at {quantity(float(found.time[i]), 's', 3)}, {signed(float(off[i]), unit)}"
+            when = f"at {quantity(float(course.time[i]), 's', 3)}, {signed(float(off[i]), unit)}"
             return f"{called(name)} is {where} {when}{said}"
 
         return Comparison(
-            f"{cut(name, 24)}, trace", float(found.model[i]), float(found.fem3d[i]), unit, part(float(off[i]), scale),
-            u_num, because, float(found.time[i]), relative_to=f"the largest {_scale(unit).removeprefix('the ')}",
+            f"{cut(name, 24)}, trace", float(course.model[i]), float(course.fem3d[i]), unit, part(float(off[i]), scale),
+            u_num, because, float(course.time[i]), relative_to=f"the largest {_scale(unit).removeprefix('the ')}",
         )  # fmt: skip
 
     def _largest(self, name: str, course: Course) -> Estimate:
@@ -112,10 +112,10 @@ def at(traces: Traces, name: str, times: np.ndarray) -> tuple[np.ndarray, np.nda
     it has two values at one time: the first of two equal times gets the first, a single one the later."""
     values = traces.values[name]
     n = np.clip(np.searchsorted(traces.time, times, side="right") - 1, 0, len(traces.time) - 2)
-    found, on_a_row = np.interp(times, traces.time, values), np.isin(times, traces.time)
+    interpolated, on_a_row = np.interp(times, traces.time, values), np.isin(times, traces.time)
     first = np.flatnonzero(np.diff(times) == 0)
-    found[first] = values[np.searchsorted(traces.time, times[first])]
-    return found, np.where(on_a_row, 0.0, bends(traces.time, values)[n])
+    interpolated[first] = values[np.searchsorted(traces.time, times[first])]
+    return interpolated, np.where(on_a_row, 0.0, bends(traces.time, values)[n])
 
 
 JUMP = 2e-9
@@ -133,8 +133,8 @@ def bends(time: np.ndarray, values: np.ndarray) -> np.ndarray:
         second = np.abs(2 * np.diff(slopes) / (h[1:] + h[:-1]))
     second = np.nan_to_num(second, nan=0.0, posinf=0.0)
     larger = np.maximum(np.append(second, second[-1]), np.append(second[0], second))
-    found: np.ndarray = h**2 / 8 * larger
-    return found
+    deviations: np.ndarray = h**2 / 8 * larger
+    return deviations
 
 
 def _above(unit: str) -> str:

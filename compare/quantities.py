@@ -61,12 +61,12 @@ class Quantities:
 
     def sure(self, times: np.ndarray) -> np.ndarray:
         """(times,): where the errors hold, within the run; the steady state is sure."""
-        found: np.ndarray = (times >= self.first * (1 - 1e-9)) & (times <= self.end * (1 + 1e-9))
+        mask: np.ndarray = (times >= self.first * (1 - 1e-9)) & (times <= self.end * (1 + 1e-9))
         if self.traces is not None:
-            found &= self.traces.sure(times)
+            mask &= self.traces.sure(times)
         for edge in self.edges:
-            found &= np.abs(times - edge) > EDGE * min(self.end, float(times[-1]))
-        return found | ~np.isfinite(times)
+            mask &= np.abs(times - edge) > EDGE * min(self.end, float(times[-1]))
+        return mask | ~np.isfinite(times)
 
 
 def called(name: str) -> str:
@@ -80,11 +80,11 @@ def of(scene: Any, fem3d: Result | None = None) -> Quantities:
 
 
 def _of_sink(sink: Sink, fem3d: Result | None) -> Quantities:
-    traced = {name: asked for name, asked in OF_A_SINK.items() if asked.trace}
+    traced = {name: entry for name, entry in OF_A_SINK.items() if entry.trace}
     return Quantities(
-        {asked.trace: asked.unit for asked in traced.values()}, sink.room_temperature, sink.end_time, FIRST_TIME,
-        words={asked.trace: name for name, asked in traced.items()},
-        final={asked.trace: asked.steady for asked in traced.values()},
+        {entry.trace: entry.unit for entry in traced.values()}, sink.room_temperature, sink.end_time, FIRST_TIME,
+        words={entry.trace: name for name, entry in traced.items()},
+        final={entry.trace: entry.steady for entry in traced.values()},
     )  # fmt: skip
 
 

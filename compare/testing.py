@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from scenes.model import AnyScene
 from scenes.units import NUMBER
 
-QUANTITIES = {name: asked for name, asked in OF_A_SINK.items() if name != "heat_out"}
+QUANTITIES = {name: entry for name, entry in OF_A_SINK.items() if name != "heat_out"}
 """What can be asserted of the steady state, beside the checks by their ids."""
 _TOLERANCE = Quantity(NUMBER, 1e-15, 1.0, note="; it is relative: 0.05 is 5 %")
 
@@ -52,13 +52,13 @@ def assert_reduction_agrees(
     __tracebackhide__ = True
     allowed = _read(tolerances, (*QUANTITIES, *DEFAULT_TOLERANCES))
     steady = not set(allowed) & set(OVER_TIME)
-    found = compare.run(scene, voltage=voltage, accuracy=accuracy, steady=steady, uncertain=uncertain)
+    run = compare.run(scene, voltage=voltage, accuracy=accuracy, steady=steady, uncertain=uncertain)
     told = [
-        _quantity(found, name, tolerance) if name in QUANTITIES else _check(found.check(name), tolerance)
+        _quantity(run, name, tolerance) if name in QUANTITIES else _check(run.check(name), tolerance)
         for name, tolerance in allowed.items()
     ]
-    _fail(f"the 1D model of {sink_text(found.scene)}", told)
-    return found
+    _fail(f"the 1D model of {sink_text(run.scene)}", told)
+    return run
 
 
 def assert_model_agrees(
@@ -77,18 +77,18 @@ def assert_model_agrees(
     answer.
     """
     __tracebackhide__ = True
-    found = compare.solve(scene, model=model, accuracy=accuracy, uncertain=uncertain)
-    known = [check for check in found.checks if not check.startswith("slope_")]
+    solution = compare.solve(scene, model=model, accuracy=accuracy, uncertain=uncertain)
+    known = [check for check in solution.checks if not check.startswith("slope_")]
     probes = dict.fromkeys(check.removesuffix(PROBE_OVER_TIME) for check in known)
     allowed = _read(tolerances, tuple(dict.fromkeys([*probes, *known])))
     told = [
         _check(check, tolerance)
         for name, tolerance in allowed.items()
-        for check in found.checks.values()
+        for check in solution.checks.values()
         if check.id in (name, f"{name}{PROBE_OVER_TIME}")
     ]
-    _fail(f"{found.reduced1d.model} for {found.scene.name}", told)
-    return found
+    _fail(f"{solution.reduced1d.model} for {solution.scene.name}", told)
+    return solution
 
 
 def assert_traces_agree(
@@ -111,14 +111,14 @@ def assert_traces_agree(
     """
     __tracebackhide__ = True
     given: Any = load(scene) if isinstance(scene, (str, Path)) else scene
-    asked: dict[str, Any] = {"accuracy": accuracy, "against": file, "columns": columns}
-    asked["data_uncertainty"] = data_uncertainty
+    options: dict[str, Any] = {"accuracy": accuracy, "against": file, "columns": columns}
+    options["data_uncertainty"] = data_uncertainty
     allowed = _read(tolerances, tuple(quantities.of(given).names))
     solve = partial(compare.run, voltage=voltage) if given.kind == "sink" else compare.solve
-    found: compare.Run | compare.Solution = solve(given, **asked)
-    told = [_check(found.check(f"against_{name}"), tolerance) for name, tolerance in allowed.items()]
+    run: compare.Run | compare.Solution = solve(given, **options)
+    told = [_check(run.check(f"against_{name}"), tolerance) for name, tolerance in allowed.items()]
     _fail(f"{Path(file).name} for {given.name}", told)
-    return found
+    return run
 
 
 def _read(given: Mapping[str, float | str], known: tuple[str, ...]) -> dict[str, float]:
@@ -131,16 +131,16 @@ def _read(given: Mapping[str, float | str], known: tuple[str, ...]) -> dict[str,
     return {name: float(_TOLERANCE.read(f"the tolerance {name}", value) or 0.0) for name, value in given.items()}
 
 
-def _quantity(found: compare.Run, name: str, tolerance: float) -> tuple[Verdict, str]:
+def _quantity(run: compare.Run, name: str, tolerance: float) -> tuple[Verdict, str]:
     """The verdict on a steady quantity, and its lines of the message."""
-    asked = QUANTITIES[name]
-    measured, predicted = found.fem3d.steady[asked.steady], found.reduced1d.steady[asked.steady].value
+    entry = QUANTITIES[name]
+    measured, predicted = run.fem3d.steady[entry.steady], run.reduced1d.steady[entry.steady].value
     u_num = spread(lambda m: relative(predicted, m), {"m": measured})
-    value, error, shown, places, factor = with_error(measured.value, measured.error, asked.unit)
+    value, error, shown, places, factor = with_error(measured.value, measured.error, entry.unit)
     values = f"1D {predicted * factor:.{places}f} {shown}, 3D {value} \N{PLUS-MINUS SIGN} {error} {shown}"
-    u_input = 0.0 if found.uncertain is None else found.uncertain.difference.get(asked.steady, 0.0)
+    u_input = 0.0 if run.uncertain is None else run.uncertain.difference.get(entry.steady, 0.0)
     off = relative(predicted, measured.value)
-    return _told(f"{name}: steady {asked.called}, {values}", off, u_num, u_input, tolerance, "")
+    return _told(f"{name}: steady {entry.called}, {values}", off, u_num, u_input, tolerance, "")
 
 
 def _check(check: Check, tolerance: float) -> tuple[Verdict, str]:
@@ -154,15 +154,15 @@ def _told(
     said: str, difference: float, u_num: float, u_input: float, tolerance: float, because: str
 ) -> tuple[Verdict, str]:
     """The verdict on a difference, and the lines of the message that start with what is ``said`` of it."""
-    known_to, of = u_num + COVERS * u_input, "numerical error"
+    known_to, uncertainty = u_num + COVERS * u_input, "numerical error"
     if u_input:
-        of += f" and {COVERS:g} u_input"
+        uncertainty += f" and {COVERS:g} u_input"
     verdict = judge(difference, tolerance, known_to)
     mark = {"agrees": "within", "differs": "OUTSIDE", "unresolved": "UNDECIDED at"}[verdict]
     off = difference_text(difference, known_to, "\N{PLUS-MINUS SIGN}")
-    lines = [f"  {said}", f"    difference {off} ({of}), {mark} the tolerance of {percent(tolerance)}"]
+    lines = [f"  {said}", f"    difference {off} ({uncertainty}), {mark} the tolerance of {percent(tolerance)}"]
     if verdict == "unresolved":
-        lines.append(f"    the {of} leaves it open: ask for a smaller accuracy=")
+        lines.append(f"    the {uncertainty} leaves it open: ask for a smaller accuracy=")
     if because and verdict != "agrees":
         lines.append(f"    {because}")
     return verdict, "\n".join(lines)

@@ -69,21 +69,21 @@ def windows(time: np.ndarray, distance: np.ndarray, u: np.ndarray, cuts: Sequenc
     """The windows of a trace at some times (s): of its ``distance`` from data that are known to the standard
     uncertainties ``u``, zero of those that are exact, all (times,); ``cuts`` are their rows."""
     scattered = _scattered(time, distance, u)
-    found = []
+    means = []
     for rows in cuts:
-        own = u[rows]
-        scatter = np.sqrt(scattered * (own**2).sum()) / len(own)
-        shared = np.sqrt(max(1 - scattered, 0.0)) * own.mean()
-        found.append(Window(rows, float(distance[rows].mean()), float(shared), float(scatter)))
-    return tuple(found)
+        window_u = u[rows]
+        scatter = np.sqrt(scattered * (window_u**2).sum()) / len(window_u)
+        shared = np.sqrt(max(1 - scattered, 0.0)) * window_u.mean()
+        means.append(Window(rows, float(distance[rows].mean()), float(shared), float(scatter)))
+    return tuple(means)
 
 
-def factor(found: Sequence[Window], u: Sequence[float]) -> float:
+def factor(means: Sequence[Window], u: Sequence[float]) -> float:
     """How many standard uncertainties around their distances make intervals that hold at once in 95 % of cases; ``u``
     are those by all else than the data, one for each window, which windows share."""
     from scipy.special import ndtr, ndtri
 
-    shared, scatter = np.hypot([w.share for w in found], u), np.array([w.scatter for w in found])
+    shared, scatter = np.hypot([w.share for w in means], u), np.array([w.scatter for w in means])
     known = np.hypot(shared, scatter)
     if not (known > 0).any():
         return COVERS
@@ -96,19 +96,19 @@ def factor(found: Sequence[Window], u: Sequence[float]) -> float:
         return float(inside.prod(axis=0) @ weights / weights.sum())
 
     wanted = 2 * ndtr(COVERS) - 1
-    low, high = COVERS, float(ndtri((1 + wanted ** (1 / len(found))) / 2))
+    low, high = COVERS, float(ndtri((1 + wanted ** (1 / len(means))) / 2))
     for _ in range(10):
         middle = (low + high) / 2
         low, high = (low, middle) if held(middle) > wanted else (middle, high)
     return high
 
 
-def worst(found: Sequence[Window], u: Sequence[float]) -> tuple[int, float]:
+def worst(means: Sequence[Window], u: Sequence[float]) -> tuple[int, float]:
     """The window that is surely the furthest from zero, where the interval begins furthest away, and the factor of its
     interval; ``u`` as in `factor`, where what is not a number counts as nothing."""
     others = np.nan_to_num(np.array(u))
-    k = factor(found, others.tolist())
-    near = [abs(w.distance) - k * np.hypot(w.u_data, other) for w, other in zip(found, others, strict=True)]
+    k = factor(means, others.tolist())
+    near = [abs(w.distance) - k * np.hypot(w.u_data, other) for w, other in zip(means, others, strict=True)]
     return int(np.argmax(near)), k
 
 

@@ -108,7 +108,7 @@ class Columns:
         breaks = self._grid.breaks[self.up]
         padded = np.pad(owner, [(0, 0), (1, 1)], constant_values=VOID)
         of_triangles = padded[:, 1:] != padded[:, :-1]
-        found = np.zeros((len(self.points), len(breaks)), bool)
+        on_planes = np.zeros((len(self.points), len(breaks)), bool)
         for (x0, x1), (y0, y1), ends in self._parts:
             if x0 < x1 and y0 < y1:
                 over = np.flatnonzero((at >= (x0, y0)).all(axis=1) & (at < (x1, y1)).all(axis=1))
@@ -120,24 +120,24 @@ class Columns:
                 for e, (low, high) in enumerate(((x0, x1), (y0, y1))):
                     at_planes, small = self._grid.breaks[self._plan[e]], self._grid.small(self._plan[e])
                     on &= (self.points[:, e] >= at_planes[low] - small) & (self.points[:, e] <= at_planes[high] + small)
-                found[np.ix_(on, np.unique(ends))] = True
+                on_planes[np.ix_(on, np.unique(ends))] = True
         for corner in triangles.T:
-            np.logical_or.at(found, corner, of_triangles)
+            np.logical_or.at(on_planes, corner, of_triangles)
         every = np.zeros((len(self.points), len(self.heights)), bool)
-        every[:, np.searchsorted(self.heights, breaks)] = found
+        every[:, np.searchsorted(self.heights, breaks)] = on_planes
         return every
 
     def refined(self, times: np.ndarray) -> Columns:
         """With the cells so many ``times`` (cells,) shorter by a factor of two."""
         mesh, under = self._cells
         triangles = self._columns[0]
-        low, high = (of(mesh.p[self.up][mesh.t], axis=0) for of in (np.min, np.max))
+        low, high = (extreme(mesh.p[self.up][mesh.t], axis=0) for extreme in (np.min, np.max))
         length = _longest(self.points, triangles)[under]
         across = (times > 0) & (length * FLAT > high - low)
         wanted = np.full(len(triangles), np.inf)
         np.minimum.at(wanted, under[across], (length / 2.0**times)[across])
-        found = self._with_heights(np.flatnonzero((times > 0) & (length < FLAT * (high - low))), (low + high) / 2)
-        return found._with_points(wanted)
+        columns = self._with_heights(np.flatnonzero((times > 0) & (length < FLAT * (high - low))), (low + high) / 2)
+        return columns._with_points(wanted)
 
     def _with_heights(self, cells: np.ndarray, middle: np.ndarray) -> Columns:
         """With a node in the middle (cells,) of the height of some cells (n,), at the chains of each."""
@@ -171,15 +171,15 @@ class Columns:
 
 
 def _interval(breaks: np.ndarray, at: np.ndarray) -> np.ndarray:
-    found: np.ndarray = np.clip(np.searchsorted(breaks, at, side="right") - 1, 0, len(breaks) - 2)
-    return found
+    intervals: np.ndarray = np.clip(np.searchsorted(breaks, at, side="right") - 1, 0, len(breaks) - 2)
+    return intervals
 
 
 def _longest(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """(triangles,): their longest sides (m)."""
     corners = points[triangles]
-    found: np.ndarray = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
-    return found
+    lengths: np.ndarray = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+    return lengths
 
 
 class _Plan:
@@ -197,31 +197,31 @@ class _Plan:
 
     def find(self, points: np.ndarray) -> np.ndarray:
         """(points,): the triangle that each is in; -1 for none."""
-        found: np.ndarray = self._number[self._found.find_simplex((points - self._low) / self._size)]
-        return found
+        triangles: np.ndarray = self._number[self._found.find_simplex((points - self._low) / self._size)]
+        return triangles
 
 
-def _outlines(own: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _outlines(rectangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The points (n, 2), in numbers of planes, at which the outlines of rectangles (parts, 2, 2) end or meet, and the
     pieces (m, 2) between."""
     lines = []
     for fixed in (0, 1):
-        each = [np.column_stack([own[:, fixed, side], own[:, 1 - fixed]]) for side in (0, 1)]
-        found = np.unique(np.concatenate(each), axis=0)
-        lines.append(found[found[:, 1] < found[:, 2]])
+        each = [np.column_stack([rectangles[:, fixed, side], rectangles[:, 1 - fixed]]) for side in (0, 1)]
+        edges = np.unique(np.concatenate(each), axis=0)
+        lines.append(edges[edges[:, 1] < edges[:, 2]])
     upright, level = lines
     i, j = np.nonzero(
         (level[:, None, 1] <= upright[:, 0]) & (upright[:, 0] <= level[:, None, 2])
         & (upright[:, 1] <= level[:, None, 0]) & (level[:, None, 0] <= upright[:, 2])
     )  # fmt: skip
-    corners = [np.column_stack([own[:, 0, s], own[:, 1, t]]) for s in (0, 1) for t in (0, 1)]
+    corners = [np.column_stack([rectangles[:, 0, s], rectangles[:, 1, t]]) for s in (0, 1) for t in (0, 1)]
     points = np.unique(np.concatenate([np.column_stack([upright[j, 0], level[i, 0]]), *corners]), axis=0)
     pieces = []
-    for fixed, found in enumerate(lines):
+    for fixed, edges in enumerate(lines):
         order = np.lexsort((points[:, 1 - fixed], points[:, fixed]))
         a, b = order[:-1], order[1:]
         covered = np.zeros(len(a), bool)
-        for at, first, last in found.tolist():
+        for at, first, last in edges.tolist():
             on = (points[a, fixed] == at) & (points[b, fixed] == at)
             covered |= on & (points[a, 1 - fixed] >= first) & (points[b, 1 - fixed] <= last)
         pieces.append(np.column_stack([a[covered], b[covered]]))
@@ -275,8 +275,8 @@ def _cut(points: np.ndarray, pieces: np.ndarray, which: np.ndarray, at: np.ndarr
 
 
 def _keys(pairs: np.ndarray, count: int) -> np.ndarray:
-    found: np.ndarray = pairs.min(axis=1).astype(np.int64) * count + pairs.max(axis=1)
-    return found
+    keys: np.ndarray = pairs.min(axis=1).astype(np.int64) * count + pairs.max(axis=1)
+    return keys
 
 
 def _in_the_way(points: np.ndarray, pieces: np.ndarray) -> np.ndarray:
@@ -294,8 +294,8 @@ def _foot(p: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:
     along = ((p - a) * (b - a)).sum(axis=1) / ((b - a) ** 2).sum(axis=1)
     along = np.where((along > OFF_ENDS) & (along < 1 - OFF_ENDS), along, 0.5)
     # On a line of the plan to the last digit.
-    found: np.ndarray = np.where(a == b, a, a + along[:, None] * (b - a))
-    return found
+    feet: np.ndarray = np.where(a == b, a, a + along[:, None] * (b - a))
+    return feet
 
 
 def _feet(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -316,10 +316,10 @@ def _climbed(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Nodes (n, 2), as point and height, the tetrahedra (m, 4) of them that a box owns, and the triangle (m,) under
     each; ``layer`` (heights,) is that of the planes below each height."""
-    there = np.pad(owner != VOID, [(0, 0), (1, 0)])[:, layer + 1]
-    highest = there.shape[1] - 1 - there[:, ::-1].argmax(axis=1)
+    filled = np.pad(owner != VOID, [(0, 0), (1, 0)])[:, layer + 1]
+    highest = filled.shape[1] - 1 - filled[:, ::-1].argmax(axis=1)
     # Below the first height of a solid layer.
-    lowest = np.maximum(there.argmax(axis=1) - 1, 0)
+    lowest = np.maximum(filled.argmax(axis=1) - 1, 0)
     heights, steps = np.arange(needs.shape[1]), []
     for chain in range(3):
         on = needs[triangles[:, chain]] & (heights > lowest[:, None]) & (heights <= highest[:, None])
@@ -331,9 +331,9 @@ def _climbed(
     start = triangle * far + lowest[triangle]
     corners = [point * far + height]
     for chain in range(3):
-        own = np.where(climbing == chain, triangle * far + height, start)
-        reached = np.maximum(np.concatenate([[0], np.maximum.accumulate(own)[:-1]]), start) - triangle * far
+        climbs = np.where(climbing == chain, triangle * far + height, start)
+        reached = np.maximum(np.concatenate([[0], np.maximum.accumulate(climbs)[:-1]]), start) - triangle * far
         corners.append(triangles[triangle, chain] * far + reached)
-    solid = there[triangle, height]
+    solid = filled[triangle, height]
     numbers, cells = np.unique(np.column_stack(corners)[solid], return_inverse=True)
     return np.column_stack([numbers // far, numbers % far]), cells.reshape(-1, 4), triangle[solid]

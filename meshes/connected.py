@@ -29,8 +29,8 @@ def anchored(scene: Scene) -> bool:
     """Whether heat can leave every connected part of the solid: to a given temperature, or to the air."""
     grid = grid_of(scene)
     labels = grid.parts(grid.solid)
-    found = set().union(*(grid.parts_at(labels, b) for b in scene.boundaries if is_exit(b)))
-    return len(found) == labels.max()
+    anchored_parts = set().union(*(grid.parts_at(labels, b) for b in scene.boundaries if is_exit(b)))
+    return len(anchored_parts) == labels.max()
 
 
 @lru_cache(maxsize=16)
@@ -41,12 +41,12 @@ def _electrified(scene: Scene) -> tuple[np.ndarray, dict[int, set[Value | str]]]
 def live(scene: Scene) -> np.ndarray:
     """(nx, ny, nz) of `coarsest`: the cells that current can pass, in parts that touch electrodes of two voltages."""
     labels, voltages = _electrified(scene)
-    return np.isin(labels, [label for label, found in voltages.items() if len(found) > 1])
+    return np.isin(labels, [label for label, potentials in voltages.items() if len(potentials) > 1])
 
 
 def still(scene: Scene) -> tuple[tuple[np.ndarray, Value], ...]:
     """Cells (nx, ny, nz of `coarsest`) of each conducting part that touches electrodes of one voltage only, and that
     voltage: no current passes, and it has their potential."""
     labels, voltages = _electrified(scene)
-    alone = ((label, next(iter(found))) for label, found in voltages.items() if len(found) == 1)
+    alone = ((label, next(iter(potentials))) for label, potentials in voltages.items() if len(potentials) == 1)
     return tuple((labels == label, value) for label, value in alone if not isinstance(value, str))

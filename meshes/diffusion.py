@@ -23,7 +23,7 @@ def graded(grid: Grid, scene: Scene, earliest: float) -> Grid:
 
 def _lengths(scene: Scene, d: int, earliest: float) -> dict[float, float]:
     """The shortest diffusion length (m) at each plane across an axis where a temperature jumps."""
-    found: dict[float, float] = {}
+    lengths: dict[float, float] = {}
     for b in scene.boundaries:
         for box in scene.boxes:
             if b.kind == "voltage" or b.lower[d] != b.upper[d] or not _touch(b, box):
@@ -32,8 +32,8 @@ def _lengths(scene: Scene, d: int, earliest: float) -> dict[float, float]:
             k = laws.along(material.thermal_conductivity)[d]
             length = float(np.sqrt(k / material.heat_capacity * earliest))
             if _jumps(b, scene.initial_temperature, k / length):
-                found[b.lower[d]] = min(length, found.get(b.lower[d], np.inf))
-    return found
+                lengths[b.lower[d]] = min(length, lengths.get(b.lower[d], np.inf))
+    return lengths
 
 
 def _jumps(b: Boundary, initial: float, conductance: float) -> bool:
@@ -53,8 +53,8 @@ def _touch(b: Boundary, box: Box) -> bool:
     return all(b.lower[d] <= box.upper[d] and b.upper[d] >= box.lower[d] for d in range(3))
 
 
-def _graded(at: np.ndarray, of: np.ndarray, lengths: dict[float, float]) -> tuple[np.ndarray, np.ndarray]:
-    breaks, degrees = at.tolist(), of.tolist()
+def _graded(at: np.ndarray, initial_degrees: np.ndarray, lengths: dict[float, float]) -> tuple[np.ndarray, np.ndarray]:
+    breaks, degrees = at.tolist(), initial_degrees.tolist()
     for plane, length in lengths.items():
         i = int(np.abs(np.array(breaks) - plane).argmin())
         while i + 1 < len(breaks) and breaks[i + 1] - breaks[i] > REACH * length:

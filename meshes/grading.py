@@ -49,11 +49,11 @@ class Features:
     @property
     def sharpest(self) -> float:
         """The smallest exponent, or 1."""
-        return min((s for found in self.exponents for s in found.values()), default=1.0)
+        return min((s for by_plane in self.exponents for s in by_plane.values()), default=1.0)
 
     def near(self, grid: Grid) -> list[np.ndarray]:
         """Per axis (breakpoints,): the exponent of a singular plane there, infinite elsewhere."""
-        return [grid.marked(d, found, np.inf) for d, found in enumerate(self.exponents)]
+        return [grid.marked(d, by_plane, np.inf) for d, by_plane in enumerate(self.exponents)]
 
 
 def features(scene: Scene) -> Features:
@@ -76,17 +76,17 @@ def first_grid(scene: Scene, accuracy: float, marks: Features) -> Grid:
     degree, across = (4 if accuracy > 3e-4 else 5 if accuracy > 3e-5 else 6), (2 if accuracy > 3e-3 else 3)
     breaks, degrees = [], []
     for d in range(3):
-        found, of = [planes[d][:1]], []
+        axis_breaks, axis_degrees = [planes[d][:1]], []
         for i, (a, b, flat) in enumerate(zip(planes[d][:-1], planes[d][1:], thin[d].tolist(), strict=True)):
             at, near = [marks.exponents[d].get(float(c)) for c in (a, b)], reaches[d][i : i + 2]
             longest = (_longest(float(c), marks, d, r, accuracy) for c, r in zip((a, b), near.tolist(), strict=True))
             inner = [] if flat else _graded(a, b, *longest)
             if not flat and {a, b} <= marks.planes[d] and b - a > LONG * near.min():
                 inner = sorted([*inner, (a + b) / 2])
-            found.append(np.array([*inner, b]))
-            of += [across] if flat else _layered(len(inner) + 1, degree, at[0] is not None, at[1] is not None)
-        breaks.append(np.concatenate(found))
-        degrees.append(np.array(of))
+            axis_breaks.append(np.array([*inner, b]))
+            axis_degrees += [across] if flat else _layered(len(inner) + 1, degree, at[0] is not None, at[1] is not None)
+        breaks.append(np.concatenate(axis_breaks))
+        degrees.append(np.array(axis_degrees))
     return Grid(tuple(breaks), tuple(degrees), scene.boxes)
 
 
@@ -97,7 +97,7 @@ def _reaches(scene: Scene, planes: list[np.ndarray]) -> tuple[list[np.ndarray], 
 
     def across(d: int, thin: list[np.ndarray]) -> np.ndarray:
         """(planes,): the least extent along the other axes."""
-        found = np.full(len(planes[d]), np.inf)
+        extents = np.full(len(planes[d]), np.inf)
         for along, e in enumerate((e for e in range(3) if e != d), start=1):
             rows = np.moveaxis(faces[d], along, 2)
             starts = np.ones(rows.shape, bool)
@@ -106,8 +106,8 @@ def _reaches(scene: Scene, planes: list[np.ndarray]) -> tuple[list[np.ndarray], 
             lengths = np.add.reduceat(np.broadcast_to(gaps[e], rows.shape).ravel(), first)
             thick = np.logical_or.reduceat(np.broadcast_to(~thin[e], rows.shape).ravel(), first)
             counts = (rows.ravel()[first] > 0) & thick & (lengths > SLIVER * gaps[e].sum())
-            np.minimum.at(found, first[counts] // rows[0].size, lengths[counts])
-        return found
+            np.minimum.at(extents, first[counts] // rows[0].size, lengths[counts])
+        return extents
 
     none = [np.zeros(len(g), bool) for g in gaps]
     wide = [across(d, none) for d in range(3)]
@@ -115,8 +115,8 @@ def _reaches(scene: Scene, planes: list[np.ndarray]) -> tuple[list[np.ndarray], 
     thin = [(g <= 0.5 * w) & np.isfinite(w) for g, w in zip(gaps, both, strict=True)]
     reaches = []
     for d, g in enumerate(gaps):
-        own = np.pad(np.where(thin[d] | (g <= SLIVER * g.sum()), np.inf, g), 1, constant_values=np.inf)
-        reaches.append(np.minimum(across(d, thin), np.minimum(own[:-1], own[1:])))
+        thicknesses = np.pad(np.where(thin[d] | (g <= SLIVER * g.sum()), np.inf, g), 1, constant_values=np.inf)
+        reaches.append(np.minimum(across(d, thin), np.minimum(thicknesses[:-1], thicknesses[1:])))
     least = min(float(r.min()) for r in reaches)
     return thin, [np.where(np.isfinite(r), r, least) for r in reaches]
 
@@ -127,23 +127,25 @@ def _faces(scene: Scene) -> list[np.ndarray]:
     grid = connected.coarsest(scene)
     kinds = list(dict.fromkeys(b.material for b in grid.boxes))
     kind = np.pad(np.array([*(kinds.index(b.material) + 1 for b in grid.boxes), 0])[grid.owner], 1)
-    found, count = [], len(kinds) + 1
+    faces, count = [], len(kinds) + 1
     numbers = np.zeros((len(scene.boxes) + 1,) * 2, int)
     for number, joint in enumerate(np.argwhere(resistances(scene).any(axis=0)) if scene.contacts else (), start=1):
         numbers[tuple(joint)] = number
     for d in range(3):
-        own = np.moveaxis(kind, d, 0)[:, 1:-1, 1:-1]
-        of = np.zeros(own[1:].shape, int)
+        materials = np.moveaxis(kind, d, 0)[:, 1:-1, 1:-1]
+        conditions = np.zeros(materials[1:].shape, int)
         for number, b in enumerate(scene.boundaries, start=1):
             if grid.flat(b.lower, b.upper) == d:
                 window = tuple(w for e, w in enumerate(grid.window(b.lower, b.upper)) if e != d)
-                of[grid.at(d, b.lower[d])][window] = number
+                conditions[grid.at(d, b.lower[d])][window] = number
         if scene.contacts:
             joints = across(grid.owner, d, numbers)
-            of[1:-1] = np.where(joints > 0, len(scene.boundaries) + joints, of[1:-1])
-        changes = (own[1:] != own[:-1]) | ((of > 0) & (np.maximum(own[1:], own[:-1]) > 0))
-        found.append(np.where(changes, (of * count + own[1:]) * count + own[:-1], 0))
-    return found
+            conditions[1:-1] = np.where(joints > 0, len(scene.boundaries) + joints, conditions[1:-1])
+        changes = (materials[1:] != materials[:-1]) | (
+            (conditions > 0) & (np.maximum(materials[1:], materials[:-1]) > 0)
+        )
+        faces.append(np.where(changes, (conditions * count + materials[1:]) * count + materials[:-1], 0))
+    return faces
 
 
 def _longest(plane: float, marks: Features, d: int, reach: float, accuracy: float) -> float | None:
@@ -158,21 +160,21 @@ def _graded(a: float, b: float, at_a: float | None, at_b: float | None) -> list[
     """Breakpoints inside (a, b): one towards each feature, and more until its first interval is short enough."""
 
     def steps(longest: float | None) -> list[float]:
-        found: list[float] = []
-        while longest is not None and (not found or found[-1] > longest):
-            found.append((found[-1] if found else b - a) * RATIO)
-        return found
+        distances: list[float] = []
+        while longest is not None and (not distances or distances[-1] > longest):
+            distances.append((distances[-1] if distances else b - a) * RATIO)
+        return distances
 
     return [a + step for step in reversed(steps(at_a))] + [b - step for step in steps(at_b)]
 
 
 def _layered(count: int, degree: int, at_a: bool, at_b: bool) -> list[int]:
     """Degrees of intervals that shrink towards singular ends: one less at them."""
-    found = [degree] * count
+    degrees = [degree] * count
     for at, on in ((0, at_a), (count - 1, at_b)):
         if on:
-            found[at] = max(degree - 1, min(degree, LEAST_AT_EDGE))
-    return found
+            degrees[at] = max(degree - 1, min(degree, LEAST_AT_EDGE))
+    return degrees
 
 
 def shortest_of(grid: Grid) -> float:
@@ -199,7 +201,7 @@ def refined(
     )
     breaks, degrees = [], []
     for d, old in enumerate(grid.breaks):
-        found, of = [float(old[0])], list[int]()
+        axis_breaks, axis_degrees = [float(old[0])], list[int]()
         for i, p in enumerate(grid.degrees[d].tolist()):
             a, b, ends = float(old[i]), float(old[i + 1]), near[d][i : i + 2]
             inner: list[float] = []
@@ -208,7 +210,7 @@ def refined(
                 if ends.min() < np.inf:
                     if p < LEAST_AT_EDGE:  # what is missing need not be the edge's
                         p, excess = p + 1, 1.0
-                    inner, own = _cut(a, b, p, ends, excess, shortest)
+                    inner, cut_degrees = _cut(a, b, p, ends, excess, shortest)
                 else:
                     more = 2 if excess > FAR else 1
                     if falls is not None and p >= MEASURED:
@@ -216,11 +218,11 @@ def refined(
                     if p + more <= HIGHEST_DEGREE and more <= AT_MOST:
                         p += more
                     else:
-                        inner, own = [(a + b) / 2], [p, p]
-            found += [*inner, b]
-            of += own if inner else [p]
-        breaks.append(np.array(found))
-        degrees.append(np.array(of))
+                        inner, cut_degrees = [(a + b) / 2], [p, p]
+            axis_breaks += [*inner, b]
+            axis_degrees += cut_degrees if inner else [p]
+        breaks.append(np.array(axis_breaks))
+        degrees.append(np.array(axis_degrees))
     return grid.with_axes(breaks, degrees)
 
 
@@ -246,8 +248,8 @@ def _cut(
         return [*(max(2, int(p - FALL * s * k)) for k in range(1, count)), max(p - 1, min(p, LEAST_AT_EDGE))]
 
     at_a, at_b = (layers(s) for s in exponents.tolist())
-    left = [a + (b - a) * RATIO ** (k + 1) for k in reversed(range(len(at_a)))]
-    return left + [b - (b - a) * RATIO ** (k + 1) for k in range(len(at_b))], [*at_a[::-1], p, *at_b]
+    from_a = [a + (b - a) * RATIO ** (k + 1) for k in reversed(range(len(at_a)))]
+    return from_a + [b - (b - a) * RATIO ** (k + 1) for k in range(len(at_b))], [*at_a[::-1], p, *at_b]
 
 
 def raised(grid: Grid) -> Grid:

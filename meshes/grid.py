@@ -26,16 +26,16 @@ class Grid:
     @cached_property
     def owner(self) -> np.ndarray:
         """(nx, ny, nz): the number of the box that owns each cell, or VOID."""
-        found = np.full([len(d) for d in self.degrees], VOID)
+        owner = np.full([len(d) for d in self.degrees], VOID)
         for number, box in enumerate(self.boxes):
-            found[self.window(box.lower, box.upper)] = number
-        return found
+            owner[self.window(box.lower, box.upper)] = number
+        return owner
 
     @property
     def solid(self) -> np.ndarray:
         """(nx, ny, nz): which cells a box owns."""
-        found: np.ndarray = self.owner != VOID
-        return found
+        solid: np.ndarray = self.owner != VOID
+        return solid
 
     def small(self, d: int) -> float:
         """The length (m) along an axis that counts as nothing."""
@@ -68,17 +68,17 @@ class Grid:
             np.searchsorted(coarse, (fine[1:] + fine[:-1]) / 2) - 1
             for coarse, fine in zip(other.breaks, self.breaks, strict=True)
         ]
-        found: np.ndarray = cells[np.ix_(*at)]
-        return found
+        fine_cells: np.ndarray = cells[np.ix_(*at)]
+        return fine_cells
 
     def marked(self, d: int, values: Mapping[float, float], otherwise: float) -> np.ndarray:
         """(breakpoints,): the value of a plane across an axis, given by coordinate, at the breakpoint there."""
-        found = np.full(len(self.breaks[d]), otherwise)
+        marks = np.full(len(self.breaks[d]), otherwise)
         for coordinate, value in values.items():
             i = self.at(d, coordinate)
             if abs(self.breaks[d][i] - coordinate) <= self.small(d):
-                found[i] = value
-        return found
+                marks[i] = value
+        return marks
 
     def with_axes(self, breaks: Sequence[np.ndarray], degrees: Sequence[np.ndarray]) -> Grid:
         """Another grid of the same boxes."""

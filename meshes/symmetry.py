@@ -53,10 +53,10 @@ class Symmetry:
 
     def mirrored(self, points: np.ndarray) -> np.ndarray:
         """Points (n, 3) of the whole scene, moved to where the part holds their value."""
-        found = np.array(points, dtype=float)
+        moved = np.array(points, dtype=float)
         for axis, middle, _ in self.planes:
-            found[:, axis] = np.minimum(found[:, axis], 2 * middle - found[:, axis])
-        return found
+            moved[:, axis] = np.minimum(moved[:, axis], 2 * middle - moved[:, axis])
+        return moved
 
     @property
     def part(self) -> str:
@@ -90,8 +90,8 @@ def reduce(scene: Scene) -> Symmetry:
             name: Flow(step[f.boundary].boundary, f.heat * step[f.boundary].heat, f.current * step[f.boundary].current)
             for name, f in flows.items()
         }
-    whole, left = ({b.name: float(np.prod(np.subtract(b.upper, b.lower))) for b in s.boxes} for s in (scene, part))
-    copies = {name: whole[name] / volume for name, volume in left.items()}
+    whole, kept = ({b.name: float(np.prod(np.subtract(b.upper, b.lower))) for b in s.boxes} for s in (scene, part))
+    copies = {name: whole[name] / volume for name, volume in kept.items()}
     return Symmetry(part, tuple(planes), 2 ** len(planes), flows, copies, probes)
 
 
@@ -193,8 +193,8 @@ class _Mirror:
     def _both_sides(self, scene: Scene) -> Grid:
         """The grid of all planes of a scene and of their images."""
         breaks = [np.array(connected.scene_planes(scene, d)) for d in range(3)]
-        own = breaks[self.axis]
-        breaks[self.axis] = np.array(connected.distinct([*own, *(2 * self.middle - own)], self.small))
+        planes = breaks[self.axis]
+        breaks[self.axis] = np.array(connected.distinct([*planes, *(2 * self.middle - planes)], self.small))
         return Grid(tuple(breaks), tuple(np.ones(len(b) - 1, int) for b in breaks), scene.boxes)
 
     def _keeps_contacts(self, scene: Scene) -> bool:
@@ -203,21 +203,21 @@ class _Mirror:
         grid = self._both_sides(scene)
         for table in contacts.resistances(scene):
             for axis in range(3):
-                found = np.moveaxis(contacts.across(grid.owner, axis, table), 0, axis)
-                if (found != np.flip(found, self.axis)).any():
+                on_faces = np.moveaxis(contacts.across(grid.owner, axis, table), 0, axis)
+                if (on_faces != np.flip(on_faces, self.axis)).any():
                     return False
                 count = grid.owner.shape[self.axis]
-                if axis == self.axis and count % 2 == 0 and np.take(found, count // 2 - 1, axis=axis).any():
+                if axis == self.axis and count % 2 == 0 and np.take(on_faces, count // 2 - 1, axis=axis).any():
                     return False
         return all(self._side(scene, probe) is not None for probe in scene.probes)
 
     def _side(self, scene: Scene, probe: Probe) -> str | None:
         """What the box that a probe names is called on the lower side, where the probe is read; None where it isn't
         one box there."""
-        own = next((b for b in scene.boxes if b.name == probe.box), None)
-        if own is None or self._below(probe):
+        box = next((b for b in scene.boxes if b.name == probe.box), None)
+        if box is None or self._below(probe):
             return probe.box
-        return next((b.name for b in scene.boxes if self.maps(own, b)), None)
+        return next((b.name for b in scene.boxes if self.maps(box, b)), None)
 
     def _keeps_conditions(self, scene: Scene) -> bool:
         """Whether the mirror maps every thermal condition onto one that is the same."""
@@ -260,14 +260,14 @@ class _Mirror:
     def _driven(self, b: Boundary, corners: Corners) -> Boundary:
         """What is left of a boundary: of an electrode of unknown potential that is cut in two one half, with half of
         the current and twice the resistance."""
-        found = replace(b, lower=corners[0], upper=corners[1])
+        boundary = replace(b, lower=corners[0], upper=corners[1])
         if b.kind == "voltage" and self.half is not None:
-            return replace(found, value=self.half[0], series_resistance=self.half[1])
+            return replace(boundary, value=self.half[0], series_resistance=self.half[1])
         if not b.series_resistance or not self._reaches_over(b):
-            return found
+            return boundary
         current = b.series_resistance == inf
         return replace(
-            found, value=_times(0.5, b.value) if current else b.value, series_resistance=2 * b.series_resistance
+            boundary, value=_times(0.5, b.value) if current else b.value, series_resistance=2 * b.series_resistance
         )  # fmt: skip
 
     def _reading(self, probe: Probe, scene: Scene) -> tuple[float, tuple[Value, ...]]:

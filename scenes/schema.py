@@ -141,9 +141,7 @@ class Schema:
 
     def apply(self, values: Mapping[str, Any], default: T) -> T:
         """The default scene (a frozen dataclass) with the values put in its attributes."""
-        for path, value in values.items():
-            default = _with(default, path if path == SECTION else self.paths[path].attribute, value)
-        return default
+        return _with(default, {p if p == SECTION else self.paths[p].attribute: value for p, value in values.items()})
 
     def write(self, scene: object) -> dict[str, Any]:
         """Every key of a scene as a flat scene that reads back equal: SI numbers and plain JSON types."""
@@ -191,10 +189,11 @@ def label_of(table: str, number: int, given: Mapping[str, object]) -> tuple[str,
     return f"{table}-{number}", f"{table}[{number}]"
 
 
-def _with(scene: Any, attribute: str, value: Any) -> Any:
-    """A frozen dataclass with a new value for an attribute of it or, where there are dots, of its parts."""
-    name, _, rest = attribute.partition(".")
-    return replace(scene, **{name: _with(getattr(scene, name), rest, value) if rest else value})
+def _with(scene: Any, values: Mapping[str, Any]) -> Any:
+    """A frozen dataclass with new values for attributes of it or, where there are dots, of its parts."""
+    own = {name: value for name, value in values.items() if "." not in name}
+    parts = {name.partition(".")[0] for name in values.keys() - own}
+    return replace(scene, **own, **{name: _with(getattr(scene, name), section(values, name)) for name in parts})
 
 
 def nest(flat: Mapping[str, Any]) -> dict[str, Any]:

@@ -38,10 +38,10 @@ class Content:
     def of(self, folder: Path) -> dict[str, Any]:
         """The document in a folder; empty where it holds something else, or nothing."""
         try:
-            found = json.loads((folder / self.document).read_text(encoding="utf-8"))
+            document = json.loads((folder / self.document).read_text(encoding="utf-8"))
         except (OSError, ValueError):
             return {}
-        return found if isinstance(found, dict) and all(key in found for key in self.keys) else {}
+        return document if isinstance(document, dict) and all(key in document for key in self.keys) else {}
 
     def among(self, folder: Path) -> set[str]:
         """The names of its files there; all others are the user's."""
@@ -119,8 +119,8 @@ class Folder:
             raise SceneError(f"{self._shown} is a file: give a folder with {option}")
         if not os.access(target, os.W_OK | os.X_OK):
             raise PermissionError("it is not writable")
-        here = Path(os.path.realpath(os.curdir))
-        if os.path.ismount(target) or here.is_relative_to(target):
+        current_folder = Path(os.path.realpath(os.curdir))
+        if os.path.ismount(target) or current_folder.is_relative_to(target):
             raise SceneError(f"{self._shown} is where you are or a mount: give a folder inside it with {option}")
         others = {entry.name for entry in target.iterdir()} - {*self._content.before}
         if others and not self._content.of(target):

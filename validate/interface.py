@@ -269,12 +269,12 @@ def solve(
     """
     from validate.run.kinds.free import reported
 
-    found = _scene(scene, None, overrides, {"run.accuracy": accuracy})
+    loaded = _scene(scene, None, overrides, {"run.accuracy": accuracy})
     # Without a folder a scene without probes reports every part's mean temperature.
-    scene = reported(found, Request(fields=fields or out is None))
+    scene = reported(loaded, Request(fields=fields or out is None))
     request = Request(
         figures=figures, fields=fields, model=str(model) if isinstance(model, Path) else model or "",
-        sensitivities=sensitivities, uncertain=_uncertain(found, uncertain),
+        sensitivities=sensitivities, uncertain=_uncertain(loaded, uncertain),
         data_uncertainty=(data_uncertainty,) if isinstance(data_uncertainty, str) else tuple(data_uncertainty),
     )  # fmt: skip
     return Solution(_outcome(scene, request, out, _data(scene, against, columns, data_uncertainty)))
@@ -287,18 +287,18 @@ def device(
     overrides: Overrides = (),
     out: str | Path | None = None,
     figures: bool = False,
-    **asked: Any,
+    **options: Any,
 ) -> DeviceRun:
     """Simulate the whole sensor in 1D, and in 3D where asked for, and check what the paper says of it.
 
     ``scene`` is what ``scenes.load`` returns, or takes; ``accuracy`` (in 3D where that is asked for) and
-    ``overrides`` change it. ``asked`` are ``in_3d``, ``scheme`` ("accurate" or "paper"), ``about`` (the figures it
+    ``overrides`` change it. ``options`` are ``in_3d``, ``scheme`` ("accurate" or "paper"), ``about`` (the figures it
     is about), ``meter``, ``largest_voltage``, ``largest_power``, and as of `run` ``sensitivities``, ``left_out`` and
     ``uncertain``.
     Only into the folder ``out`` is anything written. Raises SceneError for bad input, ArithmeticError where the
     numerics fail.
     """
-    found = _scene(scene, Device, overrides, {f"run.accuracy{'_3d' * bool(asked.get('in_3d'))}": accuracy})
+    loaded = _scene(scene, Device, overrides, {f"run.accuracy{'_3d' * bool(options.get('in_3d'))}": accuracy})
     known = (
         "in_3d",
         "left_out",
@@ -310,23 +310,23 @@ def device(
         "largest_voltage",
         "largest_power",
     )
-    for name in asked:
+    for name in options:
         if name not in known:
             raise SceneError(f"device takes no {quoted(name)}: give {', '.join(known)}{did_you_mean(name, known)}")
-    asked["uncertain"] = _uncertain(found, asked.get("uncertain"))
-    return DeviceRun(_outcome(found, Request(figures=figures, **asked), out))
+    options["uncertain"] = _uncertain(loaded, options.get("uncertain"))
+    return DeviceRun(_outcome(loaded, Request(figures=figures, **options), out))
 
 
 def _scene(given: Any, kind: Any, overrides: Overrides, more: Mapping[str, float | None]) -> Any:
     """The scene, with overrides, of the kind wanted (None for a free one)."""
     listed = [f"{k}={v}" for k, v in overrides.items()] if isinstance(overrides, Mapping) else list(overrides)
     listed += [f"{key}={float(value)!r}" for key, value in more.items() if value is not None]
-    found = load(given, listed) if isinstance(given, (str, Path)) else overridden(given, listed)
-    own, wanted = kinds.of(found).PYTHON, "free" if kind is None else kind.kind
-    if found.kind != wanted:
+    scene = load(given, listed) if isinstance(given, (str, Path)) else overridden(given, listed)
+    call, wanted = kinds.of(scene).PYTHON, "free" if kind is None else kind.kind
+    if scene.kind != wanted:
         use = import_module(f"validate.run.kinds.{wanted}").PYTHON
-        raise SceneError(f"{quoted(found.name)} is no scene for {use}: use {own}")
-    return found
+        raise SceneError(f"{quoted(scene.name)} is no scene for {use}: use {call}")
+    return scene
 
 
 def _uncertain(scene: object, given: Mapping[str, str] | None) -> Uncertain | None:
@@ -336,8 +336,8 @@ def _uncertain(scene: object, given: Mapping[str, str] | None) -> Uncertain | No
         return None
     from scenes.uncertain import read
 
-    own = [f"{key}={value}" if str(value) else key for key, value in given.items() if "," not in key]
-    return read(scene, own, [f"{key}={value}" for key, value in given.items() if "," in key])
+    singles = [f"{key}={value}" if str(value) else key for key, value in given.items() if "," not in key]
+    return read(scene, singles, [f"{key}={value}" for key, value in given.items() if "," in key])
 
 
 def _data(

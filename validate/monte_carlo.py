@@ -27,10 +27,10 @@ MOST = 100_000
 def added(outcome: Outcome[Sink], count: int, say: Callable[[str], None]) -> Outcome[Sink]:
     """The outcome of a run with uncertain inputs, with the spread of ``count`` samples of them. Raises SceneError where
     hardly any has an answer, and what a cluster raises."""
-    found = outcome.propagated
-    if found is None:
+    propagated = outcome.propagated
+    if propagated is None:
         raise ValueError("the run has no uncertain inputs")
-    uncertain, sink, request = found.uncertain, outcome.scene, outcome.request
+    uncertain, sink, request = propagated.uncertain, outcome.scene, outcome.request
     keys = tuple(uncertain.relative)
     points = drawn(sink, uncertain, count)
     scope = Scope((request.reduction,), not request.transient, blame=False, all_checks=False)
@@ -48,7 +48,7 @@ def added(outcome: Outcome[Sink], count: int, say: Callable[[str], None]) -> Out
     columns = {n: np.array([row.values[n] for row in rows]) for n in names}
     known = {check.id: check.u_input or 0.0 for check in outcome.checks}
     checks = {name: u for name, u in known.items() if u > propagation.ROUNDING}
-    sampled = propagation.spreads(columns, found, checks, count - len(rows))
+    sampled = propagation.spreads(columns, propagated, checks, count - len(rows))
     return replace(outcome, sampled=sampled, warnings=(*outcome.warnings, *sampled.warnings()))
 
 
@@ -56,24 +56,24 @@ def drawn(sink: Sink, uncertain: Uncertain, count: int) -> np.ndarray:
     """(count, keys): the values (SI units) of the uncertain keys in each sample; what a word comes to, the offset of a
     centred oxide, is a part of what it comes to there."""
     keys, known = tuple(uncertain.relative), numbers(sink)
-    found: np.ndarray = np.array([known[key] for key in keys]) * (1 + propagation.draw(uncertain, count))
+    samples: np.ndarray = np.array([known[key] for key in keys]) * (1 + propagation.draw(uncertain, count))
     for n, word in enumerate(keys):
         if is_word(sink, word):
-            for point in found:
+            for point in samples:
                 other = sink
                 for key, value in zip(keys, point.tolist(), strict=True):
                     other = varied(other, key, value / known[key]) if key != word else other
                 point[n] *= numbers(other)[word] / known[word]
-    return found
+    return samples
 
 
 def check_apart(sink: Sink, keys: tuple[str, ...]) -> None:
     """Refuses a key beside the parameter that it is made of: a sample gives each a value, and it can have but one."""
     known = numbers(sink)
     for parameter in (key for key in keys if key.startswith(f"{SECTION}.")):
-        there = numbers(neighbour(sink, parameter, STEP))
+        changed = numbers(neighbour(sink, parameter, STEP))
         made = [key for key in keys if not key.startswith(f"{SECTION}.") and not is_word(sink, key)]
-        for key in (key for key in made if there.get(key) != known[key]):
+        for key in (key for key in made if changed.get(key) != known[key]):
             raise SceneError(
                 f"--monte-carlo: {key} is made of {parameter}, and both are uncertain: give one of the two"
             )

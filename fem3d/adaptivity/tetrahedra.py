@@ -34,6 +34,7 @@ AIM = 0.5  # of what is enough, at which a refinement aims, as on bricks
 # Unknowns: factors of so many take some 20 s; half as many more than a mesh has are little use.
 MOST_UNKNOWNS, LEAST_GROWTH = 60_000, 1.5
 MOST_GROWTH = 3.0  # times the cells of a level that the next one may have
+SURELY = 0.9  # of that growth, for which cells are chosen after too many were
 # An error falls like this power of the size of the cells that cause it, at least, where an edge is re-entrant.
 FALLS = 4 / 3
 # Of what is missing, what the cells hold that are refined: the others are many, and miss little each.
@@ -55,8 +56,10 @@ class Laid(Protocol):
 
     most: int
     """How many times shorter by two cells may become at once."""
-    becomes: float
-    """How many cells stand in the place of one that is shorter by two, with those that must follow."""
+
+    def growth(self, times: np.ndarray) -> np.ndarray:
+        """By which part of all cells (cells,) they become more when the first, the first two ... are so many ``times``
+        shorter by two, with those that must follow, as foreseen."""
 
     def finer(self, times: np.ndarray) -> Laid:
         """On the mesh with each cell so many ``times`` (cells,) shorter by two."""
@@ -133,14 +136,19 @@ class Tetrahedra:
         times = np.ceil(np.log2(np.maximum(excess, 1.0)) / FALLS).clip(max=self.laid.most).astype(int)
         order = np.argsort(-missing)
         times[order[np.searchsorted(np.cumsum(missing[order]), MARKED * missing.sum()) + 1 :]] = 0
-        more = np.cumsum(self.laid.becomes ** times[order] - 1)
-        times[order[more > (self._growth - 1) * len(times)]] = 0
+        order = order[times[order] > 0]
+        foreseen, room = self.laid.growth(times[order]), self._growth - 1
+        fit = max(int(np.searchsorted(foreseen, room, "right")), 1)
+        times[order[fit:]] = 0
         finer = self._finer(times)
-        # What must follow is more than is foreseen where cells are few.
-        while finer is not None and finer.size.cells > self._growth * self.size.cells:
-            order = order[times[order] > 0]
-            times[order[(len(order) + 1) // 2 :]] = 0
-            times = np.where(len(order) > 1, times, times - 1)
+        # More must follow than is foreseen, above all where cells are few: by as much as it did, now foreseen anew.
+        while finer is not None and (grown := finer.size.cells / self.size.cells - 1) > room:
+            if fit == 1:
+                times[order[0]] -= 1
+            else:
+                foreseen *= grown / foreseen[fit - 1]
+                fit = max(min(int(np.searchsorted(foreseen, SURELY * room)), fit - 1), 1)
+                times[order[fit:]] = 0
             finer = self._finer(times)
         return finer
 

@@ -4,7 +4,8 @@ currents in A, resistances in ohm.
 An error is relative to the largest rise of the probe (above the coldest given temperature, or above the start), but to
 no less than a tenth of the largest rise in the scene; of a potential to the span of the voltages; of a flow or a
 current to its own size, but to no less than a hundredth of what passes the scene, or would
-pass its least conducting box at its largest rise; a power like a flow, and of a resistance to its largest value.
+pass its least conducting box at its largest rise; of a heat flow in a steady state to no less than rounding leaves
+of it; a power like a flow, and of a resistance to its largest value.
 """
 
 from __future__ import annotations
@@ -105,7 +106,7 @@ def scales(scene: AnyScene, out: Outputs, pairs: Mapping[str, Pair]) -> dict[str
         return {
             "temperature": max(rises.get(probe.name, 0.0), OF_RISE * rise),
             "potential": span,
-            "heat_flow": max(own, OF_FLOW * through),
+            "heat_flow": max(own, OF_FLOW * through, float(out.get("rounding", 0.0))),
             "power": max(own, OF_FLOW * through),
             "current": max(own, OF_FLOW * current),
         }[probe.quantity] or 1.0

@@ -45,8 +45,8 @@ class GroupedMesh:
 
     def beside(self, facets: np.ndarray) -> np.ndarray:
         """(k,): the cells at either side of some facets."""
-        found = np.unique(self.mesh.f2t[:, facets])
-        return found[found >= 0]
+        cells = np.unique(self.mesh.f2t[:, facets])
+        return cells[cells >= 0]
 
     def borders(self, facets: np.ndarray, inside: np.ndarray) -> np.ndarray:
         """Those of some facets that a chosen cell (cells,) is at."""
@@ -61,9 +61,9 @@ class GroupedMesh:
         both = (b >= 0) & inside[a] & inside[b]
         graph = coo_array((np.ones(both.sum(), bool), (a[both], b[both])), shape=(self.count, self.count))
         labels = connected_components(graph, directed=False)[1]
-        found = np.zeros(self.count, int)
-        found[inside] = 1 + np.unique(labels[inside], return_inverse=True)[1]
-        return found
+        numbers = np.zeros(self.count, int)
+        numbers[inside] = 1 + np.unique(labels[inside], return_inverse=True)[1]
+        return numbers
 
     @cached_property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:

@@ -23,11 +23,11 @@ class Placed:
     @cached_property
     def body(self) -> np.ndarray:
         """(cells,): the number of the body that each cell is of, -1 for none."""
-        found = np.full(self.mesh.count, -1)
+        bodies = np.full(self.mesh.count, -1)
         for number, body in enumerate(self.scene.bodies):
             for group in body.groups:
-                found[self.mesh.volumes[group]] = number
-        return found
+                bodies[self.mesh.volumes[group]] = number
+        return bodies
 
     @property
     def materials(self) -> list[Material]:
@@ -58,18 +58,18 @@ class Placed:
 
     def covered(self, probe: GroupProbe) -> list[GroupBoundary]:
         """The boundaries of the probe's kind, thermal or electric, that have facets in its group."""
-        electric, own = probe.quantity == "current", self.facets(probe)
+        electric, facets = probe.quantity == "current", self.facets(probe)
         return [
             b for b in self.scene.boundaries
-            if (b.kind == "voltage") == electric and np.isin(self.acting(b), own).any()
+            if (b.kind == "voltage") == electric and np.isin(self.acting(b), facets).any()
         ]  # fmt: skip
 
     def touched(self, parts: np.ndarray, boundaries: Sequence[GroupBoundary]) -> set[int]:
         """The numbers of the parts (`GroupedMesh.parts`) that some conditions act on."""
-        found: set[int] = set()
+        numbers: set[int] = set()
         for b in boundaries:
-            found |= set(parts[self.mesh.beside(self.acting(b))].tolist())
-        return found - {0}
+            numbers |= set(parts[self.mesh.beside(self.acting(b))].tolist())
+        return numbers - {0}
 
     @cached_property
     def _parts(self) -> tuple[np.ndarray, list[GroupBoundary]]:
@@ -80,11 +80,11 @@ class Placed:
 
     def joined(self) -> dict[int, set[str]]:
         """The names of the electrodes that each part of the conductors touches."""
-        (parts, electrodes), found = self._parts, dict[int, set[str]]()
+        (parts, electrodes), names = self._parts, dict[int, set[str]]()
         for b in electrodes:
             for part in self.touched(parts, [b]):
-                found.setdefault(part, set()).add(b.name)
-        return found
+                names.setdefault(part, set()).add(b.name)
+        return names
 
     @cached_property
     def conductors(self) -> tuple[np.ndarray, tuple[tuple[np.ndarray, Value], ...]]:
@@ -95,6 +95,6 @@ class Placed:
         for b in electrodes:
             for part in self.touched(parts, [b]):
                 voltages.setdefault(part, set()).add(physics.potential_of(b))
-        live = np.isin(parts, [part for part, found in voltages.items() if len(found) > 1])
-        alone = ((part, next(iter(found))) for part, found in voltages.items() if len(found) == 1)
+        live = np.isin(parts, [part for part, potentials in voltages.items() if len(potentials) > 1])
+        alone = ((part, next(iter(potentials))) for part, potentials in voltages.items() if len(potentials) == 1)
         return live, tuple((parts == part, value) for part, value in alone if not isinstance(value, str))

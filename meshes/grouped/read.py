@@ -33,21 +33,21 @@ _IGNORED = ("gmsh:", "cell_tags")
 def read(path: Path, unit: float) -> GroupedMesh:
     """The mesh of a file in units of ``unit`` (m). Raises SceneError where it can't be read, has no volume cells, cells
     of several kinds or of one that is not solved on, or cells that are inverted."""
-    found = _load(path)
-    name = _kind(found, path)
-    numbers, cells = _joined(found, name)
+    file_mesh = _load(path)
+    name = _kind(file_mesh, path)
+    numbers, cells = _joined(file_mesh, name)
     # Gmsh's older format has a cell once for every group that it is in.
     first, same = np.unique(np.sort(cells, axis=1), axis=0, return_index=True, return_inverse=True)[1:]
-    cells, points = cells[first], np.asarray(found.points, float) * unit
+    cells, points = cells[first], np.asarray(file_mesh.points, float) * unit
     _refuse_broken(points, cells, path)
     mesh = made(points, cells, name)
     _refuse_inverted(mesh, path)
     mesh = ordered(mesh) if KINDS[name][0] == 4 else mesh
     of_cell = np.full(int(numbers.max()) + 1, -1)
     of_cell[numbers] = same.ravel()
-    used, own = np.unique(cells, return_inverse=True)
-    grouped = GroupedMesh(mesh, {}, {}, name, points[used], own.reshape(cells.shape))
-    return _with_groups(grouped, found, of_cell, np.unique(cells[:, : KINDS[name][0]]))
+    used, renumbered = np.unique(cells, return_inverse=True)
+    grouped = GroupedMesh(mesh, {}, {}, name, points[used], renumbered.reshape(cells.shape))
+    return _with_groups(grouped, file_mesh, of_cell, np.unique(cells[:, : KINDS[name][0]]))
 
 
 def own_order(name: str) -> np.ndarray:
@@ -101,10 +101,10 @@ def _load(path: Path) -> Any:
         ) from None
 
 
-def _kind(found: Any, path: Path) -> str:
-    names = list(dict.fromkeys(block.type for block in found.cells if block.dim == 3 and len(block.data)))
+def _kind(file_mesh: Any, path: Path) -> str:
+    names = list(dict.fromkeys(block.type for block in file_mesh.cells if block.dim == 3 and len(block.data)))
     if not names:
-        has = " and ".join(dict.fromkeys(block.type for block in found.cells)) or "no cells"
+        has = " and ".join(dict.fromkeys(block.type for block in file_mesh.cells)) or "no cells"
         raise SceneError(
             f"mesh.file: {quoted(path)} has no volume cells, but {has}: mesh the volumes too, and save them with their "
             "physical groups"
@@ -116,11 +116,15 @@ def _kind(found: Any, path: Path) -> str:
     return names[0]
 
 
-def _joined(found: Any, name: str) -> tuple[np.ndarray, np.ndarray]:
+def _joined(file_mesh: Any, name: str) -> tuple[np.ndarray, np.ndarray]:
     """The numbers that the cells of a kind have among all of the file, and their nodes."""
-    starts = np.cumsum([0, *(len(block.data) for block in found.cells)])
-    own = [(start, np.asarray(b.data, int)) for b, start in zip(found.cells, starts, strict=False) if b.type == name]
-    return np.concatenate([start + np.arange(len(cells)) for start, cells in own]), np.concatenate([c for _, c in own])
+    starts = np.cumsum([0, *(len(block.data) for block in file_mesh.cells)])
+    blocks = [
+        (start, np.asarray(b.data, int)) for b, start in zip(file_mesh.cells, starts, strict=False) if b.type == name
+    ]
+    return np.concatenate([start + np.arange(len(cells)) for start, cells in blocks]), np.concatenate(
+        [c for _, c in blocks]
+    )
 
 
 def _refuse_broken(points: np.ndarray, cells: np.ndarray, path: Path) -> None:
@@ -151,9 +155,9 @@ def _refuse_inverted(mesh: Any, path: Path) -> None:
     reference = mesh.elem().doflocs.T
     places = np.concatenate([reference, reference.mean(axis=1, keepdims=True)], axis=1)
     # scikit-fem's reference hexahedron has its corners the other way round.
-    found = (1 if len(mesh.t) == 4 else -1) * mesh.mapping().detDF(places)
-    size = np.abs(found).max(axis=1)
-    wrong = np.flatnonzero(found.min(axis=1) <= 1e-9 * np.where(size > 0, size, 1.0))
+    determinants = (1 if len(mesh.t) == 4 else -1) * mesh.mapping().detDF(places)
+    size = np.abs(determinants).max(axis=1)
+    wrong = np.flatnonzero(determinants.min(axis=1) <= 1e-9 * np.where(size > 0, size, 1.0))
     if len(wrong):
         at = mesh.doflocs[:, mesh.t[:, wrong[0]]].mean(axis=1)
         near = ", ".join(f"{float(c):.4g} m" for c in at)
@@ -163,48 +167,50 @@ def _refuse_inverted(mesh: Any, path: Path) -> None:
         )
 
 
-def _groups(found: Any) -> dict[tuple[str, int], np.ndarray]:
+def _groups(file_mesh: Any) -> dict[tuple[str, int], np.ndarray]:
     """The cells of each group, numbered through the file, by the group's name and dimension."""
-    starts = np.cumsum([0, *(len(block.data) for block in found.cells)])
+    starts = np.cumsum([0, *(len(block.data) for block in file_mesh.cells)])
     collected: dict[tuple[str, int], list[np.ndarray]] = {}
 
     def add(name: str, block: int, cells: np.ndarray) -> None:
         if len(cells):
-            collected.setdefault((name, found.cells[block].dim), []).append(starts[block] + np.asarray(cells, int))
+            collected.setdefault((name, file_mesh.cells[block].dim), []).append(starts[block] + np.asarray(cells, int))
 
-    for name, sets in (found.cell_sets or {}).items():
+    for name, sets in (file_mesh.cell_sets or {}).items():
         if not name.startswith(_IGNORED):
             for block, cells in enumerate(sets):
                 if cells is not None:
                     add(name, block, cells)
-    named = {(int(tag), int(dim)): name for name, (tag, dim) in (found.field_data or {}).items()}
+    named = {(int(tag), int(dim)): name for name, (tag, dim) in (file_mesh.field_data or {}).items()}
     for key in _NUMBERED:
-        for block, tags in enumerate(found.cell_data.get(key, [])):
-            if len(tags) != len(found.cells[block].data):
+        for block, tags in enumerate(file_mesh.cell_data.get(key, [])):
+            if len(tags) != len(file_mesh.cells[block].data):
                 continue
             for tag in np.unique(tags):
-                name = named.get((int(tag), found.cells[block].dim), str(tag))
+                name = named.get((int(tag), file_mesh.cells[block].dim), str(tag))
                 if tag != 0 or name != "0":
                     add(name, block, np.flatnonzero(tags == tag))
-    return {key: np.unique(np.concatenate(own)) for key, own in collected.items()}
+    return {key: np.unique(np.concatenate(pieces)) for key, pieces in collected.items()}
 
 
-def _with_groups(grouped: GroupedMesh, found: Any, of_cell: np.ndarray, vertices: np.ndarray) -> GroupedMesh:
+def _with_groups(grouped: GroupedMesh, file_mesh: Any, of_cell: np.ndarray, vertices: np.ndarray) -> GroupedMesh:
     """With the groups of a file; ``vertices`` are the file's numbers of the mesh's vertices."""
     corners, start = len(grouped.mesh.facets), 0
-    facet, side = np.full((2, sum(len(block.data) for block in found.cells)), -1)
-    for block in found.cells:
+    facet, side = np.full((2, sum(len(block.data) for block in file_mesh.cells)), -1)
+    for block in file_mesh.cells:
         if block.dim == 2 and len(block.data) and _CORNERS.get(block.type[:4]) == corners:
             rows = np.asarray(block.data, int)[:, :corners]
-            here = slice(start, start + len(rows))
-            facet[here], side[here] = _facets(grouped.mesh, np.searchsorted(vertices, rows), np.isin(rows, vertices))
+            block_rows = slice(start, start + len(rows))
+            facet[block_rows], side[block_rows] = _facets(
+                grouped.mesh, np.searchsorted(vertices, rows), np.isin(rows, vertices)
+            )
         start += len(block.data)
-    for (name, dim), cells in _groups(found).items():
+    for (name, dim), cells in _groups(file_mesh).items():
         if dim == 3:
             grouped.volumes[name] = np.unique(of_cell[cells])
         elif dim == 2 and (facet[cells] >= 0).all():
-            own, first = np.unique(facet[cells], return_index=True)
-            grouped.surfaces[name] = own, side[cells][first]
+            facets, first = np.unique(facet[cells], return_index=True)
+            grouped.surfaces[name] = facets, side[cells][first]
         elif dim == 2:
             grouped.others.setdefault(name, "a surface with faces that are no faces of the volume cells")
         else:
@@ -224,9 +230,9 @@ def _facets(mesh: Any, corners: np.ndarray, known: np.ndarray) -> tuple[np.ndarr
     count = mesh.facets.shape[1]
     at = np.full(number.max() + 1, -1)
     at[number[:count]] = np.arange(count)
-    found = at[number[count:]]
-    p = mesh.doflocs[:, np.where(found[:, None] >= 0, corners, 0)]  # (3, n, corners)
+    facets = at[number[count:]]
+    p = mesh.doflocs[:, np.where(facets[:, None] >= 0, corners, 0)]  # (3, n, corners)
     normal = np.cross(p[..., 1] - p[..., 0], p[..., -1] - p[..., 0], axis=0)
-    first = mesh.doflocs[:, mesh.t[:, mesh.f2t[0, found]]].mean(axis=1)
+    first = mesh.doflocs[:, mesh.t[:, mesh.f2t[0, facets]]].mean(axis=1)
     inwards = (normal * (p.mean(axis=-1) - first)).sum(axis=0) < 0
-    return found, np.where(inwards & (mesh.f2t[1, found] >= 0), 1, 0)
+    return facets, np.where(inwards & (mesh.f2t[1, facets] >= 0), 1, 0)

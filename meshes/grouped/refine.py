@@ -43,10 +43,10 @@ def refine(given: GroupedMesh, times: np.ndarray | None = None) -> GroupedMesh:
     surfaces = {}
     for name, (facets, side) in given.surfaces.items():
         order = np.argsort(facets)
-        own = np.flatnonzero(np.isin(within, facets))
-        at = order[np.searchsorted(facets[order], within[own])]
-        turned = parents[finer.f2t[0, own]] != mesh.f2t[0, facets[at]]
-        surfaces[name] = own, np.where(turned, 1 - side[at], side[at])
+        fine_facets = np.flatnonzero(np.isin(within, facets))
+        at = order[np.searchsorted(facets[order], within[fine_facets])]
+        turned = parents[finer.f2t[0, fine_facets]] != mesh.f2t[0, facets[at]]
+        surfaces[name] = fine_facets, np.where(turned, 1 - side[at], side[at])
     volumes = {name: np.flatnonzero(np.isin(parents, cells)) for name, cells in given.volumes.items()}
     return replace(given, mesh=finer, volumes=volumes, surfaces=surfaces)
 
@@ -65,14 +65,14 @@ def bisected(mesh: Any, times: np.ndarray) -> tuple[Any, np.ndarray]:
     before, parents = logger.level, np.arange(mesh.t.shape[1])
     logger.setLevel(logging.ERROR)
     try:
-        found = MeshTet(mesh.p / size, mesh.t)
+        finer = MeshTet(mesh.p / size, mesh.t)
         while times.any():
-            whole, within = _Followed(found.p, found.t), np.arange(found.t.shape[1])
-            found = whole.refined(np.flatnonzero(times).astype(np.int32))
+            whole, within = _Followed(finer.p, finer.t), np.arange(finer.t.shape[1])
+            finer = whole.refined(np.flatnonzero(times).astype(np.int32))
             for halved in whole.rounds:
                 within = np.concatenate([within, within[halved]])
             parents, times = parents[within], np.maximum(times - 1, 0)[within]
-        return MeshTet(np.ascontiguousarray(found.p * size), np.sort(found.t, axis=0)), parents
+        return MeshTet(np.ascontiguousarray(finer.p * size), np.sort(finer.t, axis=0)), parents
     finally:
         logger.setLevel(before)
 
@@ -82,8 +82,8 @@ class _Followed(MeshTet):
 
     def _adaptive_sort_mesh(self, p: np.ndarray, t: np.ndarray, marked: np.ndarray) -> np.ndarray:
         self.rounds = [*self.rounds, marked.copy()]
-        found: np.ndarray = super()._adaptive_sort_mesh(p, t, marked)
-        return found
+        cells: np.ndarray = super()._adaptive_sort_mesh(p, t, marked)
+        return cells
 
     rounds: Any = ()
 
@@ -110,9 +110,9 @@ def _within(flat: Any, fine: Any, parents: np.ndarray) -> np.ndarray:
     cell = parents[fine.f2t[0]]
     middles = fine.p[:, fine.facets].mean(axis=1) / size
     at = flat.scaled(1 / size).mapping().invF(middles[:, :, None], tind=cell)[..., 0]
-    found = np.full(len(cell), -1)
+    facets = np.full(len(cell), -1)
     for number, corners in enumerate(reference.facets):
         first, second, last = reference.p[:, [corners[0], corners[1], corners[-1]]].T
         on = np.abs(np.cross(second - first, last - first) @ (at - first[:, None])) < ON_FACET
-        found[on] = flat.t2f[number, cell[on]]
-    return found
+        facets[on] = flat.t2f[number, cell[on]]
+    return facets

@@ -89,7 +89,7 @@ def _truth(shape: Any) -> Any:
 
 def _errors(document: dict[str, Any], scene: Scene, truths: dict[str, Any], fine: Model) -> dict[str, Any]:
     """By run and probe, how far the few states are from the network, with its own error."""
-    model, found = CompactModel(document), dict[str, Any]()
+    model, errors = CompactModel(document), dict[str, Any]()
     tables = {name: run for name, run in _inputs(scene).items()}
     start, first = scene.initial_temperature, dict[str, float]()
     kelvin = {p.name for p in scene.probes if p.quantity == "temperature"}
@@ -100,28 +100,28 @@ def _errors(document: dict[str, Any], scene: Scene, truths: dict[str, Any], fine
     for name, truth in truths.items():
         if truth.traces is None:
             exact = rise({n: np.array(e.value) for n, e in truth.steady.items()})
-            own = {n: e.error for n, e in truth.steady.items()}
+            truth_errors = {n: e.error for n, e in truth.steady.items()}
             values, kind = rise({n: np.array(v) for n, v in model.steady(tables[name]).items()}), "steady"
         else:
-            exact, own, kind = rise(truth.traces.values), truth.traces.errors, "over time"
+            exact, truth_errors, kind = rise(truth.traces.values), truth.traces.errors, "over time"
             values = rise(model.simulate(truth.traces.time, tables[name]))
         sizes = {n: max(size, 0.01 * first.get(n, 0.0)) for n, size in measures(fine, exact).items()}
         first = first or sizes
-        off = {n: float(np.abs(values[n] - exact[n]).max()) + own[n] for n in exact}
-        found[name] = {kind: {n: {"error": e, "relative": e / sizes[n]} for n, e in off.items()}}
-    return found
+        off = {n: float(np.abs(values[n] - exact[n]).max()) + truth_errors[n] for n in exact}
+        errors[name] = {kind: {n: {"error": e, "relative": e / sizes[n]} for n, e in off.items()}}
+    return errors
 
 
 def _inputs(scene: Scene) -> dict[str, dict[str, Any]]:
     """The inputs of each run, by its name."""
-    found = channels(scene)
+    inputs = channels(scene)
 
     def plain(value: Value) -> Any:
         return (value.times, value.values) if isinstance(value, Schedule) else value
 
-    runs: dict[str, dict[str, Any]] = {OWN: {c.name: plain(c.own) for c in found}}
-    for c in found:
-        runs[f"step of {c.name}"] = {d.name: d.rest + (d.step if d is c else 0.0) for d in found}
+    runs: dict[str, dict[str, Any]] = {OWN: {c.name: plain(c.own) for c in inputs}}
+    for c in inputs:
+        runs[f"step of {c.name}"] = {d.name: d.rest + (d.step if d is c else 0.0) for d in inputs}
     return runs
 
 
@@ -163,12 +163,12 @@ class _Projection:
             volts = x[np.array(model.inputs.electric, bool)]
             states.append(steady(model, x, spread(volts)).rise)
         volts = np.eye(len(x))[:, np.array(model.inputs.electric, bool)]
-        found = []
+        currents = []
         for rise in states:
             rises = np.repeat(rise[:, None], volts.shape[1], axis=1)
-            found.append(flows.at(rises, model.potentials(rises, volts), volts))
-        left, sizes, _ = np.linalg.svd(np.hstack(found), full_matrices=False)
-        return (left[:, sizes > APART * sizes[0]] * sizes[0]).T, flows
+            currents.append(flows.at(rises, model.potentials(rises, volts), volts))
+        modes, sizes, _ = np.linalg.svd(np.hstack(currents), full_matrices=False)
+        return (modes[:, sizes > APART * sizes[0]] * sizes[0]).T, flows
 
     @property
     def _circuit(self) -> Circuit:
@@ -194,11 +194,11 @@ class _Projection:
             lu, right = factor(self.K + rate * self.C), loads
             # What heats follows what is heated: the responses to that, and to these.
             for _ in range(1 + FEEDBACK * self.model.couples):
-                found = lu.solve(right)
-                norms = np.sqrt(np.einsum("fk,fk->k", found, self.C @ found))
-                found = found / np.where(norms > 0, norms, 1.0)
-                snapshots.append(found)
-                right = np.hstack([self._followed(i, j, found) for i, j in self.pairs] or [found[:, :0]])
+                responses = lu.solve(right)
+                norms = np.sqrt(np.einsum("fk,fk->k", responses, self.C @ responses))
+                responses = responses / np.where(norms > 0, norms, 1.0)
+                snapshots.append(responses)
+                right = np.hstack([self._followed(i, j, responses) for i, j in self.pairs] or [responses[:, :0]])
         every = np.hstack(snapshots)
         sizes, vectors = np.linalg.eigh(every.T @ (self.C @ every))
         kept = sizes > APART**2 * sizes[-1]

@@ -33,16 +33,16 @@ class Elements:
         self.nodes, self.degree = nodes, degree
         self.first_node = np.cumsum([0, *(len(x) for x in nodes)])
         self.first = np.cumsum([0, *(len(x) - 1 for x in nodes)])
-        left = np.concatenate([f + np.arange(len(x) - 1) for f, x in zip(self.first_node, nodes, strict=False)])
+        starts = np.concatenate([f + np.arange(len(x) - 1) for f, x in zip(self.first_node, nodes, strict=False)])
         # Every line from zero on: nodes far from the origin would lose digits.
         places = np.concatenate([x - x[0] for x in nodes])
-        mesh = MeshLine(places[None], np.stack([left, left + 1]))
+        mesh = MeshLine(places[None], np.stack([starts, starts + 1]))
         basis = Basis(mesh, ElementLinePp(degree), intorder=2 * degree + 2)
         self.dofs = basis.element_dofs
         self.size = int(basis.N)
         self.points = basis.X.shape[1]
         self.weights = np.asarray(basis.dx).ravel()
-        count = len(left)
+        count = len(starts)
         rows = np.arange(count * self.points).reshape(count, -1)
         shape = (count, self.points)
         each = [field[0] for field in basis.basis]
@@ -100,21 +100,21 @@ def nodes_of(layout: Layout, shortest: Sequence[float]) -> list[np.ndarray]:
     count = len(layout.lines)
     pairs = [(j.one.line, j.other.line) for j in (*layout.joints, *layout.wires) if j.kind == "along"]
     groups = joined(count, pairs)
-    found: list[np.ndarray] = [np.empty(0)] * count
+    by_line: list[np.ndarray] = [np.empty(0)] * count
     for group in range(groups.max() + 1):
-        own = np.flatnonzero(groups == group).tolist()
-        places = sorted({x for i in own for x in layout.places(i)})
-        nodes = graded(places, min(shortest[i] for i in own))
-        for i in own:
+        lines = np.flatnonzero(groups == group).tolist()
+        places = sorted({x for i in lines for x in layout.places(i)})
+        nodes = graded(places, min(shortest[i] for i in lines))
+        for i in lines:
             line = layout.lines[i]
-            found[i] = nodes[(nodes >= line.start) & (nodes <= line.stop)]
-    return found
+            by_line[i] = nodes[(nodes >= line.start) & (nodes <= line.stop)]
+    return by_line
 
 
 def graded(places: Sequence[float], shortest: float) -> np.ndarray:
     """Nodes at some places (m, ascending), and between two of them at distances that grow from either, ``shortest`` at
     first."""
-    found = [np.asarray(places)]
+    pieces = [np.asarray(places)]
     for a, b in pairwise(places):
         length = b - a
         # From each of both ends the distances shortest (1 + G + G^2 ...), up to the middle.
@@ -122,8 +122,8 @@ def graded(places: Sequence[float], shortest: float) -> np.ndarray:
         if steps < 1 or shortest > length / 2:
             continue
         outward = (GROWTH ** np.arange(1, steps + 1) - 1) / (GROWTH**steps - 1) * length / 2
-        found += [a + outward, b - outward[:-1]]
-    return np.unique(np.concatenate(found))
+        pieces += [a + outward, b - outward[:-1]]
+    return np.unique(np.concatenate(pieces))
 
 
 def joined(count: int, pairs: list[tuple[int, int]]) -> np.ndarray:

@@ -58,7 +58,7 @@ class Flows:
     def through(self, probe: Probe) -> tuple[np.ndarray, np.ndarray]:
         """The flow through a probe: into the solid on its surface, along the positive axis inside."""
         normal, at = _plane(probe)
-        found = self._none()
+        flow = self._none()
         for i in self._cut(probe):
             line = self.layout.lines[i]
             lower, upper = _clipped(line, probe)
@@ -66,20 +66,20 @@ class Flows:
                 row = self._none()
                 number = 2 * len(self.layout.lines) + self.sections[2 * len(self.layout.lines) :].index((i, at))
                 row[0][self.branches + number] = _area(lower, upper, normal) / line.area
-                _add(found, row, 1.0)
+                _add(flow, row, 1.0)
                 continue
             # Alongside a line, between what passes its two faces.
             part = (at - line.lower[normal]) / (line.upper[normal] - line.lower[normal])
-            _add(found, self._into(i, normal, line.lower[normal], lower, upper), 1 - part)
-            _add(found, self._into(i, normal, line.upper[normal], lower, upper), -part)
+            _add(flow, self._into(i, normal, line.lower[normal], lower, upper), 1 - part)
+            _add(flow, self._into(i, normal, line.upper[normal], lower, upper), -part)
         for j, joint in enumerate(self.joints):
             if joint.one.normal == normal and joint.one.lower[normal] == at:
-                _add(found, self._joint(j, probe.lower, probe.upper), 1.0)
+                _add(flow, self._joint(j, probe.lower, probe.upper), 1.0)
         for c, condition in enumerate(self.conditions):
             touch = condition.touch
             if touch.normal == normal and touch.lower[normal] == at:
-                _add(found, self._condition(c, probe.lower, probe.upper), self._sign(touch))
-        return found
+                _add(flow, self._condition(c, probe.lower, probe.upper), self._sign(touch))
+        return flow
 
     def _none(self) -> tuple[np.ndarray, np.ndarray]:
         return np.zeros(self.size), np.zeros(len(self.model.inputs.values))
@@ -87,11 +87,11 @@ class Flows:
     def _cut(self, probe: Probe) -> list[int]:
         """The lines inside which a flat probe lies."""
         normal, at = _plane(probe)
-        found = []
+        lines = []
         for i, line in enumerate(self.layout.lines):
             if line.lower[normal] < at < line.upper[normal] and _area(*_clipped(line, probe), normal) > 0:
-                found.append(i)
-        return found
+                lines.append(i)
+        return lines
 
     def _sign(self, touch: Touch) -> float:
         """By which what enters a line at a condition counts: into the solid on its surface; inside along the axis, as
@@ -121,17 +121,17 @@ class Flows:
 
     def _into(self, i: int, normal: int, at: float, lower: Point, upper: Point) -> tuple[np.ndarray, np.ndarray]:
         """What enters a line through a part of one of its sides."""
-        found = self._none()
+        flow = self._none()
         lower, upper = _moved(lower, normal, at), _moved(upper, normal, at)
         for j, joint in enumerate(self.joints):
             for touch, sign in ((joint.one, -1.0), (joint.other, 1.0)):
                 if touch.line == i and touch.normal == normal and touch.lower[normal] == at:
-                    _add(found, self._joint(j, lower, upper), sign)
+                    _add(flow, self._joint(j, lower, upper), sign)
         for c, condition in enumerate(self.conditions):
             touch = condition.touch
             if touch.line == i and touch.normal == normal and touch.lower[normal] == at:
-                _add(found, self._condition(c, lower, upper), 1.0)
-        return found
+                _add(flow, self._condition(c, lower, upper), 1.0)
+        return flow
 
     def _joint(self, j: int, lower: Point, upper: Point) -> tuple[np.ndarray, np.ndarray]:
         """What passes a joint, from its first line to the other, in a part of space."""
@@ -145,9 +145,9 @@ class Flows:
         condition = self.conditions[c]
         touch, b = condition.touch, self.layout.scene.boundaries[condition.boundary]
         if b.kind == "heat_flux":
-            found = self._none()
-            found[1][condition.boundary] = touch.area * _part(touch, lower, upper)
-            return found
+            flow = self._none()
+            flow[1][condition.boundary] = touch.area * _part(touch, lower, upper)
+            return flow
         if ("condition", c) in self.circuit.rows:
             return _scaled(self._branch(("condition", c), touch, touch.end is None, lower, upper), -1.0)
         if b.kind == "convection":
@@ -158,18 +158,18 @@ class Flows:
         self, key: tuple[str, int], touch: Touch, by_point: bool, lower: Point, upper: Point
     ) -> tuple[np.ndarray, np.ndarray]:
         """What flows through the branches of a joint or a condition, from its first line on, in a part of space."""
-        found, rows = self._none(), self.circuit.rows[key]
+        flow, rows = self._none(), self.circuit.rows[key]
         if not by_point:
-            found[0][rows] = _part(touch, lower, upper)
-            return found
+            flow[0][rows] = _part(touch, lower, upper)
+            return flow
         axis, e = self.layout.lines[touch.line].axis, self.model.elements
         a, b = max(touch.start, lower[axis]), min(touch.stop, upper[axis])
         if b > a:
             inside = np.isin(e.inside(touch.line, touch.start, touch.stop), e.inside(touch.line, a, b))
             across = next(d for d in range(3) if d not in (axis, touch.normal))
             wide = min(touch.upper[across], upper[across]) - max(touch.lower[across], lower[across])
-            found[0][rows] = inside * max(wide, 0.0) / (touch.upper[across] - touch.lower[across])
-        return found
+            flow[0][rows] = inside * max(wide, 0.0) / (touch.upper[across] - touch.lower[across])
+        return flow
 
     @cached_property
     def _at_ends(self) -> dict[tuple[str, int], tuple[np.ndarray, np.ndarray]]:

@@ -53,10 +53,10 @@ class Inputs:
 
     def at(self, time: float) -> np.ndarray:
         """(inputs,) at a time (s), after a jump there; at infinity the last values."""
-        found = []
+        values = []
         for value, kelvin in zip(self.values, self.kelvin, strict=True):
-            found.append(_at(value, time) - (self.start if kelvin else 0.0))
-        return np.array(found)
+            values.append(_at(value, time) - (self.start if kelvin else 0.0))
+        return np.array(values)
 
     @property
     def breaks(self) -> list[float]:
@@ -228,7 +228,7 @@ def scales(layout: Layout, time: float | None) -> list[float]:
             film = 1 / float(b.value) if b.kind == "convection" else 0.0  # type: ignore[arg-type]
             through = t.half / layout.lines[t.line].box.material.thermal_conductivity + film
             losses[t.line] += t.area / (t.stop - t.start) / through
-    found = []
+    scales = []
     for line, loss in zip(layout.lines, losses.tolist(), strict=True):
         m = line.box.material
         lengths = [line.length]
@@ -236,8 +236,8 @@ def scales(layout: Layout, time: float | None) -> list[float]:
             lengths.append(float(np.sqrt(m.thermal_conductivity * line.area / loss)))
         if time is not None:
             lengths.append(float(np.sqrt(m.thermal_conductivity / m.heat_capacity * time)))
-        found.append(min(lengths))
-    return found
+        scales.append(min(lengths))
+    return scales
 
 
 def remarks(model: Model) -> dict[str, Any]:

@@ -32,16 +32,16 @@ class Place:
 
 def places(layout: Layout, electric: bool) -> list[Place]:
     """Every joint and condition that has a resistance, or may have one: not fluxes."""
-    found = [_joint(layout, ("joint", j), joint) for j, joint in enumerate(layout.joints)]
-    found += [
+    places = [_joint(layout, ("joint", j), joint) for j, joint in enumerate(layout.joints)]
+    places += [
         _condition(layout, ("condition", c), condition)
         for c, condition in enumerate(layout.conditions)
         if layout.scene.boundaries[condition.boundary].kind in ("temperature", "convection")
     ]
     if electric:
-        found += [_joint(layout, ("wire", j), joint) for j, joint in enumerate(layout.wires)]
-        found += [_condition(layout, ("electrode", c), condition) for c, condition in enumerate(layout.electrodes)]
-    return found
+        places += [_joint(layout, ("wire", j), joint) for j, joint in enumerate(layout.wires)]
+        places += [_condition(layout, ("electrode", c), condition) for c, condition in enumerate(layout.electrodes)]
+    return places
 
 
 def _joint(layout: Layout, key: Key, joint: Joint) -> Place:

@@ -83,7 +83,7 @@ class Reader:
     def _beyond(self, i: int, lower: Point, upper: Point) -> list[tuple[Apart, float]]:
         """For what touches a line's side where a place on it lies: the difference from the line to what lies beyond (as
         rows on unknowns and inputs), what part of it half the thickness takes, and what part of the place it covers."""
-        found = []
+        differences = []
         axis = self.layout.lines[i].axis
         for touch, other in self._touches(i):
             if touch.end is not None or lower[touch.normal] != upper[touch.normal]:
@@ -95,18 +95,18 @@ class Reader:
             if any(a > b or (a == b and c < d) for a, b, c, d in zip(low, high, lower, upper, strict=True)):
                 continue
             share = np.prod([(b - a) / (d - c) for a, b, c, d in zip(low, high, lower, upper, strict=True) if d > c])
-            found.append((self._apart(touch, other, low[axis], high[axis]), float(share)))
+            differences.append((self._apart(touch, other, low[axis], high[axis]), float(share)))
         # A place on the edge of several counts as on the first.
-        return found[:1] if lower == upper else found
+        return differences[:1] if lower == upper else differences
 
     def _touches(self, i: int) -> list[tuple[Touch, Touch | Condition]]:
-        found: list[tuple[Touch, Touch | Condition]] = []
+        touches: list[tuple[Touch, Touch | Condition]] = []
         for j in self.joints:
-            found += [(own, other) for own, other in ((j.one, j.other), (j.other, j.one)) if own.line == i]
-        return found + [(c.touch, c) for c in self.conditions if c.touch.line == i]
+            touches += [(touch, other) for touch, other in ((j.one, j.other), (j.other, j.one)) if touch.line == i]
+        return touches + [(c.touch, c) for c in self.conditions if c.touch.line == i]
 
     def _apart(self, touch: Touch, other: Touch | Condition, a: float, b: float) -> Apart:
-        given, own = np.zeros((1, self.count)), touch.half * self._resistivity(touch.line)
+        given, half_resistance = np.zeros((1, self.count)), touch.half * self._resistivity(touch.line)
         if isinstance(other, Touch):
             alike = other.end is None and self.layout.lines[other.line].axis == self.layout.lines[touch.line].axis
             if alike:
@@ -114,16 +114,16 @@ class Reader:
             else:
                 beyond = self._along(other.line, other.start, other.stop)
                 row = self.e.mean(touch.line, touch.start, touch.stop) - beyond
-            return row, given, own / (own + other.half * self._resistivity(other.line))
+            return row, given, half_resistance / (half_resistance + other.half * self._resistivity(other.line))
         boundary = self.layout.scene.boundaries[other.boundary]
         if boundary.kind == "heat_flux":
             # It enters through half the thickness: the face is warmer than the line.
-            given[0, other.boundary] = -own
+            given[0, other.boundary] = -half_resistance
             return sp.csr_matrix((1, self.e.size)), given, 1.0
         given[0, other.boundary] = -1.0
         film = 1 / float(boundary.value) if boundary.kind == "convection" and boundary.value else 0.0  # type: ignore[arg-type]
         bare = boundary.kind == "convection" and not boundary.value
-        return self._along(touch.line, a, b), given, 0.0 if bare else own / (own + film)
+        return self._along(touch.line, a, b), given, 0.0 if bare else half_resistance / (half_resistance + film)
 
     def _resistivity(self, line: int) -> float:
         """Of a line's material, at the start: m K/W or ohm m."""

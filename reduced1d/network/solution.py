@@ -60,12 +60,12 @@ def solve(scene: AnyScene, times: np.ndarray | Sequence[float] | None = None, st
 
 def of_layout(shape: Layout, times: np.ndarray | Sequence[float] | None = None, steady_too: bool = True) -> Result:
     """The same of a scene's layout."""
-    found: dict[str, Estimate] = {}
+    estimates: dict[str, Estimate] = {}
     over_time = None
     details: dict[str, Any] = {"warnings": []}
     try:
         if times is None or steady_too:
-            found, model, state = _steady(shape)
+            estimates, model, state = _steady(shape)
             details |= {"model": model, "state": state, **remarks(model)}
     except NumericsError as error:
         if times is None:
@@ -74,7 +74,7 @@ def of_layout(shape: Layout, times: np.ndarray | Sequence[float] | None = None, 
     if times is not None:
         over_time, model, steps = _over_time(shape, np.asarray(times, float))
         details = {"model": model, **remarks(model), **details, "steps": steps}
-    return Result("network", found, over_time, details)
+    return Result("network", estimates, over_time, details)
 
 
 def refined(shape: Layout, turn: int, time: float | None = None) -> tuple[Model, Model]:
@@ -101,8 +101,8 @@ def _steady(shape: Layout) -> tuple[dict[str, Estimate], Model, State]:
             break
     start = scene.initial_temperature
     kelvin = {p.name for p in scene.probes if p.quantity == "temperature"}
-    found = {n: Estimate(float(v[0]) + (start if n in kelvin else 0.0), errors[n]) for n, v in fine.items()}
-    return _finite(found), model, state
+    estimates = {n: Estimate(float(v[0]) + (start if n in kelvin else 0.0), errors[n]) for n, v in fine.items()}
+    return _finite(estimates), model, state
 
 
 def _over_time(shape: Layout, times: np.ndarray) -> tuple[Traces, Model, int]:
@@ -127,8 +127,8 @@ def _over_time(shape: Layout, times: np.ndarray) -> tuple[Traces, Model, int]:
 @lru_cache(maxsize=6)
 def histories(shape: Layout, end: float, turn: int) -> tuple[History, History]:
     """The coarse and the fine run over time. Kept, for a comparison asks for more times of the same run."""
-    asked = [t for t in shape.scene.output_times if t > 0]
-    soonest = SOONEST * min(EARLY * end, *asked, end)
+    times = [t for t in shape.scene.output_times if t > 0]
+    soonest = SOONEST * min(EARLY * end, *times, end)
     coarse, fine = (
         history(model, end, soonest * FIRST, growth)
         for model, growth in zip(refined(shape, turn, soonest), GROWTHS[turn], strict=True)
@@ -147,11 +147,11 @@ def _judged(shape: Layout, times: np.ndarray, end: float) -> np.ndarray:
     return ~early if not early.all() else np.ones(len(times), bool)
 
 
-def _finite(found: dict[str, Estimate]) -> dict[str, Estimate]:
-    for name, estimate in found.items():
+def _finite(estimates: dict[str, Estimate]) -> dict[str, Estimate]:
+    for name, estimate in estimates.items():
         if not np.isfinite(estimate.value):
             raise NumericsError(f"the network's value of probe {name!r} is not finite")
-    return found
+    return estimates
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,7 +162,7 @@ class Readings:
 
     def values(self, rises: np.ndarray, potentials: np.ndarray, x: np.ndarray) -> dict[str, np.ndarray]:
         """(times,) of each probe: rises, potentials, flows and currents."""
-        model, found = self.model, dict[str, np.ndarray]()
+        model, values = self.model, dict[str, np.ndarray]()
         for electric, u in ((False, rises), (True, potentials)):
             kinds = ("potential", "current") if electric else ("temperature", "heat_flow")
             probes = tuple(p for p in model.layout.scene.probes if p.quantity in kinds)
@@ -170,7 +170,7 @@ class Readings:
             if not probes:
                 continue
             if circuit is None:
-                found |= {p.name: np.zeros(u.shape[1]) for p in probes}
+                values |= {p.name: np.zeros(u.shape[1]) for p in probes}
                 continue
             reader = Reader(model, electric)
             passing = tuple(p for p in probes if p.quantity == kinds[1])
@@ -179,10 +179,10 @@ class Readings:
             for p in probes:
                 if each is not None and p.quantity == kinds[1]:
                     row, given = flows.through(p)
-                    found[p.name] = row @ each + given @ x
+                    values[p.name] = row @ each + given @ x
                 else:
-                    found[p.name] = reader.reading(p).value(u, x)
-        return {p.name: found[p.name] for p in model.layout.scene.probes}
+                    values[p.name] = reader.reading(p).value(u, x)
+        return {p.name: values[p.name] for p in model.layout.scene.probes}
 
 
 def spread(values: np.ndarray) -> float:

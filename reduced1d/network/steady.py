@@ -155,14 +155,14 @@ class _Coupled:
         s, step = 0.0, LONGEST / 4
         tangent = self._tangent(z, s, np.r_[np.zeros(len(z)), 1.0])
         while True:
-            found = self._corrected(z, s, tangent, step)
-            if found is None:
+            corrected = self._corrected(z, s, tangent, step)
+            if corrected is None:
                 step /= 2
                 if step < SHORTEST:
                     # The arc ends where a resistivity reaches zero; the voltage only nears its largest value there.
                     raise self._runaway(voltage, s)
                 continue
-            new_z, new_s, count = found
+            new_z, new_s, count = corrected
             after = self._tangent(new_z, new_s, tangent)
             if after[-1] <= 0:
                 new_z, new_s = self._fold((z, s), tangent, step, float(after[-1]))
@@ -187,8 +187,8 @@ class _Coupled:
 
     def _tangent(self, z: np.ndarray, s: float, before: np.ndarray) -> np.ndarray:
         _, matrix, by_s = self._equations(z, s)
-        found = splu(self._bordered(matrix, by_s, before)).solve(np.r_[np.zeros(len(z)), 1.0])
-        return np.asarray(found / self._length(found))
+        direction = splu(self._bordered(matrix, by_s, before)).solve(np.r_[np.zeros(len(z)), 1.0])
+        return np.asarray(direction / self._length(direction))
 
     def _bordered(self, matrix: sp.csc_matrix, by_s: np.ndarray, row: np.ndarray) -> sp.csc_matrix:
         weighted = row * self._weights
@@ -233,12 +233,12 @@ class _Coupled:
         low, high, best = (0.0, float(tangent[-1])), (step, beyond), at
         for _ in range(30):
             middle = low[0] + (high[0] - low[0]) * low[1] / (low[1] - high[1])
-            found = self._corrected(*at, tangent, middle)
-            if found is None:
+            corrected = self._corrected(*at, tangent, middle)
+            if corrected is None:
                 high = (middle, high[1])
                 continue
-            best = max(best, found[:2], key=lambda state: state[1])
-            slope = float(self._tangent(*found[:2], tangent)[-1])
+            best = max(best, corrected[:2], key=lambda state: state[1])
+            slope = float(self._tangent(*corrected[:2], tangent)[-1])
             if abs(slope) < FLAT:
                 break
             if slope > 0:

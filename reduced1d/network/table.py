@@ -36,26 +36,26 @@ def _line(layout: Layout, i: int, electric: bool) -> Row:
     line = layout.lines[i]
     m, area, length = line.box.material, line.area, line.length
     across = " x ".join(map(_um, line.sides))
-    found: Row = {"what": line.name, "how": f"along {AXES[line.axis]}, {_um(length)} long, {across}"}
+    row: Row = {"what": line.name, "how": f"along {AXES[line.axis]}, {_um(length)} long, {across}"}
     k = m.thermal_conductivity
-    _put(found, "W/K", f"{k:g} W/(m K) x {_um2(area)} / {_um(length)}", k * area / length)
+    _put(row, "W/K", f"{k:g} W/(m K) x {_um2(area)} / {_um(length)}", k * area / length)
     if not layout.scene.steady:
         formula = f"{m.density:g} kg/m3 x {m.specific_heat:g} J/(kg K) x {_um2(area)} x {_um(length)}"
-        _put(found, "J/K", formula, m.heat_capacity * area * length)
+        _put(row, "J/K", formula, m.heat_capacity * area * length)
     if electric and m.resistivity is not None:
         r = layout.resistivity(i)
-        _put(found, "ohm", f"{r:.6g} ohm m x {_um(length)} / {_um2(area)}", r * length / area)
+        _put(row, "ohm", f"{r:.6g} ohm m x {_um(length)} / {_um2(area)}", r * length / area)
     source = line.box.heat_source
     if source:
-        _put(found, "W", f"{_given(source, 'W/m3')} x {_um2(area)} x {_um(length)}", _times(source, area * length))
-    return found
+        _put(row, "W", f"{_given(source, 'W/m3')} x {_um2(area)} x {_um(length)}", _times(source, area * length))
+    return row
 
 
 def _joint(layout: Layout, heat: Joint | None, wire: Joint | None) -> Row:
     joint = heat or wire
     assert joint is not None
     one, other = joint.one, joint.other
-    found: Row = {
+    row: Row = {
         "what": f"{layout.lines[one.line].name} | {layout.lines[other.line].name}",
         "how": _how(layout, joint),
     }
@@ -63,12 +63,12 @@ def _joint(layout: Layout, heat: Joint | None, wire: Joint | None) -> Row:
     if heat and touches:
         each = [(t.half, layout.lines[t.line].box.material.thermal_conductivity) for t in touches]
         halves = " + ".join(f"{_um(half)}/{k:g} W/(m K)" for half, k in each)
-        _put(found, "W/K", f"{_um2(one.area)} / ({halves})", one.area / sum(half / k for half, k in each))
+        _put(row, "W/K", f"{_um2(one.area)} / ({halves})", one.area / sum(half / k for half, k in each))
     if wire and touches:
         parts = [(t.half, layout.resistivity(t.line)) for t in touches]
         halves = " + ".join(f"{_um(half)} x {r:.6g} ohm m" for half, r in parts)
-        _put(found, "ohm", f"({halves}) / {_um2(one.area)}", sum(half * r for half, r in parts) / one.area)
-    return found
+        _put(row, "ohm", f"({halves}) / {_um2(one.area)}", sum(half * r for half, r in parts) / one.area)
+    return row
 
 
 def _how(layout: Layout, joint: Joint) -> str:
@@ -90,21 +90,21 @@ def _condition(layout: Layout, condition: Condition, electric: bool) -> Row:
     k = line.box.material.thermal_conductivity
     place = f"the end of {line.name}" if touch.end is not None else (
         f"a side of {line.name}, {AXES[line.axis]} = {_um(touch.start)} to {_um(touch.stop)}")  # fmt: skip
-    found: Row = {"what": f"{b.name} | {line.name}", "how": place}
+    row: Row = {"what": f"{b.name} | {line.name}", "how": place}
     if electric:
         if touch.end is None:
             r = layout.resistivity(touch.line)
-            _put(found, "ohm", f"{_um(touch.half)} x {r:.6g} ohm m / {_um2(touch.area)}", touch.half * r / touch.area)
+            _put(row, "ohm", f"{_um(touch.half)} x {r:.6g} ohm m / {_um2(touch.area)}", touch.half * r / touch.area)
     elif b.kind == "heat_flux":
-        _put(found, "W", f"{_given(b.value, 'W/m2')} x {_um2(touch.area)}", _times(b.value, touch.area))
+        _put(row, "W", f"{_given(b.value, 'W/m2')} x {_um2(touch.area)}", _times(b.value, touch.area))
     elif b.kind == "convection" and b.value:
         film = float(b.value)  # type: ignore[arg-type]
         half = "" if touch.end is not None else f" + {_um(touch.half)}/{k:g} W/(m K)"
         value = touch.area / (1 / film + touch.half / k)
-        _put(found, "W/K", f"{_um2(touch.area)} / (1/{film:g} W/(m2 K){half})", value)
+        _put(row, "W/K", f"{_um2(touch.area)} / (1/{film:g} W/(m2 K){half})", value)
     elif touch.end is None:
-        _put(found, "W/K", f"{_um2(touch.area)} x {k:g} W/(m K) / {_um(touch.half)}", _film(touch, k))
-    return found
+        _put(row, "W/K", f"{_um2(touch.area)} x {k:g} W/(m K) / {_um(touch.half)}", _film(touch, k))
+    return row
 
 
 def _film(touch: Touch, k: float) -> float:

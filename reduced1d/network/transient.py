@@ -42,11 +42,11 @@ class History:
         x = np.array([model.inputs.at(t) for t in times.tolist()]).reshape(len(times), -1).T
         rises = np.zeros((model.elements.size, len(times)))
         if model.heat is not None:
-            found = np.zeros((model.heat.free.shape[1], len(times)))
+            free_rises = np.zeros((model.heat.free.shape[1], len(times)))
             for start, stop, values in zip(self.marks, self.marks[1:], self.values, strict=False):
-                here = slice(*np.searchsorted(times, [start, stop], side="right"))
-                found[:, here] = values @ within(POINTS, (times[here] - start) / (stop - start)).T
-            rises = model.heat.free @ found + model.heat.fixed @ x
+                columns = slice(*np.searchsorted(times, [start, stop], side="right"))
+                free_rises[:, columns] = values @ within(POINTS, (times[columns] - start) / (stop - start)).T
+            rises = model.heat.free @ free_rises + model.heat.fixed @ x
         potentials = np.zeros_like(rises) if model.current is None else model.potentials(rises, x)
         return rises, potentials, x
 
@@ -125,12 +125,12 @@ class _March:
         for _ in range(SWEEPS):
             heat = given + self._joule(stages, inputs)
             right = (start + h * heat @ matrix.T) @ inverse.T
-            found = np.zeros((len(v), POINTS))
+            updated = np.zeros((len(v), POINTS))
             for r, lu, one, back in zip(rates, factors, right.T, vectors.T, strict=True):
                 part = lu.solve(one if r.imag else one.real)
-                found += (2 if r.imag else 1) * np.real(np.outer(part, back))
-            change, stages = float(np.abs(found - stages).max()), found
-            largest = float(np.abs(found).max())
+                updated += (2 if r.imag else 1) * np.real(np.outer(part, back))
+            change, stages = float(np.abs(updated - stages).max()), updated
+            largest = float(np.abs(updated).max())
             if not np.isfinite(change):
                 return None
             rounding = change <= ROUNDING * largest and change >= before / 4

@@ -53,11 +53,15 @@ def test_a_block_on_bricks_is_the_stretched_one(run):
 
 
 def test_a_mesh_file_has_it_too(tmp_path):
-    given, _ = block(list(K), steady=True)
-    bricks, mesh = solve(from_dict(given)).steady, on_mesh(given, "tetra", 3, tmp_path).steady
+    """Of an accuracy that few levels reach; a twin of which two axes are exchanged is another problem."""
+    given, _ = block(list(K), steady=True, accuracy=0.1)
+    twin, _ = block([K[1], K[0], K[2]], steady=True, accuracy=1e-2)
+    mesh = on_mesh(given, "tetra", 3, tmp_path).steady
+    same, other = (solve(from_dict(document | {"run": twin["run"]})).steady for document in (given, twin))
     for name, found in mesh.items():
-        assert abs(found.value - bricks[name].value) <= found.error + bricks[name].error
+        assert abs(found.value - same[name].value) <= found.error + same[name].error
         assert found.error < 0.3 * abs(found.value)
+    assert abs(mesh["corner"].value - other["corner"].value) > mesh["corner"].error + other["corner"].error
 
 
 def test_three_equal_ones_are_one():

@@ -16,7 +16,7 @@ from validate.against.tables import Column, split
 
 def subject(scene: AnyScene) -> Subject:
     """A scene, whose quantities are its probes. A column may stand for a parameter, by its name."""
-    of, known = quantities.of(scene), numbers(scene)
+    catalogue, known = quantities.of(scene), numbers(scene)
     kinds: dict[str, Quantity] = {path: kind_of(scene, path) for path in known if path.startswith(f"{SECTION}.")}
 
     def place(name: str, unit: Unit, volts: bool) -> tuple[str, str]:
@@ -28,24 +28,24 @@ def subject(scene: AnyScene) -> Subject:
         bare = split(name)[0]
         node = re.sub(r"^[vi]\((.*)\)$", r"\1", name, flags=re.IGNORECASE)
         ways = {_plain(text) for text in (name, bare, node, re.sub(r"\brise\b", "", bare, flags=re.IGNORECASE))}
-        found = [probe for probe in of.units if _plain(probe) in ways]
-        return (found[0], "") if len(found) == 1 else None
+        probes = [probe for probe in catalogue.units if _plain(probe) in ways]
+        return (probes[0], "") if len(probes) == 1 else None
 
     def bare(column: Column, meaning: Meaning | None, start: float | None) -> Match | None:
         """Values without a unit are in that of the probe."""
         key = meaning.what if meaning else (named(column.name) or ("", ""))[0]
         if not key:
             return None
-        note = f"it has no unit and is taken in {of.units[key]}"
-        if of.units[key] != "K":
+        note = f"it has no unit and is taken in {catalogue.units[key]}"
+        if catalogue.units[key] != "K":
             return Match(key, column.name, column.values, note)
         rise = is_rise(column.name, meaning) and _plain(column.name) != _plain(key)
-        return temperature(of, key, column, column.values, rise, note)
+        return temperature(catalogue, key, column, column.values, rise, note)
 
-    some = [f'"{name} ({unit})"' for name, unit in list(of.units.items())[:3]]
+    some = [f'"{name} ({unit})"' for name, unit in list(catalogue.units.items())[:3]]
     return Subject(
-        of, kinds, known.get, "a probe of the scene", f"as the probes are, such as {', '.join(some)}", place, bare,
-        "scene.initial_temperature",
+        catalogue, kinds, known.get, "a probe of the scene", f"as the probes are, such as {', '.join(some)}", place,
+        bare, "scene.initial_temperature",
     )  # fmt: skip
 
 

@@ -75,7 +75,7 @@ class Subject:
 def match(column: Column, meaning: Meaning | None, subject: Subject, spice: bool, start: float | None) -> Match | str:
     """The quantity that a column is, or why it is none; SceneError where it can't be what it is said to be. ``start``
     is its first value where the file has the run's start, which tells what a temperature without a unit is in."""
-    of, unit = subject.of, unit_of((meaning.unit if meaning else "") or column.unit)
+    catalogue, unit = subject.of, unit_of((meaning.unit if meaning else "") or column.unit)
     if meaning is None and "reduced1d" in column.name.lower():
         return "is of a 1D model"
     if unit is None:
@@ -86,7 +86,7 @@ def match(column: Column, meaning: Meaning | None, subject: Subject, spice: bool
     key, note = (meaning.what, "") if meaning else subject.place(column.name, unit, volts)
     if not key:
         return note
-    wanted = parse_unit(of.units[key])
+    wanted = parse_unit(catalogue.units[key])
     if volts and wanted.powers in (AMPERE.powers, WATT.powers):
         unit = wanted
     if unit.powers != wanted.powers and not (volts and wanted.powers == TEMPERATURE.powers):
@@ -99,10 +99,10 @@ def match(column: Column, meaning: Meaning | None, subject: Subject, spice: bool
         return Match(key, column.name, values, note)
     # A rise in degrees Celsius is one in kelvins.
     rise = is_rise(column.name, meaning) and subject.of.word(key) != column.name
-    found = temperature(of, key, column, values - (273.15 if rise and unit.celsius else 0.0), rise, note)
+    matched = temperature(catalogue, key, column, values - (273.15 if rise and unit.celsius else 0.0), rise, note)
     if volts:
-        found = replace(found, note=", ".join(filter(None, (found.note, "volts taken for kelvins"))))
-    return found
+        matched = replace(matched, note=", ".join(filter(None, (matched.note, "volts taken for kelvins"))))
+    return matched
 
 
 def is_rise(name: str, meaning: Meaning | None) -> bool:
@@ -111,7 +111,7 @@ def is_rise(name: str, meaning: Meaning | None) -> bool:
     return (meaning is not None and meaning.rise) or bool(words & RISE or _DIFFERENCE.search(name))
 
 
-def refusal(table: Table, found: dict[str, str], subject: Subject) -> str:
+def refusal(table: Table, reasons: dict[str, str], subject: Subject) -> str:
     """Why no column of a table is a quantity."""
     names = list(subject.names)
     if table.unnamed:
@@ -122,7 +122,7 @@ def refusal(table: Table, found: dict[str, str], subject: Subject) -> str:
             "names with units on top"
         )
     named = dict.fromkeys(c.name for c in table.columns)
-    listed = "; ".join(f"{quoted(name)} {found.get(name, 'is the time')}" for name in list(named)[:8])
+    listed = "; ".join(f"{quoted(name)} {reasons.get(name, 'is the time')}" for name in list(named)[:8])
     return (
         f"none of its columns is {subject.called}: {listed}; name them {subject.example}, or say which they are: "
         f'--column "{names[0]} ({subject.of.units[subject.names[names[0]]]})=NAME"'
@@ -135,13 +135,13 @@ def _refused(subject: Subject, meaning: Meaning | None, column: Column, why: str
     raise SceneError(f"--column: {quoted(column.name)} can't be the {subject.of.word(meaning.what)}: it {why}")
 
 
-def temperature(of: Quantities, key: str, column: Column, values: np.ndarray, rise: bool, note: str) -> Match:
+def temperature(catalogue: Quantities, key: str, column: Column, values: np.ndarray, rise: bool, note: str) -> Match:
     """Kelvins as absolute ones. The scene starts at its initial temperature: what starts below half of that is no
     absolute temperature, but a rise."""
     notes = [note] if note else []
     if rise:
         notes.append("a rise")
-    elif (first := values[np.isfinite(values)][:1]) < of.initial / 2:
+    elif (first := values[np.isfinite(values)][:1]) < catalogue.initial / 2:
         rise = True
         notes.append(f"a rise, for it starts at {first[0]:.4g} K")
-    return Match(key, column.name, values + of.initial * rise, ", ".join(notes))
+    return Match(key, column.name, values + catalogue.initial * rise, ", ".join(notes))

@@ -67,5 +67,5 @@ def _values(text: str, count: int) -> np.ndarray:
 
 
 def _field(header: str, name: str) -> str:
-    found = re.search(rf"^{re.escape(name)}:[ \t]*(.*)$", header, re.MULTILINE)
-    return found.group(1).strip() if found else ""
+    match = re.search(rf"^{re.escape(name)}:[ \t]*(.*)$", header, re.MULTILINE)
+    return match.group(1).strip() if match else ""

@@ -28,13 +28,13 @@ _LONGEST_LIST = 100_000
 
 def subject_of(scene: Any) -> Subject:
     """What columns are looked for, of each kind of scene."""
-    found: Subject = import_module(f"validate.against.{scene.kind}_columns").subject(scene)
-    return found
+    subject: Subject = import_module(f"validate.against.{scene.kind}_columns").subject(scene)
+    return subject
 
 
-def _at_the_start(of: Quantities) -> float:
+def _at_the_start(catalogue: Quantities) -> float:
     """Up to when (s) a first row is the run's start."""
-    return max(of.first / 10, EDGE * of.end)
+    return max(catalogue.first / 10, EDGE * catalogue.end)
 
 
 def read(path: Path, scene: Any, columns: Sequence[str] = (), uncertainty: Sequence[str] = ()) -> Data:
@@ -50,30 +50,30 @@ def read(path: Path, scene: Any, columns: Sequence[str] = (), uncertainty: Seque
     at_rest = runs.Picked(AT_REST, "", "", table.columns, {}, "") if steady else None
     picked = at_rest or runs.pick(table, given, subject, shown)
     kept: dict[str, quantities.Match] = {}
-    left = dict(picked.left_out)
+    omitted = dict(picked.left_out)
     empty = {c.name: c.empty if c.empty.size else np.zeros(len(picked.time), dtype=bool) for c in picked.columns}
     for column in picked.columns:
         meaning = given.get(column.name)
         filled = column.values[~empty[column.name]]
         if not filled.size:
-            left[column.name] = "is empty"
+            omitted[column.name] = "is empty"
             continue
         start = float(filled[0]) if picked.time[0] <= _at_the_start(subject.of) else None
-        found = quantities.match(column, meaning, subject, table.spice, start)
-        if isinstance(found, str):
-            left[column.name] = found + ("" if table.spice else runs.constant(column))
-        elif meaning is None and found.key in (other.what for other in given.values()):
-            left[column.name] = "is not the one that --column names"
-        elif found.key in kept and given.get(kept[found.key].header) is None:
-            name = subject.of.word(found.key)
+        column_match = quantities.match(column, meaning, subject, table.spice, start)
+        if isinstance(column_match, str):
+            omitted[column.name] = column_match + ("" if table.spice else runs.constant(column))
+        elif meaning is None and column_match.key in (other.what for other in given.values()):
+            omitted[column.name] = "is not the one that --column names"
+        elif column_match.key in kept and given.get(kept[column_match.key].header) is None:
+            name = subject.of.word(column_match.key)
             raise SceneError(
-                f"--against {shown}: both {quoted(kept[found.key].header)} and {quoted(column.name)} may be the "
+                f"--against {shown}: both {quoted(kept[column_match.key].header)} and {quoted(column.name)} may be the "
                 f'scene\'s {name}: say which, --column {name}="{printable(column.name)}"'
             )
         else:
-            kept[found.key] = found
+            kept[column_match.key] = column_match
     if not kept:
-        raise SceneError(f"--against {shown}: {quantities.refusal(table, left, subject)}")
+        raise SceneError(f"--against {shown}: {quantities.refusal(table, omitted, subject)}")
     gaps, notes = _gaps({match.header: empty[match.header] for match in kept.values()}, shown)
     kept = {key: replace(match, values=match.values[~gaps]) for key, match in kept.items()}
     time = picked.time[~gaps]
@@ -91,7 +91,7 @@ def read(path: Path, scene: Any, columns: Sequence[str] = (), uncertainty: Seque
         for c in picked.columns if c.name not in headers.values() and (unit := unit_of(c.unit)) is not None
     }  # fmt: skip
     data = Data(
-        path.name, table.kind, time, values, headers, how, (*table.notes, *notes), left, picked.run, others=others,
+        path.name, table.kind, time, values, headers, how, (*table.notes, *notes), omitted, picked.run, others=others,
         words=subject.of.words,
     )  # fmt: skip
     data = replace(data, u=data_uncertainty(scene, data, uncertainty))
@@ -102,14 +102,14 @@ def read(path: Path, scene: Any, columns: Sequence[str] = (), uncertainty: Seque
 
 def _list(path: Path) -> Table:
     """Values of the steady state, as columns of one row each."""
-    found = _pairs(path, tables.read_bytes(path))
-    if not found:
+    pairs = _pairs(path, tables.read_bytes(path))
+    if not pairs:
         raise SceneError(
             f"--against {quoted(path)} is no list of values of the steady state, which is what is solved: give rows "
             '"probe, value", or for traces over time --end-time'
         )
     columns = []
-    for name, text in found.items():
+    for name, text in pairs.items():
         try:
             value, unit = parse_quantity(text)
         except UnitError as error:
@@ -190,25 +190,25 @@ def _spans(time: np.ndarray, end: float) -> tuple[str, ...]:
 def _starts(data: Data, subject: Subject, shown: str) -> tuple[str, ...]:
     """What to say of traces that don't start at the scene's initial temperature, as far as the file has its start, by
     more than they are known to."""
-    of = subject.of
-    if data.time[0] > _at_the_start(of):
+    catalogue = subject.of
+    if data.time[0] > _at_the_start(catalogue):
         return ()
     said, initial = [], "room" if subject.initial == "room_temperature" else "initial"
     for key, values in data.values.items():
-        if of.units[key] != "K":
+        if catalogue.units[key] != "K":
             continue
-        off, change = float(values[0]) - of.initial, float(np.abs(values - values[0]).max())
+        off, change = float(values[0]) - catalogue.initial, float(np.abs(values - values[0]).max())
         surely = abs(off) - COVERS * float(data.u[key][0]) if key in data.u else abs(off)
         if surely <= quantities.NOTICED * change:
             continue
         header = data.headers[key]
         where = f"starts {abs(off):.4g} K {'above' if off > 0 else 'below'} the scene's {initial} temperature"
-        other = f"--set {subject.initial}={of.initial + off:.6g}"
+        other = f"--set {subject.initial}={catalogue.initial + off:.6g}"
         if surely > quantities.STARTS * change:
             noisy = "" if key in data.u else "; where it is noise, say how much of it there is, --data-uncertainty U"
             raise SceneError(
-                f"--against {shown}: {quoted(header)} {where}, {of.initial:g} K: give {other}, "
-                f'or where it is a rise --column "{of.word(key)} rise={printable(header)}"{noisy}'
+                f"--against {shown}: {quoted(header)} {where}, {catalogue.initial:g} K: give {other}, "
+                f'or where it is a rise --column "{catalogue.word(key)} rise={printable(header)}"{noisy}'
             )
         said.append(f"{quoted(header)} {where}, which goes into the difference: {other} would meet it")
     return tuple(said)

@@ -65,26 +65,26 @@ def key_of(subject: Subject, name: str) -> str | None:
 def of_column(subject: Subject, column: Column, path: str | None, unit: str = "") -> Parameter | None:
     """A column as the key that it is said to stand for, or the one of its name if it has that key's unit; ``None`` for
     none. SceneError where what is said can't be."""
-    found = path or key_of(subject, split(column.name)[0])
-    if found is None:
+    key = path or key_of(subject, split(column.name)[0])
+    if key is None:
         return None
     said = unit_of(unit or column.unit)
-    dimension = subject.kinds[found].dimension
+    dimension = subject.kinds[key].dimension
     if said is not None and said.powers != dimension.powers:
         if path is None:
             return None
-        raise SceneError(f"--column: {quoted(column.name)} is not {dimension.name}, as {found} is")
+        raise SceneError(f"--column: {quoted(column.name)} is not {dimension.name}, as {key} is")
     values = column.values if said is None else in_si(column.values, said)
     distinct = dict.fromkeys(values[:_MANY].tolist())
-    return Parameter(split(column.name)[0], found, values, tuple(_show(subject, found, value) for value in distinct))
+    return Parameter(split(column.name)[0], key, values, tuple(_show(subject, key, value) for value in distinct))
 
 
 def of_header(
     subject: Subject, name: str, texts: Sequence[str], path: str | None, unit: str = ""
 ) -> Parameter | None:  # fmt: skip
     """A parameter behind the headers' "@", a text for each run, as a scene's key; ``None`` where it stands for none."""
-    found = path or key_of(subject, name)
-    if found is None:
+    key = path or key_of(subject, name)
+    if key is None:
         return None
     values = []
     for text in texts:
@@ -93,10 +93,10 @@ def of_header(
             value, said = parse_quantity(f"{spelled} {unit}" if unit and _BARE.fullmatch(spelled) else spelled)
         except UnitError:
             return None
-        if said is not None and said.powers != subject.kinds[found].dimension.powers:
+        if said is not None and said.powers != subject.kinds[key].dimension.powers:
             return None
         values.append(value)
-    return Parameter(name, found, np.array(values), tuple(dict.fromkeys(texts)))
+    return Parameter(name, key, np.array(values), tuple(dict.fromkeys(texts)))
 
 
 def choose(shown: str, parameters: Sequence[Parameter], subject: Subject, count: int) -> tuple[np.ndarray, str]:
@@ -115,7 +115,7 @@ def choose(shown: str, parameters: Sequence[Parameter], subject: Subject, count:
             + f' (--column "ignore={first.name}" where it is no such parameter)'
         )
     several = (f" of {p.listed}" * (len(p.shown) > 1) for p in parameters)
-    said = (f"{p.name} = {p.of(subject)} ({p.path}){of}" for p, of in zip(parameters, several, strict=True))
+    said = (f"{p.name} = {p.of(subject)} ({p.path}){others}" for p, others in zip(parameters, several, strict=True))
     return fits, f"the run at {', '.join(said)}"
 
 
@@ -136,25 +136,25 @@ def _show(subject: Subject, path: str, value: float) -> str:
 def meanings(subject: Subject, table: Table, given: Sequence[str]) -> dict[str, Meaning]:
     """The meaning of columns and of parameters behind an "@" by their names. SceneError for what names no quantity, no
     column, or one of them twice."""
-    found: dict[str, Meaning] = {}
+    meanings: dict[str, Meaning] = {}
     for text in given:
-        left, equals, wanted = (part.strip() for part in text.partition("="))
-        if not equals or not left or not wanted:
+        quantity, equals, wanted = (part.strip() for part in text.partition("="))
+        if not equals or not quantity or not wanted:
             raise SceneError(f'--column {quoted(text)}: give NAME=COLUMN, such as peak="T (K), Point 1"')
-        meaning = _meaning(subject, left)
+        meaning = _meaning(subject, quantity)
         name = _column(table, wanted, text)
-        if name in found:
-            raise SceneError(f"--column {quoted(text)}: {quoted(name)} is the {found[name].what} already")
-        if meaning.what != IGNORED and meaning.what in (other.what for other in found.values()):
+        if name in meanings:
+            raise SceneError(f"--column {quoted(text)}: {quoted(name)} is the {meanings[name].what} already")
+        if meaning.what != IGNORED and meaning.what in (other.what for other in meanings.values()):
             raise SceneError(f"--column {quoted(text)}: another column is the {meaning.what} already")
-        found[name] = meaning
-    return found
+        meanings[name] = meaning
+    return meanings
 
 
-def _meaning(subject: Subject, left: str) -> Meaning:
-    name, unit = split(left)
+def _meaning(subject: Subject, quantity: str) -> Meaning:
+    name, unit = split(quantity)
     names, lower = subject.names, {word.lower(): name for word, name in subject.names.items()}
-    for text in (left, name):
+    for text in (quantity, name):
         if text.strip().lower() in lower:
             return Meaning(lower[text.strip().lower()], unit if text == name else "")
     plain = re.sub(r"\s*\brise\b\s*", "", name, flags=re.IGNORECASE).strip().lower()
@@ -168,7 +168,7 @@ def _meaning(subject: Subject, left: str) -> Meaning:
         example = "drive.voltage" if "drive.voltage" in subject.kinds else next(iter(subject.kinds), "")
         key = f", or a key of the scene such as {example}" if example else ""
         raise SceneError(
-            f"--column {quoted(left)} is no quantity: give {', '.join(known)}{key}{did_you_mean(plain, known)}"
+            f"--column {quoted(quantity)} is no quantity: give {', '.join(known)}{key}{did_you_mean(plain, known)}"
         )
     return Meaning(path, unit)
 
@@ -178,10 +178,10 @@ def _column(table: Table, wanted: str, text: str) -> str:
     names = list(dict.fromkeys(c.name for c in table.columns))
     parameters = list(dict.fromkeys(name for c in table.columns for name, _ in c.at))
     plain = " ".join(wanted.split())
-    for found in (*names, *parameters):
-        behind = next((c.at for c in table.columns if c.name == found), ())
-        if plain in (found, f"{found} @ {', '.join(f'{key}={value}' for key, value in behind)}"):
-            return found
+    for candidate in (*names, *parameters):
+        behind = next((c.at for c in table.columns if c.name == candidate), ())
+        if plain in (candidate, f"{candidate} @ {', '.join(f'{key}={value}' for key, value in behind)}"):
+            return candidate
     loose = [name for name in (*names, *parameters) if plain.lower() in (name.lower(), split(name)[0].lower())]
     if len(loose) == 1:
         return loose[0]
@@ -224,13 +224,13 @@ def pick(table: Table, given: Mapping[str, Meaning], subject: Subject, shown: st
             f"--against {shown}: {quoted(clock.name)} is {time[unknown[0]]} at number {unknown[0] + 1} of {len(time)} "
             "times: give finite ones, or leave such rows out"
         )
-    below, others, left = _below(rest, given, time, subject, shown)
+    below, others, omitted = _below(rest, given, time, subject, shown)
     fits, said = choose(shown, below, subject, len(time))
     time, others = time[fits], [c.of_rows(fits) for c in others]
     again = np.flatnonzero(np.diff(time) <= 0)
     if len(again):
         raise SceneError(_several(shown, time, int(again[0]), others, said))
-    return Picked(time, clock.name, how, tuple(others), left, "; ".join(filter(None, (beside, said))))
+    return Picked(time, clock.name, how, tuple(others), omitted, "; ".join(filter(None, (beside, said))))
 
 
 def constant(column: Column) -> str:
@@ -248,7 +248,7 @@ def _beside(
     at = list(dict.fromkeys(c.at for c in columns if c.at))
     if not at:
         return list(columns), ""
-    found: list[Parameter] = []
+    parameters: list[Parameter] = []
     untold: dict[str, list[str]] = {}
     for name in dict.fromkeys(name for pairs in at for name, _ in pairs):
         texts = [dict(pairs).get(name, "") for pairs in at]
@@ -261,19 +261,19 @@ def _beside(
         if parameter is None:
             untold[name] = texts
         else:
-            found.append(parameter)
-    fits, said = choose(shown, found, subject, len(at))
-    left = [pairs for pairs, fit in zip(at, fits, strict=True) if fit]
-    if len(left) > 1:
-        names = [name for name in untold if len({dict(pairs).get(name) for pairs in left}) > 1]
+            parameters.append(parameter)
+    fits, said = choose(shown, parameters, subject, len(at))
+    remaining = [pairs for pairs, fit in zip(at, fits, strict=True) if fit]
+    if len(remaining) > 1:
+        names = [name for name in untold if len({dict(pairs).get(name) for pairs in remaining}) > 1]
         raise SceneError(
-            f"--against {shown} has {len(left)} runs beside one another: "
-            + ("; ".join(f"{n} is {', '.join(dict(p).get(n, 'not given') for p in left[:12])}" for n in names))
+            f"--against {shown} has {len(remaining)} runs beside one another: "
+            + ("; ".join(f"{n} is {', '.join(dict(p).get(n, 'not given') for p in remaining[:12])}" for n in names))
             + f": say which key of the scene tells them apart, --column KEY={names[0] if names else 'V0'}"
         )
     for name, texts in untold.items():
         said += f"; {name} = {texts[0]} is {'left out by --column' if name in given else 'no key of the scene'}"
-    return [c for c in columns if not c.at or c.at == left[0]], said.removeprefix("; ")
+    return [c for c in columns if not c.at or c.at == remaining[0]], said.removeprefix("; ")
 
 
 def _time(
@@ -309,30 +309,30 @@ def _below(
 ) -> tuple[list[Parameter], list[Column], dict[str, str]]:  # fmt: skip
     """Columns that stand for keys of the scene as parameters of the runs below one another, the other columns, and
     what is left out."""
-    found, others, left = [], [], {}
+    parameters, others, omitted = [], [], {}
     for column in columns:
         meaning = given.get(column.name, Meaning(""))
         said = meaning.what if meaning.what in subject.kinds else None
         parameter = of_column(subject, column, said, meaning.unit) if said or column.name not in given else None
         if meaning.what == IGNORED:
-            left[column.name] = "is left out by --column"
+            omitted[column.name] = "is left out by --column"
         elif parameter is None:
             others.append(column)
         elif tells_apart(column.values, time):
-            found.append(parameter)
+            parameters.append(parameter)
         elif said is None:
-            left[column.name] = "varies over time"
+            omitted[column.name] = "varies over time"
         else:
             raise SceneError(f"--against {shown}: {quoted(column.name)} varies over time, as no {said} of a run does")
-    return found, others, left
+    return parameters, others, omitted
 
 
 def _several(shown: str, time: np.ndarray, row: int, columns: Sequence[Column], said: str) -> str:
     """Why rows are not those of one run, and by what they may be told apart."""
     telling = [c for c in columns if 1 < len(np.unique(c.values)) <= len(time) / 2 and tells_apart(c.values, time)]
-    of = f", {said}," if said else ""
+    run = f", {said}," if said else ""
     what = (
-        f"--against {shown}{of} has the time {time[row + 1]:.9g} s after {time[row]:.9g} s: times that repeat or step "
+        f"--against {shown}{run} has the time {time[row + 1]:.9g} s after {time[row]:.9g} s: times that repeat or step "
         "back are of several runs, or rounded"
     )
     if not telling:

@@ -70,13 +70,13 @@ def _place(name: str, sink: Sink) -> tuple[str, str]:
     """The quantity whose place a name tells, and a note on how; or "" and why there is none."""
     words = re.findall(r"[a-z]+", name.lower())
     words += [word[1:] for word in words if word.startswith("t")]
-    found = {key for key, known in _WORDS.items() for word in words if word in known}
-    if found == {"end_K", "mean_K"}:
+    keys = {key for key, known in _WORDS.items() for word in words if word in known}
+    if keys == {"end_K", "mean_K"}:
         return "end_K", ""  # a mean over an end, which is what the quantity is
-    if len(found) == 1:
-        key = found.pop()
+    if len(keys) == 1:
+        key = keys.pop()
         return key, "taken for the beam's mean" if "aveop" in words else ""
-    return _by_point(name, sink) or ("", "names no place (peak, end or mean)" if not found else "names several places")
+    return _by_point(name, sink) or ("", "names no place (peak, end or mean)" if not keys else "names several places")
 
 
 def _by_point(name: str, sink: Sink) -> tuple[str, str] | None:

@@ -109,10 +109,10 @@ def has_time(column: Column) -> bool:
 def split(header: str) -> tuple[str, str]:
     """A header without its unit, and the unit; "" where it has none."""
     for place in _UNITS:
-        for found in place.finditer(header):
-            if unit_of(found.group(1)) is not None:
-                rest = f"{header[: found.start()]} {header[found.end() :]}"
-                return " ".join(rest.split()), found.group(1).strip()
+        for match in place.finditer(header):
+            if unit_of(match.group(1)) is not None:
+                rest = f"{header[: match.start()]} {header[match.end() :]}"
+                return " ".join(rest.split()), match.group(1).strip()
     return header, ""
 
 
@@ -175,7 +175,7 @@ def _names(line: str, count: int, separator: str | None) -> list[str] | None:
             # Inside a name without quotes a comma is followed by a space.
             ways.append([name.strip('"') for name in re.split(r",(?! )", bare)])
     # A separator may stand behind the last name, too.
-    return next((found[:count] for found in ways if len(found) >= count and not any(found[count:])), None)
+    return next((cells[:count] for cells in ways if len(cells) >= count and not any(cells[count:])), None)
 
 
 def _comsol(path: Path, text: str) -> Table:
@@ -187,23 +187,23 @@ def _comsol(path: Path, text: str) -> Table:
             body.append([cell.strip().strip('"') for cell in (line.split(",") if "," in line else line.split())])
             lines.append(number)
             commas = "," in line
-    found, _ = numbers(f"--against {quoted(path)}", body, lines, ",")
+    matrix, _ = numbers(f"--against {quoted(path)}", body, lines, ",")
     # The percent sign may stand inside the first name's quotes or before them.
     last = ('"' if head[-1].startswith('"') else "") + head[-1].lstrip('"').removeprefix("%").strip()
-    named = _names(last, found.shape[1], "," if commas else None)
+    named = _names(last, matrix.shape[1], "," if commas else None)
     if named is None:
         raise SceneError(
-            f"--against {quoted(path)}: its last header row names another number of columns than the {found.shape[1]} "
+            f"--against {quoted(path)}: its last header row names another number of columns than the {matrix.shape[1]} "
             f'below it: "{printable(head[-1], 120)}"'
         )
-    columns = tuple(_column(name, values) for name, values in zip(named, found.T, strict=True))
+    columns = tuple(_column(name, values) for name, values in zip(named, matrix.T, strict=True))
     return _by_point(path, columns, head) if any("t" in dict(c.at) for c in columns) else Table("COMSOL table", columns)
 
 
 def _by_point(path: Path, columns: tuple[Column, ...], head: list[str]) -> Table:
     """A data export turned round: for every point (a row) and expression a column over the times behind the "@"."""
     told = (re.search(r"Length unit[:,\s\"]+([^\s\",]+)", line) for line in head)
-    length = next((unit for found in told if found and (unit := unit_of(found.group(1)))), None)
+    length = next((unit for match in told if match and (unit := unit_of(match.group(1)))), None)
     places = {
         split(c.name)[0].lower(): c.values * (10.0**length.exponent if length else 1.0)
         for c in columns if split(c.name)[0].lower() in "xyz"
@@ -256,11 +256,11 @@ def _printed(path: Path, text: str) -> Table:
         elif names and len(cells) == len(names) + 1 and cells[0].isdigit():
             rows.append(cells[1:])
             lines.append(number)
-    found, _ = numbers(f"--against {quoted(path)}", rows, lines, None)
-    return Table("ngspice print", _vectors(names, found), spice=True, notes=notes)
+    matrix, _ = numbers(f"--against {quoted(path)}", rows, lines, None)
+    return Table("ngspice print", _vectors(names, matrix), spice=True, notes=notes)
 
 
-def _vectors(names: Sequence[str], found: np.ndarray) -> tuple[Column, ...]:
+def _vectors(names: Sequence[str], matrix: np.ndarray) -> tuple[Column, ...]:
     """Columns of SPICE, which writes no units."""
 
     def unit(name: str) -> str:
@@ -268,7 +268,7 @@ def _vectors(names: Sequence[str], found: np.ndarray) -> tuple[Column, ...]:
             return "s"
         return "A" if name.startswith("i(") or name.endswith(("#branch", "[i]")) else "V"
 
-    return tuple(Column(name, unit(name.lower()), values) for name, values in zip(names, found.T, strict=True))
+    return tuple(Column(name, unit(name.lower()), values) for name, values in zip(names, matrix.T, strict=True))
 
 
 def _plain(path: Path, text: str) -> Table:
@@ -289,8 +289,8 @@ def _plain(path: Path, text: str) -> Table:
     # Runs that are appended to a file bring their names with them.
     body = [(number, line) for number, line in kept[headed:] if line.strip() != head.strip() or not headed]
     rows = fitted([cells_of(line, separator) for _, line in body], len(names) if headed else 0)
-    found, empty = numbers(f"--against {quoted(path)}", rows, [number for number, _ in body], separator)
-    count = found.shape[1]
+    matrix, empty = numbers(f"--against {quoted(path)}", rows, [number for number, _ in body], separator)
+    count = matrix.shape[1]
     named = _names(head, count, separator) if headed else None
     if headed and named is None:
         raise SceneError(f"--against {quoted(path)}: {len(names)} names for {count} columns")
@@ -298,25 +298,25 @@ def _plain(path: Path, text: str) -> Table:
         named = _names(remarks[-1], count, None) or _names(remarks[-1], count, separator or ",")
     wrdata = bool(_WRDATA.fullmatch(last))
     if named is None:
-        return _unnamed(found, empty, wrdata)
-    columns = tuple(_column(*column) for column in zip(named, found.T, empty.T, strict=True))
+        return _unnamed(matrix, empty, wrdata)
+    columns = tuple(_column(*column) for column in zip(named, matrix.T, empty.T, strict=True))
     if named[0].lower() == "time" and not any(c.unit for c in columns):
         plain = [name.lower() for name in named]
         if wrdata or plain.count("time") > 1 or any(_VECTOR.match(name) for name in named):
-            return Table("ngspice wrdata" if wrdata else "SPICE table", _vectors(named, found), spice=True)
+            return Table("ngspice wrdata" if wrdata else "SPICE table", _vectors(named, matrix), spice=True)
     return Table("table" if separator is None else "CSV", columns)
 
 
-def _unnamed(found: np.ndarray, empty: np.ndarray, wrdata: bool) -> Table:
+def _unnamed(matrix: np.ndarray, empty: np.ndarray, wrdata: bool) -> Table:
     """Columns by their number; of `wrdata` the first is the time, and so may be every other one."""
-    count = found.shape[1]
+    count = matrix.shape[1]
     units = [""] * count
     if wrdata:
         units = ["s"] + ["V"] * (count - 1)
-        if count % 2 == 0 and (found[:, ::2] == found[:, :1]).all():
+        if count % 2 == 0 and (matrix[:, ::2] == matrix[:, :1]).all():
             units[::2] = ["s"] * (count // 2)
     names = ("time" if unit == "s" else f"column {i + 1}" for i, unit in enumerate(units))
-    columns = (Column(*column) for column in zip(names, units, found.T, ((),) * count, empty.T, strict=True))
+    columns = (Column(*column) for column in zip(names, units, matrix.T, ((),) * count, empty.T, strict=True))
     return Table("ngspice wrdata" if wrdata else "table", tuple(columns), spice=wrdata, unnamed=True)
 
 

@@ -18,10 +18,10 @@ def data_uncertainty(scene: Any, data: Data, given: Sequence[str]) -> dict[str, 
     """The standard uncertainties (times of the data,) by quantity, from what ``--data-uncertainty`` says: a number with
     a unit for all quantities that have it, a part in percent (of the rise, for temperatures), or a column of the file;
     a quantity in front means that one alone. Raises SceneError."""
-    found: dict[str, np.ndarray] = {}
-    of = quantities.of(scene)
-    names = of.names
-    one = next((word for word, name in names.items() if of.units[name] == "K"), next(iter(names)))
+    uncertainties: dict[str, np.ndarray] = {}
+    catalogue = quantities.of(scene)
+    names = catalogue.names
+    one = next((word for word, name in names.items() if catalogue.units[name] == "K"), next(iter(names)))
     form = f'give 0.5K, 1%, {one}=1%, or {one}="a column of the file"'
     for text in given:
         name, equals, value = text.partition("=")
@@ -32,16 +32,16 @@ def data_uncertainty(scene: Any, data: Data, given: Sequence[str]) -> dict[str, 
             )
         said = (value if equals else text).strip()
         keys = [names[name.strip()]] if equals else [k for k in names.values() if k in data.values]
-        own = {key: u for key in keys if (u := _known_to(of, data, key, said)) is not None}
-        if not own:
+        known = {key: u for key in keys if (u := _known_to(catalogue, data, key, said)) is not None}
+        if not known:
             raise SceneError(f"--data-uncertainty {quoted(text)} is one of no quantity of {data.name}: {form}")
-        if any((u <= 0).any() or not np.isfinite(u).all() for u in own.values()):
+        if any((u <= 0).any() or not np.isfinite(u).all() for u in known.values()):
             raise SceneError(f"--data-uncertainty {quoted(text)}: an uncertainty must be more than nothing: {form}")
-        found |= own
-    return found
+        uncertainties |= known
+    return uncertainties
 
 
-def _known_to(of: Quantities, data: Data, key: str, said: str) -> np.ndarray | None:
+def _known_to(catalogue: Quantities, data: Data, key: str, said: str) -> np.ndarray | None:
     """(times of the data,): the uncertainty of a quantity, None where what is said is of another kind."""
     if key not in data.values:
         return None
@@ -53,7 +53,7 @@ def _known_to(of: Quantities, data: Data, key: str, said: str) -> np.ndarray | N
         return None
     if said.endswith("%"):
         # At the start a rise is nothing: half of the last digit of a double would do as well.
-        return np.maximum(number * np.abs(data.values[key] - of.base(key)), np.sign(number) * 1e-12)
-    if unit is None or unit.powers != parse_unit(of.units[key]).powers:
+        return np.maximum(number * np.abs(data.values[key] - catalogue.base(key)), np.sign(number) * 1e-12)
+    if unit is None or unit.powers != parse_unit(catalogue.units[key]).powers:
         return None
     return np.full(len(data.time), number - 273.15 if unit.celsius else number)

@@ -60,8 +60,8 @@ def prepare(options: dict[str, Any]) -> tuple[Callable[[], np.ndarray], Callable
     def solve() -> np.ndarray:
         if "scheme" in options:
             return paper_traces(device, PaperScheme(*options["scheme"]))[0][:, :2].T
-        found = solve_accurate(replace(device, accuracy=options["accuracy"]))
-        return np.array([found.sink_K, found.sensor_K]) - device.sink.room_temperature
+        traces = solve_accurate(replace(device, accuracy=options["accuracy"]))
+        return np.array([traces.sink_K, traces.sensor_K]) - device.sink.room_temperature
 
     def read(rises: np.ndarray) -> dict[str, Any]:
         return {"values": {"sink": rises[0].tolist(), "sensor": rises[1].tolist()}, "set_rise": device.set_rise}

@@ -77,15 +77,15 @@ class Entry:
 def sink_entries(transient: bool, quick: bool, installed: frozenset[str]) -> list[Entry]:
     """Those of the sink's steady state or its whole transient."""
     two = 2 if quick else None
-    found = [own(transient, accuracy) for accuracy in ACCURACIES[:two]]
+    entries = [own(transient, accuracy) for accuracy in ACCURACIES[:two]]
     for electric in (FULL,) if transient else (FULL, UNIFORM):
-        found += [_entry("tools.given_sink", transient, *s, electric) for s in SETTINGS[GIVEN, transient][:two]]
+        entries += [_entry("tools.given_sink", transient, *s, electric) for s in SETTINGS[GIVEN, transient][:two]]
     for name in REDUCTIONS:
-        found.append(Entry(REDUCTION, name, "tools.reduction", {"transient": transient, "reduction": name}))
+        entries.append(Entry(REDUCTION, name, "tools.reduction", {"transient": transient, "reduction": name}))
     for module, (tool, _, _) in KINDS.items():
         if tool == SCIKIT_FEM or tool in installed:
-            found += [_entry(module, transient, *s) for s in SETTINGS[tool, transient][:two]]
-    return found
+            entries += [_entry(module, transient, *s) for s in SETTINGS[tool, transient][:two]]
+    return entries
 
 
 def reference(transient: bool, quick: bool) -> Entry:

@@ -48,7 +48,7 @@ def run(quick: bool, count: int, installed: frozenset[str], progress: Callable[[
 def exponents(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """For each path the slopes of log time, by phase, and of log memory over log unknowns, from LARGE unknowns on;
     ``rises``: the phase with the largest slope, ``largest``: the one that takes most at the largest size."""
-    found = []
+    fits = []
     for path in dict.fromkeys(row["path"] for row in rows):
         mine = [r for r in rows if r["path"] == path and not r["failure"] and r["unknowns"] >= LARGE]
         if len(mine) < 2:
@@ -59,8 +59,8 @@ def exponents(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
         slopes = {name: float(np.polyfit(n, np.log(size), 1)[0]) for name, size in sizes.items()}
         largest = max(phases, key=mine[-1]["phases"].__getitem__)
         rises = max(phases, key=slopes.__getitem__)
-        found.append({"path": path, "exponents": slopes, "rises": rises, "largest": largest})
-    return found
+        fits.append({"path": path, "exponents": slopes, "rises": rises, "largest": largest})
+    return fits
 
 
 def prepare(options: dict[str, Any]) -> tuple[Callable[[], dict[str, Any]], Callable[[Any], dict[str, Any]]]:
@@ -102,8 +102,8 @@ def _assembly(path: str, scene: Scene, grid: Grid, degree: int) -> Callable[[], 
     from fem3d.problems.assembly import assemble
     from fem3d.spaces.domain import boxes
 
-    def own() -> SimpleNamespace:
+    def toolkit() -> SimpleNamespace:
         heat = assemble(boxes(scene, grid))
         return SimpleNamespace(size=heat.free, factors=lambda *_: heat.solve_steady)
 
-    return own
+    return toolkit

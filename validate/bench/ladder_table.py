@@ -97,12 +97,14 @@ def scene(title: str, settings: list[str], accuracy: str) -> str:
     steady = timed(lambda: solve_3d(coarse, Request(transient=False)))
     rows = []
     for name in MODELS:
-        found = ladder.solve(sink, name, times=fem3d.over_time.time, levels=levels)
+        result = ladder.solve(sink, name, times=fem3d.over_time.time, levels=levels)
         build, evaluate = times_of(sink, name)
         built = (f"{1e3 * build:.0f} ms", f"{build / steady:.2f}") if build else ("-", "-")
-        states = f"{found.details['states']}" + (f" (of {found.details['unknowns']})" if name == "plate" else "")
-        off = percent(found.steady[RESISTANCE].value / fem3d.steady[RESISTANCE].value - 1, sign=True)
-        rows.append([f"`{name}`", states, *map(percent, errors(found, fem3d)), off, *built, f"{1e3 * evaluate:.1f} ms"])
+        states = f"{result.details['states']}" + (f" (of {result.details['unknowns']})" if name == "plate" else "")
+        off = percent(result.steady[RESISTANCE].value / fem3d.steady[RESISTANCE].value - 1, sign=True)
+        rows.append(
+            [f"`{name}`", states, *map(percent, errors(result, fem3d)), off, *built, f"{1e3 * evaluate:.1f} ms"]
+        )
     shown = f" (`{' '.join(f'--set {text}' for text in settings)}`)" if settings else ""
     return f"## {title}{shown}\n\n{own_error(fem3d)}\n\n{_table(_HEADS, rows)}"
 
@@ -116,8 +118,8 @@ def scales(fem3d: Result) -> dict[str, float]:
     }  # fmt: skip
 
 
-def errors(found: Result, fem3d: Result) -> list[float]:
-    return [_apart(found, fem3d, key) / scale for key, scale in scales(fem3d).items()]
+def errors(result: Result, fem3d: Result) -> list[float]:
+    return [_apart(result, fem3d, key) / scale for key, scale in scales(fem3d).items()]
 
 
 def _apart(one: Result, other: Result, key: str) -> float:
@@ -137,12 +139,12 @@ def times_of(sink: Sink, name: str) -> tuple[float | None, float]:
 
 def timed(call: Callable[[], object]) -> float:
     """The processor time of a call, the shortest of some (s)."""
-    found = []
+    seconds = []
     for _ in range(REPEATS):
         started = time.process_time()
         call()
-        found.append(time.process_time() - started)
-    return min(found)
+        seconds.append(time.process_time() - started)
+    return min(seconds)
 
 
 def grid(end: float) -> np.ndarray:
@@ -165,11 +167,11 @@ def own_error(fem3d: Result) -> str:
 def thin_row(thickness: str, accuracy: str = "1e-4") -> list[str]:
     sink = load("sink", [f"sink.thickness={thickness}", f"run.accuracy={accuracy}"])
     exact = solve_3d(sink, Request(transient=False)).steady[RESISTANCE]
-    found = ladder.solve(sink, "plate", steady_only=True)
+    plate = ladder.solve(sink, "plate", steady_only=True)
     return [
-        thickness.replace("um", " um"), percent(found.steady[RESISTANCE].value / exact.value - 1, sign=True),
-        percent(exact.error / exact.value), percent(found.details["thin_plate_remainder"]),
-        "yes" if found.details["warnings"] else "no",
+        thickness.replace("um", " um"), percent(plate.steady[RESISTANCE].value / exact.value - 1, sign=True),
+        percent(exact.error / exact.value), percent(plate.details["thin_plate_remainder"]),
+        "yes" if plate.details["warnings"] else "no",
     ]  # fmt: skip
 
 
@@ -179,8 +181,8 @@ def slow_row(size: str) -> list[str]:
     levels, times = Levels(sink), grid(sink.end_time)
     plate, fin, few = (ladder.solve(sink, name, times=times, levels=levels) for name in ("plate", "fin", "moments:4"))
     off = [
-        percent(_apart(found, plate, f"{key}_K") / plate.steady[f"{key}_rise_K"].value)
-        for found in (fin, few)
+        percent(_apart(model, plate, f"{key}_K") / plate.steady[f"{key}_rise_K"].value)
+        for model in (fin, few)
         for key in ("peak", "end")
     ]
     warns = "yes" if any("one node" in text for text in fin.details["warnings"]) else "no"

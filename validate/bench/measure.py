@@ -50,8 +50,8 @@ def once(entry: Entry, most: int = 0, patience: float = 0.0) -> dict[str, Any]:
     if done.returncode:
         last = (done.stderr.strip() or "no message").splitlines()[-1]
         raise EntryError(f"{entry.tool} ({entry.label}) failed: {last}")
-    found: dict[str, Any] = json.loads(done.stdout.strip().splitlines()[-1])
-    return found
+    measurement: dict[str, Any] = json.loads(done.stdout.strip().splitlines()[-1])
+    return measurement
 
 
 def in_turns(
@@ -63,21 +63,24 @@ def in_turns(
     results: list[list[dict[str, Any]]] = [[] for _ in entries]
     rows = [{"tool": entry.tool, "label": entry.label, "failure": ""} for entry in entries]
     for turn in range(rounds):
-        for entry, row, found in zip(entries, rows, results, strict=True):
-            if row["failure"] or (found and min(found[0]["seconds"]) > LONG):
+        for entry, row, measurements in zip(entries, rows, results, strict=True):
+            if row["failure"] or (measurements and min(measurements[0]["seconds"]) > LONG):
                 continue
             progress(f"round {turn + 1} of {rounds}: {entry.tool}, {entry.label}")
             try:
-                found.append(once(entry, MOST, PATIENCE if patient else 0.0))
+                measurements.append(once(entry, MOST, PATIENCE if patient else 0.0))
             except EntryError as error:
                 row["failure"] = str(error)
-    return [row if row["failure"] else row | _summed(found) for row, found in zip(rows, results, strict=True)]
+    return [row if row["failure"] else row | _summed(each) for row, each in zip(rows, results, strict=True)]
 
 
-def _summed(found: list[dict[str, Any]]) -> dict[str, Any]:
-    seconds = [s for one in found for s in one["seconds"]]
-    start_up, peak = statistics.median(one["start_up_s"] for one in found), max(one["peak_MB"] for one in found)
-    return found[-1] | {
+def _summed(measurements: list[dict[str, Any]]) -> dict[str, Any]:
+    seconds = [s for one in measurements for s in one["seconds"]]
+    start_up, peak = (
+        statistics.median(one["start_up_s"] for one in measurements),
+        max(one["peak_MB"] for one in measurements),
+    )
+    return measurements[-1] | {
         "median_s": statistics.median(seconds), "fastest_s": min(seconds), "slowest_s": max(seconds),
         "solves": len(seconds), "start_up_s": start_up, "peak_MB": peak,
     }  # fmt: skip
@@ -103,8 +106,8 @@ def work(argument: str) -> dict[str, Any]:
         started = time.process_time()
         answer = solve()
         seconds.append(time.process_time() - started)
-    found = {"start_up_s": start_up, "seconds": seconds[1:] or seconds, "peak_MB": peak_memory()}
-    return {**found, "imported_MB": imported, **read(answer)}
+    measurement = {"start_up_s": start_up, "seconds": seconds[1:] or seconds, "peak_MB": peak_memory()}
+    return {**measurement, "imported_MB": imported, **read(answer)}
 
 
 def forget() -> None:

@@ -24,27 +24,27 @@ LOOKS = {
 HOLLOW = "x+sDov"  # marks of reductions
 
 
-def markdown(found: Mapping[str, Any], figures: Mapping[str, str]) -> str:
+def markdown(measurements: Mapping[str, Any], figures: Mapping[str, str]) -> str:
     """The page; ``figures`` are paths to those that were drawn, by part."""
-    lines = ["# Run time against error", "", *_lines(_preface(found))]
-    if WORK.keys() & found.keys():
+    lines = ["# Run time against error", "", *_lines(_preface(measurements))]
+    if WORK.keys() & measurements.keys():
         lines += WHAT_EACH_DOES
     for name, (title, parts, _) in SECTIONS.items():
-        if name in found:
-            lines += [f"## {title}", "", *_lines(parts(name, found[name]))]
+        if name in measurements:
+            lines += [f"## {title}", "", *_lines(parts(name, measurements[name]))]
             if name in figures:
                 lines += [f"![{name}]({figures[name]})", ""]
     return "\n".join(lines).rstrip() + "\n"
 
 
-def text(found: Mapping[str, Any]) -> str:
+def text(measurements: Mapping[str, Any]) -> str:
     """The parts that were measured, in tables of at most 80 columns."""
     shown = []
     for name, (title, parts, short) in SECTIONS.items():
-        if name in found and short is not None:
-            shown.append(Section(*short(title, found[name])).text(Style()))
-        elif name in found:
-            made = parts(name, found[name])
+        if name in measurements and short is not None:
+            shown.append(Section(*short(title, measurements[name])).text(Style()))
+        elif name in measurements:
+            made = parts(name, measurements[name])
             shown.append(Section(title, [next(p for p in made if isinstance(p, Table))]).text(Style()))
     return "\n\n".join(shown)
 
@@ -54,18 +54,21 @@ def _lines(parts: Parts) -> Lines:
 
 
 def _table(
-    heads: Sequence[str], found: Sequence[Entry], name: Callable[[Entry], str], cells: Callable[[Entry], Sequence[str]]
+    heads: Sequence[str],
+    entries: Sequence[Entry],
+    name: Callable[[Entry], str],
+    cells: Callable[[Entry], Sequence[str]],
 ) -> Table:
     """A row for each of what was found: its name, then its cells or, below it, why it failed."""
-    failed = [Row([name(entry)], below=entry["failure"]) for entry in found if entry["failure"]]
-    return Table(heads, [*((name(entry), *cells(entry)) for entry in found if not entry["failure"]), *failed])
+    failed = [Row([name(entry)], below=entry["failure"]) for entry in entries if entry["failure"]]
+    return Table(heads, [*((name(entry), *cells(entry)) for entry in entries if not entry["failure"]), *failed])
 
 
-def _preface(found: Mapping[str, Any]) -> Parts:
-    machine = found["machine"]
+def _preface(measurements: Mapping[str, Any]) -> Parts:
+    machine = measurements["machine"]
     parts: Parts = [
-        f"Made by `validate bench{' --quick' if found['quick'] else ''}`. Scene: the default sink at 1 V. Each entry "
-        "runs in processes of its own, in turns with the others. A time is the median over them, in seconds of "
+        f"Made by `validate bench{' --quick' if measurements['quick'] else ''}`. Scene: the default sink at 1 V. Each "
+        "entry runs in processes of its own, in turns with the others. A time is the median over them, in seconds of "
         "processor time of one thread, which other work on the machine disturbs less than the clock on the wall. "
         "Start-up (interpreter and imports; on the wall) is not in it and has a column of its own. The first solve of "
         "a process warms up and does not count where it takes less than a second on the wall.",
@@ -127,9 +130,9 @@ def _work(name: str, part: Mapping[str, Any]) -> Parts:
 
 def _fastest(at: Mapping[str, Any], tools: Sequence[str]) -> tuple[str, ...]:
     fastest = at["fastest"]
-    own = {kind: fastest[kind] for kind in OURS}
-    ours = ("does not get there" if best is None else f"{best['median_s']:.3g} s" for best in own.values())
-    return f"{at['target'] * 100:g} %", *ours, *(work.verdict(fastest[peer], own) for peer in tools[len(OURS) :])
+    by_kind = {kind: fastest[kind] for kind in OURS}
+    ours = ("does not get there" if best is None else f"{best['median_s']:.3g} s" for best in by_kind.values())
+    return f"{at['target'] * 100:g} %", *ours, *(work.verdict(fastest[peer], by_kind) for peer in tools[len(OURS) :])
 
 
 def _named(row: Mapping[str, Any]) -> str:
@@ -231,31 +234,31 @@ SECTIONS: dict[str, tuple[str, Callable[[str, Any], Parts], Callable[..., tuple[
 """By part its title, what is on the page, and what a terminal shows in place of the first table there."""
 
 
-def draw(part: str, found: Mapping[str, Any], path: Path) -> None:
+def draw(part: str, measurements: Mapping[str, Any], path: Path) -> None:
     """One plot as PNG; entries that failed are left out, and a line joins those of a tool that are the fastest at their
     error. Reductions are different models, so no line joins them: each has a mark of its own."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     from validate.report.figures import drawing
 
-    there = [row for row in found["rows"] if not row["failure"]]
+    rows = [row for row in measurements["rows"] if not row["failure"]]
     with drawing.style():
         figure = drawing.new_figure(7.2, 4.6, f"{WORK[part]}: time against error", ())
         axes = figure.add_subplot()
         for tool, (colour, marker) in LOOKS.items():
-            points = [(row["error"], row["median_s"]) for row in there if row["tool"] == tool]
+            points = [(row["error"], row["median_s"]) for row in rows if row["tool"] == tool]
             if points:
                 axes.plot(*zip(*points, strict=True), linestyle="none", marker=marker, color=colour, label=tool)
                 axes.plot(*zip(*fastest(points), strict=True), color=colour, linewidth=1.2)
-        models = (row for row in there if row["tool"] == REDUCTION)
+        models = (row for row in rows if row["tool"] == REDUCTION)
         for marker, row in zip(cycle(HOLLOW), models):
             look: dict[str, Any] = {"linestyle": "none", "marker": marker, "color": "#222222", "fillstyle": "none"}
             axes.plot(row["error"], row["median_s"], label=row["label"], **look)
-        doubt = found["reference"]["uncertainty"]
+        doubt = measurements["reference"]["uncertainty"]
         if doubt is not None:
             axes.axvspan(axes.get_xlim()[0], doubt, color="#dddddd", label="the reference's uncertainty")
         axes.set(xscale="log", yscale="log", xlabel="error, relative", ylabel="processor time, s (start-up apart)")
-        axes.set_xlim(0.1 * min(row["error"] for row in there), 1.0)
+        axes.set_xlim(0.1 * min(row["error"] for row in rows), 1.0)
         axes.invert_xaxis()
         axes.legend(fontsize=8, ncols=2)
         FigureCanvasAgg(figure)

@@ -34,19 +34,19 @@ Answer = tuple[int, list[list[float]]]  # unknowns, and the quantities of each i
 
 def step_times(per_interval: int) -> np.ndarray:
     """Times (s) of equal steps within each of EDGES; three times ``per_interval`` where TIMES lie at the thirds."""
-    found = [np.zeros(1)]
+    times = [np.zeros(1)]
     for i, (a, b) in enumerate(pairwise(EDGES)):
         n = per_interval * (3 if 0 < i < len(EDGES) - 2 else 1)
-        found.append(a + (b - a) * np.arange(1, n + 1) / n)
-    return np.concatenate(found)
+        times.append(a + (b - a) * np.arange(1, n + 1) / n)
+    return np.concatenate(times)
 
 
 def at_times(times: np.ndarray) -> list[int]:
     """Where TIMES are among some times; ValueError where one is not."""
-    found = [int(np.abs(times - t).argmin()) for t in TIMES]
-    if any(abs(times[i] - t) > 1e-9 * t for i, t in zip(found, TIMES, strict=True)):
+    indices = [int(np.abs(times - t).argmin()) for t in TIMES]
+    if any(abs(times[i] - t) > 1e-9 * t for i, t in zip(indices, TIMES, strict=True)):
         raise ValueError("an instant of the comparison is not among the steps")
-    return found
+    return indices
 
 
 def stepped(
@@ -87,9 +87,9 @@ def read(result: Result, sink: Sink) -> dict[str, Any]:
     return {"values": values, "steady": steady, "claimed": max(claimed[q] / abs(steady[q][0]) for q in QUANTITIES)}
 
 
-def errors(found: Values, reference: Values, steady: Values) -> dict[str, float]:
+def errors(values: Values, reference: Values, steady: Values) -> dict[str, float]:
     """The largest error of each quantity at all instants, or in the steady state, relative to its ``steady`` value."""
-    return {q: float(np.abs(np.subtract(found[q], reference[q])).max()) / abs(steady[q][-1]) for q in QUANTITIES}
+    return {q: float(np.abs(np.subtract(values[q], reference[q])).max()) / abs(steady[q][-1]) for q in QUANTITIES}
 
 
 def quarter(sink: Sink) -> Scene:
@@ -101,8 +101,8 @@ def graded(scene: Scene, accuracy: float, cuts: int, degree: int, layers: int | 
     stay whole; of one degree everywhere, or of another one (``layers``) across those."""
     breaks, degrees = [], []
     first = grading.first_grid(scene, accuracy, grading.features(scene))
-    for old, own in zip(first.breaks, first.degrees, strict=True):
-        thin = own < grading.LEAST_AT_EDGE
+    for old, axis_degrees in zip(first.breaks, first.degrees, strict=True):
+        thin = axis_degrees < grading.LEAST_AT_EDGE
         count = np.where(thin, 1, cuts)
         inner = [np.linspace(a, b, n, endpoint=False) for a, b, n in zip(old, old[1:], count, strict=False)]
         breaks.append(np.append(np.concatenate(inner), old[-1]))

@@ -82,9 +82,12 @@ def start_up(count: int, progress: Callable[[str], None]) -> dict[str, Any]:
             for name, whole in (("without figures", no_figures), ("with its four figures", figures)):
                 add(f"cold run at 1e-3 {name} / import skfem", measure.waited(*whole) / measure.waited(*BARE))
             for accuracy in (1e-3, 1e-4):
-                found = measure.once(Entry(WHOLE, f"{accuracy:.0e}", "whole_runs", {"accuracy": accuracy}))
-                add(f"3D part at {accuracy:.0e}, after imports / import skfem", found["solved_s"] / found["import_s"])
-                add(f"second voltage at {accuracy:.0e} / first", found["again_s"] / found["solved_s"])
+                measurement = measure.once(Entry(WHOLE, f"{accuracy:.0e}", "whole_runs", {"accuracy": accuracy}))
+                add(
+                    f"3D part at {accuracy:.0e}, after imports / import skfem",
+                    measurement["solved_s"] / measurement["import_s"],
+                )
+                add(f"second voltage at {accuracy:.0e} / first", measurement["again_s"] / measurement["solved_s"])
         peak = subprocess.run([sys.executable, "-c", PEAK, *no_figures], check=True, capture_output=True, text=True)
     rows = [
         {"name": name, "median": statistics.median(each), "smallest": min(each), "largest": max(each)}

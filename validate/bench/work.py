@@ -46,16 +46,16 @@ def find(transient: bool, quick: bool, installed: frozenset[str], progress: Call
     accuracy = 1e-4 if quick else 1e-6
     finest = entries.own(transient, accuracy)
     progress(f"reference: {finest.tool}, {finest.label}")
-    own = measure.once(finest)
+    ours = measure.once(finest)
     name = f"this toolkit at an accuracy of {accuracy:.0e}"
     if NGSOLVE not in installed:
         said: dict[str, Any] = {"made_by": name, "checked_by": "no other program", "uncertainty": None}
-        return said | {"values": own["values"], "steady": own["steady"]}
+        return said | {"values": ours["values"], "steady": ours["steady"]}
     entry = entries.reference(transient, quick)
     progress(f"reference: {entry.tool}, {entry.label}")
     values = measure.once(entry)["values"]
     steady = {q: [v[-1]] for q, v in values.items()}
-    apart = max(errors(own["values"], values, steady).values())
+    apart = max(errors(ours["values"], values, steady).values())
     said = {"made_by": f"{NGSOLVE} ({entry.label})", "checked_by": name, "uncertainty": apart}
     return said | {"values": values, "steady": steady}
 
@@ -63,21 +63,21 @@ def find(transient: bool, quick: bool, installed: frozenset[str], progress: Call
 def targets(rows: list[Row]) -> list[dict[str, Any]]:
     """For each of TARGETS the least median time of each tool at an error at or below it (``None``: not reached), and
     each peer's over each of ours."""
-    found = []
+    table = []
     for target in TARGETS:
         fastest = {tool: _fastest(rows, tool, target) for tool in (*OURS, *PEERS)}
-        ratios = {peer: {own: _ratio(fastest[peer], fastest[own]) for own in OURS} for peer in PEERS}
-        found.append({"target": target, "fastest": fastest, "ratios": ratios})
-    return found
+        ratios = {peer: {kind: _ratio(fastest[peer], fastest[kind]) for kind in OURS} for peer in PEERS}
+        table.append({"target": target, "fastest": fastest, "ratios": ratios})
+    return table
 
 
-def _ratio(peer: Best, own: Best) -> float | None:
-    return None if peer is None or own is None else float(peer["median_s"] / own["median_s"])
+def _ratio(peer: Best, ours: Best) -> float | None:
+    return None if peer is None or ours is None else float(peer["median_s"] / ours["median_s"])
 
 
 def _fastest(rows: list[Row], tool: str, target: float) -> Row | None:
-    there = [row for row in rows if row["tool"] == tool and not row["failure"] and row["error"] <= target]
-    best = min(there, key=lambda row: row["median_s"], default=None)
+    candidates = [row for row in rows if row["tool"] == tool and not row["failure"] and row["error"] <= target]
+    best = min(candidates, key=lambda row: row["median_s"], default=None)
     return None if best is None else {key: best[key] for key in ("label", "median_s", "error", "peak_MB")}
 
 
@@ -86,15 +86,15 @@ def taking_part(rows: list[Row]) -> list[str]:
     return [*OURS, *(peer for peer in PEERS if any(row["tool"] == peer for row in rows))]
 
 
-def verdict(peer: Best, own: Mapping[str, Best]) -> str:
+def verdict(peer: Best, ours: Mapping[str, Best]) -> str:
     """A peer's fastest entry beside ours of each kind, in words for a table; bold where the peer is ahead."""
     if peer is None:
         return "no entry gets there"
-    return "; ".join([f"{peer['median_s']:.3g} s", *(_beside(peer, own[kind], WORDS[kind]) for kind in OURS)])
+    return "; ".join([f"{peer['median_s']:.3g} s", *(_beside(peer, ours[kind], WORDS[kind]) for kind in OURS)])
 
 
-def _beside(peer: Best, own: Best, name: str) -> str:
-    ratio = _ratio(peer, own)
+def _beside(peer: Best, ours: Best, name: str) -> str:
+    ratio = _ratio(peer, ours)
     if ratio is None:
         return f"**ahead of {name}, which does not get there**"
     if ratio >= 1:
@@ -117,8 +117,8 @@ def run(
         "skips": lambda: whole_runs.skips(quick, count, progress),
         "start-up": lambda: whole_runs.start_up(count, progress),
     }
-    found: dict[str, Any] = {"schema": SCHEMA, "quick": quick, "machine": _machine(), **earlier}
-    return found | {part: jobs[part]() for part in PARTS if part in parts and part not in found}
+    document: dict[str, Any] = {"schema": SCHEMA, "quick": quick, "machine": _machine(), **earlier}
+    return document | {part: jobs[part]() for part in PARTS if part in parts and part not in document}
 
 
 def _machine() -> dict[str, str]:
@@ -127,13 +127,13 @@ def _machine() -> dict[str, str]:
     listed = info.read_text(encoding="utf-8") if info.exists() else ""
     named = re.search(r"^model name\s*: (.+)$", listed, re.MULTILINE)
     processor = named[1].strip() if named else platform.processor() or platform.machine()
-    found = {
+    machine = {
         "processor": f"{processor}, {processors()} cores to use", "system": f"{platform.system()} {platform.machine()}",
         "threads": "1 in every program", "Python": platform.python_version(),
     }  # fmt: skip
     for package in ("numpy", "scipy", "scikit-fem", "ngsolve"):
         try:
-            found[package] = metadata.version(package)
+            machine[package] = metadata.version(package)
         except metadata.PackageNotFoundError:
-            found[package] = "not installed"
-    return found
+            machine[package] = "not installed"
+    return machine

@@ -53,22 +53,22 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
     if name is not None and name not in commands:
         known = f"give {' or '.join(commands)}{did_you_mean(name, commands)}"
         parser.error(f'"{printable(name)}" is not a command: {known}')
-    found, unknown = parser.parse_known_args(joined)
-    if found.version:
+    arguments, unknown = parser.parse_known_args(joined)
+    if arguments.version:
         from validate.report.summary import version
 
         show(f"validate {version()}")
         parser.exit()
     if unknown:
-        own, argument = commands[found.command], unknown[0]
+        subparser, argument = commands[arguments.command], unknown[0]
         if not argument.startswith("-"):
-            own.error(f'"{printable(argument)}" is one argument too many')
-        options = [option for option in own._option_string_actions if option.startswith("--")]
-        own.error(f'unknown option "{printable(argument)}"{did_you_mean(argument.partition("=")[0], options)}')
+            subparser.error(f'"{printable(argument)}" is one argument too many')
+        options = [option for option in subparser._option_string_actions if option.startswith("--")]
+        subparser.error(f'unknown option "{printable(argument)}"{did_you_mean(argument.partition("=")[0], options)}')
     # What the system could not decode, as in the name of a file in another encoding, is spelled out.
     given = shlex.join(["validate", *argv]).encode("utf-8", "surrogateescape")
-    found.command_line = given.decode("utf-8", "backslashreplace")
-    return found
+    arguments.command_line = given.decode("utf-8", "backslashreplace")
+    return arguments
 
 
 def _parsers(chosen: str | None) -> tuple[argparse.ArgumentParser, Mapping[str, argparse.ArgumentParser]]:

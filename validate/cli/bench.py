@@ -53,19 +53,19 @@ def run(arguments: argparse.Namespace) -> int:
     wanted = wanted or [part for part in PARTS if part != "start-up" or not arguments.quick]
     earlier = _earlier(vars(arguments)["from"])
     with progress() as say:
-        found = measure(wanted, rounds, arguments.quick, say, earlier)
+        measurements = measure(wanted, rounds, arguments.quick, say, earlier)
     folder = FOLDER if page_file is None else page_file.parent / "figures"
-    drawn = {part: folder / f"benchmark-{part}.png" for part in page.WORK if part in found}
+    drawn = {part: folder / f"benchmark-{part}.png" for part in page.WORK if part in measurements}
     for part, path in drawn.items():
         folder.mkdir(parents=True, exist_ok=True)
-        page.draw(part, found[part], path)
+        page.draw(part, measurements[part], path)
     if numbers is not None:
-        write_document(numbers, as_json(found))
+        write_document(numbers, as_json(measurements))
     if page_file is not None:
         linked = {part: f"figures/{path.name}" for part, path in drawn.items()}
-        page_file.write_text(page.markdown(found, linked), encoding="utf-8")
+        page_file.write_text(page.markdown(measurements, linked), encoding="utf-8")
     written = ", ".join(map(str, [*files, *drawn.values()]))
-    show(page.text(found) + (f"\n\nWrote {written}" if written else ""))
+    show(page.text(measurements) + (f"\n\nWrote {written}" if written else ""))
     return FINE
 
 
@@ -73,7 +73,7 @@ def _earlier(names: list[str]) -> dict[str, Any]:
     """What earlier runs wrote; SceneError where a file is not one of theirs."""
     from validate.bench.work import SCHEMA
 
-    found: dict[str, Any] = {}
+    measurements: dict[str, Any] = {}
     for name in names:
         try:
             read = json.loads(Path(name).read_text(encoding="utf-8"))
@@ -83,5 +83,5 @@ def _earlier(names: list[str]) -> dict[str, Any]:
             raise SceneError(f'--from "{name}" is no file of numbers that validate bench --json has written')
         if read["schema"] != SCHEMA:
             raise SceneError(f'--from "{name}" has numbers in another version\'s form: measure them anew')
-        found |= read
-    return found
+        measurements |= read
+    return measurements

@@ -194,8 +194,10 @@ def run(
 
     scene = declared(scene, request)
     folder, planned = out(arguments) or folder_of(scene, request, overrides, given), None
-    asked = [f"--{name}" for name in ("explain", "dry-run", "quiet", "json") if vars(arguments)[name.replace("-", "_")]]
-    refuse((len(asked) > 1, f"{' and '.join(asked)} print different things: give one of them"))
+    outputs = [
+        f"--{name}" for name in ("explain", "dry-run", "quiet", "json") if vars(arguments)[name.replace("-", "_")]
+    ]
+    refuse((len(outputs) > 1, f"{' and '.join(outputs)} print different things: give one of them"))
     if arguments.explain or arguments.dry_run:
         from validate.run.pipeline import plan
 
@@ -270,21 +272,21 @@ def table(
     jobs = processors() if arguments.jobs is None else whole("--jobs", arguments.jobs, 1, 256)
     started = time.perf_counter()
     with progress() as say:
-        found = rows(jobs, say)
+        answers = rows(jobs, say)
     seconds = time.perf_counter() - started
     if arguments.markdown is not None:
-        page = report.markdown(found, provenance(), more).rstrip("\n") + "\n"
+        page = report.markdown(answers, provenance(), more).rstrip("\n") + "\n"
         try:
             Path(arguments.markdown).write_text(page, encoding="utf-8")
         except OSError as error:
             raise SceneError(f"--markdown {quoted(arguments.markdown)} can't be written: {reason(error)}") from None
     if arguments.json:
-        show(json.dumps(report.document(found, provenance(), seconds), indent=1, allow_nan=False))
+        show(json.dumps(report.document(answers, provenance(), seconds), indent=1, allow_nan=False))
     elif arguments.quiet:
-        show(report.headline(found))
+        show(report.headline(answers))
     else:
-        show(f"{report.text(found, style())}\n\n{seconds:.0f} s")
-    return found
+        show(f"{report.text(answers, style())}\n\n{seconds:.0f} s")
+    return answers
 
 
 def export(arguments: argparse.Namespace, accuracy: float) -> Export | None:

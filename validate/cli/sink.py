@@ -118,9 +118,9 @@ def _request(arguments: argparse.Namespace, sink: Sink) -> Request:
         (samples is not None and only, f"--monte-carlo compares both models: leave out --only {only}"),
     )
     reduction, model = of_reduction(named or "paper")
-    own = f"--reduction {printable(named or '')} is judged against 3D as it is: leave out"
+    reason = f"--reduction {printable(named or '')} is judged against 3D as it is: leave out"
     for option, given in (("--why", arguments.why), ("--only 1d", only == "1d"), ("--monte-carlo", samples)):
-        common.refuse((model and given, f"{own} {option}"))
+        common.refuse((model and given, f"{reason} {option}"))
     if samples is not None:
         from validate.monte_carlo import FEWEST, MOST
 

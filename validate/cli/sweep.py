@@ -81,15 +81,15 @@ def scene(arguments: argparse.Namespace) -> Base:
     keys = {text.partition("=")[0].strip() for text in (*given, *arguments.vary)}
     if not keys & {"run.accuracy", "accuracy"}:
         given = [f"run.accuracy={ACCURACY}", *given]
-    found = base(arguments.scene, given)
-    if found.kind == "free" and getattr(arguments, "steady", False):
-        found = base(arguments.scene, [*given, "run.steady=true"])
+    scene = base(arguments.scene, given)
+    if scene.kind == "free" and getattr(arguments, "steady", False):
+        scene = base(arguments.scene, [*given, "run.steady=true"])
     for option in ("voltage", "reduction"):
-        if getattr(arguments, option, None) and found.kind == "free":
+        if getattr(arguments, option, None) and scene.kind == "free":
             raise SceneError(f"--{option} is for a sink: set the keys of {quoted(arguments.scene)} with --set")
-    if arguments.model and found.kind == "sink":
+    if arguments.model and scene.kind == "sink":
         raise SceneError("--model is of a scene of boxes or on a mesh: a sink has --reduction")
-    return found
+    return scene
 
 
 def model(arguments: argparse.Namespace, base: Base) -> str:
@@ -101,9 +101,9 @@ def model(arguments: argparse.Namespace, base: Base) -> str:
     from validate import models
     from validate.run.plan import own_model
 
-    found = own_model(cast("AnyScene", base.at(())), Request(model=arguments.model))
-    assert found is not None
-    given, folder = str(found[0]), found[1]
+    source = own_model(cast("AnyScene", base.at(())), Request(model=arguments.model))
+    assert source is not None
+    given, folder = str(source[0]), source[1]
     whole = given if given == "network" else str((Path(folder) / given).resolve())
     models.opened(whole)
     return whole
@@ -131,11 +131,11 @@ def execute(
     for key in design.keys:
         if fixed & set(key.split("+")):
             raise SceneError(f"{key} is varied and set: give it one of the two")
-    own = model(arguments, base)
+    own_model = model(arguments, base)
     reductions = dict.fromkeys(canonical(name.strip()) for name in (arguments.reduction or "paper").split(","))
-    check = checked(base, arguments.check, steady, design.keys, next(iter(reductions)), own)
-    names = (Path(own).name,) if own else tuple(reductions)
-    job = Job(base, design, Scope(names, steady, check, arguments.blame, solves is None, own), solves)
+    check = checked(base, arguments.check, steady, design.keys, next(iter(reductions)), own_model)
+    names = (Path(own_model).name,) if own_model else tuple(reductions)
+    job = Job(base, design, Scope(names, steady, check, arguments.blame, solves is None, own_model), solves)
     if arguments.scheduler is not None and arguments.workers is not None:
         raise SceneError("--workers are those of this machine, and a --scheduler has its own: give one of the two")
     workers = None if arguments.workers is None else whole("--workers", arguments.workers, 1, 256)
@@ -145,7 +145,7 @@ def execute(
     # results/<scene>-sweep-<what varies>, with what else is asked for.
     options = ("sample", "seed", "cells", "check", "tolerance", "solves")
     words = [f"{name}{value}" for name in options if (value := getattr(arguments, name, None)) is not None]
-    words += ["model", arguments.model] if own else []
+    words += ["model", arguments.model] if own_model else []
     words += ["steady"] * getattr(arguments, "steady", False) + [(arguments.reduction or "").replace(",", "-")]
     kind = "sweep" if solves is None else "map"
     folder = common.out(arguments) or folder_of_sweep(base.name, kind, [*arguments.vary, *_settings(arguments)], *words)

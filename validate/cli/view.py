@@ -52,7 +52,7 @@ def run(arguments: argparse.Namespace) -> int:
         return _scene(arguments)
     refuse((arguments.set, f"--set is for a scene, and {quoted(Path(arguments.path))} is none: leave it out"))
     _ending("--movie", arguments.movie, (".gif", ".mp4"))
-    asked = vars(arguments) | {
+    options = vars(arguments) | {
         "path": str(Path(arguments.path)),
         "show": arguments.show or "rise",
         "clip": _clip(arguments.clip),
@@ -60,10 +60,10 @@ def run(arguments: argparse.Namespace) -> int:
         "size": _size(arguments.size or "1400x800"),
     }
     for name, kind in (("time", Quantity(TIME, 0.0, 1e6)), ("exaggerate", Quantity(NUMBER, 1e-3, 1e6))):
-        if asked[name] is not None:
-            asked[name] = kind.read(f"--{name}", asked[name])
+        if options[name] is not None:
+            options[name] = kind.read(f"--{name}", options[name])
     with progress() as say:
-        notes = start(asked, say)
+        notes = start(options, say)
     for line in (*notes, *(f"Wrote {name}" for name in files)):
         show(line)
     return FINE
@@ -120,7 +120,7 @@ def _clip(given: str | None) -> tuple[str, float] | None:
 
 
 def _size(given: str) -> list[int]:
-    found = re.fullmatch(r"(\d{2,5})[x\N{MULTIPLICATION SIGN}](\d{2,5})", given)
-    if not found or not all(64 <= int(side) <= 8192 for side in found.groups()):
+    match = re.fullmatch(r"(\d{2,5})[x\N{MULTIPLICATION SIGN}](\d{2,5})", given)
+    if not match or not all(64 <= int(side) <= 8192 for side in match.groups()):
         raise SceneError(f"--size {quoted(given)}: give width and height from 64 to 8192, such as 1400x800")
-    return [int(side) for side in found.groups()]
+    return [int(side) for side in match.groups()]

@@ -70,7 +70,7 @@ class Air:
     checks: tuple[Check, ...]
 
     def document(self) -> dict[str, Any]:
-        found = {
+        document = {
             "coefficient_W_per_m2_K": self.coefficients.tolist(),
             "left_out": {name: values.tolist() for name, values in self.left_out.items()},
             "lumped": {name: values.tolist() for name, values in self.lumped.items()},
@@ -82,12 +82,12 @@ class Air:
         }
         if self.over_time is not None:
             until = {n: [t if math.isfinite(t) else None for t in v] for n, v in self.over_time.until.items()}
-            found["over_time"] = {
+            document["over_time"] = {
                 "left_out_largest": {name: values.tolist() for name, values in self.over_time.largest.items()},
                 "left_out_within_tolerance_until_s": until,
                 "left_out_within_tolerance_up_to_W_per_m2_K": _document(self.over_time.limits),
             }
-        return found
+        return document
 
 
 def _document(limits: Limits) -> dict[str, Any]:
@@ -133,9 +133,9 @@ class _Runs:
 
     def course(self, name: str, coefficient: float) -> tuple[np.ndarray, np.ndarray, float]:
         """Of leaving it out over time: times (s), differences there, and their error."""
-        key, found = QUANTITIES[name], self.cooled(coefficient)
-        bare, cooled = self.bare.over_time, found.over_time
-        trace, final = key.replace("_rise_K", "_K"), found.steady[key]
+        key, result = QUANTITIES[name], self.cooled(coefficient)
+        bare, cooled = self.bare.over_time, result.over_time
+        trace, final = key.replace("_rise_K", "_K"), result.steady[key]
         without = np.interp(cooled.time, bare.time, bare.values[trace])
         error = (bare.errors[trace] + cooled.errors[trace] + final.error) / abs(final.value)
         return cooled.time, (without - cooled.values[trace]) / final.value, error
@@ -152,10 +152,10 @@ def of_sink(sink: Sink, say: Callable[[str], None], transient: bool = True) -> A
     at = sink.convection_coefficient or STILL
     runs, places = _Runs(sink, transient, say), np.unique(np.append(COEFFICIENTS, at))
 
-    def found(of: Callable[[str, float], Estimate]) -> tuple[dict[str, np.ndarray], Limits]:
-        values = {name: np.array([of(name, h).value for h in places]) for name in QUANTITIES}
+    def by_coefficient(effect: Callable[[str, float], Estimate]) -> tuple[dict[str, np.ndarray], Limits]:
+        values = {name: np.array([effect(name, h).value for h in places]) for name in QUANTITIES}
         limits: Limits = {
-            name: _limit(lambda h, name=name: of(name, h), places, sink.tolerance(f"air_{name}"))  # type: ignore[misc]
+            name: _limit(lambda h, name=name: effect(name, h), places, sink.tolerance(f"air_{name}"))  # type: ignore[misc]
             for name in QUANTITIES
         }
         return values, limits
@@ -166,9 +166,9 @@ def of_sink(sink: Sink, say: Callable[[str], None], transient: bool = True) -> A
             name: np.array([_until(*runs.course(name, h)[:2], sink.tolerance(f"air_{name}")) for h in places])
             for name in QUANTITIES
         }
-        largest, limits = found(runs.largest)
+        largest, limits = by_coefficient(runs.largest)
         over_time = OverTime(largest, until, limits)
-    (left_out, limits), (lumped, lumped_limits) = found(runs.left_out), found(runs.lumped)
+    (left_out, limits), (lumped, lumped_limits) = by_coefficient(runs.left_out), by_coefficient(runs.lumped)
     still = conduction(sink)
     conducted = max(abs(runs.left_out(name, still).value) for name in QUANTITIES)
     air = Air(

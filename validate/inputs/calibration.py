@@ -120,7 +120,7 @@ def fit(
     model raises.
     """
 
-    def there(x: np.ndarray) -> Any:
+    def changed(x: np.ndarray) -> Any:
         other = scene
         for key, log in zip(keys, x.tolist(), strict=True):
             other = varied(other, key, float(np.exp(log)))
@@ -128,9 +128,9 @@ def fit(
 
     bounds = np.array([_bounds(scene, key) for key in keys]).T
     sure = quantities.of(scene).sure(data.time)
-    x, *told = _least_squares(data, sure, keys, bounds, lambda x: model(there(x), keys, data.time[sure]))
-    found = replace(there(x), expected_to_differ=None)
-    return _fit(keys, numbers(scene), numbers(found), told, found)
+    x, *told = _least_squares(data, sure, keys, bounds, lambda x: model(changed(x), keys, data.time[sure]))
+    fitted = replace(changed(x), expected_to_differ=None)
+    return _fit(keys, numbers(scene), numbers(fitted), told, fitted)
 
 
 def fit_model(
@@ -144,19 +144,19 @@ def fit_model(
     _refuse(scene, names, data)
     sure = quantities.of(scene).sure(data.time)
 
-    def there(x: np.ndarray) -> dict[str, float]:
+    def changed(x: np.ndarray) -> dict[str, float]:
         return {n: start[n] * float(np.exp(log)) for n, log in zip(names, x.tolist(), strict=True)}
 
     def modelled(x: np.ndarray) -> Modelled:
         slopes = {}
         for name, step in zip(names, BESIDE * np.eye(len(names)), strict=True):
-            more, less = (model(there(x + own), data.time[sure]) for own in (step, -step))
+            more, less = (model(changed(x + shift), data.time[sure]) for shift in (step, -step))
             slopes[name] = {n: (more[n] - less[n]) / (2 * BESIDE) for n in more}
-        return model(there(x), data.time[sure]), slopes
+        return model(changed(x), data.time[sure]), slopes
 
     bounds = np.array([[-WIDEST, WIDEST]] * len(names)).T
     x, *told = _least_squares(data, sure, names, bounds, modelled)
-    return _fit(names, start, there(x), told, with_(there(x)))
+    return _fit(names, start, changed(x), told, with_(changed(x)))
 
 
 def _least_squares(
@@ -186,14 +186,14 @@ def _least_squares(
     still = [key for key, column in zip(keys, jacobian.T, strict=True) if not np.abs(column).max() > 1e-9]
     if still:
         raise SceneError(f"--calibrate {still[0]}: nothing in {data.name} follows it, so that it can't be fitted")
-    found = least_squares(
+    solution = least_squares(
         lambda x: at(x)[0], np.zeros(len(keys)), lambda x: at(x)[1], (bounds[0], bounds[1]), x_scale="jac",
         xtol=1e-5, ftol=1e-8, max_nfev=MOST,
     )  # fmt: skip
-    residuals, jacobian = at(found.x)
+    residuals, jacobian = at(solution.x)
     normal = jacobian.T @ jacobian
     # Where keys can't be told apart at all it would have no inverse; they come out as known to next to nothing.
-    return found.x, np.linalg.inv(normal + SINGULAR * np.trace(normal) * np.eye(len(keys))), residuals
+    return solution.x, np.linalg.inv(normal + SINGULAR * np.trace(normal) * np.eye(len(keys))), residuals
 
 
 def _fit(

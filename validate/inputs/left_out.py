@@ -21,6 +21,7 @@ from scenes.formats import percent, quantity
 from scenes.plan import Request
 from scenes.result import Estimate, Result
 from scenes.sink import OF_A_SINK, Sink
+from scenes.units import THERMAL_CONTACT
 from scenes.validity import check
 from validate.inputs.air import CONDUCTIVITY, conduction
 
@@ -52,6 +53,9 @@ class Effect:
     changed: Callable[[Sink], dict[str, Any]]
 
 
+CONTACT = 2e-8
+"""m2 K/W, of each face of an oxide."""
+EMISSIVITY = 0.7
 EXPONENT = -1.3
 """Of silicon's conductivity over the temperature, from 300 to 1400 K, within a tenth."""
 
@@ -61,8 +65,12 @@ def _falling(sink: Sink) -> dict[str, Any]:
     given = sink.silicon.thermal_conductivity
     if laws.varies(given):
         return {}
-    of = [laws.PowerLaw(k, sink.room_temperature, EXPONENT) for k in laws.along(given)]
-    return {"silicon": replace(sink.silicon, thermal_conductivity=tuple(of) if isinstance(given, tuple) else of[0])}
+    conductivities = [laws.PowerLaw(k, sink.room_temperature, EXPONENT) for k in laws.along(given)]
+    return {
+        "silicon": replace(
+            sink.silicon, thermal_conductivity=tuple(conductivities) if isinstance(given, tuple) else conductivities[0]
+        )
+    }
 
 
 EFFECTS = {
@@ -72,11 +80,23 @@ EFFECTS = {
         lambda sink: f"that of room temperature times (T/{sink.room_temperature:g} K)^{EXPONENT:g}",
         _falling,
     ),
+    "contact": Effect(
+        "the contacts of the oxide",
+        "of films of SiO2 on silicon: Lee and Cahill, J. Appl. Phys. 81, 2590 (1997)",
+        lambda sink: f"{THERMAL_CONTACT.show(CONTACT)} at both faces of the oxide",
+        lambda sink: {} if sink.contact_resistance is not None else {"contact_resistance": CONTACT},
+    ),
     "gap_gas": Effect(
         "the gas under it",
         "air at 300 K: Carroll et al., J. Chem. Eng. Data 13 (1968)",
         lambda sink: f"{CONDUCTIVITY:g} W/(m K) under beam and pads, {1e6 * sink.oxide_thickness:.3g} um high",
         lambda sink: {} if sink.gap_gas_conductivity else {"gap_gas_conductivity": CONDUCTIVITY},
+    ),
+    "radiation": Effect(
+        "radiation",
+        "silicon has 0.42 to 0.78 from 880 to 1550 K: Jain et al., J. Phys. D 4, 1207 (1971)",
+        lambda sink: f"emissivity {EMISSIVITY:g} of all bare faces of beam and pads",
+        lambda sink: {} if sink.emissivity else {"emissivity": EMISSIVITY},
     ),
     "substrate": Effect(
         "the substrate's own resistance",
@@ -92,8 +112,6 @@ EFFECTS = {
     ),
 }
 """By name, as summary.json has them."""
-UNSOLVED = "contacts and radiation"
-"""What both models leave out and isn't ranked: no magnitude with a source stands for it here."""
 IN_AIR = ("gap_gas", "air")
 """The effects that a vacuum is without."""
 
@@ -145,11 +163,11 @@ class _Subject:
 
     def changes(self, bare: Result, with_it: Result) -> dict[str, Estimate]:
         """By quantity the change from one result to another."""
-        found = {}
+        changes = {}
         for name in self.called:
             inputs = {"predicted": with_it.steady[name], "measured": bare.steady[name]}
-            found[name] = Estimate(relative(*(e.value for e in inputs.values())), spread(relative, inputs))
-        return found
+            changes[name] = Estimate(relative(*(e.value for e in inputs.values())), spread(relative, inputs))
+        return changes
 
 
 def of_sink(sink: Sink, say: Callable[[str], None]) -> LeftOut:
@@ -179,7 +197,7 @@ def _of(subject: _Subject, say: Callable[[str], None]) -> LeftOut:
     sink = subject.sink
     say("without what is left out")
     bare = subject.solve(sink)
-    found: dict[str, Found] = {}
+    effects: dict[str, Found] = {}
     skipped: dict[str, str] = {}
     everything: dict[str, Any] = {}
     for number, (name, effect) in enumerate(subject.effects.items(), 1):
@@ -189,27 +207,27 @@ def _of(subject: _Subject, say: Callable[[str], None]) -> LeftOut:
             continue
         say(f"with what is left out, {number} of {len(subject.effects)}: {effect.what}")
         try:
-            found[name] = _found(subject, effect.what, effect.assumed(sink), effect.source, bare, changed)
+            effects[name] = _found(subject, effect.what, effect.assumed(sink), effect.source, bare, changed)
             if name == "gap_gas" and subject.ranked == RANKED:
                 say(f"from which pressure on {effect.what} matters")
-                found[name] = _with_pressure(subject, found[name], bare)
+                effects[name] = _with_pressure(subject, effects[name], bare)
         except (SceneError, NumericsError) as error:
             skipped[name] = str(error)
             continue
         everything |= changed
     together = None
-    if len(found) > 1:
+    if len(effects) > 1:
         say("with all of that together")
         try:
-            together = _found(subject, "all together", f"{', '.join(found)} at once", "", bare, everything)
+            together = _found(subject, "all together", f"{', '.join(effects)} at once", "", bare, everything)
         except (SceneError, NumericsError) as error:
             skipped[TOGETHER] = str(error)
 
     def size(each: Found) -> float:
         return abs(each.changes[subject.ranked].value) if each.changes else math.inf
 
-    ranked = dict(sorted(found.items(), key=lambda item: -size(item[1])))
-    added = {q: sum(f.changes[q].value for f in found.values() if f.changes) for q in subject.called}
+    ranked = dict(sorted(effects.items(), key=lambda item: -size(item[1])))
+    added = {q: sum(f.changes[q].value for f in effects.values() if f.changes) for q in subject.called}
     return LeftOut(ranked, together, added, skipped, _sentence(subject, ranked), subject.called)
 
 
@@ -233,14 +251,14 @@ def _share(with_it: Result) -> float | None:
     return -sum(gas) / float(flows["power"]) if gas else None
 
 
-def _with_pressure(subject: _Subject, found: Found, bare: Result) -> Found:
+def _with_pressure(subject: _Subject, effect: Found, bare: Result) -> Found:
     """With the pressure from which on the gas changes the peak by more than its tolerance, that of the check fig4. In a
     gap d it conducts k / (1 + 2 g / d), g being its `jump` at each wall; the conductivity at which the peak is off by
     the tolerance is searched in 3D."""
-    sink, change = subject.sink, found.changes
+    sink, change = subject.sink, effect.changes
     tolerance = sink.tolerance("fig4")
     if not change or abs(change[RANKED].value) <= tolerance:
-        return replace(found, assumed=f"{found.assumed}; within {percent(tolerance)} at any pressure")
+        return replace(effect, assumed=f"{effect.assumed}; within {percent(tolerance)} at any pressure")
     wanted, k, size = -tolerance, CONDUCTIVITY, change[RANKED].value
     for _ in range(MOST_TRIALS):
         # One over the peak, over that without gas, less one, goes with k where that is little.
@@ -250,7 +268,7 @@ def _with_pressure(subject: _Subject, found: Found, bare: Result) -> Found:
             break
     pressure = 2 * jump(1.0) / sink.oxide_thickness / (CONDUCTIVITY / k - 1)
     when = f"from {quantity(pressure, 'Pa', 2)} on it changes the peak by more than {percent(tolerance)}"
-    return replace(found, assumed=f"{found.assumed}; {when}", source=f"{found.source}; {JUMP}")
+    return replace(effect, assumed=f"{effect.assumed}; {when}", source=f"{effect.source}; {JUMP}")
 
 
 def jump(pressure: float) -> float:
@@ -264,7 +282,7 @@ def jump(pressure: float) -> float:
 def _sentence(subject: _Subject, ranked: dict[str, Found]) -> str:
     """What decides, of all that is solved: the largest effect in air, and the largest one in vacuum."""
     if not ranked:
-        return f"Of what both models leave out the scene has all that can be solved; not solved: {UNSOLVED}."
+        return "Of what both models leave out the scene has all that can be solved."
     said = []
     for where, inside in (("In air", True), ("In vacuum", False)):
         those = [each for name, each in ranked.items() if (name in IN_AIR) is inside]
@@ -273,14 +291,14 @@ def _sentence(subject: _Subject, ranked: dict[str, Found]) -> str:
     return " ".join(said)
 
 
-def _does(subject: _Subject, found: Found, of: int) -> str:
-    """What the largest ``of`` so many effects does."""
-    if not found.changes:
-        return f"{found.what} makes it run away"
-    if found.share is not None and found.share > MOST_OF_IT:
-        return f"the sink would not work: {found.what} takes {percent(found.share)} of the heat"
-    change = percent(found.changes[subject.ranked].value, sign=True)
+def _does(subject: _Subject, effect: Found, count: int) -> str:
+    """What the largest of ``count`` effects does."""
+    if not effect.changes:
+        return f"{effect.what} makes it run away"
+    if effect.share is not None and effect.share > MOST_OF_IT:
+        return f"the sink would not work: {effect.what} takes {percent(effect.share)} of the heat"
+    change = percent(effect.changes[subject.ranked].value, sign=True)
     peak = subject.ranked == RANKED
-    if of > 1:
-        return f"{found.what} matters most, {change} {'at the peak' if peak else 'of the power that the sink takes'}"
-    return f"{found.what} changes {'the peak' if peak else 'the power that the sink takes'} by {change}"
+    if count > 1:
+        return f"{effect.what} matters most, {change} {'at the peak' if peak else 'of the power that the sink takes'}"
+    return f"{effect.what} changes {'the peak' if peak else 'the power that the sink takes'} by {change}"

@@ -29,9 +29,11 @@ def fitted(
             raise SceneError(f"--calibrate model.parameters.{name} {why}{did_you_mean(name, start)}")
 
     def with_(values: Mapping[str, float]) -> AnyScene:
-        own = scene.model or OwnModel()
+        own_model = scene.model or OwnModel()
         changed = {key.partition("model.parameters.")[2]: value for key, value in values.items()}
-        return replace(scene, model=replace(own, parameters=tuple((dict(own.parameters) | changed).items())))
+        return replace(
+            scene, model=replace(own_model, parameters=tuple((dict(own_model.parameters) | changed).items()))
+        )
 
     def answers(values: Mapping[str, float], times: np.ndarray) -> dict[str, np.ndarray]:
         asked = of_scene(with_(values))
@@ -39,11 +41,11 @@ def fitted(
             return {n: np.atleast_1d(float(v)) for n, v in model.steady(asked)[0].items()}
         # A model over time is run up to the last time, which is that of the run.
         every = np.union1d(times, scene.end_time)
-        found = {n: np.asarray(v, float) for n, v in model.over_time(asked, every)[0].items()}
-        for name, course in found.items():
+        courses = {n: np.asarray(v, float) for n, v in model.over_time(asked, every)[0].items()}
+        for name, course in courses.items():
             if course.shape != every.shape:
                 raise SceneError(f"--model {model.name}: {quoted(name)} over time is not one number for each time")
-        return {n: np.interp(times, every, v) for n, v in found.items()}
+        return {n: np.interp(times, every, v) for n, v in courses.items()}
 
     keys = [f"model.parameters.{name}" for name in names]
     return fit_model(scene, data, keys, {key: start[key.rpartition(".")[2]] for key in keys}, answers, with_)

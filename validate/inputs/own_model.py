@@ -24,7 +24,7 @@ STEP = 1e-4  # of a key: what temperatures count from is in proportion to it, or
 
 
 def beside(
-    found: Sensitivities, scene: AnyScene, three: Result, model: Model, one: Result, checks: Sequence[Check]
+    sensitivities: Sensitivities, scene: AnyScene, three: Result, model: Model, one: Result, checks: Sequence[Check]
 ) -> Sensitivities:
     """The sensitivities of 3D with the model's own beside them: in the steady state; over time at the instant at which
     the 3D quantity is largest, as those of 3D are. Of every check what its difference changes by with each key."""
@@ -33,7 +33,7 @@ def beside(
     over_time = three.traces is not None
     thermal = {probe.name: probe.quantity == "temperature" for probe in scene.probes}
     answers = one.over_time.values if over_time else one.steady
-    names = [name for name in found.values if name in answers]
+    names = [name for name in sensitivities.values if name in answers]
     tops = {name: _top(scene, three, name) if over_time else 0.0 for name in names}
     judged = {
         c.id: c for c in checks if c.id.endswith(OVER_TIME) == over_time and c.id.removesuffix(OVER_TIME) in names
@@ -42,7 +42,7 @@ def beside(
     if over_time:
         worst = [c.time for c in judged.values() if c.time is not None]
         times = np.unique([*tops.values(), *worst, three.over_time.time[-1]])
-    followed = follow(model, scene, found.steady, times, lambda _: None)
+    followed = follow(model, scene, sensitivities.steady, times, lambda _: None)
 
     def base(other: AnyScene) -> float:
         """What temperatures rise above."""
@@ -53,38 +53,40 @@ def beside(
             return one.steady[name].value
         return float(np.interp(time, one.over_time.time, one.over_time.values[name]))
 
-    own = {name: model_at(name, tops[name]) - base(scene) * thermal[name] for name in names}
-    steady = {key: dict(of) for key, of in found.steady.items()}
+    model_rises = {name: model_at(name, tops[name]) - base(scene) * thermal[name] for name in names}
+    steady = {key: dict(slopes) for key, slopes in sensitivities.steady.items()}
     moved: dict[str, dict[str, float]] = {check: {} for check in judged}
-    for key, of in followed.slopes.items():
+    for key, by_name in followed.slopes.items():
         other = neighbour(scene, key, STEP)
         above = (base(other) - base(scene)) / STEP
         start = (other.initial_temperature - scene.initial_temperature) / STEP
         for name in names:
             three_of = steady[key].get(name)
-            if name not in of or three_of is None or three_of.fem3d is None:
+            if name not in by_name or three_of is None or three_of.fem3d is None:
                 continue
-            change = float(np.interp(tops[name], times, of[name])) if times is not None else float(of[name])
-            if own[name]:
-                slope = (change - above * thermal[name]) / own[name]
+            change = float(np.interp(tops[name], times, by_name[name])) if times is not None else float(by_name[name])
+            if model_rises[name]:
+                slope = (change - above * thermal[name]) / model_rises[name]
                 steady[key][name] = Slope(three_of.fem3d, slope)
             check = judged.get(f"{name}{OVER_TIME}" if over_time else name)
             if check is None or not np.isfinite(check.difference):
                 continue
-            largest = three_of.fem3d.value * found.values[name].value
+            largest = three_of.fem3d.value * sensitivities.values[name].value
             s, m = largest + above * thermal[name], change
-            if times is not None and found.course is not None:
-                if name not in found.course.fem3d.get(key, {}):
+            if times is not None and sensitivities.course is not None:
+                if name not in sensitivities.course.fem3d.get(key, {}):
                     continue
-                course = np.interp(check.time or 0.0, found.course.times, found.course.fem3d[key][name])
-                s, m = float(course) + start * thermal[name], float(np.interp(check.time or 0.0, times, of[name]))
-            scale = found.values[name].value
+                course = np.interp(check.time or 0.0, sensitivities.course.times, sensitivities.course.fem3d[key][name])
+                s, m = float(course) + start * thermal[name], float(np.interp(check.time or 0.0, times, by_name[name]))
+            scale = sensitivities.values[name].value
             if not over_time:
                 scale = three.steady[name].value - scene.initial_temperature * thermal[name]
                 largest += (above - start) * thermal[name]
             moved[check.id][key] = (m - s) / scale - check.difference * largest / scale
-    values = {name: Estimate(value, 0.0) for name, value in own.items()}
-    return replace(found, steady=steady, of_model=values, left_out=found.left_out | followed.left_out, moved=moved)
+    values = {name: Estimate(value, 0.0) for name, value in model_rises.items()}
+    return replace(
+        sensitivities, steady=steady, of_model=values, left_out=sensitivities.left_out | followed.left_out, moved=moved
+    )
 
 
 def judged(checks: Sequence[Check], propagated: Propagated) -> tuple[Check, ...]:
@@ -92,9 +94,11 @@ def judged(checks: Sequence[Check], propagated: Propagated) -> tuple[Check, ...]
     keys, moved = list(propagated.uncertain.relative), propagated.sensitivities.moved
     covariance, made = propagated.uncertain.covariance(), []
     for check in checks:
-        of = moved.get(check.id, {})
-        known = all(key in of for key in keys)
-        made.append(replace(check, u_input=combined(np.array([of[k] for k in keys]), covariance)) if known else check)
+        slopes = moved.get(check.id, {})
+        known = all(key in slopes for key in keys)
+        made.append(
+            replace(check, u_input=combined(np.array([slopes[k] for k in keys]), covariance)) if known else check
+        )
     return tuple(made)
 
 

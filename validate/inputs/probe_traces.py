@@ -28,46 +28,48 @@ def above(scene: AnyScene, key: str, over_time: bool) -> float:
     return (floor_of(scene, neighbour(scene, key, STEP)) - floor_of(scene, scene)) / STEP
 
 
-def of_3d(scene: AnyScene, found: Sensitivities) -> In_units:
+def of_3d(scene: AnyScene, sensitivities: Sensitivities) -> In_units:
     """Of 3D, which has slopes of rises."""
     thermal = {probe.name for probe in scene.probes if probe.quantity == "temperature"}
 
-    def of(key: str, name: str, times: np.ndarray, values: np.ndarray) -> np.ndarray:
+    def slope_of(key: str, name: str, times: np.ndarray, values: np.ndarray) -> np.ndarray:
         nothing = np.full(len(times), np.nan)
         if np.isinf(times[-1]):
-            slope = found.steady.get(key, {}).get(name)
+            slope = sensitivities.steady.get(key, {}).get(name)
             if slope is None or slope.fem3d is None:
                 return nothing
-            change = np.array([slope.fem3d.value * found.values[name].value])
+            change = np.array([slope.fem3d.value * sensitivities.values[name].value])
         else:
-            course = found.course
+            course = sensitivities.course
             if course is None or name not in course.fem3d.get(key, {}):
                 return nothing
             late = np.log(np.maximum(times, course.times[0]))
             change = np.interp(late, np.log(course.times), course.fem3d[key][name])
         return change + above(scene, key, not np.isinf(times[-1])) * (name in thermal)
 
-    return of
+    return slope_of
 
 
 def of_model(scene: AnyScene, model: Model) -> In_units:
     """Of a user's own model, by differences."""
     known: dict[tuple[str, bytes], dict[str, np.ndarray]] = {}
 
-    def of(key: str, name: str, times: np.ndarray, values: np.ndarray) -> np.ndarray:
-        at_rest, asked = np.isinf(times[-1]), (key, times.tobytes())
-        if asked not in known:
+    def slope_of(key: str, name: str, times: np.ndarray, values: np.ndarray) -> np.ndarray:
+        at_rest, case = np.isinf(times[-1]), (key, times.tobytes())
+        if case not in known:
             # A model over time is run up to the last time, which may be less than the run.
-            found = follow(model, scene, [key], None if at_rest else np.union1d(times, scene.end_time), lambda _: None)
-            known[asked] = found.slopes.get(key, {})
-        own = known[asked].get(name)
-        if own is None:
+            followed = follow(
+                model, scene, [key], None if at_rest else np.union1d(times, scene.end_time), lambda _: None
+            )
+            known[case] = followed.slopes.get(key, {})
+        slope = known[case].get(name)
+        if slope is None:
             return np.full(len(times), np.nan)
         if at_rest:
-            return np.atleast_1d(own)
-        return np.interp(times, np.union1d(times, scene.end_time), own)
+            return np.atleast_1d(slope)
+        return np.interp(times, np.union1d(times, scene.end_time), slope)
 
-    return of
+    return slope_of
 
 
 def moved(scene: AnyScene, result: Result, slopes: In_units, key: str, step: float) -> Result:
@@ -89,14 +91,14 @@ def in_3d(scene: AnyScene, keys: Sequence[str], times: np.ndarray) -> Modelled:
     from fem3d.runs import scene as scene_run
 
     result = scene_run.solve(scene, lambda _: None, whole=True)
-    found = of_free(scene, result, keys)
-    left_out = next((key for key in keys if key in found.left_out), None)
+    sensitivities = of_free(scene, result, keys)
+    left_out = next((key for key in keys if key in sensitivities.left_out), None)
     if left_out is not None:
-        raise SceneError(f"--calibrate {left_out}: {found.left_out[left_out]}")
+        raise SceneError(f"--calibrate {left_out}: {sensitivities.left_out[left_out]}")
     if np.isinf(times[-1]):
         values = {name: np.array([e.value]) for name, e in result.steady.items()}
     else:
         values = {n: np.interp(times, result.over_time.time, v) for n, v in result.over_time.values.items()}
-    slopes = of_3d(scene, found)
+    slopes = of_3d(scene, sensitivities)
     by = {key: {name: np.nan_to_num(slopes(key, name, times, v)) for name, v in values.items()} for key in keys}
     return values, by

@@ -60,7 +60,7 @@ class Propagated:
 
 
 def propagated(
-    uncertain: Uncertain, found: Sensitivities, fem3d: Estimates | None, reduced1d: Estimates | None
+    uncertain: Uncertain, sensitivities: Sensitivities, fem3d: Estimates | None, reduced1d: Estimates | None
 ) -> Propagated:
     """The u_input of the quantities of both models, by their values, and of their differences."""
     keys, covariance = list(uncertain.relative), uncertain.covariance()
@@ -68,7 +68,7 @@ def propagated(
     one: dict[str, np.ndarray] = {}
     for model, result, into in (("fem3d", fem3d, three), ("reduced1d", reduced1d, one)):
         for name in result or ():
-            slopes = [_slope(found, key, name, model) for key in keys]
+            slopes = [_slope(sensitivities, key, name, model) for key in keys]
             if all(s is not None for s in slopes):
                 into[name] = np.array(slopes, float)
     u_3d = {n: abs(fem3d[n].value) * combined(s, covariance) for n, s in three.items()} if fem3d else {}
@@ -79,7 +79,7 @@ def propagated(
             ratio = reduced1d[name].value / fem3d[name].value
             apart[name] = abs(ratio) * combined(one[name] - three[name], covariance)
     most = {n: _most(keys, s, covariance) for n, s in (one | three).items()}
-    return Propagated(uncertain, found, u_3d, u_1d, apart, most)
+    return Propagated(uncertain, sensitivities, u_3d, u_1d, apart, most)
 
 
 def bent(sink: Sink, propagated: Propagated) -> tuple[str, ...]:
@@ -110,8 +110,8 @@ def combined(slopes: np.ndarray, covariance: np.ndarray) -> float:
     return float(np.sqrt(max(slopes @ covariance @ slopes, 0.0)))
 
 
-def _slope(found: Sensitivities, key: str, name: str, model: str) -> float | None:
-    slope = found.steady.get(key, {}).get(name)
+def _slope(sensitivities: Sensitivities, key: str, name: str, model: str) -> float | None:
+    slope = sensitivities.steady.get(key, {}).get(name)
     if slope is None:
         return None
     if model != "fem3d":
@@ -120,34 +120,34 @@ def _slope(found: Sensitivities, key: str, name: str, model: str) -> float | Non
 
 
 def _most(keys: Sequence[str], slopes: np.ndarray, covariance: np.ndarray) -> str:
-    own = slopes**2 * np.diag(covariance)
-    return keys[int(own.argmax())] if own.any() else ""
+    parts = slopes**2 * np.diag(covariance)
+    return keys[int(parts.argmax())] if parts.any() else ""
 
 
 def judged(
     checks: Sequence[Check],
     models: Models,
     uncertain: Uncertain,
-    found: Sensitivities,
+    sensitivities: Sensitivities,
     definitions: Mapping[str, Callable[[Models], Comparison]] = DEFINITIONS,
 ) -> tuple[Check, ...]:
     """The checks with their u_input, where all that their ``definitions`` ask of the ``models`` has derivatives."""
     made = [check.id for check in checks if check.id in definitions and check.id not in (PROFILE, BALANCE)]
-    sink, single, alone = models.sink, models.single, found
+    sink, single, alone = models.sink, models.single, sensitivities
     if single is not None:
         alone = of_sink(replace(sink, spans=1), single, None)
 
     def differences(key: str, step: float) -> dict[str, float]:
-        in_1d = models.reduced1d and moved(models.reduced1d, sink, found, key, step)
+        in_1d = models.reduced1d and moved(models.reduced1d, sink, sensitivities, key, step)
         # What only a row has, its islands' length, is nothing to one span.
         one = moved(single, sink, alone, key, step) if single is not None and key in alone.keys else single
-        there = Models(neighbour(sink, key, step), moved(models.fem3d, sink, found, key, step), in_1d, one)
-        return {check: definitions[check](there).difference for check in made}
+        nearby = Models(neighbour(sink, key, step), moved(models.fem3d, sink, sensitivities, key, step), in_1d, one)
+        return {check: definitions[check](nearby).difference for check in made}
 
     known = _by_differences(uncertain, differences)
     known[BALANCE] = 0.0
-    if all(key in found.misfit for key in uncertain.relative):
-        slopes = np.array([found.misfit[key] for key in uncertain.relative])
+    if all(key in sensitivities.misfit for key in uncertain.relative):
+        slopes = np.array([sensitivities.misfit[key] for key in uncertain.relative])
         known[PROFILE] = combined(slopes, uncertain.covariance())
     return tuple(replace(check, u_input=known.get(check.id)) for check in checks)
 
@@ -162,12 +162,12 @@ def judged_against(
 
     def differences(key: str, step: float) -> dict[str, float]:
         try:
-            there = neighbour(scene, key, step)
+            nearby = neighbour(scene, key, step)
         except SceneError:
             return dict.fromkeys(checked(scene, data), np.nan)
         result = beside(key, step)
-        found = {c: distance(there, data, result, name, known_at[c]) for c, name in checked(scene, data).items()}
-        return {c: part(off, abs(scale)) for c, (off, scale, _) in found.items()}
+        distances = {c: distance(nearby, data, result, name, known_at[c]) for c, name in checked(scene, data).items()}
+        return {c: part(off, abs(scale)) for c, (off, scale, _) in distances.items()}
 
     known = _by_differences(uncertain, differences)
     return tuple(replace(check, u_input=known.get(check.id)) for check in checks)
@@ -182,41 +182,45 @@ def _by_differences(uncertain: Uncertain, differences: Callable[[str, float], Ma
         for name, value in more.items():
             slopes.setdefault(name, []).append((value - less[name]) / (2 * STEP))
     covariance = uncertain.covariance()
-    return {name: combined(np.array(own), covariance) for name, own in slopes.items() if np.isfinite(own).all()}
+    return {
+        name: combined(np.array(by_key), covariance) for name, by_key in slopes.items() if np.isfinite(by_key).all()
+    }
 
 
 def judged_device(
     checks: Sequence[Check],
     device: Device,
-    found: Propagated,
+    inputs: Propagated,
     differences: Callable[[Device], Mapping[str, float]],
 ) -> tuple[Check, ...]:
     """The checks with their u_input. Of those of the 1D model, by what the ``differences`` of other devices are, those
     with each key more and less by its uncertainty (GUM 5.1.3, note 2); in 3D of steady powers and voltages, by their
     derivatives."""
     slopes: dict[str, list[float]] = {}
-    for key, u in found.uncertain.relative.items():
+    for key, u in inputs.uncertain.relative.items():
         step = min(u, WIDEST)
         more, less = (differences(varied(device, key, 1 + sign * step)) for sign in (1, -1))
         for name, value in more.items():
             slopes.setdefault(name, []).append((value - less[name]) / (2 * step) if value != less[name] else 0.0)
-    covariance = found.uncertain.covariance()
-    known = {name: combined(np.array(own), covariance) for name, own in slopes.items() if np.isfinite(own).all()}
-    known |= {check: found.difference[name] for check, name in OF_3D.items() if name in found.difference}
+    covariance = inputs.uncertain.covariance()
+    known = {
+        name: combined(np.array(by_key), covariance) for name, by_key in slopes.items() if np.isfinite(by_key).all()
+    }
+    known |= {check: inputs.difference[name] for check, name in OF_3D.items() if name in inputs.difference}
     return tuple(replace(check, u_input=known.get(check.id)) for check in checks)
 
 
-def moved(result: Result, sink: Sink, found: Sensitivities, key: str, step: float) -> Result:
+def moved(result: Result, sink: Sink, sensitivities: Sensitivities, key: str, step: float) -> Result:
     """A result of a sink as it would be, to first order, with one key larger by a relative step; what has no derivative
     becomes no number."""
     model = "fem3d" if result.model == "fem3d" else "reduced1d"
     steady = {}
     for name, e in result.steady.items():
-        slope = _slope(found, key, name, model)
+        slope = _slope(sensitivities, key, name, model)
         steady[name] = Estimate(e.value * (1 + step * (np.nan if slope is None else slope)), e.error)
     traces = result.traces
     if traces is not None:
-        by = {n: over_time(found, key, n, traces.time, model) for n in traces.values}
+        by = {n: over_time(sensitivities, key, n, traces.time, model) for n in traces.values}
         changes = of_values(sink, traces.values, {key: by})[key]
         traces = replace(traces, values={n: v + step * changes[n] for n, v in traces.values.items()})
     return replace(result, steady=steady, traces=traces)
@@ -231,33 +235,33 @@ def u_input(uncertain: Uncertain, slopes: In_units) -> Callable[[str, np.ndarray
     """What the uncertainties of the inputs make of a quantity at times (s), with its values there: (times,)."""
     covariance = uncertain.covariance()
 
-    def of(name: str, times: np.ndarray, values: np.ndarray) -> np.ndarray:
-        own = np.array([slopes(key, name, times, values) for key in uncertain.relative])
-        found: np.ndarray = np.sqrt(np.maximum(np.einsum("it,ij,jt->t", own, covariance, own), 0.0))
-        return found
+    def u_of(name: str, times: np.ndarray, values: np.ndarray) -> np.ndarray:
+        by_key = np.array([slopes(key, name, times, values) for key in uncertain.relative])
+        deviations: np.ndarray = np.sqrt(np.maximum(np.einsum("it,ij,jt->t", by_key, covariance, by_key), 0.0))
+        return deviations
 
-    return of
+    return u_of
 
 
-def in_units(sink: Sink, found: Sensitivities, model: str) -> In_units:
+def in_units(sink: Sink, sensitivities: Sensitivities, model: str) -> In_units:
     """Of the traces of a model of a sink."""
 
-    def of(key: str, name: str, times: np.ndarray, values: np.ndarray) -> np.ndarray:
-        by = {key: {name: over_time(found, key, name, times, model)}}
+    def slope_of(key: str, name: str, times: np.ndarray, values: np.ndarray) -> np.ndarray:
+        by = {key: {name: over_time(sensitivities, key, name, times, model)}}
         return of_values(sink, {name: values}, by)[key][name]
 
-    return of
+    return slope_of
 
 
-def over_time(found: Sensitivities, key: str, name: str, times: np.ndarray, model: str) -> np.ndarray:
+def over_time(sensitivities: Sensitivities, key: str, name: str, times: np.ndarray, model: str) -> np.ndarray:
     """d ln quantity / d ln key (times,) of a trace at some times (s), of rises for temperatures; not a number where it
     isn't known. Before the first time that has one it is that one."""
-    course = found.course
-    of: Mapping[str, Mapping[str, np.ndarray]] = {} if course is None else getattr(course, model)
-    if course is None or key not in of or name not in of[key]:
+    course = sensitivities.course
+    by_quantity: Mapping[str, Mapping[str, np.ndarray]] = {} if course is None else getattr(course, model)
+    if course is None or key not in by_quantity or name not in by_quantity[key]:
         return np.full(len(times), np.nan)
     late = np.log(np.maximum(times, course.times[0]))
-    slopes: np.ndarray = np.interp(late, np.log(course.times), of[key][name])
+    slopes: np.ndarray = np.interp(late, np.log(course.times), by_quantity[key][name])
     return slopes
 
 
@@ -265,15 +269,15 @@ def of_values(
     sink: Sink, values: Mapping[str, np.ndarray], by: Mapping[str, Mapping[str, np.ndarray]]
 ) -> dict[str, dict[str, np.ndarray]]:
     """d trace / d ln key, by key and trace (times,), from the derivatives of the logarithms of rises and currents."""
-    found: dict[str, dict[str, np.ndarray]] = {}
-    for key, of in by.items():
+    changes: dict[str, dict[str, np.ndarray]] = {}
+    for key, slopes in by.items():
         # A temperature is the room's and a rise; where the room is the key, both move.
-        own = (neighbour(sink, key, STEP).room_temperature - sink.room_temperature) / STEP
-        found[key] = {
-            n: (values[n] - sink.room_temperature) * s + own if n.endswith("_K") else values[n] * s
-            for n, s in of.items()
+        room_slope = (neighbour(sink, key, STEP).room_temperature - sink.room_temperature) / STEP
+        changes[key] = {
+            n: (values[n] - sink.room_temperature) * s + room_slope if n.endswith("_K") else values[n] * s
+            for n, s in slopes.items()
         }
-    return found
+    return changes
 
 
 def draw(uncertain: Uncertain, count: int, seed: int = 0) -> np.ndarray:
@@ -288,8 +292,8 @@ def draw(uncertain: Uncertain, count: int, seed: int = 0) -> np.ndarray:
     # A correlation of one leaves a matrix without a Cholesky factor: its root by eigenvalues always is there.
     values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
     root = vectors * np.sqrt(np.maximum(values, 0.0)) if uncertain.correlations else np.eye(len(scale))
-    found: np.ndarray = norm.ppf(engine.random(count)) @ root.T * scale
-    return found.clip(-FURTHEST, FURTHEST)
+    deviations: np.ndarray = norm.ppf(engine.random(count)) @ root.T * scale
+    return deviations.clip(-FURTHEST, FURTHEST)
 
 
 @dataclass(frozen=True)
@@ -329,7 +333,7 @@ class Sampled:
         models = {"in 3D": self.fem3d, "in 1D": self.reduced1d, "of the check": self.checks}
         off = [
             f"{name} {where} ({percent(spread.excess, sign=True)})"
-            for where, found in models.items() for name, spread in found.items() if spread.off
+            for where, by_name in models.items() for name, spread in by_name.items() if spread.off
         ]  # fmt: skip
         return (
             (f"{self.count} samples spread otherwise than linear propagation has it: {', '.join(off)}",) if off else ()
@@ -341,14 +345,14 @@ def spreads(
 ) -> Sampled:
     """What samples (columns of points.csv, without those that failed) say; ``checks`` are the linear u_input."""
 
-    def of(column: str, linear: float) -> Spread:
+    def spread_of(column: str, linear: float) -> Spread:
         values = np.asarray(columns[column], float)
         deviation = float(values.std(ddof=1))
         return Spread(float(values.mean()), deviation, deviation / np.sqrt(2 * (len(values) - 1)), linear)
 
     count = len(next(iter(columns.values()), ()))
     models = {}
-    for model, own in (("fem3d", propagated.fem3d), ("reduced1d", propagated.reduced1d)):
-        models[model] = {n: of(f"{model}_{n}", u) for n, u in own.items() if f"{model}_{n}" in columns}
-    differences = {n: of(f"{n}_difference", u) for n, u in checks.items() if f"{n}_difference" in columns}
+    for model, uncertainties in (("fem3d", propagated.fem3d), ("reduced1d", propagated.reduced1d)):
+        models[model] = {n: spread_of(f"{model}_{n}", u) for n, u in uncertainties.items() if f"{model}_{n}" in columns}
+    differences = {n: spread_of(f"{n}_difference", u) for n, u in checks.items() if f"{n}_difference" in columns}
     return Sampled(count + failed, failed, models["fem3d"], models["reduced1d"], differences)

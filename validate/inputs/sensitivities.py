@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from fem3d.device.solve import Model
     from validate.models import Model as OwnModel
 
-QUANTITIES = {asked.steady: asked.called for asked in OF_A_SINK.values()}
+QUANTITIES = {entry.steady: entry.called for entry in OF_A_SINK.values()}
 PREFIX = "slope_"
 TEMPERATURE = "_temperature"
 """How the keys of temperatures end."""
@@ -58,7 +58,7 @@ class Course:
         models = {"fem3d": self.fem3d, "reduced1d": self.reduced1d}
         return {"time_s": self.times} | {
             f"{model}_{name}_by_{key}": values
-            for model, found in models.items() for key, of in found.items() for name, values in of.items()
+            for model, by_key in models.items() for key, by_name in by_key.items() for name, values in by_name.items()
         }  # fmt: skip
 
 
@@ -89,7 +89,9 @@ class Sensitivities:
 
     def document(self) -> dict[str, Any]:
         """What summary.json says of it: {key: {quantity: {"fem3d": {"value", "error"}, "reduced1d": {"value"}}}}."""
-        return {key: {name: _document(slope) for name, slope in of.items()} for key, of in self.steady.items()}
+        return {
+            key: {name: _document(slope) for name, slope in by_name.items()} for key, by_name in self.steady.items()
+        }
 
     def largest(self, quantity: str) -> float:
         """The largest slope of a quantity by any key, in 3D where that is there; but for temperatures, of which a
@@ -101,26 +103,30 @@ class Sensitivities:
     def sorted(self, quantities: Iterable[str]) -> list[str]:
         """The keys that any of the quantities follows, that which one follows most first."""
         names = list(quantities)
-        sizes = {key: max((of[n].size for n in names if n in of), default=0.0) for key, of in self.steady.items()}
+        sizes = {
+            key: max((by_name[n].size for n in names if n in by_name), default=0.0)
+            for key, by_name in self.steady.items()
+        }
         return sorted((key for key, size in sizes.items() if size > NONE), key=lambda key: -sizes[key])
 
 
 def _document(slope: Slope) -> dict[str, Any]:
-    found: dict[str, Any] = {}
+    document: dict[str, Any] = {}
     if slope.fem3d is not None:
-        found["fem3d"] = {"value": slope.fem3d.value, "error": slope.fem3d.error}
+        document["fem3d"] = {"value": slope.fem3d.value, "error": slope.fem3d.error}
     if slope.reduced1d is not None:
-        found["reduced1d"] = {"value": slope.reduced1d}
-    return found
+        document["reduced1d"] = {"value": slope.reduced1d}
+    return document
 
 
 def of_sink(
-    sink: Sink, fem3d: Result | None, reduced1d: Result | None, with_profile: bool = False, own: OwnModel | None = None
+    sink: Sink, fem3d: Result | None, reduced1d: Result | None, with_profile: bool = False,
+    own_model: OwnModel | None = None,
 ) -> Sensitivities:  # fmt: skip
     """The sensitivities of what a run has solved; ``with_profile`` also that of fig5.
 
-    Those of reductions that stand on the plate are of the steady state alone: each costs a plate. A user's ``own``
-    model is followed by differences. Raises what
+    Those of reductions that stand on the plate are of the steady state alone: each costs a plate. The user's
+    ``own_model`` is followed by differences. Raises what
     `fem3d.runs.sink_sensitivity.of_sink` and `reduced1d.slopes.of_sink` raise.
     """
     keys = numbers(sink)
@@ -133,20 +139,20 @@ def of_sink(
         from fem3d.runs import sink_sensitivity
 
         weights = misfit_weights(sink, fem3d) if with_profile and sink.spans == 1 else None
-        found = sink_sensitivity.of_sink(sink, fem3d, weights=weights)
-        left_out, misfit = found.left_out, found.profile
-        for key, of in found.steady.items():
-            steady[key] = {name: Slope(estimate, None) for name, estimate in of.items()}
-        if found.course is not None:
-            times, course3d, errors = found.course.times, found.course.values, found.course.errors
+        in_3d = sink_sensitivity.of_sink(sink, fem3d, weights=weights)
+        left_out, misfit = in_3d.left_out, in_3d.profile
+        for key, by_name in in_3d.steady.items():
+            steady[key] = {name: Slope(estimate, None) for name, estimate in by_name.items()}
+        if in_3d.course is not None:
+            times, course3d, errors = in_3d.course.times, in_3d.course.values, in_3d.course.errors
     elif reduced1d is not None and reduced1d.traces is not None:
         times = reduced1d.traces.time[1:]
     course1d: dict[str, dict[str, np.ndarray]] = {}
     if reduced1d is not None:
-        if own is not None and fem3d is not None:
+        if own_model is not None and fem3d is not None:
             from validate.models.slopes import of_sink as slopes_of
 
-            of_one, course1d, silent = slopes_of(own, sink, fem3d, reduced1d, times)
+            of_one, course1d, silent = slopes_of(own_model, sink, fem3d, reduced1d, times)
             left_out |= silent
         else:
             from reduced1d import slopes
@@ -171,7 +177,7 @@ def misfit_weights(sink: Sink, fem3d: Result) -> np.ndarray:
         return fig5(Models(sink, replace(fem3d, details={"profile": profile | {"rise_K": changed}}), None)).difference
 
     step = PART * float(np.ptp(rise))
-    return np.array([at(rise + own) - at(rise - own) for own in step * np.eye(len(rise))]) / (2 * step)
+    return np.array([at(rise + shift) - at(rise - shift) for shift in step * np.eye(len(rise))]) / (2 * step)
 
 
 def of_free(scene: AnyScene, result: Result, keys: Sequence[str] | None = None) -> Sensitivities:
@@ -179,36 +185,38 @@ def of_free(scene: AnyScene, result: Result, keys: Sequence[str] | None = None) 
     for. Raises ConvergenceError."""
     from fem3d.runs import scene_sensitivity
 
-    found = scene_sensitivity.of_scene(scene, result, keys)
-    steady = {key: {n: Slope(estimate, None) for n, estimate in of.items()} for key, of in found.table.items()}
-    course = None if found.times is None else Course(found.times, found.course, found.errors, {})
-    return Sensitivities(numbers(scene), steady, course, found.left_out, found.values, zeros(scene))
+    in_3d = scene_sensitivity.of_scene(scene, result, keys)
+    steady = {
+        key: {n: Slope(estimate, None) for n, estimate in by_name.items()} for key, by_name in in_3d.table.items()
+    }
+    course = None if in_3d.times is None else Course(in_3d.times, in_3d.course, in_3d.errors, {})
+    return Sensitivities(numbers(scene), steady, course, in_3d.left_out, in_3d.values, zeros(scene))
 
 
 def of_device(device: Device, in_3d: Model | None) -> Sensitivities:
     """The sensitivities of the device's steady state in 1D and, with its few states, in 3D."""
     from reduced1d import slopes
 
-    found, left_out, three = slopes.of_device(device), dict[str, str](), dict[str, dict[str, Estimate]]()
+    in_1d, left_out, three = slopes.of_device(device), dict[str, str](), dict[str, dict[str, Estimate]]()
     if in_3d is not None:
         from fem3d.device import sensitivity
 
         three, left_out = sensitivity.of_device(device, in_3d)
     steady = {
-        key: {name: Slope(three.get(key, {}).get(name), value) for name, value in of.items()}
-        for key, of in found.items()
+        key: {name: Slope(three.get(key, {}).get(name), value) for name, value in by_name.items()}
+        for key, by_name in in_1d.items()
     }
     return Sensitivities(numbers(device), steady, left_out=left_out)
 
 
-def checks(scene: Any, found: Sensitivities, called: Mapping[str, str]) -> tuple[Check, ...]:
+def checks(scene: Any, sensitivities: Sensitivities, called: Mapping[str, str]) -> tuple[Check, ...]:
     """For each key that any of the quantities (``called`` so) follows the check whether 1D follows it as 3D does: the
     largest difference of their slopes over quantities, of the largest slope of that quantity."""
     made = []
-    largest = {name: found.largest(name) for name in called}
+    largest = {name: sensitivities.largest(name) for name in called}
     tolerance = scene.tolerance("slope")
-    for key in found.sorted(called):
-        slopes = found.steady[key].items()
+    for key in sensitivities.sorted(called):
+        slopes = sensitivities.steady[key].items()
         both = {
             n: (s.fem3d, s.reduced1d)
             for n, s in slopes
@@ -234,15 +242,15 @@ def checks(scene: Any, found: Sensitivities, called: Mapping[str, str]) -> tuple
 
 def sentence(made: Iterable[Check]) -> str:
     """The worst of the checks of slopes in a sentence; empty where there are none."""
-    own = [check for check in made if check.id.startswith(PREFIX)]
-    if not own:
+    slopes = [check for check in made if check.id.startswith(PREFIX)]
+    if not slopes:
         return ""
-    differ = [check for check in own if check.verdict == "differs"]
+    differ = [check for check in slopes if check.verdict == "differs"]
     if differ:
         return f"The 1D model {max(differ, key=lambda check: abs(check.difference)).because}."
-    open_ = sum(check.verdict == "unresolved" for check in own)
+    open_ = sum(check.verdict == "unresolved" for check in slopes)
     said = "The 1D model follows every key as 3D does"
-    return f"{said}, as far as the errors tell: {open_} of {len(own)} are open." if open_ else f"{said}."
+    return f"{said}, as far as the errors tell: {open_} of {len(slopes)} are open." if open_ else f"{said}."
 
 
 def _said(called: str, key: str, in_3d: float, in_1d: float) -> str:

@@ -27,7 +27,7 @@ def in_3d(sink: Sink, keys: Sequence[str], times: np.ndarray) -> Modelled:
     values = {n: np.interp(times, result.over_time.time, v) for n, v in result.over_time.values.items()}
     late = np.log(np.maximum(times, slopes.course.times[0]))
     by = {
-        key: {n: np.interp(late, np.log(slopes.course.times), s) for n, s in of.items()}
-        for key, of in slopes.course.values.items()
+        key: {n: np.interp(late, np.log(slopes.course.times), s) for n, s in by_name.items()}
+        for key, by_name in slopes.course.values.items()
     }
     return values, of_values(sink, values, by)

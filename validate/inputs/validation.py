@@ -77,9 +77,9 @@ class Statement:
 
     def document(self) -> dict[str, Any]:
         """As the summary has it."""
-        found = asdict(self) | {"u_val": self.u_val, "interval": list(self.interval)}
-        found |= {"start_s": found.pop("start"), "end_s": found.pop("end")}
-        return found | {"seen": self.seen, "said": self.said()}
+        document = asdict(self) | {"u_val": self.u_val, "interval": list(self.interval)}
+        document |= {"start_s": document.pop("start"), "end_s": document.pop("end")}
+        return document | {"seen": self.seen, "said": self.said()}
 
 
 @dataclass(frozen=True)
@@ -110,12 +110,12 @@ class Course:
 
     def statements(self) -> tuple[Statement, ...]:
         """What follows where the model is surely furthest off, and at the end."""
-        found = windows.windows(self.times, self.error, self.u_data, windows.cut(self.simulated))
-        others = [float(np.hypot(self.u_num, self.u_input)[window.rows].mean()) for window in found]
-        i, k = windows.worst(found, others)
-        last = len(found) - 1
-        worst = (self._over(found[i], "worst", k),) if i != last else ()
-        return (*worst, self._over(found[last], "end", COVERS))
+        means = windows.windows(self.times, self.error, self.u_data, windows.cut(self.simulated))
+        others = [float(np.hypot(self.u_num, self.u_input)[window.rows].mean()) for window in means]
+        i, k = windows.worst(means, others)
+        last = len(means) - 1
+        worst = (self._over(means[i], "worst", k),) if i != last else ()
+        return (*worst, self._over(means[last], "end", COVERS))
 
     def _over(self, window: Window, where: str, k: float) -> Statement:
         rows, times = window.rows, self.times[window.rows]
@@ -149,11 +149,11 @@ class Validation:
         return {"statements": [s.document() for s in self.statements], "points": within}
 
 
-def finding(found: Validation) -> str:
+def finding(validation: Validation) -> str:
     """What is seen of the errors of both models, in a line: where each is surely furthest off, of its own unit."""
     said = []
-    for model in dict.fromkeys(course.model for course in found.courses):
-        seen = [s for s in found.statements if s.model == model and s.seen]
+    for model in dict.fromkeys(course.model for course in validation.courses):
+        seen = [s for s in validation.statements if s.model == model and s.seen]
         worst = max(seen, key=lambda s: abs(s.E) / s.u_val, default=None)
         at = (
             ""
@@ -168,10 +168,10 @@ def finding(found: Validation) -> str:
 def validate(scene: Any, data: Data, models: Sequence[tuple[str, Result, U_input | None]]) -> Validation:
     """The validation of models, by what they are called, against data; with the u_input of their quantities, ``None``
     where the inputs are taken as exact. Estimated errors of the models count as u_num in full."""
-    of = quantities.of(scene, models[0][1])
-    late = of.sure(data.time)
+    catalogue = quantities.of(scene, models[0][1])
+    late = catalogue.sure(data.time)
     times, courses = data.time[late], []
-    for word, key in of.names.items():
+    for word, key in catalogue.names.items():
         for called, result, u_of in models:
             answers = result.steady if data.at_rest else result.traces.values if result.traces else {}
             if key not in data.values or key not in answers:
@@ -181,5 +181,7 @@ def validate(scene: Any, data: Data, models: Sequence[tuple[str, Result, U_input
             u_input = np.zeros(len(times)) if u_of is None else u_of(key, times, values)
             known = data.u[key][late] if key in data.u else np.zeros(len(times))
             measured = data.values[key][late]
-            courses.append(Course(called, key, word, of.units[key], times, values, measured, u_num, u_input, known))
+            courses.append(
+                Course(called, key, word, catalogue.units[key], times, values, measured, u_num, u_input, known)
+            )
     return Validation(tuple(courses), any(u is not None for _, _, u in models), bool(data.u))

@@ -98,8 +98,8 @@ def opened(given: str | Callable[..., Any], folder: str = "") -> Model:
 
         return Function(given)
     kind = kind_of(given)
-    found: Model = import_module(f"validate.models.{kind}").opened(given, folder)
-    return found
+    model: Model = import_module(f"validate.models.{kind}").opened(given, folder)
+    return model
 
 
 def readable(given: str, folder: str, called: str) -> Path:

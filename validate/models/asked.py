@@ -44,13 +44,13 @@ def of_scene(scene: AnyScene) -> Asked:
     that is neither a quantity, nor a key of the scene, nor made of its parameters."""
     document = as_dict(scene)
     units = {probe.name: UNITS[probe.quantity] for probe in scene.probes}
-    own = scene.model or OwnModel()
+    own_model = scene.model or OwnModel()
     known = {} if scene.parameters is None else scene.parameters.measures()
-    parameters = {name: _value(name, given, document, known) for name, given in own.parameters}
+    parameters = {name: _value(name, given, document, known) for name, given in own_model.parameters}
     if parameters:
         # A model sees numbers: what they are made of is the scene's affair.
         document["model"] = {**document["model"], "parameters": parameters}
-    return Asked(scene.name, document, units, units, parameters, dict(own.outputs))
+    return Asked(scene.name, document, units, units, parameters, dict(own_model.outputs))
 
 
 def _value(name: str, given: float | str, document: Mapping[str, Any], known: Mapping[str, Measure]) -> float:
@@ -61,27 +61,27 @@ def _value(name: str, given: float | str, document: Mapping[str, Any], known: Ma
     try:
         return measured(given, known)[0]
     except UnitError:
-        found = _at(given, document)
-    if isinstance(found, bool) or not isinstance(found, float | int):
+        value = _at(given, document)
+    if isinstance(value, bool) or not isinstance(value, float | int):
         raise SceneError(
             f"model.parameters.{name} = {quoted(given)} is neither a quantity nor a key of the scene with a number, "
             'nor made of its parameters: give such as "300 ohm", "box.beam.upper.y", or "w/2"'
         )
-    return float(found)
+    return float(value)
 
 
-def _at(key: str, found: Any) -> Any:
+def _at(key: str, document: Any) -> Any:
     """What stands in a document at a key, "box.arm.upper.x"; ``None`` where there is nothing."""
-    if isinstance(found, list):
-        if found and not isinstance(found[0], Mapping):
-            return found["xyz".index(key)] if len(found) == 3 and key in ("x", "y", "z") else None
+    if isinstance(document, list):
+        if document and not isinstance(document[0], Mapping):
+            return document["xyz".index(key)] if len(document) == 3 and key in ("x", "y", "z") else None
         # Names may have dots in them: the longest that fits.
-        named = sorted((i for i in found if key.startswith(f"{i.get('name')}.")), key=lambda i: -len(i["name"]))
+        named = sorted((i for i in document if key.startswith(f"{i.get('name')}.")), key=lambda i: -len(i["name"]))
         return _at(key.removeprefix(f"{named[0]['name']}."), named[0]) if named else None
-    if not isinstance(found, Mapping):
+    if not isinstance(document, Mapping):
         return None
     first, _, rest = key.partition(".")
-    return _at(rest, found.get(first)) if rest else found.get(first)
+    return _at(rest, document.get(first)) if rest else document.get(first)
 
 
 def solve(
@@ -94,20 +94,20 @@ def solve(
     quantity, of another shape, not finite, or of nothing that is asked for.
     """
     say(f"asking {model.name}")
-    found: dict[str, Estimate] = {}
+    estimates: dict[str, Estimate] = {}
     traces = None
     if steady and asked.steady:
         answer, errors = _checked(model, model.steady(asked), asked.steady, None)
-        found = {name: Estimate(float(value), errors.get(name, 0.0)) for name, value in answer.items()}
+        estimates = {name: Estimate(float(value), errors.get(name, 0.0)) for name, value in answer.items()}
     if fem3d.traces is not None:
         traces = (_over_time if accuracy else _at_its_times)(model, asked, fem3d.traces, accuracy)
-    if not found and (traces is None or not traces.values):
+    if not estimates and (traces is None or not traces.values):
         wanted = [*asked.steady] if steady else [*asked.over_time]
         raise SceneError(f"--model {model.name} says nothing of {listed(wanted)}: give at least one of them")
     names = {*(asked.steady if steady else ()), *(asked.over_time if traces else ())}
-    silent = [n for n in dict.fromkeys([*asked.steady, *asked.over_time]) if n in names and n not in found]
+    silent = [n for n in dict.fromkeys([*asked.steady, *asked.over_time]) if n in names and n not in estimates]
     silent = [n for n in silent if traces is None or n not in traces.values]
-    return Result(model.name, found, traces, {"silent": silent})
+    return Result(model.name, estimates, traces, {"silent": silent})
 
 
 def _at_its_times(model: Model, asked: Asked, three: Traces, _: float) -> Traces:
@@ -119,8 +119,8 @@ def _at_its_times(model: Model, asked: Asked, three: Traces, _: float) -> Traces
 def _over_time(model: Model, asked: Asked, three: Traces, accuracy: float) -> Traces:
     """The model's traces at the times of 3D's, its own rows, and wherever it bends between them."""
     once, instead = _ascending(three.time)
-    own = model.rows(asked)
-    times = np.union1d(once, own[(own > once[0]) & (own < once[-1])])
+    rows = model.rows(asked)
+    times = np.union1d(once, rows[(rows > once[0]) & (rows < once[-1])])
     values: dict[str, np.ndarray] = {}
     errors: Mapping[str, float] = {}
     for _ in range(ROUNDS):
@@ -158,21 +158,21 @@ def _checked(
     """The values as numbers of the right shape. Raises SceneError."""
     answer, errors = given
     when, shape = ("in the steady state", ()) if times is None else ("over time", (len(times),))
-    found = {}
+    values = {}
     for name, value in answer.items():
         if name not in known:
             raise SceneError(
                 f"--model {model.name} gives {quoted(str(name))} {when}, which is not asked for: give "
                 f"{listed(list(known))}{did_you_mean(str(name), known)}"
             )
-        found[name] = _numbers(model, name, value, shape, when)
-        if not np.isfinite(found[name]).all():
+        values[name] = _numbers(model, name, value, shape, when)
+        if not np.isfinite(values[name]).all():
             at = ""
             if times is not None:
-                first = float(times[np.flatnonzero(~np.isfinite(found[name]))[0]])
+                first = float(times[np.flatnonzero(~np.isfinite(values[name]))[0]])
                 at = f" at {quantity(first, 's', 3)}"
             raise SceneError(f"--model {model.name}: {quoted(name)} {when} is not a finite number{at}")
-    return found, errors
+    return values, errors
 
 
 def _numbers(model: Model, name: str, value: Any, shape: tuple[int, ...], when: str) -> np.ndarray:

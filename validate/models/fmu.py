@@ -106,11 +106,11 @@ class Fmu:
                 child.kill()
                 raise
         try:
-            found: list[dict[str, list[float]]] = json.loads(out.decode().rpartition("\n")[2])
+            columns: list[dict[str, list[float]]] = json.loads(out.decode().rpartition("\n")[2])
         except ValueError:
             lines = said.decode("utf-8", "replace").strip().splitlines() or [f"it ended with status {child.returncode}"]
             raise SceneError(f"--model {self.name} failed: {printable(lines[-1], 200)}") from None
-        return found
+        return columns
 
 
 def opened(given: str, folder: str) -> Fmu:
@@ -139,7 +139,7 @@ def _main() -> None:
     task = json.loads(sys.stdin.read())
     from fmpy import extract, simulate_fmu
 
-    found: list[dict[str, list[float]]] = []
+    runs: list[dict[str, list[float]]] = []
     with TemporaryDirectory() as folder:
         extract(task["file"], folder)
         for end, steps in task["runs"]:
@@ -147,11 +147,11 @@ def _main() -> None:
                 folder, stop_time=end, output_interval=end / steps, step_size=end / steps, output=task["outputs"],
                 start_values=task["start"], relative_tolerance=1e-2 / steps, record_events=False,
             )  # fmt: skip
-            found.append({name: [float(value) for value in columns[name]] for name in ("time", *task["outputs"])})
-            ends = [{name: found[n][name][-1] for name in task["outputs"]} for n in range(-min(len(found), 2), 0)]
+            runs.append({name: [float(value) for value in columns[name]] for name in ("time", *task["outputs"])})
+            ends = [{name: runs[n][name][-1] for name in task["outputs"]} for n in range(-min(len(runs), 2), 0)]
             if task["rest"] and len(ends) == 2 and _rests(*ends):
                 break
-    print("\n" + json.dumps(found), end="", flush=True)
+    print("\n" + json.dumps(runs), end="", flush=True)
 
 
 if __name__ == "__main__":

@@ -47,15 +47,15 @@ class Function:
         document = copy.deepcopy(dict(asked.document))
         when = "in the steady state" if times is None else "over time"
         with _sentences(self.name, self.file, f" when it was asked {when}"):
-            found = self.call(document, times)
-        if found is None:
+            answer = self.call(document, times)
+        if answer is None:
             return {}
-        if not isinstance(found, Mapping):
+        if not isinstance(answer, Mapping):
             raise SceneError(
-                f"--model {self.name} returned {quoted(type(found).__name__)} {when}: return a dict such as "
+                f"--model {self.name} returned {quoted(type(answer).__name__)} {when}: return a dict such as "
                 f"{{{next(iter(asked.steady or asked.over_time), 'probe')!r}: 300.0}}"
             )
-        return found
+        return answer
 
 
 def opened(given: str, folder: str) -> Function:
@@ -97,8 +97,8 @@ def _sentences(name: str, file: Path | None, when: str) -> Iterator[None]:
         raise
     except BaseException as error:
         frames = traceback.extract_tb(error.__traceback__)
-        own = [f for f in frames if file is None or Path(f.filename) == file] or frames
-        where = f"{Path(own[-1].filename).name}, line {own[-1].lineno}"
+        user_frames = [f for f in frames if file is None or Path(f.filename) == file] or frames
+        where = f"{Path(user_frames[-1].filename).name}, line {user_frames[-1].lineno}"
         if isinstance(error, SyntaxError) and error.lineno is not None:
             where = f"{Path(error.filename or name).name}, line {error.lineno}"
         said = f"{type(error).__name__}: {printable(str(error), 200)}".rstrip(": ")

@@ -25,8 +25,8 @@ class Network:
         return np.empty(0)
 
     def steady(self, asked: Asked) -> Answer:
-        found = solve(_scene(asked)).steady
-        return {name: e.value for name, e in found.items()}, {name: e.error for name, e in found.items()}
+        estimates = solve(_scene(asked)).steady
+        return {name: e.value for name, e in estimates.items()}, {name: e.error for name, e in estimates.items()}
 
     def over_time(self, asked: Asked, times: np.ndarray) -> Answer:
         traces = solve(_scene(asked), times, steady_too=False).over_time

@@ -51,17 +51,17 @@ def follow(
         answer, _ = model.steady(asked) if times is None else model.over_time(asked, times)
         return {name: np.asarray(value, float) for name, value in answer.items()}
 
-    found, smooth = Followed({}, {}), getattr(model, "smooth", False)
+    followed, smooth = Followed({}, {}), getattr(model, "smooth", False)
     for key in keys:
         say(f"asking {model.name} beside {key}")
         for h in STEPS:
             try:
                 moved = {step: at(key, step) for step in ((h, -h) if smooth else (h, -h, 2 * h, -2 * h))}
             except SceneError as error:
-                found.left_out[key] = f"{model.name} has no answer beside it ({error})"
+                followed.left_out[key] = f"{model.name} has no answer beside it ({error})"
                 break
             near = {name: (moved[h][name] - moved[-h][name]) / (2 * h) for name in moved[h]}
-            found.slopes[key] = near
+            followed.slopes[key] = near
             if smooth:
                 break
             far = {name: (moved[2 * h][name] - moved[-2 * h][name]) / (4 * h) for name in moved[h]}
@@ -74,7 +74,7 @@ def follow(
             ]
             if not rough:
                 break
-    return found
+    return followed
 
 
 def of_sink(
@@ -90,19 +90,19 @@ def of_sink(
     rest, over_time = followed(None), None
     course: dict[str, dict[str, np.ndarray]] = {}
     steady = {
-        key: {name: float(slope) / one.steady[name].value for name, slope in of.items() if one.steady[name].value}
-        for key, of in rest.slopes.items()
+        key: {name: float(slope) / one.steady[name].value for name, slope in slopes.items() if one.steady[name].value}
+        for key, slopes in rest.slopes.items()
     }
     if times is not None and one.traces is not None:
         every = np.union1d(times, sink.end_time)
         over_time = followed(every)
-        for key, of in over_time.slopes.items():
+        for key, by_name in over_time.slopes.items():
             room = (neighbour(sink, key, STEPS[0]).room_temperature - sink.room_temperature) / STEPS[0]
             course[key] = {}
-            for name, slope in of.items():
+            for name, slope in by_name.items():
                 thermal = name.endswith("_K")
                 rise = np.interp(every, one.traces.time, one.traces.values[name]) - sink.room_temperature * thermal
                 with np.errstate(divide="ignore", invalid="ignore"):
-                    own = np.where(rise != 0, (slope - room * thermal) / rise, 0.0)
-                course[key][name] = np.interp(times, every, own)
+                    relative = np.where(rise != 0, (slope - room * thermal) / rise, 0.0)
+                course[key][name] = np.interp(times, every, relative)
     return {key: steady.get(key, {}) for key in keys}, course, rest.left_out | (over_time.left_out if over_time else {})

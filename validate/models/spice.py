@@ -53,8 +53,8 @@ class Netlist:
         return np.empty(0)
 
     def steady(self, asked: Asked) -> Answer:
-        found = self._run(asked, asked.steady, ".op", _TOLERANCES[-1])
-        return {name: float(values[-1]) for name, values in found.items() if name != "time"}, {}
+        vectors = self._run(asked, asked.steady, ".op", _TOLERANCES[-1])
+        return {name: float(values[-1]) for name, values in vectors.items() if name != "time"}, {}
 
     def over_time(self, asked: Asked, times: np.ndarray) -> Answer:
         end = float(times[-1])
@@ -108,19 +108,19 @@ class Netlist:
             except SceneError:
                 raise SceneError(f"--model {self.name}: ngspice has no {plot}{_complaint(said)}") from None
         vectors = {_plain(column.name): column.values for column in table.columns}
-        found = {"time": vectors["time"]} if "time" in vectors else {}
+        quantities = {"time": vectors["time"]} if "time" in vectors else {}
         for n, name in enumerate(wanted):
             node = f"model_output_{n}" if name in asked.outputs else _plain(name)
             if node in vectors:
-                found[name] = vectors[node]
-        if set(found) <= {"time"}:
+                quantities[name] = vectors[node]
+        if set(quantities) <= {"time"}:
             nodes = ", ".join(sorted(v for v in vectors if not v.startswith(("time", "model_output"))))
             raise SceneError(
                 f"--model {self.name} has no node called as a probe ({', '.join(wanted)}; blanks as _): it has "
                 f"{nodes}; "
                 'say which is which in the scene, [model.outputs] probe = "v(node)"'
             )
-        return found
+        return quantities
 
 
 def opened(given: str, folder: str) -> Netlist:
@@ -152,9 +152,9 @@ def _circuit(name: str, line: str) -> str:
     if not line.isprintable():
         raise SceneError(f"--model {name}: {quoted(line)} is no expression of one line")
     refused = next((why for key, why in _REFUSED.items() if word.startswith(key)), "")
-    found = _PROGRAMS.search(line)
-    if refused or found or "`" in line:
-        what = word if refused else found[0] if found else "`"
+    program = _PROGRAMS.search(line)
+    if refused or program or "`" in line:
+        what = word if refused else program[0] if program else "`"
         why = refused or "starts programs or reads files"
         raise SceneError(f"--model {name} has {quoted(what)}, which {why}: give the circuit alone, in one file")
     return line

@@ -33,7 +33,7 @@ class Values:
 
     def over_time(self, asked: Asked, times: np.ndarray) -> Answer:
         """Linear between the rows, with the error of that; before the first row as there."""
-        found, errors = {}, {}
+        courses, errors = {}, {}
         if len(self.time) and self.time[-1] < times[-1] * (1 - 1e-9):
             last = quantity(float(self.time[-1]), "s")
             raise SceneError(
@@ -45,14 +45,14 @@ class Values:
             if column is None:
                 continue
             values = self._column(name, column, unit)
-            found[name] = np.interp(times, self.time, values)
+            courses[name] = np.interp(times, self.time, values)
             errors[name] = float(bends(self.time, values).max(initial=0.0))
-        if self.columns and not found:
+        if self.columns and not courses:
             raise SceneError(
                 f"--model {self.name} has no column of a probe ({', '.join(asked.over_time)}): it has "
                 f"{', '.join(c.name for c in self.columns.values())}"
             )
-        return found, errors
+        return courses, errors
 
     def _number(self, name: str, text: str, known: Mapping[str, str]) -> float:
         try:
@@ -64,12 +64,12 @@ class Values:
         return value
 
     def _column(self, name: str, column: tables.Column, unit: str) -> np.ndarray:
-        own = tables.unit_of(column.unit)
-        if own is None:
+        column_unit = tables.unit_of(column.unit)
+        if column_unit is None:
             return column.values
-        if own.powers != parse_unit(unit).powers:
+        if column_unit.powers != parse_unit(unit).powers:
             raise SceneError(f"--model {self.name}: {quoted(column.name)} is not in {unit}, as {printable(name)} is")
-        return tables.in_si(column.values, own)
+        return tables.in_si(column.values, column_unit)
 
 
 def opened(given: str, folder: str) -> Values:
@@ -77,9 +77,9 @@ def opened(given: str, folder: str) -> Values:
     path = readable(given, folder, 'a CSV of values, with rows "probe, value" or a column of times')
     try:
         content = tables.read_bytes(path)
-        found = tables.pairs(path.name, content.decode("utf-8-sig", "replace"))
-        if found:
-            return Values(path.name, found)
+        pairs = tables.pairs(path.name, content.decode("utf-8-sig", "replace"))
+        if pairs:
+            return Values(path.name, pairs)
         table = tables.read(path, content)
     except SceneError as error:
         raise SceneError(str(error).replace("--against", "--model", 1)) from None

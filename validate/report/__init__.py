@@ -26,6 +26,6 @@ def of(scene: Any) -> Any:
 
 def analysed(outcome: Outcome[Any], style: Style) -> list[Section]:
     """The sections on what was found because it was asked for, whatever the kind of run."""
-    found = {name: getattr(outcome, name) for name in _ANALYSES if getattr(outcome, name) is not None}
-    module = import_module("validate.report.analyses") if found else None
-    return [getattr(module, name)(part, outcome, style) for name, part in found.items()]
+    analyses = {name: getattr(outcome, name) for name in _ANALYSES if getattr(outcome, name) is not None}
+    module = import_module("validate.report.analyses") if analyses else None
+    return [getattr(module, name)(part, outcome, style) for name, part in analyses.items()]

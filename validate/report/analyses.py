@@ -53,30 +53,30 @@ def short(key: str) -> str:
 
 def followed(outcome: Outcome[Any], full: bool = False) -> dict[str, str]:
     """The quantities whose sensitivities are shown, with what they are called."""
-    kind, found = kinds.of(outcome.scene), outcome.sensitivities
+    kind, slopes = kinds.of(outcome.scene), outcome.sensitivities
     known = {name: called for name, (called, _) in kind.quantities(outcome).items()}
-    if found is not None and found.values:
-        known = {name: called for name, called in known.items() if name in found.values}
+    if slopes is not None and slopes.values:
+        known = {name: called for name, called in known.items() if name in slopes.values}
     return known if full else {name: known[name] for name in kind.SHOWN or list(known)[:MOST]}
 
 
-def sensitivities(found: Sensitivities, outcome: Outcome[Any], style: Style) -> Section:
+def sensitivities(slopes: Sensitivities, outcome: Outcome[Any], style: Style) -> Section:
     """A line for each key that any of the quantities follows, that first which one follows most: 3D, then 1D."""
     names = followed(outcome, style.page)
     judged = {check.id.removeprefix(PREFIX): check for check in outcome.checks if check.id.startswith(PREFIX)}
-    rows, both = [], any(s.reduced1d is not None for of in found.steady.values() for s in of.values())
-    for key in found.sorted(names):
-        cells = [short(key), *(_pair(found.steady[key].get(name), style, both) for name in names)]
+    rows, both = [], any(s.reduced1d is not None for by_name in slopes.steady.values() for s in by_name.values())
+    for key in slopes.sorted(names):
+        cells = [short(key), *(_pair(slopes.steady[key].get(name), style, both) for name in names)]
         rows.append(Row(cells, judged[key].verdict if key in judged else ""))
     heads = [f"{called}\n{'3D':>6}{'1D':>8}" if both else cut(called, 15) for called in names.values()]
     said = []
     if style.page:
-        what = "what each quantity is at most" if found.course and found.values else "the steady state"
+        what = "what each quantity is at most" if slopes.course and slopes.values else "the steady state"
         said.append(f"Logarithmic derivatives of {what}, d ln(quantity) / d ln(key).")
-    if found.zeros:
-        said.append(f"0, of which there is no percent: {', '.join(found.zeros)}.")
-    if len(found.values) > len(names):
-        said.append(f"Those of {len(found.values) - len(names)} more probes are in summary.json and on the page.")
+    if slopes.zeros:
+        said.append(f"0, of which there is no percent: {', '.join(slopes.zeros)}.")
+    if len(slopes.values) > len(names):
+        said.append(f"Those of {len(slopes.values) - len(names)} more probes are in summary.json and on the page.")
     if judged:
         verdicts = Counter(check.verdict for check in judged.values())
         tolerance = percent(next(iter(judged.values())).tolerance, 1)
@@ -84,7 +84,11 @@ def sensitivities(found: Sensitivities, outcome: Outcome[Any], style: Style) -> 
         mark = MARKS["unresolved"][style.ascii_only]
         open_ = f"{mark}: of {verdicts['unresolved']} the slopes' own errors leave it open; a smaller --accuracy tells"
         said.append(f"{as_3d}. {open_}." if verdicts["unresolved"] else f"{as_3d}.")
-    still = [short(key) for key, of in found.steady.items() if max((s.size for s in of.values()), default=0.0) < _LEAST]
+    still = [
+        short(key)
+        for key, by_name in slopes.steady.items()
+        if max((s.size for s in by_name.values()), default=0.0) < _LEAST
+    ]
     if style.page and still:
         said.append(f"Nothing of it follows {', '.join(still)}.")
     return Section("Sensitivities", [Table(("% for each percent of", *heads), rows), *said], headed=False)
@@ -95,27 +99,30 @@ def _pair(slope: Slope | None, style: Style, both: bool) -> str:
     if slope is None:
         return ""
     three = None if slope.fem3d is None else slope.fem3d.value
-    left, right = (
+    in_3d, right = (
         "" if value is None else f"{value:+.3f}" if abs(value) >= 5e-4 else "0.000"
         for value in (three, slope.reduced1d)
     )  # fmt: skip
     if slope.fem3d is not None and style.page:
-        left += f" {style.plus_minus} {slope.fem3d.error:.4f}"
-    return f"{left:>6} {right:>6}" if both else left
+        in_3d += f" {style.plus_minus} {slope.fem3d.error:.4f}"
+    return f"{in_3d:>6} {right:>6}" if both else in_3d
 
 
-def propagated(found: Propagated, outcome: Outcome[Any], style: Style) -> Section:
+def propagated(inputs: Propagated, outcome: Outcome[Any], style: Style) -> Section:
     """The standard uncertainties that were given, and a line for each quantity: u_input of both models and of their
     difference, and the key that adds most; then those of the checks, and what samples say."""
-    given = ", ".join(f"{short(key)} {percent(u)}" for key, u in found.uncertain.relative.items())
-    correlated = "".join(f"; {short(a)} and {short(b)} {r:+g}" for (a, b), r in found.uncertain.correlations.items())
+    given = ", ".join(f"{short(key)} {percent(u)}" for key, u in inputs.uncertain.relative.items())
+    correlated = "".join(f"; {short(a)} and {short(b)} {r:+g}" for (a, b), r in inputs.uncertain.correlations.items())
     quantities = kinds.of(outcome.scene).quantities(outcome)
     heads, rows = ["u_input of", "3D", "1D", "1D/3D - 1", "most by"], []
     for name, (called, unit) in quantities.items():
-        both = [quantity(of[name], unit, 2) if name in of else "" for of in (found.fem3d, found.reduced1d)]
-        off = percent(found.difference[name]) if name in found.difference else ""
-        rows.append([cut(called, 30), *both, off, short(found.most.get(name, ""))])
-    if not found.reduced1d:
+        both = [
+            quantity(deviations[name], unit, 2) if name in deviations else ""
+            for deviations in (inputs.fem3d, inputs.reduced1d)
+        ]
+        off = percent(inputs.difference[name]) if name in inputs.difference else ""
+        rows.append([cut(called, 30), *both, off, short(inputs.most.get(name, ""))])
+    if not inputs.reduced1d:
         heads, *rows = [[*row[:2], row[4]] for row in (heads, *rows)]
     known = [f"{check.id} {percent(check.u_input)}" for check in outcome.checks if check.u_input is not None]
     parts: list[str | Table] = [
@@ -127,43 +134,43 @@ def propagated(found: Propagated, outcome: Outcome[Any], style: Style) -> Sectio
     return Section("Uncertain inputs", parts, headed=False)
 
 
-def _samples(found: Sampled, quantities: Mapping[str, tuple[str, str]]) -> Table:
+def _samples(sampled: Sampled, quantities: Mapping[str, tuple[str, str]]) -> Table:
     """What the samples spread by, beside what linear propagation makes of it."""
     rows = []
     for name, (called, unit) in quantities.items():
         row = [called]
-        for own in (found.fem3d, found.reduced1d):
-            spread = own.get(name)
+        for spreads in (sampled.fem3d, sampled.reduced1d):
+            spread = spreads.get(name)
             both = ("", "") if spread is None else (spread.deviation, spread.linear)
             row += [value if isinstance(value, str) else quantity(value, unit, 3) for value in both]
         rows.append(row)
-    return Table((f"of {found.count - found.failed} samples", "3D", "linear", "1D", "linear"), rows)
+    return Table((f"of {sampled.count - sampled.failed} samples", "3D", "linear", "1D", "linear"), rows)
 
 
-def entered(entries: dict[str, Any], found: Propagated, sampled: Sampled | None) -> None:
+def entered(entries: dict[str, Any], inputs: Propagated, sampled: Sampled | None) -> None:
     """Puts u_input beside the error of every steady quantity of a summary, and the inputs themselves."""
-    for model, own in (("fem3d", found.fem3d), ("reduced1d", found.reduced1d)):
-        for name, u in own.items():
+    for model, deviations in (("fem3d", inputs.fem3d), ("reduced1d", inputs.reduced1d)):
+        for name, u in deviations.items():
             # Of a transient it is that of the largest size.
             entries[model]["steady"].setdefault(name, {})["u_input"] = u
     entries["uncertain"] = {
-        "relative": found.uncertain.relative,
-        "correlations": [{"keys": list(keys), "value": r} for keys, r in found.uncertain.correlations.items()],
-        "difference": {name: {"u_input": u} for name, u in found.difference.items()},
+        "relative": inputs.uncertain.relative,
+        "correlations": [{"keys": list(keys), "value": r} for keys, r in inputs.uncertain.correlations.items()],
+        "difference": {name: {"u_input": u} for name, u in inputs.difference.items()},
     }
     if sampled is not None:
         entries["monte_carlo"] = asdict(sampled)
 
 
-def fit(found: Fit, outcome: Outcome[Any], style: Style) -> Section:
+def fit(fitted: Fit, outcome: Outcome[Any], style: Style) -> Section:
     """A line for each key that was fitted, from where to where it went and how well it is known, and the scene that
     results."""
     rows, scene = [], dict[str, list[str]]()
-    for key, value in found.fitted.items():
-        ends = (f"{v:.4g}" for v in found.interval(key))
-        rows.append([short(key), f"{found.start[key]:.4g}", f"{value:.4g}", percent(found.u[key]), *ends])
+    for key, value in fitted.fitted.items():
+        ends = (f"{v:.4g}" for v in fitted.interval(key))
+        rows.append([short(key), f"{fitted.start[key]:.4g}", f"{value:.4g}", percent(fitted.u[key]), *ends])
         section, _, name = key.rpartition(".")
-        unit = kind_of(found.scene, key).dimension.unit if section == SECTION else ""
+        unit = kind_of(fitted.scene, key).dimension.unit if section == SECTION else ""
         # To six digits: no data tell a key to more.
         shown = float(f"{value:.6g}")
         line = f'{name} = "{shown!r} {unit}"' if unit else f"{name} = {shown!r}"
@@ -172,7 +179,7 @@ def fit(found: Fit, outcome: Outcome[Any], style: Style) -> Section:
         "Calibration",
         [
             Table(("fitted", "from", "to", "u", "95 % between", "and"), rows),
-            f"Misfit {found.misfit:.3g} of {found.points} points; values in SI units. The scene that results:",
+            f"Misfit {fitted.misfit:.3g} of {fitted.points} points; values in SI units. The scene that results:",
             [line for lines in scene.values() for line in lines],
             "A model that is fitted to data is not validated by them: what follows says how well it fits, other data "
             "whether it is right.",
@@ -181,11 +188,11 @@ def fit(found: Fit, outcome: Outcome[Any], style: Style) -> Section:
     )
 
 
-def validation(found: Validation, outcome: Outcome[Any], style: Style) -> Section:
+def validation(result: Validation, outcome: Outcome[Any], style: Style) -> Section:
     """A line for each model and quantity where it is worst and at the end: E, its parts, and the model's error."""
     heads = ("S - D", "mean over", *["E"] * style.page, "u_num", "u_input", "u_D", "u_val", "model's error")
     rows = []
-    for s in found.statements:
+    for s in result.statements:
         unit, parts = s.unit, []
         for u in (s.u_num, s.u_input, s.u_data, s.u_val):
             parts.append("?" if not np.isfinite(u) else quantity(u, unit, 2) if u > _NOTHING * s.u_val else "0")
@@ -193,10 +200,10 @@ def validation(found: Validation, outcome: Outcome[Any], style: Style) -> Sectio
         rows.append([f"{cut(s.called, 20)} {s.model}", s.when(), *middle, *parts, s.said()])
     points = [
         f"{c.called} {c.model} {int((np.abs(c.error) <= COVERS * c.u_val).sum())} of {len(c.times)}"
-        for c in found.courses
+        for c in result.courses
     ]
     at_rest = outcome.against is not None and outcome.against.at_rest
-    exact = " and ".join(["the inputs"] * (not found.inputs) + ["the data"] * (not found.data))
+    exact = " and ".join(["the inputs"] * (not result.inputs) + ["the data"] * (not result.data))
     return Section(
         "Validation",
         [
@@ -211,36 +218,40 @@ def validation(found: Validation, outcome: Outcome[Any], style: Style) -> Sectio
     )
 
 
-def air(found: Air, outcome: Outcome[Any], style: Style) -> Section:
+def air(losses: Air, outcome: Outcome[Any], style: Style) -> Section:
     """The differences at some coefficients, up to which the air may be left out, or lumped; over time until when that
     stays within the tolerance, and how far it is off at most."""
     from validate.inputs.air import QUANTITIES, STILL
 
-    shown = list(range(len(found.coefficients)))
+    shown = list(range(len(losses.coefficients)))
     if not style.page:
-        shown = [int(np.abs(np.log(found.coefficients / wanted)).argmin()) for wanted in _COEFFICIENTS]
+        shown = [int(np.abs(np.log(losses.coefficients / wanted)).argmin()) for wanted in _COEFFICIENTS]
 
     def table(kinds: tuple[str, str], columns: list[list[str]], limits: list[str]) -> Table:
         heads = [f"{kind}\n{name}" for kind in kinds for name in QUANTITIES]
-        rows = [[f"{found.coefficients[at]:g}", *(column[at] for column in columns)] for at in shown]
+        rows = [[f"{losses.coefficients[at]:g}", *(column[at] for column in columns)] for at in shown]
         return Table(("W/(m2 K)", *heads), [*rows, ["up to", *limits]])
 
     def up_to(limits: Limits) -> list[str]:
         return ["all" if limit is None else f"{float(f'{limit.value:.3g}'):g}" for limit in map(limits.get, QUANTITIES)]
 
-    percents = [[f"{100 * v:+.2f}" for v in of[name]] for of in (found.left_out, found.lumped) for name in of]
-    limits = [*up_to(found.limits), *up_to(found.lumped_limits)]
-    worst = min((limit.value for limit in found.limits.values() if limit is not None), default=None)
+    percents = [
+        [f"{100 * v:+.2f}" for v in differences[name]]
+        for differences in (losses.left_out, losses.lumped)
+        for name in differences
+    ]
+    limits = [*up_to(losses.limits), *up_to(losses.lumped_limits)]
+    worst = min((limit.value for limit in losses.limits.values() if limit is not None), default=None)
     said = "The air may be left out at every coefficient tried"
     if worst is not None:
         said = f"It may be left out up to {worst:.3g} W/(m2 K)"
     told = (
         f"Steady, in %. {said}. Still air is usually given {STILL:g} W/(m2 K); at this size it conducts "
-        f"{found.conduction:.3g}, with which leaving it out is {percent(found.conducted)} off where it is worst, and "
-        f"through a gap below the beam as high as the oxide {float(f'{found.gap:.3g}'):g}."
+        f"{losses.conduction:.3g}, with which leaving it out is {percent(losses.conducted)} off where it is worst, and "
+        f"through a gap below the beam as high as the oxide {float(f'{losses.gap:.3g}'):g}."
     )
     parts: list[Table | str] = [table(("left out", "lumped"), percents, limits), told]
-    if (course := found.over_time) is not None:
+    if (course := losses.over_time) is not None:
         until = [["the end" if math.isinf(t) else quantity(t, "s", 3) for t in course.until[n]] for n in QUANTITIES]
         most = [[f"{100 * v:+.2f}" for v in course.largest[n]] for n in QUANTITIES]
         parts.append(table(("until", "at most"), until + most, [*[""] * len(QUANTITIES), *up_to(course.limits)]))
@@ -251,11 +262,9 @@ def air(found: Air, outcome: Outcome[Any], style: Style) -> Section:
     return Section("Air", parts, headed=False)
 
 
-def left_out(found: LeftOut, outcome: Outcome[Any], style: Style) -> Section:
+def left_out(effects: LeftOut, outcome: Outcome[Any], style: Style) -> Section:
     """By effect the changes of the steady state, the largest first; what decides is the first line of the run."""
-    from validate.inputs.left_out import UNSOLVED
-
-    shown = [q for q in found.called if style.page or q in kinds.of(outcome.scene).SHOWN]
+    shown = [q for q in effects.called if style.page or q in kinds.of(outcome.scene).SHOWN]
 
     def row(called: str, each: Found) -> Row:
         if not each.changes:
@@ -264,34 +273,33 @@ def left_out(found: LeftOut, outcome: Outcome[Any], style: Style) -> Section:
         said = f"{each.assumed}; {each.source}" if each.source and style.page else each.assumed
         return Row([called, *cells], below=said)
 
-    rows = [row(name.replace("_", " "), each) for name, each in found.found.items()]
-    if found.together is not None:
-        rows.append(row("together", found.together))
-        rows.append(Row(["their sum", *(percent(found.sum[q], sign=True) for q in shown)]))
-    skipped = [f"{name.replace('_', ' ')} is not here: {why}" for name, why in found.skipped.items()]
+    rows = [row(name.replace("_", " "), each) for name, each in effects.found.items()]
+    if effects.together is not None:
+        rows.append(row("together", effects.together))
+        rows.append(Row(["their sum", *(percent(effects.sum[q], sign=True) for q in shown)]))
+    skipped = [f"{name.replace('_', ' ')} is not here: {why}" for name, why in effects.skipped.items()]
     parts: list[Table | str | Sequence[str]] = []
     if rows:
-        parts.append(Table(("left out", *(found.called[q] for q in shown)), rows))
+        parts.append(Table(("left out", *(effects.called[q] for q in shown)), rows))
         parts.append("Changes of the 3D steady state with each effect, over that without.")
-    unsolved = f"Not among these, so that it may matter more: {UNSOLVED}."
-    return Section("What both models leave out", [*parts, sentences(skipped), unsolved], headed=True)
+    return Section("What both models leave out", [*parts, sentences(skipped)], headed=True)
 
 
-def why(found: Budget, outcome: Outcome[Any], style: Style) -> Section:
+def why(causes: Budget, outcome: Outcome[Any], style: Style) -> Section:
     """Its parts in percent of the final rise or of the current or its change, then the sentence."""
     from compare.blame import of_current
 
-    over_time = found.transient
-    of = "what else 3D finds" if found.start == "network" else f"the {of_current(outcome.scene)}"
+    over_time = causes.transient
+    scale = "what else 3D finds" if causes.start == "network" else f"the {of_current(outcome.scene)}"
     parts: list[Table | str] = [
-        f"in % of the final rise, or of {of}",
-        _parts("steady state", found.steady, style),
+        f"in % of the final rise, or of {scale}",
+        _parts("steady state", causes.steady, style),
     ]
     if over_time:
         heads = [split.quantity for split in over_time]
         same = all(
             abs(p.value - q.value) <= p.error + q.error
-            for s, t in zip(found.steady, over_time, strict=True)
+            for s, t in zip(causes.steady, over_time, strict=True)
             for p, q in zip(s.parts, t.parts, strict=True)
         )
         when = ", ".join(dict.fromkeys(quantity(split.time or 0.0, "s", 3) for split in over_time))
@@ -299,15 +307,15 @@ def why(found: Budget, outcome: Outcome[Any], style: Style) -> Section:
         parts.append(said if same else _parts("when it is largest", over_time, style))
         rows = _rows(over_time, lambda part: part.largest or 0.0, _at_its_time, style)
         parts += ["each at its largest from 10 us on (they do not add up)", Table(("", *heads), rows)]
-    said = f"{found.sentence[0].upper()}{found.sentence[1:]}."
-    return Section(f"Why {named(found.start)} differs from 3D", [*parts, said])
+    said = f"{causes.sentence[0].upper()}{causes.sentence[1:]}."
+    return Section(f"Why {named(causes.start)} differs from 3D", [*parts, said])
 
 
 def named(reduction: str) -> str:
     return "the paper's model" if reduction == "paper" else reduction
 
 
-def budget(found: Budget) -> dict[str, Any]:
+def budget(causes: Budget) -> dict[str, Any]:
 
     def part(given: Part) -> dict[str, Any]:
         when = {} if given.when is None else {"largest": given.largest, "largest_time_s": given.when}
@@ -319,10 +327,10 @@ def budget(found: Budget) -> dict[str, Any]:
         return whole | {"parts": [part(p) for p in given.parts]} | when
 
     return {
-        "reduction": found.start,
-        "sentence": found.sentence,
-        "steady": {given.quantity: split(given) for given in found.steady},
-        "transient": {given.quantity: split(given) for given in found.transient},
+        "reduction": causes.start,
+        "sentence": causes.sentence,
+        "steady": {given.quantity: split(given) for given in causes.steady},
+        "transient": {given.quantity: split(given) for given in causes.transient},
     }
 
 
@@ -341,8 +349,8 @@ def _rows(
     nothing = [n for n in range(len(names)) if all(abs(value(s.parts[n])) <= s.parts[n].error for s in splits)]
     if len(nothing) < 2:
         nothing = []
-    own = [n for n in range(len(names)) if n not in nothing]
-    rows = [Row([names[n], *(cell(split.parts[n], split) for split in splits)]) for n in own]
+    shown = [n for n in range(len(names)) if n not in nothing]
+    rows = [Row([names[n], *(cell(split.parts[n], split) for split in splits)]) for n in shown]
     if nothing:
         zeros = (_cell(0.0, max(s.parts[n].error for n in nothing), s.scale, style) for s in splits)
         cells = [f"{len(nothing)} others, each", *(zero.replace("+", "", 1) for zero in zeros)]

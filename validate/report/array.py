@@ -49,9 +49,9 @@ def _elements(outcome: Outcome[SinkArray], style: Style) -> Section:
     for k in shown:
         cells = [f"{k}{'' if k in on else ', idle'}"]
         for q, unit in (("peak_rise_K", "K"), ("mean_rise_K", "K"), ("current_A", "A")):
-            found = result.steady[f"sink{k}_{q}"]
-            value, bound, of, _, _ = with_error(found.value, found.error, unit)
-            cells.append(f"{value} {style.plus_minus} {bound} {of}" if found.value else "none")
+            estimate = result.steady[f"sink{k}_{q}"]
+            value, bound, shown_unit, _, _ = with_error(estimate.value, estimate.error, unit)
+            cells.append(f"{value} {style.plus_minus} {bound} {shown_unit}" if estimate.value else "none")
         rows.append(cells)
     said = [f"Shown are the warmest and the coolest of {count}."] if len(rows) < count else []
     return Section("Elements", [Table(("element", "peak rise", "mean rise", "current"), rows), *said], headed=False)
@@ -83,22 +83,22 @@ def entries(outcome: Outcome[SinkArray]) -> dict[str, Any]:
     from validate.report.summary import of_3d
 
     result, matrix = outcome.solved, outcome.solved.details["crosstalk"]
-    found: dict[str, Any] = {
+    document: dict[str, Any] = {
         "fem3d": of_3d(result, "energy_imbalance", "unknowns"), "reduced1d": None, "answer": outcome.answer,
         "checks": [], "places_m": result.details["places"], "driven": list(result.details["driven"]),
     }  # fmt: skip
     if len(matrix) <= MATRIX:
-        found["crosstalk"] = matrix.tolist()
+        document["crosstalk"] = matrix.tolist()
     else:
-        found["crosstalk_of"] = {
+        document["crosstalk_of"] = {
             "element": (column := middle(outcome.scene)) + 1,
             "mean_rise_K_per_W": matrix[:, column],
         }
-    found["crosstalk_by_pitch"] = [
+    document["crosstalk_by_pitch"] = [
         {"substrate_thickness_m": each.thickness, "pitch_m": each.pitch, "part": each.part}
         for each in result.details["fall"]
     ]
-    return found
+    return document
 
 
 def middle(sink: SinkArray) -> int:

@@ -48,17 +48,17 @@ def without_slopes(checks: Sequence[Check]) -> list[Check]:
 
 def counted(name: str, outcome: Outcome[Any], contrary: Sequence[Check]) -> str:
     """How many of the checks differ, and whether that was known; empty where there are none."""
-    own = Counter(check.verdict for check in without_slopes(outcome.checks) if check.own)
-    if not (total := own.total()):
+    counts = Counter(check.verdict for check in without_slopes(outcome.checks) if check.own)
+    if not (total := counts.total()):
         return ""
-    differ = f"{own['differs']} of {total} checks {'differs' if own['differs'] == 1 else 'differ'}"
-    said = f"{name}: {differ if own['agrees'] < total else f'all {total} checks agree'}"
-    said += f", {own['unresolved']} unresolved" if own["unresolved"] else ""
+    differ = f"{counts['differs']} of {total} checks {'differs' if counts['differs'] == 1 else 'differ'}"
+    said = f"{name}: {differ if counts['agrees'] < total else f'all {total} checks agree'}"
+    said += f", {counts['unresolved']} unresolved" if counts["unresolved"] else ""
     if contrary:
         return f"{said}; not as expected: {', '.join(check.id for check in contrary)}."
     if outcome.scene.expected_to_differ is None:
         return f"{said}; nothing was declared of this scene beforehand."
-    if own["unresolved"]:
+    if counts["unresolved"]:
         return f"{said}; the others are as the scene declares."
     return f"{said}, as the scene declares: all were known."
 
@@ -85,14 +85,14 @@ def of_device(checks: Sequence[Check], contrary: Sequence[Check], style: Style) 
     the device is built on with what 3D finds; then why, with the differences in full."""
     if style.page or not checks:
         return on_page(checks, contrary)
-    found = []
+    tables = []
     for whose, group in groupby(checks, sides):
         rows = [
             Row([c.id, c.title, claimed(c), amount(c.measured, c.unit), off_by(c), c.verdict], c.verdict) for c in group
         ]
-        found.append(Section("Checks", [Table(("check", "", *whose, "off by", ""), rows, "<<>>><")], headed=False))
+        tables.append(Section("Checks", [Table(("check", "", *whose, "off by", ""), rows, "<<>>><")], headed=False))
     reasons = [f"{c.id}: {_said(c, contrary)}; {_in_full(c, style.plus_minus)}" for c in checks]
-    return [*found, Section("Why", [sentences(reasons)])]
+    return [*tables, Section("Why", [sentences(reasons)])]
 
 
 def on_page(checks: Sequence[Check], contrary: Sequence[Check]) -> list[Section]:
@@ -194,6 +194,6 @@ def judged(check: Check) -> str:
 
 def drawn(check: Check) -> str:
     """A check as a line under a figure's title; its sentence is in the report and in the terminal."""
-    found, off, (one, other) = amount(check.measured, check.unit), off_by(check), sides(check)
+    measured, off, (one, other) = amount(check.measured, check.unit), off_by(check), sides(check)
     off = off if off.isalpha() else f"off by {off}"
-    return with_mu(f"{judged(check)}: {check.title}, {one} {claimed(check)}, {other} {found} ({off})")
+    return with_mu(f"{judged(check)}: {check.title}, {one} {claimed(check)}, {other} {measured} ({off})")

@@ -79,14 +79,14 @@ def _happens(run: Run) -> str:
         over = kelvin(state.sensor_K - run.device.control.set_temperature)
         why = "is above the set point" if state.sensor_saturated else "has no gain"
         return f"the sensor gets no power, as it {why}: it settles at {state.sensor_K:.5g} K, {over} off the set point"
-    found = settling(run.device, run.result, "sensor_power_W", BAND)
+    settled = settling(run.device, run.result, "sensor_power_W", BAND)
     power = quantity(state.sensor_power_W, "W")
-    if found and math.isfinite(found[-1].time):
-        return f"the sensor's power settles to {percent(BAND, 1)} in {milliseconds(found[-1].time)}, at {power}"
-    left, last = end - (found[-1].start if found else 0.0), float(run.result.sensor_power_W[-1])
+    if settled and math.isfinite(settled[-1].time):
+        return f"the sensor's power settles to {percent(BAND, 1)} in {milliseconds(settled[-1].time)}, at {power}"
+    remaining, last = end - (settled[-1].start if settled else 0.0), float(run.result.sensor_power_W[-1])
     return (
-        f"the sensor's power does not settle to {percent(BAND, 1)} in the {milliseconds(left)} of the run: it ends "
-        f"at {quantity(last, 'W')}, bound for {power}"
+        f"the sensor's power does not settle to {percent(BAND, 1)} in the {milliseconds(remaining)} of the run: it "
+        f"ends at {quantity(last, 'W')}, bound for {power}"
     )
 
 
@@ -96,9 +96,9 @@ def _outside(run: Run) -> float:
     return external.final_temperature if late else external.initial_temperature
 
 
-def _in_3d(found: Sequence[Check]) -> str:
+def _in_3d(compared: Sequence[Check]) -> str:
     """What 3D says of 1D, and of the claim that the device is built on."""
-    said, by_id = [], {check.id: check for check in found}
+    said, by_id = [], {check.id: check for check in compared}
     if power := by_id.get("dev3d_sink_power"):
         more = relative(power.measured, power.predicted)
         known = abs(power.difference) > power.u_num
@@ -201,12 +201,12 @@ def _design(outcome: Outcome[Device], style: Style) -> Section:
         "each limit with the other gain as it is. Eigenvalue: the largest in size per sample, stable below 1. Smooth: "
         "from cold without the limit V >= 0 acting."
     )
-    highest, found = f"{control.set_temperature:g} K", design.range
+    highest, limits = f"{control.set_temperature:g} K", design.range
     highest = "that of the common ground, below" if control.ground_resistance else highest
     reach = f"Range: up to {highest}; give --max-voltage or --max-power for its lower end"
-    if found is not None:
-        most = f"{quantity(found.sensor_power_W, 'W')} at {quantity(found.sensor_V, 'V')}"
-        reach = f"Range: {found.lowest_K:.5g} K to {highest}, where the sensor takes at most {most}"
+    if limits is not None:
+        most = f"{quantity(limits.sensor_power_W, 'W')} at {quantity(limits.sensor_V, 'V')}"
+        reach = f"Range: {limits.lowest_K:.5g} K to {highest}, where the sensor takes at most {most}"
     told = [reach, *(f"{name}: {text}" for name, text in design.meters.items())]
     told += [f"Source of {name}: {text}" for name, text in design.sources.items()] if style.page else []
     table = Table(("largest stable gain", "sink", "sensor", "slowest mode", "eigenvalue"), rows)
@@ -215,8 +215,8 @@ def _design(outcome: Outcome[Device], style: Style) -> Section:
 
 def _leads(outcome: Outcome[Device]) -> dict[str, list[tuple[Shared, dict[str, float]]]]:
     """What leads that both films share do in each model, with the errors that are known."""
-    found = of_device(outcome.scene, METER_POWER, METER_RESISTANCE)
-    leads: dict[str, list[tuple[Shared, dict[str, float]]]] = {"1D": [(each, {}) for each in found.leads]}
+    ground = of_device(outcome.scene, METER_POWER, METER_RESISTANCE)
+    leads: dict[str, list[tuple[Shared, dict[str, float]]]] = {"1D": [(each, {}) for each in ground.leads]}
     if outcome.device_3d is not None:
         leads["3D"] = outcome.device_3d.ground
     return leads
@@ -267,8 +267,8 @@ def _shielding_document(outcome: Outcome[Device]) -> dict[str, Any] | None:
     solved = outcome.device_3d
     if solved is None or "dev3d_shielding" not in {check.id for check in outcome.checks}:
         return None
-    found, errors = solved.shielding
-    document: dict[str, Any] = {q: {"value": v, "error": errors[q]} for q, v in asdict(found).items()}
+    slopes, errors = solved.shielding
+    document: dict[str, Any] = {q: {"value": v, "error": errors[q]} for q, v in asdict(slopes).items()}
     one = asdict(of_shielding(outcome.scene))
     return document | {
         "reduced1d": {q: {"value": v} for q, v in one.items()},
@@ -280,7 +280,7 @@ def _ground_document(outcome: Outcome[Device]) -> dict[str, Any] | None:
     """What leads that both films share do: of each model a list by resistance."""
     if "fig14_ground" not in {check.id for check in outcome.checks}:
         return None
-    found = of_device(outcome.scene, METER_POWER, METER_RESISTANCE)
+    ground = of_device(outcome.scene, METER_POWER, METER_RESISTANCE)
     listed = {
         {"1D": "reduced1d", "3D": "fem3d"}[model]: [
             {q: {"value": v} | ({"error": errors[q]} if q in errors else {}) for q, v in asdict(each).items()}
@@ -288,7 +288,7 @@ def _ground_document(outcome: Outcome[Device]) -> dict[str, Any] | None:
         ]
         for model, leads in _leads(outcome).items()
     }
-    return listed | {"by_power_ohm": found.by_power_ohm, "by_resistance_ohm": found.by_resistance_ohm}
+    return listed | {"by_power_ohm": ground.by_power_ohm, "by_resistance_ohm": ground.by_resistance_ohm}
 
 
 def _run(run: Run, model: Model | None = None) -> dict[str, Any]:
@@ -331,10 +331,10 @@ def _peaks(run: Run) -> dict[str, dict[str, float]]:
 
 
 def columns(outcome: Outcome[Device]) -> dict[str, np.ndarray]:
-    one, found = outcome.runs.base.result, dict[str, np.ndarray]()
+    one, traces = outcome.runs.base.result, dict[str, np.ndarray]()
     if outcome.device_3d is not None:
         three = outcome.device_3d.runs.base.result
-        found = {f"fem3d_{name}": three.trace(name) for name in three.quantities}
-    found |= {f"reduced1d_{name}": one.trace(name) for name in one.quantities}
-    rows = min(len(values) for values in found.values())  # a run that is stopped ends early
-    return {"time_s": one.time_s[:rows], **{name: values[:rows] for name, values in found.items()}}
+        traces = {f"fem3d_{name}": three.trace(name) for name in three.quantities}
+    traces |= {f"reduced1d_{name}": one.trace(name) for name in one.quantities}
+    rows = min(len(values) for values in traces.values())  # a run that is stopped ends early
+    return {"time_s": one.time_s[:rows], **{name: values[:rows] for name, values in traces.items()}}

@@ -59,14 +59,14 @@ def write_fields(
     names = [*["fem3d_steady.vtu"] * fields.has_steady, *(f"fem3d_{k:02d}.vtu" for k in range(len(times)))]
     at_points, at_cells = [], []
     for k, (name, time) in enumerate(zip(names, moments, strict=True)):
-        found, grid = cells.snapshot(k), bare.copy(deep=False)
-        rise = found.temperature - ambient
-        point = {"temperature": found.temperature, "rise": rise, "potential": found.potential}
+        snapshot, grid = cells.snapshot(k), bare.copy(deep=False)
+        rise = snapshot.temperature - ambient
+        point = {"temperature": snapshot.temperature, "rise": rise, "potential": snapshot.potential}
         if reduction is not None:
             painted = reduction.rise(cells.points, time)
             point |= {"rise_1d": painted, "difference": painted - rise}
         at_points.append({ARRAYS[array]: values for array, values in point.items()})
-        means = {ARRAYS[array]: getattr(found, array) for array in ("current_density", "heat_source")}
+        means = {ARRAYS[array]: getattr(snapshot, array) for array in ("current_density", "heat_source")}
         at_cells.append({"material": np.asarray(cells.material, np.int32)} | means)
         for array, values in at_points[-1].items():
             grid.point_data[array] = values
@@ -91,13 +91,13 @@ def write_fields(
     return ["fem3d.pvd", *names, *["fem3d.vtkhdf"] * _write_all(folder / "fem3d.vtkhdf", field)]
 
 
-def stored_times(end_time: float, asked: tuple[float, ...] = ()) -> np.ndarray:
+def stored_times(end_time: float, wanted: tuple[float, ...] = ()) -> np.ndarray:
     """The times (s) whose fields are kept: the start, times spaced evenly in their logarithm from 10 us (or a hundredth
     of the end) to the end, and those asked for."""
     spaced = np.geomspace(min(FIRST_TIME, end_time / 100), end_time, TIMES)
     # Powers come out a rounding error off the end, which a reader would ask for by its own name.
     spaced[-1] = end_time
-    return np.unique(np.concatenate([[0.0], spaced, np.asarray(asked, dtype=float)]))
+    return np.unique(np.concatenate([[0.0], spaced, np.asarray(wanted, dtype=float)]))
 
 
 def _write_all(path: Path, field: vtkhdf.Field) -> bool:

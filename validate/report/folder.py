@@ -59,31 +59,31 @@ def folder_of(scene: Any, request: Request, settings: Sequence[str] = (), data: 
     """The folder of a run, "results/sink-2V-width20um-steady", "results/device-273K-paper-figure9" or
     "results/bridge-left-electrode.voltage2"; ``settings`` are the overrides, and ``data`` a file to compare with and
     what is said of its columns."""
-    asked = ["sensitivities"] * request.sensitivities
-    asked += [] if request.uncertain is None else ["uncertain", *request.uncertain.given]
+    options = ["sensitivities"] * request.sensitivities
+    options += [] if request.uncertain is None else ["uncertain", *request.uncertain.given]
     fields = ["fields"] * request.fields
     held = [*request.data_uncertainty, *["calibrate"] * bool(request.calibrate), *request.calibrate]
     against = ["against", data[0].replace("..", "up"), *data[1:]] if data else []
     model = ["model", getattr(request.model, "__name__", str(request.model))] if request.model else []
     if scene.kind == "free":
-        return _safe(scene.name, *_words(settings), *model, *["why"] * request.why, *asked, *held, *fields, *against)
+        return _safe(scene.name, *_words(settings), *model, *["why"] * request.why, *options, *held, *fields, *against)
     if scene.kind in ("sink", "array"):
         words = [request.reduction.replace(":", "")] * (request.reduction != "paper")
         words += ["3d"] * (request.models == ("fem3d",)) + ["1d"] * (request.models == ("reduced1d",))
         words += ["steady"] * (not request.transient) + ["why"] * request.why + ["air"] * request.air
         words += ["left-out"] * request.left_out
-        words += [*asked, *held]
+        words += [*options, *held]
         words += [f"monte-carlo-{request.monte_carlo}"] * (request.monte_carlo > 0)
         words += [*fields, *(TIME.show(time).replace(" ", "") for time in request.field_times)]
         words += against
     else:
         words = ["3d"] * request.in_3d + ["paper"] * (request.scheme == "paper")
-        words += [*request.about, request.meter or "", *asked]
+        words += [*request.about, request.meter or "", *options]
         limits = (request.largest_voltage, VOLTAGE), (request.largest_power, POWER)
         words += [f"max{known.show(limit)}".replace(" ", "") for limit, known in limits if limit < float("inf")]
     # Overrides of what the checks are held to, which the scene's own text leaves out.
-    found = (re.match(r"\s*(?:checks\.)?(tolerances|expect_differs)\b\.?(.*)", setting) for setting in settings)
-    of_checks = [(match[2] or match[1]).replace("=", "") for match in found if match]
+    matches = (re.match(r"\s*(?:checks\.)?(tolerances|expect_differs)\b\.?(.*)", setting) for setting in settings)
+    of_checks = [(match[2] or match[1]).replace("=", "") for match in matches if match]
     return _safe(scene.name, distinguishes(scene), *words, *of_checks)
 
 

@@ -63,8 +63,8 @@ def sections(outcome: Outcome[AnyScene], contrary: Sequence[Check], style: Style
     """The probes, those of a transient at the times asked for, and how far a model is from them."""
     judged = checks.sections(checks.without_slopes(outcome.checks), contrary, style)
     data = [] if outcome.against is None else [Section("Your data", [outcome.against.said()], headed=False)]
-    found = [_probes(outcome, style), *_at_times(outcome, style), *data, *judged, *analysed(outcome, style)]
-    return [*found, network.section(outcome.scene, style)] if (network := _network(outcome)) else found
+    parts = [_probes(outcome, style), *_at_times(outcome, style), *data, *judged, *analysed(outcome, style)]
+    return [*parts, network.section(outcome.scene, style)] if (network := _network(outcome)) else parts
 
 
 def _network(outcome: Outcome[AnyScene]) -> Any:
@@ -76,10 +76,10 @@ def _network(outcome: Outcome[AnyScene]) -> Any:
 def value_text(probe: Probe | GroupProbe, result: Result, style: Style) -> str:
     """A probe's value with its error: the steady one, or that at the end."""
     if result.traces is None:
-        found, error = result.steady[probe.name].value, result.steady[probe.name].error
+        number, error = result.steady[probe.name].value, result.steady[probe.name].error
     else:
-        found, error = float(result.traces.values[probe.name][-1]), result.traces.errors[probe.name]
-    value, bound, unit, _, _ = with_error(found, error, UNITS[probe.quantity])
+        number, error = float(result.traces.values[probe.name][-1]), result.traces.errors[probe.name]
+    value, bound, unit, _, _ = with_error(number, error, UNITS[probe.quantity])
     return f"{value} {style.plus_minus} {bound} {unit}"
 
 
@@ -124,8 +124,8 @@ def _probes(outcome: Outcome[AnyScene], style: Style) -> Section:
 
 def _sure(traces: Traces, name: str) -> np.ndarray:
     """What a trace is where its errors hold: right after the start and after a jump it may be far off."""
-    found: np.ndarray = traces.values[name][traces.sure(traces.time)]
-    return found
+    values: np.ndarray = traces.values[name][traces.sure(traces.time)]
+    return values
 
 
 def _column(probe: Probe | GroupProbe, traces: Traces) -> Column:
@@ -142,7 +142,7 @@ def _at_times(outcome: Outcome[AnyScene], style: Style) -> list[Section]:
     if len(times) > _MOST_TIMES:
         said = f"The {len(times)} output times are in summary.json and traces.csv."
         return [Section(title, [said], headed=False)]
-    found, most, sure = [], len(scene.probes) if style.page else _PER_BLOCK, traces.sure(np.array(times))
+    blocks, most, sure = [], len(scene.probes) if style.page else _PER_BLOCK, traces.sure(np.array(times))
     for first in range(0, len(scene.probes), most):
         probes: Sequence[Probe | GroupProbe] = scene.probes[first : first + most]
         columns = [(_column(probe, traces), at(traces, probe.name, np.array(times))) for probe in probes]
@@ -150,8 +150,8 @@ def _at_times(outcome: Outcome[AnyScene], style: Style) -> list[Section]:
         shown = [[f"{c.show(float(v))} {c.unit}" for v in values] for c, values in columns]
         rows = [list(row) for row in zip(at_rows, *shown, strict=True)]
         heads = ("time", *(cut(probe.name, _NAME if style.page else 15) for probe in probes))
-        found.append(Section(title, [Table(heads, rows)], headed=False))
-    return found
+        blocks.append(Section(title, [Table(heads, rows)], headed=False))
+    return blocks
 
 
 def entries(outcome: Outcome[AnyScene]) -> dict[str, Any]:
@@ -163,10 +163,10 @@ def entries(outcome: Outcome[AnyScene]) -> dict[str, Any]:
     scene, traces, details, one = outcome.scene, outcome.solved.traces, outcome.solved.details, outcome.reduced1d
     named = ("field_error", "energy_imbalance", "unknowns", "steps", "levels", "symmetry", "mesh")
     units = {probe.name: UNITS[probe.quantity] for probe in scene.probes}
-    found: dict[str, Any] = {"units": units, **of_3d(outcome.solved, *named)}
+    in_3d: dict[str, Any] = {"units": units, **of_3d(outcome.solved, *named)}
     if traces is not None:
         times = np.array(sorted({*scene.output_times, scene.end_time}))
-        found["transient"] = {
+        in_3d["transient"] = {
             "errors": traces.errors,
             "accurate_from_s": traces.since,
             "jumps": len(traces.jumps),
@@ -181,12 +181,12 @@ def entries(outcome: Outcome[AnyScene]) -> dict[str, Any]:
         }
     judged = [check_document(check) for check in outcome.checks]
     if one is None:
-        return {"fem3d": found, **({"checks": judged} if judged else {})}
+        return {"fem3d": in_3d, **({"checks": judged} if judged else {})}
     model: dict[str, Any] = {"model": one.model}
     model["steady"] = {name: {"value": e.value, "error": e.error} for name, e in one.steady.items()}
     model |= {"errors": one.traces.errors} if one.traces is not None else {}
     model |= {"network": network.entries(scene)} if (network := _network(outcome)) else {}
-    return {"answer": outcome.answer, "fem3d": found, "reduced1d": model, "checks": judged}
+    return {"answer": outcome.answer, "fem3d": in_3d, "reduced1d": model, "checks": judged}
 
 
 def columns(outcome: Outcome[AnyScene]) -> dict[str, np.ndarray]:
@@ -197,11 +197,11 @@ def columns(outcome: Outcome[AnyScene]) -> dict[str, np.ndarray]:
         return {}
     if one is None or one.traces is None:
         return {"time_s": traces.time, **traces.values}
-    found = {"time_s": one.traces.time}
+    columns = {"time_s": one.traces.time}
     for name in traces.values:
-        found[name] = interpolated(traces, name, one.traces.time)[0]
-        found |= {f"reduced1d {name}": one.traces.values[name]} if name in one.traces.values else {}
-    return found
+        columns[name] = interpolated(traces, name, one.traces.time)[0]
+        columns |= {f"reduced1d {name}": one.traces.values[name]} if name in one.traces.values else {}
+    return columns
 
 
 def at(traces: Traces, name: str, times: np.ndarray) -> np.ndarray:
@@ -214,8 +214,8 @@ def stored(outcome: Outcome[AnyScene]) -> tuple[np.ndarray, float, None]:
     from validate.report.fields import stored_times
 
     scene = outcome.scene
-    asked = np.unique([0.0, *scene.output_times, scene.end_time])
-    times = asked if scene.output_times else stored_times(scene.end_time)
+    output_times = np.unique([0.0, *scene.output_times, scene.end_time])
+    times = output_times if scene.output_times else stored_times(scene.end_time)
     return times[:0] if scene.steady else times, scene.initial_temperature, None
 
 

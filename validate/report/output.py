@@ -98,10 +98,10 @@ def write(outcome: Outcome[Any], folder: Path, renderer: Renderer, clock: Clock)
     from validate.report.html.page import write_report
     from validate.report.summary import document, write_document
 
-    found = document(outcome)
+    summary = document(outcome)
     with clock.stage("files"):
-        write_report(folder / "report.html", outcome, found, field)
-        write_document(folder / "summary.json", found)
+        write_report(folder / "report.html", outcome, summary, field)
+        write_document(folder / "summary.json", summary)
     return outcome
 
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from validate.report.figures.render import Field
     from validate.run.outcome import Outcome
 
-QUANTITIES = {asked.steady: (asked.called, asked.unit) for asked in OF_A_SINK.values()}
+QUANTITIES = {entry.steady: (entry.called, entry.unit) for entry in OF_A_SINK.values()}
 FIGURES = {
     "figure5": "sink_figures.profile",
     "figure6": "sink_figures.rises",
@@ -95,18 +95,18 @@ def entries(outcome: Outcome[Sink]) -> dict[str, Any]:
     from validate.report.summary import check_document, of_3d
 
     fem3d, one = outcome.fem3d, outcome.reduced1d
-    found: dict[str, Any] = {"fem3d": None, "reduced1d": None, "answer": outcome.answer}
+    document: dict[str, Any] = {"fem3d": None, "reduced1d": None, "answer": outcome.answer}
     if fem3d is not None:
-        found["fem3d"] = of_3d(fem3d, "energy_imbalance", "unknowns", "steps", "symmetry", "mesh")
+        document["fem3d"] = of_3d(fem3d, "energy_imbalance", "unknowns", "steps", "symmetry", "mesh")
         if fem3d.traces is not None:
             imbalance = fem3d.details.get("transient_imbalance")
-            found["fem3d"]["transient"] = {"errors": fem3d.traces.errors, "imbalance": imbalance}
+            document["fem3d"]["transient"] = {"errors": fem3d.traces.errors, "imbalance": imbalance}
     if one is not None:
         steady = {key: {"value": e.value} for key, e in one.steady.items()}
-        found["reduced1d"] = {"name": one.model, "steady": steady, "details": one.details}
+        document["reduced1d"] = {"name": one.model, "steady": steady, "details": one.details}
     # The others are of the paper's equations, whichever reduction was chosen.
     model = {} if one is None else {check: {"model": one.model} for check in OF_THE_REDUCTION}
-    return found | {"checks": [check_document(check) | model.get(check.id, {}) for check in outcome.checks]}
+    return document | {"checks": [check_document(check) | model.get(check.id, {}) for check in outcome.checks]}
 
 
 def columns(outcome: Outcome[Sink]) -> dict[str, np.ndarray]:
@@ -114,14 +114,14 @@ def columns(outcome: Outcome[Sink]) -> dict[str, np.ndarray]:
     of them need not know which it was. ValueError where the models' times differ."""
     import numpy as np
 
-    found: dict[str, np.ndarray] = {}
+    columns: dict[str, np.ndarray] = {}
     for name, result in (("fem3d", outcome.fem3d), ("reduced1d", outcome.reduced1d)):
         if result is None or result.traces is None:
             continue
-        if not np.array_equal(found.setdefault("time_s", result.traces.time), result.traces.time):
+        if not np.array_equal(columns.setdefault("time_s", result.traces.time), result.traces.time):
             raise ValueError("the models' traces must be at the same times")
-        found |= {f"{name}_{key}": value for key, value in result.traces.values.items()}
-    return found
+        columns |= {f"{name}_{key}": value for key, value in result.traces.values.items()}
+    return columns
 
 
 def stored(outcome: Outcome[Sink]) -> tuple[np.ndarray, float, Reduction | None]:

@@ -27,14 +27,14 @@ _ANALYSES = {
 """Entries with the fields of an Outcome that make them, where they are there."""
 
 
-def write_document(path: Path, found: dict[str, Any]) -> None:
-    path.write_text(json.dumps(found, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+def write_document(path: Path, content: dict[str, Any]) -> None:
+    path.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", encoding="utf-8")
 
 
 def document(outcome: Outcome[Any]) -> dict[str, Any]:
     """The summary as JSON types: full precision, and null for what is not a finite number."""
     reader = import_module("scenes.free" if outcome.scene.kind == "free" else "scenes.loading")
-    found: dict[str, Any] = {
+    summary: dict[str, Any] = {
         "schema": SCHEMA,
         "command": outcome.request.command or None,
         "scene": reader.as_dict(outcome.scene),
@@ -45,15 +45,15 @@ def document(outcome: Outcome[Any]) -> dict[str, Any]:
     if outcome.why is not None:
         from validate.report.analyses import budget
 
-        found["why"] = budget(outcome.why)
+        summary["why"] = budget(outcome.why)
     if outcome.propagated is not None:
         from validate.report.analyses import entered
 
-        entered(found, outcome.propagated, outcome.sampled)
-    asked = {entry: getattr(outcome, name) for entry, name in _ANALYSES.items()}
-    found |= {entry: part.document() for entry, part in asked.items() if part is not None}
+        entered(summary, outcome.propagated, outcome.sampled)
+    analyses = {entry: getattr(outcome, name) for entry, name in _ANALYSES.items()}
+    summary |= {entry: part.document() for entry, part in analyses.items() if part is not None}
     last = {"warnings": outcome.warnings, "files": outcome.files, "timing_s": outcome.timing}
-    made: dict[str, Any] = as_json(found | last)
+    made: dict[str, Any] = as_json(summary | last)
     return made
 
 
@@ -81,12 +81,12 @@ def version() -> str:
 
 
 def check_document(check: Check) -> dict[str, Any]:
-    found = asdict(check)
-    time = found.pop("time")
+    entry = asdict(check)
+    time = entry.pop("time")
     for name in ("u_input", "u_data"):
-        if found[name] is None:
-            del found[name]
-    return found if time is None else found | {"time_s": time}
+        if entry[name] is None:
+            del entry[name]
+    return entry if time is None else entry | {"time_s": time}
 
 
 def as_json(value: Any) -> Any:

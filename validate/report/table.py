@@ -137,9 +137,9 @@ class Section:
         return [part for part in self.parts if part]
 
 
-def sentences(found: Sequence[str]) -> list[str]:
+def sentences(texts: Sequence[str]) -> list[str]:
     """Each ended with a full stop."""
-    return [f"{text.rstrip('.')}." for text in found]
+    return [f"{text.rstrip('.')}." for text in texts]
 
 
 def wrapped(text: str, first: str = "", then: str = "  ") -> str:
@@ -199,5 +199,5 @@ def _where(outcome: Outcome[Any]) -> str:
 
 def _shown(folder: Path) -> Path:
     """Relative to where the user is, where it is below that."""
-    here = Path.cwd()
-    return folder.relative_to(here) if folder.is_relative_to(here) else folder
+    current_folder = Path.cwd()
+    return folder.relative_to(current_folder) if folder.is_relative_to(current_folder) else folder

@@ -29,18 +29,18 @@ class Report(Generic[R]):
     sums: Callable[[Sequence[R]], dict[str, Any]]
 
     def text(self, rows: Sequence[R], style: Style) -> str:
-        parts = [Section(title, [self.short(list(of))]).text(style) for title, of in groupby(rows, self.group)]
+        parts = [Section(title, [self.short(list(group))]).text(style) for title, group in groupby(rows, self.group)]
         return "\n\n".join([style.paint(self.headline(rows), "heading"), *parts])
 
     def markdown(self, rows: Sequence[R], versions: dict[str, str], more: str = "") -> str:
         """The page; it says ``more`` beside the headline."""
         with_what = ", ".join(f"{name} {value}" for name, value in versions.items())
         lines = [f"# {self.title}", "", self.about, f"**{self.headline(rows)}**{more}", "", f"{with_what}.", ""]
-        for title, of in groupby(rows, self.group):
-            lines += [f"## {title}", "", *self.full(list(of)).markdown()]
+        for title, group in groupby(rows, self.group):
+            lines += [f"## {title}", "", *self.full(list(group)).markdown()]
         return "\n".join(lines)
 
     def document(self, rows: Sequence[R], versions: dict[str, str], seconds: float) -> dict[str, Any]:
         listed = [asdict(row) | {name: getattr(row, name) for name in self.derived} for row in rows]  # type: ignore[call-overload]
-        found = {"schema": 1, "provenance": versions, "timing_s": seconds, **self.sums(rows), "rows": listed}
-        return {key: as_json(value) for key, value in found.items()}
+        content = {"schema": 1, "provenance": versions, "timing_s": seconds, **self.sums(rows), "rows": listed}
+        return {key: as_json(value) for key, value in content.items()}

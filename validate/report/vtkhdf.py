@@ -87,12 +87,12 @@ def _write(path: str, times: list[float], grids: list[Any]) -> None:
 
         def RequestData(self, request: Any, given: Any, out: Any) -> int:  # noqa: N802
             information = out.GetInformationObject(0)
-            asked = Pipeline.UPDATE_TIME_STEP()
-            time = information.Get(asked) if information.Has(asked) else times[0]
+            key = Pipeline.UPDATE_TIME_STEP()
+            time = information.Get(key) if information.Has(key) else times[0]
             k = int(np.abs(np.array(times) - time).argmin())
-            found = vtkUnstructuredGrid.GetData(out)
-            found.ShallowCopy(grids[k])
-            found.GetInformation().Set(vtkDataObject.DATA_TIME_STEP(), times[k])
+            grid = vtkUnstructuredGrid.GetData(out)
+            grid.ShallowCopy(grids[k])
+            grid.GetInformation().Set(vtkDataObject.DATA_TIME_STEP(), times[k])
             return 1
 
     source, writer = Source(), vtkHDFWriter()

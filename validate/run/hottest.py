@@ -54,7 +54,7 @@ def of_device(device: Device, result: DeviceResult) -> tuple[str, ...]:
     peak = end + 1.5 * (mean - end)
     at = int(np.argmax(peak))
     beam = of_painted(Reduction(sink, (float(end[at]), float(peak[at])), *[np.empty(0)] * 3))
-    reached = {name: Hottest(found.temperature, float(times[at])) for name, found in beam.items()}
+    reached = {name: Hottest(place.temperature, float(times[at])) for name, place in beam.items()}
     external = device.external
     outside = np.where(times < external.step_time, external.initial_temperature, external.final_temperature)
     polymer = np.max([result.sink_K, result.sensor_K, outside], axis=0)
@@ -90,16 +90,16 @@ def past(materials: Sequence[Material], fields: Any, times: np.ndarray) -> tuple
 
 def warnings(materials: Iterable[Material], reached: Mapping[str, Hottest]) -> tuple[str, ...]:
     """A sentence for each material that gets hotter than it is valid to."""
-    found = []
+    sentences = []
     for m in dict.fromkeys(materials):
         if m.valid_to is not None and m.name in reached and reached[m.name].temperature > m.valid_to:
             top, time = reached[m.name].temperature, reached[m.name].time
             when = "in the steady state" if time is None else f"at {TIME.show(float(f'{time:.3g}'))}"
-            found.append(
+            sentences.append(
                 f"{m.name} reaches {top:,.0f} K {when}, past the {m.valid_to:,.0f} K of its valid_to, "
                 "where it softens, melts or decomposes: what is computed beyond that describes no real part"
             )
-    return tuple(found)
+    return tuple(sentences)
 
 
 def moments(traces: Traces | None, most: int = MOST) -> np.ndarray:
@@ -113,14 +113,14 @@ def moments(traces: Traces | None, most: int = MOST) -> np.ndarray:
 
 def by_material(fields: Any, times: np.ndarray) -> dict[str, Hottest]:
     """The hottest place and moment of each material: of the steady state, if there is one, and of some times (s)."""
-    found: dict[str, Hottest] = {}
+    hottest: dict[str, Hottest] = {}
     corners = {name: np.unique(fields.hexes[fields.material == k]) for k, name in enumerate(fields.material_names)}
     if fields.has_steady:
-        found = {name: Hottest(float(fields.steady[at].max(initial=-np.inf))) for name, at in corners.items()}
+        hottest = {name: Hottest(float(fields.steady[at].max(initial=-np.inf))) for name, at in corners.items()}
     for time, temperatures in _snapshots(fields, times):
         for name, at in corners.items():
-            _see(found, name, float(temperatures[at].max(initial=-np.inf)), time)
-    return found
+            _see(hottest, name, float(temperatures[at].max(initial=-np.inf)), time)
+    return hottest
 
 
 def of_painted(model: Reduction) -> dict[str, Hottest]:
@@ -128,12 +128,12 @@ def of_painted(model: Reduction) -> dict[str, Hottest]:
     sink = model.sink
     beam = [0.0, sink.length / 2, sink.thickness / 2]
     oxide = [0.0, -sink.anchor_distance - sink.oxide_length / 2, -1e-6 * sink.oxide_thickness]
-    found: dict[str, Hottest] = {}
+    hottest: dict[str, Hottest] = {}
     for time in (None, *model.time):
         rises = model.rise(np.array([beam, oxide]), time)
         for material, rise in zip((sink.silicon, sink.oxide), rises, strict=True):
-            _see(found, material.name, sink.room_temperature + float(rise), time)
-    return found
+            _see(hottest, material.name, sink.room_temperature + float(rise), time)
+    return hottest
 
 
 def farthest(fields: Any, times: np.ndarray, initial: float) -> tuple[float, bool]:
@@ -152,6 +152,6 @@ def _snapshots(fields: Any, times: np.ndarray) -> Iterator[tuple[float, np.ndarr
         yield from zip(some.tolist(), fields.at(some), strict=True)
 
 
-def _see(found: dict[str, Hottest], name: str, temperature: float, time: float | None) -> None:
-    if name not in found or temperature > found[name].temperature:
-        found[name] = Hottest(temperature, time)
+def _see(hottest: dict[str, Hottest], name: str, temperature: float, time: float | None) -> None:
+    if name not in hottest or temperature > hottest[name].temperature:
+        hottest[name] = Hottest(temperature, time)

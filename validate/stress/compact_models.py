@@ -22,12 +22,12 @@ def rows(quick: bool, first: int = 0) -> Iterator[Row]:
     from scenes.errors import NumericsError, SceneError
 
     wanted = QUICK if quick else COUNT
-    found: dict[int, float] = {}
+    distances: dict[int, float] = {}
     refused, late, failed, seed = 0, 0, "", first
-    while len(found) < wanted and seed < first + 4 * wanted:
+    while len(distances) < wanted and seed < first + 4 * wanted:
         try:
             with limited(LIMIT):
-                found[seed] = off(seed)
+                distances[seed] = off(seed)
         except (NumericsError, SceneError):
             refused += 1
         except TimeIsUpError:
@@ -35,10 +35,10 @@ def rows(quick: bool, first: int = 0) -> Iterator[Row]:
         except Exception as error:
             failed = failed or f"seed {seed}: {type(error).__name__}: {error}"
         seed += 1
-    scenes = f"{len(found)} scenes, seeds {first} to {seed - 1}"
-    worst = max(found, key=lambda s: (found[s] != found[s], found[s]), default=first)
+    scenes = f"{len(distances)} scenes, seeds {first} to {seed - 1}"
+    worst = max(distances, key=lambda s: (distances[s] != distances[s], distances[s]), default=first)
     said = f"worst: seed {worst}; none made of {refused} more, and of {late} not within {LIMIT} s"
-    yield Row(GROUP, "distance from the full model", scenes, "over what is stated", found.get(worst, np.nan), 1.0,
+    yield Row(GROUP, "distance from the full model", scenes, "over what is stated", distances.get(worst, np.nan), 1.0,
               said=said)  # fmt: skip
     yield Row(GROUP, "ended with an error", scenes, "scenes", float(bool(failed)), 0, said=failed)
 

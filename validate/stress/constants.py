@@ -49,9 +49,9 @@ def rows(quick: bool, first: int = 0) -> Iterator[Row]:
         for value in values:
             other = work(seeds, name, value)
             both = [s for s in ours if s in other]
-            found = sum(ours[s] for s in both) / max(sum(other[s] for s in both), 1)
+            ratio = sum(ours[s] for s in both) / max(sum(other[s] for s in both), 1)
             yield Row(GROUP, f"{name} of {value:g}", f"{len(both)} steady scenes, seeds {seeds[0]} to {seeds[-1]}",
-                      "unknowns of all levels with the value in use over those with this", found, COSTLIER,
+                      "unknowns of all levels with the value in use over those with this", ratio, COSTLIER,
                       said=f"{len(ours)} solved, {len(other)} with this")  # fmt: skip
 
 
@@ -61,22 +61,22 @@ def edges() -> list[Edge]:
     def sine(s: float) -> tuple[Angular, Angular]:
         return lambda t: np.sin(s * t), lambda t: s * np.cos(s * t)
 
-    found = [Edge(s, dict.fromkeys(range(count), 1.0), dict.fromkeys(range(count), sine(s)), held)
+    edges = [Edge(s, dict.fromkeys(range(count), 1.0), dict.fromkeys(range(count), sine(s)), held)
              for s, count, held in ((2 / 3, 3, (0.0, 1.5 * np.pi)), (0.5, 2, (0.0,)), (1 / 3, 3, (0.0,)))]  # fmt: skip
-    return [*found, *(_in_turns(contrast) for contrast in (30.0, 100.0))]
+    return [*edges, *(_in_turns(contrast) for contrast in (30.0, 100.0))]
 
 
 def _in_turns(contrast: float) -> Edge:
     s = 4 / np.pi * float(np.arctan(contrast**-0.5))
     high = np.cos(s * np.pi / 4) / np.sin(s * np.pi / 4)
 
-    def of(i: int) -> tuple[Angular, Angular]:
+    def angular(i: int) -> tuple[Angular, Angular]:
         middle, sign = (i + 0.5) * np.pi / 2, (1.0, -1.0, -1.0, 1.0)[i]
         if i % 2 == 0:
             return lambda t: sign * np.cos(s * (t - middle)), lambda t: -sign * s * np.sin(s * (t - middle))
         return lambda t: sign * high * np.sin(s * (t - middle)), lambda t: sign * high * s * np.cos(s * (t - middle))
 
-    return Edge(s, {i: contrast if i % 2 == 0 else 1.0 for i in range(4)}, {i: of(i) for i in range(4)})
+    return Edge(s, {i: contrast if i % 2 == 0 else 1.0 for i in range(4)}, {i: angular(i) for i in range(4)})
 
 
 def off(edge: Edge, degrees: tuple[int, int], lengths: tuple[float, float]) -> float:
@@ -130,8 +130,8 @@ def off(edge: Edge, degrees: tuple[int, int], lengths: tuple[float, float]) -> f
         fixed |= space.faces(on, mesh.f2t[0, on]).functions
     fixed[space.dofs[:8][np.isclose(mesh.p[:2, mesh.t], 0.0).all(axis=0)]] = True
     solved = []
-    for there in space.nested:
-        free, u = np.flatnonzero(there & ~fixed), np.zeros(space.size)
+    for mask in space.nested:
+        free, u = np.flatnonzero(mask & ~fixed), np.zeros(space.size)
         u[free] = spsolve(matrix[free][:, free].tocsc(), load[free])
         solved.append(u)
 
@@ -153,7 +153,7 @@ def work(seeds: range, name: str = "", value: float = 0.0) -> dict[int, int]:
     from scenes.errors import NumericsError
     from validate.stress.random_scenes import draw
 
-    before, found = vars(grading).get(name), {}
+    before, unknowns = vars(grading).get(name), {}
     try:
         if name:
             setattr(grading, name, value)
@@ -164,8 +164,8 @@ def work(seeds: range, name: str = "", value: float = 0.0) -> dict[int, int]:
                     solve(scene, said.append)
                 except NumericsError:
                     continue
-                found[seed] = sum(int(line.split()[-2]) for line in said if line.endswith(" unknowns"))
+                unknowns[seed] = sum(int(line.split()[-2]) for line in said if line.endswith(" unknowns"))
     finally:
         if name:
             setattr(grading, name, before)
-    return found
+    return unknowns

@@ -44,10 +44,10 @@ def families(quick: bool) -> Iterator[Row]:
         ratios, balances = [], []
         names, each = zip(*map(sinks, few if quick else all_), strict=True)
         for name, sink in zip(names, each, strict=True):
-            found = solve(replace(sink, accuracy=ACCURACY), STEADY)
-            ratio, quantity = _dishonesty(found, solve(replace(sink, accuracy=FINER), STEADY))
+            result = solve(replace(sink, accuracy=ACCURACY), STEADY)
+            ratio, quantity = _dishonesty(result, solve(replace(sink, accuracy=FINER), STEADY))
             ratios.append((ratio, f"at {name}, {quantity}"))
-            balances.append((float(found.details["energy_imbalance"]), f"at {name}"))
+            balances.append((float(result.details["energy_imbalance"]), f"at {name}"))
         extremes = f"{names[0]} to {names[-1]}, {len(names)} sinks"
         yield Row(group, what, extremes, "true error over the estimated one", max(ratios)[0], 1.0, said=max(ratios)[1])
         yield Row(group, what, extremes, "heat balance", max(balances)[0], balance, said=max(balances)[1])
@@ -55,15 +55,15 @@ def families(quick: bool) -> Iterator[Row]:
 
 def accuracies(quick: bool) -> Iterator[Row]:
     """Requests from 1e-1 to 1e-6: what was delivered over what was asked for."""
-    asked = (1e-1, 1e-3, 1e-5) if quick else (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
-    best = solve(replace(Sink(), accuracy=asked[-1]), STEADY)
-    for accuracy in asked:
-        found = best if accuracy == asked[-1] else solve(replace(Sink(), accuracy=accuracy), STEADY)
-        stated = max(e.error / abs(e.value) for e in found.steady.values()) / accuracy
-        if found is not best:  # the finest is the truth of the others
-            ratio, name = _dishonesty(found, best)
+    accuracies = (1e-1, 1e-3, 1e-5) if quick else (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
+    best = solve(replace(Sink(), accuracy=accuracies[-1]), STEADY)
+    for accuracy in accuracies:
+        result = best if accuracy == accuracies[-1] else solve(replace(Sink(), accuracy=accuracy), STEADY)
+        stated = max(e.error / abs(e.value) for e in result.steady.values()) / accuracy
+        if result is not best:  # the finest is the truth of the others
+            ratio, name = _dishonesty(result, best)
             yield Row("accuracies", "the sink", f"{accuracy:g} asked for", "true error over the estimated one", ratio,
-                      1.0, said=f"{name}; {found.details['unknowns']} unknowns")  # fmt: skip
+                      1.0, said=f"{name}; {result.details['unknowns']} unknowns")  # fmt: skip
         yield Row("accuracies", "the sink", f"{accuracy:g} asked for", "estimated error over the one asked for",
                   stated, 1.0)  # fmt: skip
 
@@ -82,10 +82,10 @@ def runaway(quick: bool) -> Iterator[Row]:
                   abs(again / limit - 1), ACCURACY)  # fmt: skip
     hot = Sink(silicon=replace(Sink().silicon, temperature_coefficient=2e-3), accuracy=ACCURACY)
     for volts in (1e-6, 100.0):
-        found = solve(replace(hot, voltage=volts), STEADY)
+        result = solve(replace(hot, voltage=volts), STEADY)
         yield Row("voltages", "a positive coefficient", f"TCR 0.002 1/K, {volts:g} V", "heat balance",
-                  float(found.details["energy_imbalance"]), BALANCE,
-                  said=f"peak rise {found.steady['peak_rise_K'].value:.4g} K")  # fmt: skip
+                  float(result.details["energy_imbalance"]), BALANCE,
+                  said=f"peak rise {result.steady['peak_rise_K'].value:.4g} K")  # fmt: skip
 
 
 def _limit(sink: Sink) -> float:
@@ -100,11 +100,11 @@ def _limit(sink: Sink) -> float:
     raise ArithmeticError("no runaway up to 1e19 V")
 
 
-def _dishonesty(found: Result, best: Result) -> tuple[float, str]:
+def _dishonesty(result: Result, best: Result) -> tuple[float, str]:
     """The largest |difference| / (estimated errors) over the quantities, and its name."""
     ratios = [
         (abs(e.value - best.steady[name].value) / (e.error + best.steady[name].error), name)
-        for name, e in found.steady.items()
+        for name, e in result.steady.items()
     ]
     return max(ratios)
 
@@ -123,20 +123,20 @@ def drives(quick: bool) -> Iterator[Row]:
     ramp = Schedule((0.0, SLOW, 2 * SLOW), (0.0, VOLTS, -VOLTS))
     for coefficient in (-5e-4, 5e-4):
         scene = _bar(ramp, coefficient, 2 * SLOW)
-        found, best = solve_scene(scene), solve_scene(replace(scene, accuracy=ACCURACY / 10))
+        result, best = solve_scene(scene), solve_scene(replace(scene, accuracy=ACCURACY / 10))
         times = scene.output_times  # type: ignore[assignment]
-        a, b = (np.interp(times, r.over_time.time, r.over_time.values["middle"]) for r in (found, best))
-        error = found.over_time.errors["middle"] + best.over_time.errors["middle"]
+        a, b = (np.interp(times, r.over_time.time, r.over_time.values["middle"]) for r in (result, best))
+        error = result.over_time.errors["middle"] + best.over_time.errors["middle"]
         yield Row("drives", "ramp up and down through zero", f"TCR {coefficient:g} 1/K",
                   "true error over the estimated one", float(np.abs(a - b).max() / error), 1.0)  # fmt: skip
         yield Row("drives", "ramp up and down through zero", f"TCR {coefficient:g} 1/K", "heat balance",
-                  float(found.details["energy_imbalance"]), 10 * ACCURACY)  # fmt: skip
+                  float(result.details["energy_imbalance"]), 10 * ACCURACY)  # fmt: skip
 
 
 def _against_series(name: str, voltage: Value, edges: list[tuple[float, float]], end: float) -> Row:
     """The middle of a bar without a temperature coefficient, against the superposed series of its steps."""
     scene = _bar(voltage, 0.0, end)
-    found = solve_scene(scene)
+    result = solve_scene(scene)
     assert SILICON.resistivity is not None
     peak = VOLTS**2 / (8 * SILICON.thermal_conductivity * SILICON.resistivity)
     times = np.array(scene.output_times)
@@ -144,9 +144,9 @@ def _against_series(name: str, voltage: Value, edges: list[tuple[float, float]],
     for start, size in edges:
         since = np.maximum(times - start, 0.0)
         expected += size * peak * np.where(since > 0, heated_middle(since / SLOW), 0.0)
-    values = np.interp(times, found.over_time.time, found.over_time.values["middle"])
-    off = float(np.abs(values - expected).max() / found.over_time.errors["middle"])
-    said = f"{found.details['steps']} steps for {len(edges)} edges"
+    values = np.interp(times, result.over_time.time, result.over_time.values["middle"])
+    off = float(np.abs(values - expected).max() / result.over_time.errors["middle"])
+    said = f"{result.details['steps']} steps for {len(edges)} edges"
     return Row("drives", name, f"bar of 1 mm, {VOLTS:g} V", "true error over the estimated one", off, 1.0, said=said)
 
 

@@ -20,13 +20,13 @@ BALANCE = 1e-6  # of the heat that passes
 OVER_TIME = 10.0  # times the accuracy: that of a transient, of which the balance is no quantity
 
 
-def energy(drawn: Drawn, found: Result) -> float:
+def energy(drawn: Drawn, result: Result) -> float:
     """What enters by the boundaries, the current and the sources adds up to nothing; over time, as the run itself says.
 
     All current leaves at "minus": an electrode inside has no probe.
     """
-    if found.traces is not None:
-        return float(found.details["energy_imbalance"]) / (OVER_TIME * drawn.scene.accuracy)
+    if result.traces is not None:
+        return float(result.details["energy_imbalance"]) / (OVER_TIME * drawn.scene.accuracy)
     scene = drawn.scene
     volts = {b.name: float(b.value) for b in scene.boundaries if b.kind == "voltage"}  # type: ignore[arg-type]
     heats = [
@@ -37,46 +37,46 @@ def energy(drawn: Drawn, found: Result) -> float:
     for b in scene.boundaries:
         if b.name != "plus":
             factor = volts["minus"] - volts["plus"] if b.kind == "voltage" else 1.0
-            heats.append(factor * found.steady[f"into {b.name}"].value)
-            error += abs(factor) * found.steady[f"into {b.name}"].error
+            heats.append(factor * result.steady[f"into {b.name}"].value)
+            error += abs(factor) * result.steady[f"into {b.name}"].error
     return abs(sum(heats)) / (error + BALANCE * sum(map(abs, heats)))
 
 
-def never_colder(_: Drawn, found: Result) -> float:
+def never_colder(_: Drawn, result: Result) -> float:
     """No reported temperature is below that of the surroundings while the scene is heated."""
-    means = [mean for name, mean in found.steady.items() if name.startswith("mean")]
+    means = [mean for name, mean in result.steady.items() if name.startswith("mean")]
     return max(max(ROOM - mean.value, 0.0) / (mean.error + 1e-12 * ROOM) for mean in means)
 
 
-def undershoot(_: Drawn, found: Result) -> float:
+def undershoot(_: Drawn, result: Result) -> float:
     """The whole field falls below the surroundings by no more than its own estimated error, a part of the largest
     rise: beside a steep decay polynomials swing."""
-    field, off = found.details["fields"].steady, found.details.get("field_error", np.inf)
+    field, off = result.details["fields"].steady, result.details.get("field_error", np.inf)
     return float(max(ROOM - field.min(), 0.0) / (off * np.ptp(field) + 1e-12 * ROOM))
 
 
-def ordered(_: Drawn, found: Result) -> float:
+def ordered(_: Drawn, result: Result) -> float:
     """Means lie between the coldest and the hottest place."""
-    field = found.details["fields"].steady
+    field = result.details["fields"].steady
     worst = 0.0
-    for name, mean in found.steady.items():
+    for name, mean in result.steady.items():
         if name.startswith("mean"):
             beyond = max(field.min() - mean.value, mean.value - field.max(), 0.0)
             worst = max(worst, float(beyond / (mean.error + 1e-12 * ROOM)))
     return worst
 
 
-def mirrored(drawn: Drawn, found: Result) -> float:
+def mirrored(drawn: Drawn, result: Result) -> float:
     """Mirrored in x, and with the axes turned round, the scene has the same temperatures and flows."""
     far = max(box.upper[0] for box in drawn.scene.boxes)
 
     def turn(lower: Point, upper: Point) -> tuple[Point, Point]:
         return (lower[1], lower[2], far - upper[0]), (upper[1], upper[2], far - lower[0])
 
-    return _apart(found, solve(_changed(drawn.scene, move=turn)), times=drawn.scene.output_times)
+    return _apart(result, solve(_changed(drawn.scene, move=turn)), times=drawn.scene.output_times)
 
 
-def rescaled(drawn: Drawn, found: Result) -> float:
+def rescaled(drawn: Drawn, result: Result) -> float:
     """A thousand times the lengths with k, h, rho c, sources and fluxes to match has the same temperatures: the answer
     doesn't depend on the unit of length."""
     s = 1e3
@@ -90,17 +90,17 @@ def rescaled(drawn: Drawn, found: Result) -> float:
         return (x, y, z), (far_x, far_y, far_z)
 
     factors = {"heat_source": s**-3, "heat_flux": s**-2, "convection": s**-2}
-    return _apart(found, solve(_changed(drawn.scene, factors, material, move)))
+    return _apart(result, solve(_changed(drawn.scene, factors, material, move)))
 
 
-def swapped(drawn: Drawn, found: Result) -> float:
+def swapped(drawn: Drawn, result: Result) -> float:
     """With the voltages swapped the currents change their sign, and nothing else does."""
     volts = {b.name: b.value for b in drawn.scene.boundaries if b.kind == "voltage"}
     if not volts:
         return 0.0
     other = {"plus": volts["minus"], "minus": volts["plus"]}
     boundaries = tuple(replace(b, value=other[b.name]) if b.name in other else b for b in drawn.scene.boundaries)
-    return _apart(found, solve(replace(drawn.scene, boundaries=boundaries)), currents=-1.0)
+    return _apart(result, solve(replace(drawn.scene, boundaries=boundaries)), currents=-1.0)
 
 
 def squared(drawn: Drawn, _: Result) -> float:
@@ -114,21 +114,21 @@ def reciprocal(drawn: Drawn, _: Result) -> float:
     """A watt in one box warms another by as much as a watt there warms the one."""
     boxes = drawn.scene.boxes
     first, last = boxes[0], boxes[-1]
-    found = []
+    rises = []
     for source, seen in ((first, last), (last, first)):
         volume = float(np.prod(np.subtract(source.upper, source.lower)))
         heated = tuple(replace(b, heat_source=1e-3 / volume if b is source else 0.0) for b in boxes)
         cooled = tuple(b for b in drawn.scene.boundaries if b.kind in ("temperature", "convection"))
         probes = (Probe("seen", seen.lower, seen.upper),)
-        found.append(solve(replace(drawn.scene, boxes=heated, boundaries=cooled, probes=probes)).steady["seen"])
-    one, two = found
+        rises.append(solve(replace(drawn.scene, boxes=heated, boundaries=cooled, probes=probes)).steady["seen"])
+    one, two = rises
     return abs(one.value - two.value) / (one.error + two.error + ROUNDING * abs(one.value - ROOM) + 1e-12 * ROOM)
 
 
-def honest(drawn: Drawn, found: Result) -> float:
+def honest(drawn: Drawn, result: Result) -> float:
     """Every value is within its estimated error of a solve that is ten times finer."""
     finer = solve(replace(drawn.scene, accuracy=drawn.scene.accuracy / 10))
-    return _apart(found, finer, times=drawn.scene.output_times)
+    return _apart(result, finer, times=drawn.scene.output_times)
 
 
 def tests(drawn: Drawn) -> dict[str, Callable[[Drawn, Result], float]]:
@@ -174,11 +174,11 @@ def _apart(
     )
 
 
-def _numbers(found: Result, times: tuple[float, ...]) -> dict[str, tuple[np.ndarray, float]]:
+def _numbers(result: Result, times: tuple[float, ...]) -> dict[str, tuple[np.ndarray, float]]:
     """The steady values, or those of the traces at some times, with their errors."""
-    if found.traces is None:
-        return {name: (np.array(e.value), e.error) for name, e in found.steady.items()}
-    at, traces = found.traces.time, found.traces
+    if result.traces is None:
+        return {name: (np.array(e.value), e.error) for name, e in result.steady.items()}
+    at, traces = result.traces.time, result.traces
     return {name: (np.interp(times, at, v), traces.errors[name]) for name, v in traces.values.items()}
 
 

@@ -164,18 +164,18 @@ def _planes(rng: np.random.Generator, intervals: int, base: float) -> list[float
 
 def _connected(rng: np.random.Generator, shape: list[int], count: int) -> list[Cell]:
     """Cells of a grid, each after the first a neighbour of an earlier one."""
-    found: list[Cell] = [(0, 0, 0)]
+    cells: list[Cell] = [(0, 0, 0)]
     x, y, z = map(range, shape)
     everywhere = list(product(x, y, z))
-    while len(found) < count:
-        around = [c for c in everywhere if c not in found and any(_steps(c, other) == 1 for other in found)]
+    while len(cells) < count:
+        around = [c for c in everywhere if c not in cells and any(_steps(c, other) == 1 for other in cells)]
         if not around:
             break
-        found.append(around[int(rng.integers(len(around)))])
+        cells.append(around[int(rng.integers(len(around)))])
     # Cells that meet along an edge or in a point alone, a contact of no area, go again.
-    while any(not _by_faces(found, a, b) for a, b in combinations(found, 2)):
-        found.pop()
-    return found
+    while any(not _by_faces(cells, a, b) for a, b in combinations(cells, 2)):
+        cells.pop()
+    return cells
 
 
 def _steps(a: Cell, b: Cell) -> int:

@@ -120,10 +120,10 @@ def coupling(quick: bool) -> Iterator[Row]:
         device = replace(Device(), sensor_thickness=thickness)
         predicted = stability_limit(device)
         simulated = partial(grows, lump(device), scheme=PaperScheme())
-        found = _limit(predicted / 2.7, predicted * 3.1, simulated, 1e-3)
+        largest = _limit(predicted / 2.7, predicted * 3.1, simulated, 1e-3)
         yield Row(COUPLING, "the paper's partitioned scheme", f"sensor of {thickness * 1e9:g} nm",
                   f"largest stable step found / predicted {predicted * 1e6:.3g} us, less 1",
-                  abs(found / predicted - 1), AGREES, said=f"found {found * 1e6:.3g} us by simulation")  # fmt: skip
+                  abs(largest / predicted - 1), AGREES, said=f"found {largest * 1e6:.3g} us by simulation")  # fmt: skip
 
 
 def grows(lumped: Lumped, dt: float, scheme: PaperScheme) -> bool:

@@ -47,10 +47,10 @@ def examine(seed: int, limit: int = LIMIT, laws: bool = False) -> Outcome:
             # A scene to be heated until laws matter is solved with numbers first, which may be out of reach as well.
             drawn = random_laws.draw_steady(seed) if laws else draw(seed)
             tests = invariants.OF_LAWS if laws else invariants.tests(drawn)
-            found = invariants.solve(drawn.scene)
-            unknowns = int(found.details["unknowns"])
+            result = invariants.solve(drawn.scene)
+            unknowns = int(result.details["unknowns"])
             for each, test in tests.items():
-                violations[each] = test(drawn, found)
+                violations[each] = test(drawn, result)
     except TimeIsUpError:
         ended = "out of time"
     except Exception as error:
@@ -63,11 +63,11 @@ def examine(seed: int, limit: int = LIMIT, laws: bool = False) -> Outcome:
 
 def sweep(first: int, count: int, jobs: int, progress: Callable[[str], None], laws: bool = False) -> list[Outcome]:
     """The outcomes of ``count`` seeds from ``first`` on, by some processes; ``laws`` as of `examine`."""
-    found = []
+    outcomes = []
     for _, outcome in side_by_side(partial(examine, laws=laws), range(first, first + count), jobs):
-        found.append(outcome)
-        progress(f"{len(found)} of {count} {OF_LAWS if laws else GROUP}")
-    return sorted(found, key=lambda outcome: outcome.seed)
+        outcomes.append(outcome)
+        progress(f"{len(outcomes)} of {count} {OF_LAWS if laws else GROUP}")
+    return sorted(outcomes, key=lambda outcome: outcome.seed)
 
 
 def rows(outcomes: list[Outcome], group: str = GROUP) -> Iterator[Row]:
@@ -86,7 +86,7 @@ def rows(outcomes: list[Outcome], group: str = GROUP) -> Iterator[Row]:
         yield Row(group, name, f"{len(held)} of {extremes}", "violation over what errors allow",
                   float("inf") if worst != worst else worst, 1.0, said=said)  # fmt: skip
     seeds = {ended: [o for o in outcomes if o.ended == ended] for ended in ("error", "out of time", "refused by name")}
-    first_of = {ended: f"seed {of[0].seed}: {of[0].said}" if of else "" for ended, of in seeds.items()}
+    first_of = {ended: f"seed {scenes[0].seed}: {scenes[0].said}" if scenes else "" for ended, scenes in seeds.items()}
     late = ", ".join(str(o.seed) for o in seeds["out of time"][:8])
     for what, ended, said in (
         ("ended with an error", "error", first_of["error"]),
@@ -113,13 +113,13 @@ def run(quick: bool, scenes: int, seed: int, jobs: int, progress: Callable[[str]
         "compact models": lambda: compact_models.rows(quick, seed),
         "constants": lambda: constants.rows(quick, seed),
     }
-    found: list[Row] = []
+    table: list[Row] = []
     for name, part in parts.items():
         progress(name)
         try:
             for row in part():
-                found.append(row)
+                table.append(row)
         except Exception as error:
-            found.append(failed(name, name, error))
+            table.append(failed(name, name, error))
     of_laws = sweep(seed, -(-scenes // LAWS_SHARE), jobs, progress, laws=True)
-    return found + list(rows(sweep(seed, scenes, jobs, progress))) + list(rows(of_laws, OF_LAWS))
+    return table + list(rows(sweep(seed, scenes, jobs, progress))) + list(rows(of_laws, OF_LAWS))

@@ -84,12 +84,12 @@ class Cluster:
         for name in list(logging.root.manager.loggerDict):  # what goes wrong is said in a sentence here
             if name.startswith(("distributed", "tornado")):
                 logging.getLogger(name).setLevel(logging.CRITICAL + 1)
-        there = quoted(str(self.scheduler))
+        address = quoted(str(self.scheduler))
         try:
             client = Client(self.scheduler, timeout=ANSWERS_WITHIN)
         except (OSError, ValueError, TypeError, ImportError) as error:
             raise SceneError(
-                f"no scheduler answers at {there} ({_said(error)}): give --scheduler the address that dask scheduler "
+                f"no scheduler answers at {address} ({_said(error)}): give --scheduler the address that dask scheduler "
                 "prints, such as tcp://127.0.0.1:8786"
             ) from None
         self._started.callback(client.close, timeout=5)
@@ -97,14 +97,14 @@ class Cluster:
             versions = client.run(version)
         except Exception as error:
             raise SceneError(
-                f"the workers of {there} can't run this program ({_said(error)}): install it where they are"
+                f"the workers of {address} can't run this program ({_said(error)}): install it where they are"
             ) from None
         if not versions:
             self.say("waiting for a worker of the cluster")
         for theirs in versions.values():
             if theirs != version():
                 raise SceneError(
-                    f"the workers of {there} have version {theirs} of this program, here it is {version()}: install "
+                    f"the workers of {address} have version {theirs} of this program, here it is {version()}: install "
                     "the same there"
                 )
         self._died, executor = KilledWorker, client.get_executor(pure=False)

@@ -52,10 +52,10 @@ class Base:
             return free.from_dict(self.document, self.name, self.folder, (*self.settings, *settings))
         # What a scene expects of its checks is said of that scene alone.
         read = {"scene.name": self.name} | self._read(settings) | {"checks.expect_differs": None}
-        found = check(SINK.schema.apply(read, SINK.default))
-        if found.count > 1:
-            raise SceneError(ONE_SINK.format(found, "sweeps and maps are of one sink"))
-        return found
+        sink = check(SINK.schema.apply(read, SINK.default))
+        if sink.count > 1:
+            raise SceneError(ONE_SINK.format(sink, "sweeps and maps are of one sink"))
+        return sink
 
     def read(self, key: str, text: str) -> tuple[str, Value]:
         """The key by its full name, and a value of it in SI units, or as it stands where it is no number; of keys that
@@ -109,15 +109,15 @@ def base(source: str | Path | Sink | AnyScene, settings: Sequence[str] = ()) -> 
     """What a scene, its name or its file stands for. Raises SceneError."""
     if not isinstance(source, str | Path):
         given: Any = source
-        own = getattr(getattr(given, "model", None), "folder", "") or getattr(given, "folder", "")
-        return Base(given.kind, given.name, written(given), str(Path(own).resolve()), tuple(settings))
-    found, name, folder = document(source, known_names())
-    of = type_of_file(found)
-    if of is DEVICE:
+        given_folder = getattr(getattr(given, "model", None), "folder", "") or getattr(given, "folder", "")
+        return Base(given.kind, given.name, written(given), str(Path(given_folder).resolve()), tuple(settings))
+    content, name, folder = document(source, known_names())
+    scene_type = type_of_file(content)
+    if scene_type is DEVICE:
         said = f"{quoted(str(source))} is a device, which has no 3D model to sweep: give a sink or a scene of boxes"
         raise SceneError(said)
     folder = str(Path(folder).resolve()) if folder else ""
-    return Base("free" if of is None else "sink", name, found, folder, tuple(settings))
+    return Base("free" if scene_type is None else "sink", name, content, folder, tuple(settings))
 
 
 @dataclass(frozen=True)
@@ -140,8 +140,8 @@ class Axis:
         if not self.range:
             return self.values[min(int(place * len(self.values)), len(self.values) - 1)]
         low, high = (float(value) for value in self.values)
-        found = low * (high / low) ** place if self.log else low + place * (high - low)
-        return min(max(float(f"{found:.12g}"), low), high)
+        value = low * (high / low) ** place if self.log else low + place * (high - low)
+        return min(max(float(f"{value:.12g}"), low), high)
 
     def taken(self, places: Iterable[float]) -> Axis:
         return Axis(self.key, tuple(self.at(place) for place in places), self.log)
@@ -171,13 +171,13 @@ def parse(base: Base, text: str, form: str) -> Axis:
         raise SceneError(f"--vary {quoted(text)} has a count, and {why}: {wanted}")
     if len(counts) != (form == "grid"):
         raise SceneError(f"--vary {quoted(text)} has {'no' if not counts else 'more than one'} count: {wanted}")
-    found = _range(base, key, ends, log)
+    axis = _range(base, key, ends, log)
     if form != "grid":
-        return found
+        return axis
     (count,) = counts
     if not count.isascii() or not count.isdigit() or not 1 <= int(count) <= MOST:
         raise SceneError(f"the count of {key}, {quoted(count)}, is not allowed: give a whole number from 1 to {MOST}")
-    return found.taken(i / max(int(count) - 1, 1) for i in range(int(count)))
+    return axis.taken(i / max(int(count) - 1, 1) for i in range(int(count)))
 
 
 def listed(base: Base, key: str, given: Sequence[object]) -> Axis:

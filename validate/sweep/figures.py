@@ -73,8 +73,8 @@ def _lines(table: Table) -> Figure:
         if panel in table.tolerances:
             most = 100 * table.tolerances[panel]
             ax.axhspan(-most, most, color="#e8e8e8", zorder=0)
-        lost = x[~table.ok]
-        ax.plot(lost, np.full(len(lost), 0.03), "x", color=INK, transform=ax.get_xaxis_transform(), ms=5)
+        unanswered = x[~table.ok]
+        ax.plot(unanswered, np.full(len(unanswered), 0.03), "x", color=INK, transform=ax.get_xaxis_transform(), ms=5)
         ax.set_title(panel, fontsize=10)
         _axis(ax, "x", table, key, labelled=number > len(panels) - across)
         if not table.relative:
@@ -108,8 +108,8 @@ def _map(table: Table, reduction: str) -> Figure:
         size, words = np.abs(table.map["difference"]), table.map["blame"]
     else:
         across, up, size = x, y, np.abs(table.series(reduction)[check][0])
-        own = reduction == table.job.scope.reductions[0]
-        words = table.columns["blame"] if own else np.full(len(table), "", object)
+        is_first = reduction == table.job.scope.reductions[0]
+        words = table.columns["blame"] if is_first else np.full(len(table), "", object)
     known = np.isfinite(size)
     net = Triangulation(across, up)
     net.set_mask(~known[net.triangles].all(axis=1))
@@ -224,16 +224,16 @@ def _shares(table: Table) -> Figure | None:
     explained = 1 - float(np.var(left_out - y) / np.var(y))
     surface = through(places, y)
     with warnings.catch_warnings(action="ignore"):
-        found = sobol_indices(
+        indices = sobol_indices(
             func=lambda x: surface(x.T), n=DRAWS, dists=[uniform()] * len(keys), random_state=rng
         )  # fmt: skip
-        spread = found.bootstrap(n_resamples=99)
+        spread = indices.bootstrap(n_resamples=99)
     figure = new_figure(6.4, 0.75 * len(keys) + 1.7, f"{table.job.base.name}: how much each key explains", [], left=2.2)
     ax = figure.add_subplot()
     at = np.arange(len(keys))
     for index, bootstrap, shift, colour, name in (
-        (found.first_order, spread.first_order, -0.18, PARTS[0], "alone (first order)"),
-        (found.total_order, spread.total_order, 0.18, PARTS[1], "with the others (total)"),
+        (indices.first_order, spread.first_order, -0.18, PARTS[0], "alone (first order)"),
+        (indices.total_order, spread.total_order, 0.18, PARTS[1], "with the others (total)"),
     ):
         ends = bootstrap.confidence_interval
         half = (ends.high - ends.low) / 2
@@ -261,16 +261,16 @@ def _shown(table: Table, key: str, values: np.ndarray) -> np.ndarray:
 def _axis(ax: Axes, side: str, table: Table, key: str, labelled: bool = True) -> None:
     """An axis over a key, with its label: logarithmic where the key is so spaced; words where it has words."""
     axis = next(axis for axis in table.job.design.axes if axis.key == key)
-    own = ax.xaxis if side == "x" else ax.yaxis
+    plot_axis = ax.xaxis if side == "x" else ax.yaxis
     if labelled:
         unit = _unit(table, key)[1] if table.keys[key].dtype != object else ""
-        own.set_label_text(f"{key} ({unit})" if unit else key)
+        plot_axis.set_label_text(f"{key} ({unit})" if unit else key)
     if axis.log:
         ax.set(**{f"{side}scale": "log"})
-        own.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-        own.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-        own.set_minor_formatter(FuncFormatter(lambda value, _: ""))
+        plot_axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        plot_axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        plot_axis.set_minor_formatter(FuncFormatter(lambda value, _: ""))
     elif table.job.base.counts(key):
-        own.set_major_locator(MaxNLocator(integer=True))
+        plot_axis.set_major_locator(MaxNLocator(integer=True))
     elif not axis.numeric:
-        own.set_ticks(range(len(axis.values)), [str(value) for value in axis.values])
+        plot_axis.set_ticks(range(len(axis.values)), [str(value) for value in axis.values])

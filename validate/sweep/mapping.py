@@ -53,21 +53,21 @@ class Map:
     def verdicts(self) -> np.ndarray:
         """ "agrees", "differs" or "unresolved"; where there is no answer the status of the cells around."""
         size, error = np.abs(self.value), self.error
-        found = np.full(size.shape, "unresolved", dtype=object)
-        found[size - error > self.tolerance] = "differs"
-        found[size + error <= self.tolerance] = "agrees"
+        verdicts = np.full(size.shape, "unresolved", dtype=object)
+        verdicts[size - error > self.tolerance] = "differs"
+        verdicts[size + error <= self.tolerance] = "agrees"
         numbers = np.array(list(self.solved))
         if self.lost.any():
             from scipy.spatial import KDTree
 
-            lost = np.argwhere(self.lost)
-            nearest = KDTree(_places(numbers, size.shape)).query(lost)[1]
-            found[tuple(lost.T)] = [self.solved[int(number)].status for number in numbers[nearest]]
+            unanswered = np.argwhere(self.lost)
+            nearest = KDTree(_places(numbers, size.shape)).query(unanswered)[1]
+            verdicts[tuple(unanswered.T)] = [self.solved[int(number)].status for number in numbers[nearest]]
         for number, row in self.solved.items():
             if row.status != "ok":
-                found.flat[number] = row.status
-        found[self.refused] = "refused"
-        return found
+                verdicts.flat[number] = row.status
+        verdicts[self.refused] = "refused"
+        return verdicts
 
     @cached_property
     def blames(self) -> np.ndarray:
@@ -99,20 +99,20 @@ class Map:
         if len(told) < 3:
             return np.full(shape, np.nan)
         through = RBFInterpolator(_places(told, shape), np.array(list(told.values())), kernel="linear")
-        found = through(_places(np.arange(math.prod(shape)), shape)).reshape(shape)
-        return np.where(np.isin(self.verdicts, VERDICTS), found, np.nan)
+        excess = through(_places(np.arange(math.prod(shape)), shape)).reshape(shape)
+        return np.where(np.isin(self.verdicts, VERDICTS), excess, np.nan)
 
     @cached_property
     def too_hot(self) -> np.ndarray:
         """(n, m): the material that gets past its valid_to, that of the nearest such cell; "" where none does."""
         from scipy.spatial import KDTree
 
-        hot, found = self.excess > 0, np.full(self.value.shape, "", object)
+        hot, materials = self.excess > 0, np.full(self.value.shape, "", object)
         names = {n: row.values["too_hot"] for n, row in self.solved.items() if row.values.get("too_hot")}
         if names and hot.any():
             nearest = KDTree(_places(names, hot.shape)).query(np.argwhere(hot))[1]
-            found[hot] = np.array(list(names.values()), object)[nearest]
-        return found
+            materials[hot] = np.array(list(names.values()), object)[nearest]
+        return materials
 
 
 def _places(numbers: Iterable[int], shape: tuple[int, ...]) -> np.ndarray:
@@ -128,28 +128,32 @@ def refine(job: Job, store: Store, gather: Callable[[Iterable[Work], int, str], 
     first = [np.unique(np.linspace(0, n - 1, min(FIRST, n, math.isqrt(limit))).round().astype(int)) for n in shape]
     wanted = np.ravel_multi_index(np.ix_(*first), shape).ravel()
     solved: dict[int, Row] = {}
-    found: Map | None = None
+    interpolated: Map | None = None
     ratios: list[float] = []
     refused: dict[int, bool] = {}
     rounds, share = 0, 1.0
     while True:
-        work = (job.work([n], blamed=found is None) for n in wanted.tolist() if n not in store)
-        gather(work, limit, "" if found is None else f", {np.mean(found.verdicts == 'unresolved'):.1%} unresolved")
+        work = (job.work([n], blamed=interpolated is None) for n in wanted.tolist() if n not in store)
+        gather(
+            work,
+            limit,
+            "" if interpolated is None else f", {np.mean(interpolated.verdicts == 'unresolved'):.1%} unresolved",
+        )
         rows = {row.point: row for row in store.rows(wanted.tolist())}
-        if found is not None:
+        if interpolated is not None:
             # How well these cells were predicted: what part of the disagreement the predictions were off by.
-            off = np.abs(found.value.flat[wanted] - _known(job, rows)[0])
-            expected = found.disagreement.flat[wanted]
+            off = np.abs(interpolated.value.flat[wanted] - _known(job, rows)[0])
+            expected = interpolated.disagreement.flat[wanted]
             known = np.isfinite(off) & np.isfinite(expected) & (expected > 0)
             ratios += (off[known] / expected[known]).tolist()
             share = max([CAUTION, *ratios[-RECENT:]]) if ratios else 1.0
         solved |= rows
-        found = _interpolated(job, solved, share, refused)
+        interpolated = _interpolated(job, solved, share, refused)
         rounds += 1
         paid = sum(row.status != "refused" for row in solved.values())
-        wanted = _next(found, rounds, min(ROUND, limit - paid))
+        wanted = _next(interpolated, rounds, min(ROUND, limit - paid))
         if not len(wanted):
-            return found
+            return interpolated
 
 
 def _known(job: Job, rows: dict[int, Row]) -> tuple[np.ndarray, np.ndarray]:
@@ -176,7 +180,7 @@ def _interpolated(job: Job, solved: dict[int, Row], share: float, known: dict[in
     barred = np.array([row.status == "refused" and _refused(job, n, known) for n, row in solved.items()])
     net = Delaunay(cells)
     within = net.find_simplex(everywhere)
-    bad, beyond = (of[net.simplices].sum(axis=1)[within].reshape(shape) for of in (~answered & ~barred, barred))
+    bad, beyond = (flags[net.simplices].sum(axis=1)[within].reshape(shape) for flags in (~answered & ~barred, barred))
     refused = np.zeros(shape, bool)
     refused.flat[[n for n in np.flatnonzero(beyond).tolist() if _refused(job, n, known)]] = True
     smooth = np.full(shape, np.nan)
@@ -194,11 +198,11 @@ def _interpolated(job: Job, solved: dict[int, Row], share: float, known: dict[in
         apart = np.where((bad == 0) & (beyond < 3), most[within].reshape(shape), np.inf)
     at = tuple(cells.astype(int).T)
     smooth[at], apart[at] = np.where(answered, values, np.nan), np.where(answered, 0.0, np.inf)
-    own = np.where(answered, errors, 0.0)[net.simplices].max(axis=1)[within].reshape(shape)
-    own[at] = errors
+    known_error = np.where(answered, errors, 0.0)[net.simplices].max(axis=1)[within].reshape(shape)
+    known_error[at] = errors
     value = np.where((bad == 3) | refused, np.nan, smooth)
     tolerance: float = job.base.at(()).tolerance(job.scope.check)  # type: ignore[union-attr]
-    return Map(solved, tolerance, value, share * apart + own, own, apart, bad == 3, refused)
+    return Map(solved, tolerance, value, share * apart + known_error, known_error, apart, bad == 3, refused)
 
 
 def _refused(job: Job, number: int, known: dict[int, bool]) -> bool:
@@ -212,24 +216,24 @@ def _refused(job: Job, number: int, known: dict[int, bool]) -> bool:
     return known[number]
 
 
-def _next(found: Map, rounds: int, most: int) -> np.ndarray:
+def _next(cells: Map, rounds: int, most: int) -> np.ndarray:
     """The numbers of the cells to solve next, apart from each other; none where enough is resolved."""
     from scipy.ndimage import distance_transform_edt
 
-    value = found.value
+    value = cells.value
     free = np.ones(value.shape, bool)
-    free.flat[list(found.solved)] = False
-    free &= ~found.refused
+    free.flat[list(cells.solved)] = False
+    free &= ~cells.refused
     # Where the solved values' own error reaches the tolerance more of them would not tell.
-    told = ~(np.abs(np.abs(value) - found.tolerance) <= found.own)
-    unresolved = (found.verdicts == "unresolved") & free & told
+    told = ~(np.abs(np.abs(value) - cells.tolerance) <= cells.own)
+    unresolved = (cells.verdicts == "unresolved") & free & told
     chosen: list[int] = []
     if unresolved.mean() <= ENOUGH and rounds > LOOKS:
         return np.array(chosen, int)
     # Where an answer ends there is no error to go by: the middle of the gap halves it.
-    edge = np.isinf(found.disagreement) & ~found.lost & free
-    rough = np.where(edge, 0.0, found.error)
-    gap = max(2, int(0.35 * np.sqrt(value.size / len(found.solved))))
+    edge = np.isinf(cells.disagreement) & ~cells.lost & free
+    rough = np.where(edge, 0.0, cells.error)
+    gap = max(2, int(0.35 * np.sqrt(value.size / len(cells.solved))))
 
     def take(score: np.ndarray, count: int) -> None:
         for _ in range(count):

@@ -103,7 +103,7 @@ class Job:
         from validate.report.summary import version
 
         base, design = self.base, self.design
-        found = {
+        document = {
             "program": version(),
             "kind": "sweep" if self.solves is None else "map",
             "scene": {"name": base.name, "kind": base.kind, "document": base.document},
@@ -113,7 +113,7 @@ class Job:
             **asdict(self.scope),
             **({} if self.solves is None else {"solves": self.solves}),
         }
-        plain: dict[str, Any] = json.loads(json.dumps(found, default=str))
+        plain: dict[str, Any] = json.loads(json.dumps(document, default=str))
         return plain
 
     def work(self, numbers: Sequence[int], blamed: bool = True) -> Work:
@@ -148,12 +148,14 @@ def checked(
         return given or next(iter(known), "")
     check = given or "fig4"
     if check not in checks_of(scene) and "sink.spans" not in varied:
-        own = "several spans, as sink.spans=3" if scene.spans == 1 else "a single span"
-        raise SceneError(f"there is no check {quoted(check)} here: it is one of {own}, and sink.spans = {scene.spans}")
-    if check in OF_THE_PAPER and reduction not in PAPERS:
-        own = ", ".join(name for name in checks_of(scene) if name in OF_THE_REDUCTION)
+        allowed = "several spans, as sink.spans=3" if scene.spans == 1 else "a single span"
         raise SceneError(
-            f"{quoted(check)} is an equation of the paper's, which {reduction} makes no use of: give {own}, or "
+            f"there is no check {quoted(check)} here: it is one of {allowed}, and sink.spans = {scene.spans}"
+        )
+    if check in OF_THE_PAPER and reduction not in PAPERS:
+        allowed = ", ".join(name for name in checks_of(scene) if name in OF_THE_REDUCTION)
+        raise SceneError(
+            f"{quoted(check)} is an equation of the paper's, which {reduction} makes no use of: give {allowed}, or "
             "--reduction paper"
         )
     skipped = skipped_checks(scene, Request(transient=not steady))
@@ -224,10 +226,10 @@ def _sink(
         outcome = compared(sink, request, earlier)
         fem3d, levels = cast("Result", outcome.fem3d), Levels(sink, rough)
         first = first or fem3d
-        found = {scope.reductions[0]: (outcome.checks, outcome.reduced1d)}
+        by_reduction = {scope.reductions[0]: (outcome.checks, outcome.reduced1d)}
         for name in scope.reductions[1:]:
-            found[name] = _of_another(sink, replace(request, reduction=name), fem3d, levels)
-        watched = [check for checks, _ in found.values() for check in checks]
+            by_reduction[name] = _of_another(sink, replace(request, reduction=name), fem3d, levels)
+        watched = [check for checks, _ in by_reduction.values() for check in checks]
         open_ = [c for c in watched if c.verdict == "unresolved" and (scope.all_checks or c.id == scope.check)]
         finer = max(sink.accuracy / 10, FINEST)
         if not open_ or finer >= sink.accuracy:
@@ -236,11 +238,13 @@ def _sink(
     values: dict[str, Any] = {}
     for name, given in fem3d.steady.items():
         values |= {f"fem3d_{name}": given.value, f"fem3d_{name}_error": given.error}
-    for reduction, (checks, reduced) in found.items():
-        own, model = ("", "reduced1d_") if reduction == scope.reductions[0] else (f"{reduction}_", f"{reduction}_")
+    for reduction, (checks, reduced) in by_reduction.items():
+        prefix, model = ("", "reduced1d_") if reduction == scope.reductions[0] else (f"{reduction}_", f"{reduction}_")
         values |= {f"{model}{name}": given.value for name, given in (reduced.steady if reduced else {}).items()}
         for check in checks:
-            values |= {f"{own}{check.id}_{name}": getattr(check, name) for name in ("difference", "u_num", "verdict")}
+            values |= {
+                f"{prefix}{check.id}_{name}": getattr(check, name) for name in ("difference", "u_num", "verdict")
+            }
     top = sink.room_temperature + fem3d.steady["peak_rise_K"].value
     # Nothing is hotter than the peak, and a step's response nowhere hotter than the steady state.
     hot = hottest.excess(sink.materials, top, lambda: fem3d.details["fields"].distinct, np.empty(0))
@@ -262,10 +266,10 @@ def _of_another(sink: Sink, request: Request, fem3d: Result, levels: Levels) -> 
 
     times = fem3d.traces.time if fem3d.traces is not None else None
     try:
-        found = solve_1d(sink, request.reduction, steady_only=not request.transient, times=times, levels=levels)
+        result = solve_1d(sink, request.reduction, steady_only=not request.transient, times=times, levels=levels)
     except RunawayError:
         return (), None
-    return tuple(c for c in evaluate(sink, request, fem3d, found) if c.id in OF_THE_REDUCTION), found
+    return tuple(c for c in evaluate(sink, request, fem3d, result) if c.id in OF_THE_REDUCTION), result
 
 
 def _parts(sink: Sink, scope: Scope, fem3d: Result, levels: Levels) -> dict[str, float] | None:
@@ -276,10 +280,10 @@ def _parts(sink: Sink, scope: Scope, fem3d: Result, levels: Levels) -> dict[str,
     if kind == "steady":
         fem3d = replace(fem3d, traces=None)
     try:
-        found = budget(sink, scope.reductions[0], fem3d, levels)
+        causes = budget(sink, scope.reductions[0], fem3d, levels)
     except RunawayError:
         return None
-    splits = found.steady if kind == "steady" else found.transient
+    splits = causes.steady if kind == "steady" else causes.transient
     split = next((s for s in splits if s.quantity == quantity and s.scale), None)
     if split is None:
         return None
@@ -309,8 +313,8 @@ def _free(scene: AnyScene, scope: Scope) -> dict[str, Any]:
         result, values = scene_run.solve(scene), dict[str, Any]()
     for probe in scene.probes:
         if scene.steady or result.traces is None:
-            found = result.steady[probe.name]
-            value, error = found.value, found.error
+            estimate = result.steady[probe.name]
+            value, error = estimate.value, estimate.error
         else:
             value, error = float(result.traces.values[probe.name][-1]), float(result.traces.errors[probe.name])
         values |= {f"fem3d_{probe.name}": value, f"fem3d_{probe.name}_error": error}
@@ -345,7 +349,7 @@ def _judged(scene: AnyScene, scope: Scope) -> tuple[Result, dict[str, Any]]:
         if not open_ or finer >= scene.accuracy:
             break
         scene = replace(scene, accuracy=finer)
-    values: dict[str, Any] = {f"reduced1d_{name}": found.value for name, found in both.model.steady.items()}
+    values: dict[str, Any] = {f"reduced1d_{name}": estimate.value for name, estimate in both.model.steady.items()}
     for check in checks:
         values |= {f"{check.id}_{name}": getattr(check, name) for name in ("difference", "u_num", "verdict")}
     return result, values | blame(None) | {"accuracy": scene.accuracy}

@@ -68,14 +68,14 @@ def run(
 
     def gather(tasks: Iterable[Work], total: int, more: str = "") -> None:
         nonlocal free
-        for found in cluster.solve(tasks):
-            store.append(found)
+        for solved in cluster.solve(tasks):
+            store.append(solved)
             rate = (len(store) - already) / (time.monotonic() - started)
             if job.solves is not None:
-                free += sum(row.status == "refused" for rows in found for row in rows)
+                free += sum(row.status == "refused" for rows in solved for row in rows)
             done = len(store) - free
-            left = quantity(max(total - done, 0) / rate, "s", 2)
-            say(f"{done} of {total} points, {rate:.2g} a second, {left} left{more}")
+            rest = quantity(max(total - done, 0) / rate, "s", 2)
+            say(f"{done} of {total} points, {rate:.2g} a second, {rest} left{more}")
 
     cells = None
     with Cluster(min(workers or processors(), max(count - already, 1)), scheduler, seconds, say) as cluster:
@@ -97,27 +97,27 @@ def _written(
     """Writes the files, made anew by another run of the same; the columns, and what sweep.json holds."""
     from validate.report.summary import as_json
 
-    found = read(job, store, cells)
-    columns = found.columns
-    files = [_write(store, "points.csv", found.keys | columns)]
-    counts: dict[str, Any] = {"points": len(found), **Counter(columns["status"].tolist())}
-    if found.map:
-        files.append(_write(store, "map.csv", found.map))
-        verdicts = found.map["verdict"].tolist()
+    table = read(job, store, cells)
+    columns = table.columns
+    files = [_write(store, "points.csv", table.keys | columns)]
+    counts: dict[str, Any] = {"points": len(table), **Counter(columns["status"].tolist())}
+    if table.map:
+        files.append(_write(store, "map.csv", table.map))
+        verdicts = table.map["verdict"].tolist()
         counts["cells"] = {"all": len(verdicts), **Counter(verdicts)}
     if figures:
         from validate.report.figures.drawing import save, style
         from validate.sweep.figures import draw
 
         with style():
-            files += [file for name, figure in draw(found).items() for file in save(figure, store.folder, name)]
+            files += [file for name, figure in draw(table).items() for file in save(figure, store.folder, name)]
     made = {name.removesuffix("_verdict"): words for name, words in columns.items() if name.endswith("_verdict")}
     document: dict[str, Any] = as_json(
         {
             "schema": 1,
             "asked": job.document(),
             "finished": True,
-            "sentence": sentence(found),
+            "sentence": sentence(table),
             "counts": counts,
             "verdicts": {check: dict(Counter(filter(None, words.tolist()))) for check, words in made.items()},
             "seconds": {"this_run": round(seconds, 1), "points": round(float(columns["seconds"].sum()), 1)},
@@ -126,9 +126,9 @@ def _written(
         }
     )
     with store.writing("report.html") as file:
-        file.write(_page(store.folder, found, document))
+        file.write(_page(store.folder, table, document))
     store.write(document)
-    return found, document
+    return table, document
 
 
 def _write(store: Store, name: str, columns: Mapping[str, np.ndarray]) -> str:
@@ -153,21 +153,21 @@ def _provenance() -> dict[str, Any]:
     return provenance() | versions | {"system": platform.system(), "processors": os.cpu_count()}
 
 
-def _page(folder: Path, found: Table, document: Mapping[str, Any]) -> str:
+def _page(folder: Path, points: Table, document: Mapping[str, Any]) -> str:
     """report.html: the sentence, the points to hover over, the figures from ``folder``, and what was asked."""
     from validate.report.html import page
     from validate.report.html.page import section, table, text, values
 
-    name = found.job.base.name
+    name = points.job.base.name
     script = Path(__file__).with_name("hover.js").read_text(encoding="utf-8")
-    data = json.dumps(_data(found), separators=(",", ":")).replace("</", "<\\/")
+    data = json.dumps(_data(points), separators=(",", ":")).replace("</", "<\\/")
     counts, said = document["counts"], document["sentence"]
     verdicts = ("agrees", "differs", "unresolved")
     rows = [
         [text(check), *(f'<span class="{word}">{n.get(word, 0)}</span>' for word in verdicts)]
         for check, n in document["verdicts"].items()
     ]
-    asked = {key: value for key, value in document["asked"].items() if key not in ("scene", "vary")}
+    settings = {key: value for key, value in document["asked"].items() if key not in ("scene", "vary")}
     varied = {
         key: "range" if axis["range"] else f"{len(axis['values'])} values"
         for key, axis in document["asked"]["vary"].items()
@@ -184,22 +184,22 @@ def _page(folder: Path, found: Table, document: Mapping[str, Any]) -> str:
         ),
         section("Checks", table(("check", *verdicts), rows, (1, 2, 3)) if rows else ""),
         page.figures(folder, document, _CAPTIONS),
-        section("Asked", listed({"scene": name, "varied": varied, **asked})),
+        section("Asked", listed({"scene": name, "varied": varied, **settings})),
         section("Versions and counts", listed({"counts": counts, **document["provenance"]})),
     ]
     scripts = f'<script type="application/json" id="rows">{data}</script>\n<script>\n{script}</script>'
     return page.whole(name, f'<p class="verdict">{text(said[0].upper() + said[1:])}.</p>', parts, scripts, _STYLE)
 
 
-def _data(found: Table) -> dict[str, Any]:
+def _data(table: Table) -> dict[str, Any]:
     """What the page draws: keys, values with errors, words, each a column over the points or the cells."""
-    design, scope, columns = found.job.design, found.job.scope, found.columns
+    design, scope, columns = table.job.design, table.job.scope, table.columns
     names = {f"{scope.check}_verdict": "verdict", "blame": "to blame", "too_hot": "too hot", "status": "status"}
-    numbers = found.series()
+    numbers = table.series()
     for reduction in scope.reductions[1:]:
-        numbers |= {f"{reduction}_{name}": given for name, given in found.series(reduction).items()}
-    if found.map:
-        columns, names = found.map, {"verdict": "verdict", "blame": "to blame", "too_hot": "too hot", "how": "how"}
+        numbers |= {f"{reduction}_{name}": given for name, given in table.series(reduction).items()}
+    if table.map:
+        columns, names = table.map, {"verdict": "verdict", "blame": "to blame", "too_hot": "too hot", "how": "how"}
         numbers = {scope.check: (columns["difference"], columns["error"])}
     size = design.count
     some = np.unique(np.linspace(0, size - 1, min(size, MOST)).round().astype(int))
@@ -211,14 +211,14 @@ def _data(found: Table) -> dict[str, Any]:
 
     words = {word: columns[name] for name, word in names.items() if name in columns}
     return {
-        "keys": {key: column(values) for key, values in (found.map or found.keys).items() if key in design.keys},
-        "units": found.units,
+        "keys": {key: column(values) for key, values in (table.map or table.keys).items() if key in design.keys},
+        "units": table.units,
         "log": [axis.key for axis in design.axes if axis.log],
-        "relative": found.relative,
+        "relative": table.relative,
         "values": {name: [column(value), column(error)] for name, (value, error) in numbers.items()},
         "words": {name: column(given) for name, given in words.items() if given.dtype == object},
-        "tolerances": found.tolerances,
-        "cells": list(design.shape) if found.map else None,
+        "tolerances": table.tolerances,
+        "cells": list(design.shape) if table.map else None,
         "colours": PARTS,
     }
 
@@ -262,20 +262,20 @@ def sweep(
         ) from None
     if figures and out is None:
         raise SceneError("figures need a folder to go to: give out=")
-    found = base(scene, [f"run.accuracy={accuracy!r}"])
+    scene_base = base(scene, [f"run.accuracy={accuracy!r}"])
     form = "grid" if sample is None else "sample"
     axes = [
-        parse(found, f"{key}={given}", form) if isinstance(given, str) else listed(found, key, list(given))
+        parse(scene_base, f"{key}={given}", form) if isinstance(given, str) else listed(scene_base, key, list(given))
         for key, given in (vary or {}).items()
     ]
     design = Design(tuple(axes), sample, seed)
     names = tuple(map(canonical, [reduction] if isinstance(reduction, str) else reduction))
-    own = str(Path(model).resolve()) if model and model != "network" else model
-    check = checked(found, check, steady, design.keys, names[0], own)
-    scope = Scope((Path(own).name,) if own else names, steady, check, blame, model=own)
-    job, say = Job(found, design, scope), progress or (lambda _: None)
-    asked, count = job.document(), job.design.count
-    with TemporaryDirectory() as folder, Store(Path(out or Path(folder, "sweep")), asked, fresh, count) as store:
+    model_path = str(Path(model).resolve()) if model and model != "network" else model
+    check = checked(scene_base, check, steady, design.keys, names[0], model_path)
+    scope = Scope((Path(model_path).name,) if model_path else names, steady, check, blame, model=model_path)
+    job, say = Job(scene_base, design, scope), progress or (lambda _: None)
+    question, count = job.document(), job.design.count
+    with TemporaryDirectory() as folder, Store(Path(out or Path(folder, "sweep")), question, fresh, count) as store:
         table, document = run(
             job, store, say, workers=workers, scheduler=scheduler, seconds=point_timeout, figures=figures
         )
@@ -285,4 +285,4 @@ def sweep(
     if sample is not None:
         places = {key: ("point", values) for key, values in table.keys.items()}
     coordinates = {key: (*place, {"units": table.units[key]}) for key, place in places.items()}
-    return xarray.Dataset(columns, coordinates, {"sentence": document["sentence"], "scene": found.name})
+    return xarray.Dataset(columns, coordinates, {"sentence": document["sentence"], "scene": scene_base.name})

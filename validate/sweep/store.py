@@ -28,9 +28,11 @@ class Store:
     nothing is taken. In memory are only the places of the lines.
     """
 
-    def __init__(self, folder: Path, asked: Mapping[str, Any], fresh: bool = False, count: int = sys.maxsize) -> None:
+    def __init__(
+        self, folder: Path, settings: Mapping[str, Any], fresh: bool = False, count: int = sys.maxsize
+    ) -> None:
         self.folder, self._count = Path(os.path.realpath(folder)), count
-        self._given, self._shown, self._asked, self._fresh = folder, quoted(folder), dict(asked), fresh
+        self._given, self._shown, self._asked, self._fresh = folder, quoted(folder), dict(settings), fresh
         self._places: dict[int, tuple[int, int]] = {}  # where a point's line begins, and which row of it is the point's
 
     def __enter__(self) -> Store:
@@ -160,9 +162,9 @@ def _rows(line: bytes) -> list[Row]:
 def _asked(path: Path) -> dict[str, Any] | None:
     """What an earlier run was asked, nothing where its file is no longer readable; ``None`` where there was none."""
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))["asked"]
+        settings = json.loads(path.read_text(encoding="utf-8"))["asked"]
     except FileNotFoundError:
         return None
     except (OSError, ValueError, KeyError, TypeError, RecursionError):
         return {}
-    return found if isinstance(found, dict) else {}
+    return settings if isinstance(settings, dict) else {}

@@ -49,8 +49,8 @@ class Table:
     @property
     def ok(self) -> np.ndarray:
         """(n,): which have an answer."""
-        found: np.ndarray = self.columns["status"] == "ok"
-        return found
+        answered: np.ndarray = self.columns["status"] == "ok"
+        return answered
 
     @cached_property
     def map(self) -> dict[str, np.ndarray]:
@@ -85,21 +85,21 @@ class Table:
         sweep is of. Checks that a single one of several designs has are left out: the others are of another kind."""
         scope = self.job.scope
         if self.relative:
-            own = "" if reduction in ("", scope.reductions[0]) else f"{reduction}_"
+            prefix = "" if reduction in ("", scope.reductions[0]) else f"{reduction}_"
             ends = (name.removesuffix("_difference") for name in self.columns if name.endswith("_difference"))
             checks = tuple(ends) if scope.model else (*DEFAULT_TOLERANCES, *ISLAND_TOLERANCES)
-            names = {check: (f"{own}{check}_difference", f"{own}{check}_u_num") for check in checks}
+            names = {check: (f"{prefix}{check}_difference", f"{prefix}{check}_u_num") for check in checks}
         else:
             probes = (name.removesuffix("_error") for name in self.columns if name.endswith("_error"))
             names = {probe.removeprefix("fem3d_"): (probe, f"{probe}_error") for probe in probes}
-        found = {}
+        series = {}
         for name in sorted(names, key=lambda name: name != scope.check):
             values, errors = (self.columns.get(column) for column in names[name])
             if values is None or errors is None:
                 continue
             if name == scope.check or np.isfinite(values).sum() > min(1, len(self) - 1):
-                found[name] = values, errors
-        return found
+                series[name] = values, errors
+        return series
 
     def at(self, number: int) -> str:
         said = []
@@ -114,27 +114,27 @@ class Table:
 def read(job: Job, store: Store, cells: Map | None) -> Table:
     """The columns of all rows that are stored, in the order in which points.csv has them."""
     numbers: list[int] = []
-    found: dict[str, list[Any]] = {}
+    by_name: dict[str, list[Any]] = {}
     for n, row in enumerate(store.rows()):
         numbers.append(row.point)
         values = {"status": row.status, "because": row.because, "seconds": row.seconds, **row.values}
         for name in values:
-            found.setdefault(name, [None] * n)
-        for name, column in found.items():
+            by_name.setdefault(name, [None] * n)
+        for name, column in by_name.items():
             value = values.get(name)
             column.append(sys.intern(value) if isinstance(value, str) else value)
     last = ("too_hot", "past_valid_to_K", "blame", "blame_share", "accuracy")
-    columns = {name: array(found[name]) for name in sorted(found, key=lambda name: name in last)}
+    columns = {name: array(by_name[name]) for name in sorted(by_name, key=lambda name: name in last)}
     return Table(job, job.design.columns(numbers), columns, cells)
 
 
 def sentence(table: Table) -> str:
     """What the whole says, in one sentence."""
     words = table.map["verdict"] if table.map else table.columns["status"]
-    lost = Counter(word for word in sorted(words.tolist()) if word not in ("ok", *VERDICTS))
-    listed = ", ".join(f"{number} {word}" for word, number in lost.items())
+    unanswered = Counter(word for word in sorted(words.tolist()) if word not in ("ok", *VERDICTS))
+    listed = ", ".join(f"{number} {word}" for word, number in unanswered.items())
     said = (_of_check(table) if table.relative else _of_probes(table)) + _of_heat(table)
-    said += f"; {lost.total()} without an answer ({listed})" if lost else ""
+    said += f"; {unanswered.total()} without an answer ({listed})" if unanswered else ""
     few = too_few(table)
     return said + (f"; {few}" if few else "")
 
@@ -159,17 +159,17 @@ def too_few(table: Table) -> str:
 
 def _of_heat(table: Table) -> str:
     """How many designs, or cells, get hotter than a material is valid to, and by how much at most."""
-    of = (table.map or table.columns).get("too_hot")
-    names = Counter(name for name in (() if of is None else of.tolist()) if name)
-    if of is None or not names:
+    materials = (table.map or table.columns).get("too_hot")
+    names = Counter(name for name in (() if materials is None else materials.tolist()) if name)
+    if materials is None or not names:
         return ""
     excess = table.columns["past_valid_to_K"]
     n = int(np.nanargmax(excess))
     most = f"{table.columns['too_hot'][n]} by up to {excess[n]:,.0f} K" if excess[n] > 0 else " and ".join(names)
     what = "cells" if table.map else "designs"
     return (
-        f"; too hot in {names.total()} of {len(of)} {what}: {most}, past its valid_to, where it softens, melts or "
-        "decomposes, and nothing here is true of a real part"
+        f"; too hot in {names.total()} of {len(materials)} {what}: {most}, past its valid_to, where it softens, melts "
+        "or decomposes, and nothing here is true of a real part"
     )
 
 
@@ -185,10 +185,10 @@ def _of_check(table: Table) -> str:
         return f"none of {total} {what} has an answer"
     subject = "the paper's reduction" if name == "paper" else name
     subject = f"the model {name}" if table.job.scope.model else subject
-    of = f" of 3D in {TITLES[check]}" if check in TITLES else f" of 3D as {check} has it"
-    of = f" of 3D at {check}" if table.job.scope.model else of
+    reference = f" of 3D in {TITLES[check]}" if check in TITLES else f" of 3D as {check} has it"
+    reference = f" of 3D at {check}" if table.job.scope.model else reference
     within, beyond = (verdicts == "agrees").sum(), verdicts == "differs"
-    said = f"{subject} is within {100 * table.tolerances[check]:g} %{of} in {within} of {total} {what}"
+    said = f"{subject} is within {100 * table.tolerances[check]:g} %{reference} in {within} of {total} {what}"
     if table.map:
         said += f", {(table.columns['status'] != 'refused').sum()} of them solved"
     differences = table.series()[check][0]

@@ -81,23 +81,23 @@ CASES = (
 def perform(number: int) -> list[Row]:
     """The rows of a case by its number; one row that says so where the case ends in an error."""
     case = CASES[number]
-    found: list[Row] = []
+    rows: list[Row] = []
     try:
         for row in case.run():
-            found.append(row)
+            rows.append(row)
     except Exception as error:
         said = f"ended with {type(error).__name__}: {error}"
-        found.append(Row(case.family, case.name, "whole case", "", math.nan, math.nan, math.nan, note=said))
-    return found
+        rows.append(Row(case.family, case.name, "whole case", "", math.nan, math.nan, math.nan, note=said))
+    return rows
 
 
 def run(families: Sequence[str], jobs: int, progress: Callable[[str], None]) -> list[Row]:
     """The rows of all cases of some families, in the order of `CASES`, by ``jobs`` processes (1: this one)."""
     chosen = [number for number, case in enumerate(CASES) if case.family in families]
-    found: dict[int, list[Row]] = {}
+    results: dict[int, list[Row]] = {}
     progress(f"{len(chosen)} cases")
     for number, rows in side_by_side(perform, chosen, jobs):
-        found[number] = rows
-        waiting = [CASES[n].name for n in chosen if n not in found]
-        progress(f"{len(found)} of {len(chosen)} cases done; next {waiting[0]}" if waiting else "writing")
-    return [row for number in chosen for row in found[number]]
+        results[number] = rows
+        waiting = [CASES[n].name for n in chosen if n not in results]
+        progress(f"{len(results)} of {len(chosen)} cases done; next {waiting[0]}" if waiting else "writing")
+    return [row for number in chosen for row in results[number]]

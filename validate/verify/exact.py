@@ -66,10 +66,10 @@ def ramped_slab() -> Iterator[Row]:
     """One face of a slab follows straight lines up and down, the other is held."""
     times, values = np.array([0.0, 0.1, 0.4, 1.5]) * SLOW, np.array([0.0, 1.0, 0.5, 0.5])
     ramp = Schedule(tuple(times.tolist()), tuple((ROOM + 10.0 * values).tolist()))
-    found = [series.ramped(0.6, SLOW, times, values, t) for t in TIMES]
+    temperatures = [series.ramped(0.6, SLOW, times, values, t) for t in TIMES]
     at = (WIDTH / 2, 0.6 * LENGTH, DEPTH / 2)
     faces = [end("temperature", 0.0, ROOM), end("temperature", LENGTH, ramp)]
-    return _slab("slab, ramps of one face", faces, {"probe": found}, 10.0,
+    return _slab("slab, ramps of one face", faces, {"probe": temperatures}, 10.0,
                  "Duhamel's theorem, Carslaw and Jaeger 3.5", [Probe("probe", at, at)])  # fmt: skip
 
 

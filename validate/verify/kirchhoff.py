@@ -81,12 +81,14 @@ def heating_bar(
     def primitive(T: np.ndarray) -> np.ndarray:
         g, w = legendre.leggauss(POINTS)
         half = (T - cold)[:, None] / 2
-        found: np.ndarray = (w * half * conductivity(cold + half * (1 + g))).sum(axis=1)
-        return found
+        integrals: np.ndarray = (w * half * conductivity(cold + half * (1 + g))).sum(axis=1)
+        return integrals
 
     def rate(_: float, inner: np.ndarray) -> np.ndarray:
         T = np.r_[cold, inner]
         return ((curvature @ primitive(T))[1:] + source) / capacity(T[1:])
 
-    found = solve_ivp(rate, (0.0, max(times)), np.full(NODES, cold), "Radau", times, rtol=IN_TIME, atol=IN_TIME * cold)
-    return middle @ np.vstack([np.full(len(times), cold), found.y])
+    solution = solve_ivp(
+        rate, (0.0, max(times)), np.full(NODES, cold), "Radau", times, rtol=IN_TIME, atol=IN_TIME * cold
+    )
+    return middle @ np.vstack([np.full(len(times), cold), solution.y])

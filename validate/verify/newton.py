@@ -81,12 +81,12 @@ class On:
 
     def load(self, size: int, value: np.ndarray | None = None, flow: np.ndarray | None = None) -> np.ndarray:
         """(size,): the integrals of value v + flow . grad v."""
-        found = np.zeros(self.nodes.shape)
+        local = np.zeros(self.nodes.shape)
         if value is not None:
-            found += np.einsum("cfq,cq->cf", self.values, value * self.weights)
+            local += np.einsum("cfq,cq->cf", self.values, value * self.weights)
         if flow is not None:
-            found += np.einsum("acfq,acq->cf", self.slopes, flow * self.weights)
-        return np.bincount(self.nodes.ravel(), found.ravel(), size)
+            local += np.einsum("acfq,acq->cf", self.slopes, flow * self.weights)
+        return np.bincount(self.nodes.ravel(), local.ravel(), size)
 
     def matrix(
         self, size: int, value: np.ndarray | None = None, flow: np.ndarray | None = None,
@@ -187,10 +187,10 @@ class Problem:
         electrodes = np.concatenate([e.nodes for e in self.electrodes] or [np.empty(0, int)])
         conducting = [np.unique(p.on.nodes) for p in self.parts if p.resistivity]
         inner = np.setdiff1d(np.concatenate(conducting or [np.empty(0, int)]), electrodes)
-        own = [e.nodes for e in self.floating] + [np.array([node]) for node in inner]
-        rows = np.concatenate(own or [np.empty(0, int)])
-        columns = np.repeat(np.arange(len(own)), [len(nodes) for nodes in own])
-        return csr_matrix((np.ones(len(rows)), (rows, columns)), shape=(self.size, len(own)))
+        groups = [e.nodes for e in self.floating] + [np.array([node]) for node in inner]
+        rows = np.concatenate(groups or [np.empty(0, int)])
+        columns = np.repeat(np.arange(len(groups)), [len(nodes) for nodes in groups])
+        return csr_matrix((np.ones(len(rows)), (rows, columns)), shape=(self.size, len(groups)))
 
     @cached_property
     def floating(self) -> list[Electrode]:
@@ -199,11 +199,11 @@ class Problem:
 
     def given(self, drive: float) -> np.ndarray:
         """(nodes,): the given potentials at a part of the drive."""
-        found = np.zeros(self.size)
+        potentials = np.zeros(self.size)
         for electrode in self.electrodes:
             if electrode not in self.floating:
-                found[electrode.nodes] = drive * electrode.voltage
-        return found
+                potentials[electrode.nodes] = drive * electrode.voltage
+        return potentials
 
     def assembled(self, state: State, rate: np.ndarray, by_rate: float) -> Blocks:
         """The residuals at a state and a rate (K/s), which changes by ``by_rate`` (1/s) times the temperature."""
@@ -256,8 +256,8 @@ class Problem:
         y = (P.T @ guess.potential) / np.maximum(members, 1)
         before = T if before is None else before
         for iteration in range(-1, MOST):
-            found = self.assembled(State(T, given + P @ y), by_rate * (T - before), by_rate)
-            current, matrix = P.T @ found.current, (P.T @ found.current_by_potential @ P).tolil()
+            system = self.assembled(State(T, given + P @ y), by_rate * (T - before), by_rate)
+            current, matrix = P.T @ system.current, (P.T @ system.current_by_potential @ P).tolil()
             for i, electrode in enumerate(self.floating):
                 if electrode.current is not None:
                     current[i] -= drive * electrode.current
@@ -269,10 +269,10 @@ class Problem:
                 continue
             free = self.free
             whole = bmat(
-                [[found.heat_by_temperature[free][:, free], found.heat_by_potential[free] @ P],
-                 [P.T @ found.current_by_temperature[:, free], matrix]], format="csc",
+                [[system.heat_by_temperature[free][:, free], system.heat_by_potential[free] @ P],
+                 [P.T @ system.current_by_temperature[:, free], matrix]], format="csc",
             )  # fmt: skip
-            change = -_solved(whole, np.r_[found.heat[free], current])
+            change = -_solved(whole, np.r_[system.heat[free], current])
             dT, dy = change[: len(free)], change[len(free) :]
             if not np.isfinite(change).all():
                 break
@@ -294,8 +294,8 @@ def _solved(matrix: Any, right: np.ndarray) -> np.ndarray:
     scale = diags(1 / np.sqrt(np.abs(matrix.diagonal())))
     factors = splu(csc_matrix(scale @ matrix @ scale), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0,
                    options={"SymmetricMode": True})  # fmt: skip
-    found: np.ndarray = scale @ factors.solve(scale @ right)
-    return found
+    solution: np.ndarray = scale @ factors.solve(scale @ right)
+    return solution
 
 
 def steady(problem: Problem, pieces: int = 1) -> State:
@@ -330,5 +330,5 @@ def transient(problem: Problem, times: np.ndarray, order: int = 3) -> Iterator[t
 
 def current(problem: Problem, state: State, electrode: Electrode) -> float:
     """The current (A) that enters by an electrode."""
-    found = problem.assembled(state, np.zeros(problem.size), 0.0).current
-    return float(found[electrode.nodes].sum())
+    currents = problem.assembled(state, np.zeros(problem.size), 0.0).current
+    return float(currents[electrode.nodes].sum())

@@ -80,8 +80,8 @@ def resistivity(material: Material) -> tuple[Law, Law, Law] | None:
 
 
 def _nodes(basis: Basis, boundary: Boundary) -> np.ndarray:
-    found: np.ndarray = basis.get_dofs(facets=facets(basis.mesh, boundary)).flatten()
-    return found
+    nodes: np.ndarray = basis.get_dofs(facets=facets(basis.mesh, boundary)).flatten()
+    return nodes
 
 
 def exposed(basis: Basis, boundary: Boundary, order: int) -> On:

@@ -75,13 +75,13 @@ class Matrices:
         inverse = form.mat.Inverse(self.space.FreeDofs(True), inverse="sparsecholesky")
 
         def solve(load: np.ndarray) -> np.ndarray:
-            left, found = ng.BaseVector(load), ng.BaseVector(len(load))
-            inside = form.inner_solve * left
-            left.data += form.harmonic_extension_trans * left
-            found.data = inverse * left
-            found.data += form.harmonic_extension * found
-            found.data += inside
-            return np.array(found.FV().NumPy())
+            rhs, solution = ng.BaseVector(load), ng.BaseVector(len(load))
+            inside = form.inner_solve * rhs
+            rhs.data += form.harmonic_extension_trans * rhs
+            solution.data = inverse * rhs
+            solution.data += form.harmonic_extension * solution
+            solution.data += inside
+            return np.array(solution.FV().NumPy())
 
         return solve
 
@@ -145,20 +145,20 @@ def mesh_of(grid: Grid) -> ng.Mesh:
     """The bricks of a quarter of a sink, in micrometres: boxes are its materials; "substrate" is the oxide's underside,
     "end" the beam's (inside the solid), "middle" the plane that cuts the beam in half. The grid's degrees are for
     orders that vary."""
-    found = netgen.Mesh(dim=3)
+    mesh = netgen.Mesh(dim=3)
     places, local, owner = reference.corners(grid, CORNERS)
     at = places.T / MICRO
-    points = [found.Add(netgen.MeshPoint(netgen.Pnt(*map(float, point)))) for point in at]
+    points = [mesh.Add(netgen.MeshPoint(netgen.Pnt(*map(float, point)))) for point in at]
     for number, box in enumerate(grid.boxes):
-        found.SetMaterial(number + 1, box.name)
+        mesh.SetMaterial(number + 1, box.name)
     faces: dict[tuple[int, ...], tuple[np.ndarray, list[str]]] = {}
     for cell, number in zip(local, owner, strict=True):
-        found.Add(netgen.Element3D(int(number) + 1, [points[i] for i in cell]))
+        mesh.Add(netgen.Element3D(int(number) + 1, [points[i] for i in cell]))
         for face in cell[FACES]:
             faces.setdefault(tuple(sorted(face)), (face, []))[1].append(grid.boxes[number].name)
     for number, name in enumerate(NAMES):
-        found.Add(netgen.FaceDescriptor(surfnr=number + 1, domin=1, domout=0, bc=number + 1))
-        found.SetBCName(number, name)
+        mesh.Add(netgen.FaceDescriptor(surfnr=number + 1, domin=1, domout=0, bc=number + 1))
+        mesh.SetBCName(number, name)
     low, high = at.min(axis=0), at.max(axis=0)
     for face, names in faces.values():
         _, y, z = at[face].mean(axis=0)
@@ -168,8 +168,8 @@ def mesh_of(grid: Grid) -> ng.Mesh:
             known = "end"
         else:
             continue
-        found.Add(netgen.Element2D(NAMES.index(known) + 1, [points[i] for i in face]))
-    made = ng.Mesh(found)
+        mesh.Add(netgen.Element2D(NAMES.index(known) + 1, [points[i] for i in face]))
+    made = ng.Mesh(mesh)
     for element, cell in zip(made.Elements(), np.argwhere(grid.solid), strict=True):
         made.SetElementOrders(ng.ElementId(element), tuple(int(d[i]) for d, i in zip(grid.degrees, cell, strict=True)))
     return made
@@ -196,5 +196,5 @@ def by_ngsolve(sink: Sink, order: int) -> dict[str, float]:
     peak, end, mean, current = problem.quantities(settle(problem, SETTLED))
     # All heat leaves through the substrate, and the equations say so for any space that has the constants.
     power = current * sink.voltage
-    found = (peak, end, mean, current, power, power, 2 * end / power)
-    return dict(zip((asked.steady for asked in OF_A_SINK.values()), found, strict=True))
+    values = (peak, end, mean, current, power, power, 2 * end / power)
+    return dict(zip((entry.steady for entry in OF_A_SINK.values()), values, strict=True))

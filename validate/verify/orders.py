@@ -56,12 +56,12 @@ def bricks(solution: Manufactured | Heating, *degrees: int) -> Iterator[Row]:
     for degree in degrees:
         if isinstance(solution, Manufactured):
             kind, cuts = "steady", (COUPLED_CUTS if solution.potential else CUTS)[degree]
-            found = [on_bricks(solution, degree, n) for n in cuts]
+            errors = [on_bricks(solution, degree, n) for n in cuts]
         else:
             kind, cuts = "transient", TRANSIENT_CUTS[degree]
             times = np.array([0.1, 0.5, 2.0]) / solution.modes[0][0]
-            found = [on_bricks_over_time(solution, degree, n, times) for n in cuts]
-        yield from _rows(f"brick, {kind}, {solution.name}", degree, found, cuts)
+            errors = [on_bricks_over_time(solution, degree, n, times) for n in cuts]
+        yield from _rows(f"brick, {kind}, {solution.name}", degree, errors, cuts)
 
 
 def hexahedra(solution: Manufactured | Heating, *degrees: int) -> Iterator[Row]:
@@ -70,12 +70,12 @@ def hexahedra(solution: Manufactured | Heating, *degrees: int) -> Iterator[Row]:
     for degree in degrees:
         if isinstance(solution, Manufactured):
             kind, cuts = "steady", HEX_CUTS[degree]
-            found = [on_hexahedra(solution, degree, n) for n in cuts]
+            errors = [on_hexahedra(solution, degree, n) for n in cuts]
         else:
             kind, (cuts, steps) = "transient", HEX_TRANSIENT[degree]
             end = 1 / solution.modes[0][0]
-            found = [on_hexahedra_over_time(solution, degree, n, end, m) for n, m in zip(cuts, steps, strict=True)]
-        yield from _rows(f"scikit-fem hexahedron, {kind}, {solution.name}", degree, found, cuts)
+            errors = [on_hexahedra_over_time(solution, degree, n, end, m) for n, m in zip(cuts, steps, strict=True)]
+        yield from _rows(f"scikit-fem hexahedron, {kind}, {solution.name}", degree, errors, cuts)
 
 
 def theory(quantity: str, degree: int) -> int:
@@ -83,8 +83,8 @@ def theory(quantity: str, degree: int) -> int:
     return {"L2": degree + 1, "H1": degree}.get(quantity[-2:], 2 * degree)
 
 
-def _rows(case: str, degree: int, found: list[Errors], cuts: tuple[int, int]) -> Iterator[Row]:
-    coarse, fine = found
+def _rows(case: str, degree: int, errors: list[Errors], cuts: tuple[int, int]) -> Iterator[Row]:
+    coarse, fine = errors
     for quantity in coarse:
         if degree == 3 and quantity.startswith("potential"):
             # Its part of the next order is as large: 4.21 in L2 from 2 to 3 cuts, 4.18 from 6 to 7, and 3.15 in H1.
@@ -111,8 +111,8 @@ def on_bricks(solution: Manufactured, degree: int, cuts: int) -> Errors:
     load = _load(heat, solution)
     if solution.potential is None:
         return _distances(heat, heat.whole(heat.solve_steady(load[: heat.free])), solution)
-    rise, found = _coupled(heat, solution, load)
-    return _distances(heat, heat.whole(rise), solution) | found
+    rise, errors = _coupled(heat, solution, load)
+    return _distances(heat, heat.whole(rise), solution) | errors
 
 
 def on_bricks_over_time(heating: Heating, degree: int, cuts: int, times: np.ndarray) -> Errors:
@@ -125,8 +125,8 @@ def on_bricks_over_time(heating: Heating, degree: int, cuts: int, times: np.ndar
     base = Base.of_steady(steady.coupled(heat, None, True, 0.0, 1e-13))
     fields = Krylov(base, transient.shift(1 / heating.modes[0][0], float(times[0]))).fields(12)
     answer = transient.march(base, base.project(fields), float(times[-1]), 1e-12)
-    found = [_distances(heat, rise, heating.at(t)) for t, rise in zip(times, answer.rises(times), strict=True)]
-    return {name: max(each[name] for each in found) for name in found[0]}
+    errors = [_distances(heat, rise, heating.at(t)) for t, rise in zip(times, answer.rises(times), strict=True)]
+    return {name: max(each[name] for each in errors) for name in errors[0]}
 
 
 def _load(heat: HeatProblem, solution: Manufactured) -> np.ndarray:
@@ -164,8 +164,8 @@ def _coupled(heat: HeatProblem, solution: Manufactured, load: np.ndarray) -> tup
             break
     on, phi = _finely(heat), electric.potential
     exact = solution.potential
-    found = manufactured.norms("potential", on.weights, on.value(phi), on.gradient(phi), exact, on.points)
-    return rise, found | {"power": abs(float(phi @ electric.reaction) - solution.power())}
+    errors = manufactured.norms("potential", on.weights, on.value(phi), on.gradient(phi), exact, on.points)
+    return rise, errors | {"power": abs(float(phi @ electric.reaction) - solution.power())}
 
 
 def _on_electrodes(conductor: Conductor, solution: Manufactured) -> np.ndarray:
@@ -177,28 +177,28 @@ def _on_electrodes(conductor: Conductor, solution: Manufactured) -> np.ndarray:
     on = np.flatnonzero(np.any([face.functions for face in faces], axis=0))
     mass = sum(face.mass() for face in faces)
     load = sum(face.load(solution.potential(*face.points)) for face in faces)
-    found = np.zeros(domain.space.size)
-    found[on] = spsolve(mass[on][:, on].tocsc(), load[on])
-    return found
+    potential = np.zeros(domain.space.size)
+    potential[on] = spsolve(mass[on][:, on].tocsc(), load[on])
+    return potential
 
 
 def on_hexahedra(solution: Manufactured, degree: int, cuts: int) -> Errors:
     """The errors of a steady solution on hexahedra, as `on_bricks` has them but for those of the potential."""
     full = second_path(solution, degree, cuts)
     rise = reference.steady(full)
-    found = _on_quadrature(full, rise, solution)
+    errors = _on_quadrature(full, rise, solution)
     if solution.potential is None:
-        return found
+        return errors
     _, phi, entering = full.heated(rise)
-    return found | {"power": abs(float(phi @ entering) - solution.power())}
+    return errors | {"power": abs(float(phi @ entering) - solution.power())}
 
 
 def on_hexahedra_over_time(heating: Heating, degree: int, cuts: int, end: float, steps: int) -> Errors:
     """The errors at an end time (s) after some steps of the diagonally implicit method of order 3."""
     full = second_path(heating.at(np.inf), degree, cuts)
-    found = _on_quadrature(full, marched(full, end, steps), heating.at(end))
-    del found["mean"]  # it converges faster in space than the method does in time
-    return found
+    errors = _on_quadrature(full, marched(full, end, steps), heating.at(end))
+    del errors["mean"]  # it converges faster in space than the method does in time
+    return errors
 
 
 def marched(full: FullOrder, end: float, steps: int) -> np.ndarray:
@@ -247,8 +247,8 @@ def exponential_collocation() -> Iterator[Row]:
     rates, end = np.array([0.5, 1.0]), 1.5
 
     def source(a: np.ndarray) -> np.ndarray:
-        found: np.ndarray = np.exp(0.2 * a.sum(axis=-1, keepdims=True)) * np.ones(2)
-        return found
+        values: np.ndarray = np.exp(0.2 * a.sum(axis=-1, keepdims=True)) * np.ones(2)
+        return values
 
     exact = solve_ivp(
         lambda _, a: source(a) - rates * a, (0, end), np.zeros(2), "DOP853", rtol=1e-13, atol=1e-15
@@ -308,15 +308,15 @@ def runge_kutta() -> Iterator[Row]:
     model = lump(Sink(voltage=5.0))
     end = 2 * model.time_constant
     exact = rise_at(model, np.array([end]))[0]
-    found = []
+    errors = []
     for steps in (40, 80):
         rise = 0.0
         for _ in range(steps):
             rise = runge_kutta_step(rise, 0.0, model.conductance, model.voltage**2 / model.resistance,
                                     model.coefficient, end / steps / model.capacity)  # fmt: skip
-        found.append(abs(rise - exact))
+        errors.append(abs(rise - exact))
     yield order_row(
-        IN_TIME, "Runge-Kutta of order 4 (1D sink, eq 20)", "equivalent rise", 4, observed_order(found, 2.0)
+        IN_TIME, "Runge-Kutta of order 4 (1D sink, eq 20)", "equivalent rise", 4, observed_order(errors, 2.0)
     )
 
 
@@ -324,15 +324,15 @@ def layer() -> Iterator[Row]:
     """The paper's Crank-Nicolson scheme for a layer (Appendix B) in space and time at once, on its slowest sine."""
     slab = Slab(10e-6, 1e-7, 0.15, 1.4e6)
     end = 0.5 * slab.thickness**2 / (np.pi**2 * slab.diffusivity)
-    found = []
+    errors = []
     for nx in (20, 40):
         dt, x = end / nx, np.linspace(0, np.pi, nx + 1)[1:-1]
         inner, none = np.sin(x), np.zeros((2,))
         for _ in range(nx):
             inner = crank_nicolson(inner, mesh_ratio(slab, nx, dt), none, none)
-        found.append(float(np.abs(inner - np.sin(x) * np.exp(-0.5)).max()))
+        errors.append(float(np.abs(inner - np.sin(x) * np.exp(-0.5)).max()))
     yield order_row(IN_TIME, "Crank-Nicolson in a layer (1D device)", "temperature, step and spacing halved", 2,
-                    observed_order(found, 2.0))  # fmt: skip
+                    observed_order(errors, 2.0))  # fmt: skip
 
 
 def partitioned() -> Iterator[Row]:

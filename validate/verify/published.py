@@ -100,15 +100,15 @@ def iso_case_1() -> Iterator[Row]:
     scene = Scene("ISO 10211 case 1", (box,), boundaries, tuple(probes), ZERO, accuracy=ACCURACY, steady=True)
     expected = [Expected(p.name, "K", ZERO + v, 20.0, 0.05, settled=None) for p, v in zip(probes, printed, strict=True)]
     expected += [Expected(p.name, "K", ZERO + v, 20.0) for p, v in zip(probes, exact, strict=True)]
-    found = list(rows(FAMILY, "ISO 10211 case 1, half a column", scene, expected))
-    yield worst(found[: len(probes)], "28 printed temperatures", ISO)
-    yield worst(found[len(probes) :], "28 temperatures, series", "separation of variables")
+    compared = list(rows(FAMILY, "ISO 10211 case 1, half a column", scene, expected))
+    yield worst(compared[: len(probes)], "28 printed temperatures", ISO)
+    yield worst(compared[len(probes) :], "28 temperatures, series", "separation of variables")
 
 
-def worst(found: list[Row], quantity: str, note: str) -> Row:
+def worst(candidates: list[Row], quantity: str, note: str) -> Row:
     """Of several rows the one that is furthest off in terms of its error, renamed."""
-    chosen = max(found, key=lambda row: abs(row.difference) / row.error)
-    return replace(chosen, quantity=quantity, note=note, count=len(found))
+    chosen = max(candidates, key=lambda row: abs(row.difference) / row.error)
+    return replace(chosen, quantity=quantity, note=note, count=len(candidates))
 
 
 def iso_case_2() -> Iterator[Row]:
@@ -142,9 +142,9 @@ def iso_case_2() -> Iterator[Row]:
     scene = Scene("ISO 10211 case 2", boxes, boundaries, tuple(probes), ZERO, accuracy=BRIDGES, steady=True)
     expected = [Expected(name, "K", ZERO + t, 20.0, 0.1, settled=None) for name, (_, _, t) in points.items()]
     flow = Expected("flow", "W", 9.5 * depth, 9.5 * depth, 0.1 * depth, "heat flow, 9.5 W/m", None, ISO)
-    found = list(rows(FAMILY, "ISO 10211 case 2, panel with aluminium", scene, [*expected, flow]))
-    yield worst(found[:-1], "9 printed temperatures", ISO)
-    yield found[-1]
+    compared = list(rows(FAMILY, "ISO 10211 case 2, panel with aluminium", scene, [*expected, flow]))
+    yield worst(compared[:-1], "9 printed temperatures", ISO)
+    yield compared[-1]
 
 
 def iso_case_3() -> Iterator[Row]:
@@ -189,12 +189,12 @@ def iso_case_3() -> Iterator[Row]:
     case = "ISO 10211 case 3, balcony through a corner"
     expected = [Expected(p.name, "W", 0.0, 60.0, settled=None) for p in probes[: len(boundaries)]]
     expected += [Expected(name, "K", ZERO + t, 20.0, 0.1, settled=None, note=ISO) for name, (_, t) in corners.items()]
-    found = list(rows(FAMILY, case, scene, expected))
+    compared = list(rows(FAMILY, case, scene, expected))
     for name, value in printed.items():
-        mine = [row for row in found if row.quantity.startswith(name)]
+        mine = [row for row in compared if row.quantity.startswith(name)]
         yield Row(FAMILY, case, f"heat through {name}", "W", value, sum(row.found for row in mine),
                   sum(row.error for row in mine) + 0.01 * abs(value), note=ISO)  # fmt: skip
-    yield from found[len(boundaries) :]
+    yield from compared[len(boundaries) :]
 
 
 def iso_case_4() -> Iterator[Row]:

@@ -163,9 +163,9 @@ class Inner:
 
     def whole(self, values: np.ndarray) -> np.ndarray:
         """(nodes,) of (free nodes,): zero where the temperature is given."""
-        found = np.zeros(self.full.basis.N)
-        found[self.free] = values
-        return found
+        nodal = np.zeros(self.full.basis.N)
+        nodal[self.free] = values
+        return nodal
 
 
 def steady(full: FullOrder) -> np.ndarray:
@@ -198,8 +198,8 @@ def integral(v: Any, w: Any) -> Any:
 def mean(basis: Basis, probe: Probe) -> np.ndarray:
     """(nodes,): what each adds to the mean over a point, a flat box or a volume (not a line)."""
     if probe.lower == probe.upper:
-        found: np.ndarray = np.asarray(basis.probes(np.array(probe.lower)[:, None]).todense())[0]
-        return found
+        weights: np.ndarray = np.asarray(basis.probes(np.array(probe.lower)[:, None]).todense())[0]
+        return weights
     part = within(basis, probe)
     return np.asarray(integral.assemble(part, density=1.0)) / float(part.dx.sum())
 

@@ -55,7 +55,7 @@ def headline(rows: Sequence[Row]) -> str:
 def _short(rows: Sequence[Row]) -> Table:
     """For a terminal: the rows of a case below its name, with the notes of those that do not agree."""
     cases = groupby(rows, lambda row: row.case)
-    lines = [line for case, of in cases for line in (Line([case]), *map(_line, of))]
+    lines = [line for case, case_rows in cases for line in (Line([case]), *map(_line, case_rows))]
     return Table(("", "expected", "found", "difference", "error"), lines)
 
 
@@ -172,13 +172,13 @@ def rows(family: str, case: str, scene: Scene, expected: Sequence[Expected], not
         values = np.atleast_1d(np.asarray(each.value, dtype=float))
         if result.traces is None:
             estimate = result.steady[each.probe]
-            found, error = np.array([estimate.value]), estimate.error
+            computed, error = np.array([estimate.value]), estimate.error
         else:
-            found = np.interp(scene.output_times, result.traces.time, result.traces.values[each.probe])
+            computed = np.interp(scene.output_times, result.traces.time, result.traces.values[each.probe])
             error = result.traces.errors[each.probe]
-        worst = int(np.abs(found - values).argmax())
+        worst = int(np.abs(computed - values).argmax())
         limit = None if each.settled is None else each.settled * each.scale + each.unsure
         yield Row(
-            family, case, each.name or each.probe, each.unit, float(values[worst]), float(found[worst]),
+            family, case, each.name or each.probe, each.unit, float(values[worst]), float(computed[worst]),
             error + each.unsure, limit, each.note or note, len(values),
         )  # fmt: skip

@@ -56,8 +56,8 @@ def heated_middle(number: np.ndarray) -> np.ndarray:
     """The rise in the middle of a slab with heat q between faces held cold, over q l^2/(2 k) (3.14, eq 7)."""
     n = np.arange(TERMS)
     a = (2 * n + 1) * np.pi / 2
-    found: np.ndarray = 1 - 4 * ((-1.0) ** n / a**3 * np.exp(-np.multiply.outer(number, a**2))).sum(axis=-1)
-    return found
+    rises: np.ndarray = 1 - 4 * ((-1.0) ** n / a**3 * np.exp(-np.multiply.outer(number, a**2))).sum(axis=-1)
+    return rises
 
 
 def sine_driven(fraction: float, diffusion_time: float, omega: float, time: float) -> float:
@@ -105,8 +105,8 @@ def convective_rectangle(
     def falling(distance: float) -> np.ndarray:
         """cosh(b d) + h sinh(b d) over e^(b height)."""
         e, shrink = np.exp(b * (distance - height)), np.exp(-b * (distance + height))
-        found: np.ndarray = ((1 + h) * e + (1 - h) * shrink) / 2
-        return found
+        terms: np.ndarray = ((1 + h) * e + (1 - h) * shrink) / 2
+        return terms
 
     return float((start * np.cos(b * x) * falling(height - y) / falling(height)).sum())
 
@@ -135,10 +135,10 @@ def step_response(
         a = [np.sqrt(s * layer.heat_capacity / layer.conductivity) for layer in layers]
         admittance, ratios = complex(far), []
         for layer, root in zip(reversed(layers), reversed(a), strict=True):
-            own, tanh = layer.conductivity * root, np.tanh(root * layer.thickness)
+            characteristic, tanh = layer.conductivity * root, np.tanh(root * layer.thickness)
             d = root * layer.thickness
-            ratios.append(1 / (np.cosh(d) + admittance / own * np.sinh(d)))
-            admittance = own * (admittance + own * tanh) / (own + admittance * tanh)
+            ratios.append(1 / (np.cosh(d) + admittance / characteristic * np.sinh(d)))
+            admittance = characteristic * (admittance + characteristic * tanh) / (characteristic + admittance * tanh)
         near = {
             "temperature": size / s, "flux": size / (s * admittance),
             "film": size / s * coefficient / (coefficient + admittance),

@@ -33,11 +33,11 @@ def split(mesh: MeshHex, owner: np.ndarray, contacts: Collection[Pair]) -> MeshH
     number = connected_components(graph, directed=False)[1].reshape(mesh.t.shape)
     points = np.empty((3, int(number.max()) + 1))
     points[:, number] = mesh.p[:, mesh.t]
-    found = MeshHex(points, number)
-    left = np.flatnonzero(found.f2t[1] >= 0)
-    if _apart(found, owner, contacts, left).any():
+    doubled = MeshHex(points, number)
+    remaining = np.flatnonzero(doubled.f2t[1] >= 0)
+    if _apart(doubled, owner, contacts, remaining).any():
         raise ValueError("a contact is one face wide and open on no side: its nodes cannot be doubled")
-    return found
+    return doubled
 
 
 def _apart(mesh: MeshHex, owner: np.ndarray, contacts: Collection[Pair], facets: np.ndarray) -> np.ndarray:
@@ -49,8 +49,8 @@ def _apart(mesh: MeshHex, owner: np.ndarray, contacts: Collection[Pair], facets:
 def _corner(mesh: MeshHex, corners: np.ndarray, cells: np.ndarray, points: np.ndarray) -> np.ndarray:
     """(4, facets): the number of the corner that each point (4, facets) is in some cells."""
     at = (mesh.t[:, cells][None] == points[:, None]).argmax(axis=1)
-    found: np.ndarray = corners[at, cells]
-    return found
+    numbers: np.ndarray = corners[at, cells]
+    return numbers
 
 
 def contact(
@@ -61,18 +61,18 @@ def contact(
     sides = [outer[owner[mesh.f2t[0, outer]] == number] for number in sorted(pair)]
     # Facets of the two sides lie on each other, and so do their nodes.
     middles = [mesh.p[:, mesh.facets[:, side]].mean(axis=1) for side in sides]
-    here, there = _same(middles[0], middles[1], mesh)
-    if not len(here):
+    first, second = _same(middles[0], middles[1], mesh)
+    if not len(first):
         raise ValueError("two boxes with a contact don't touch")
-    own, other = (basis.get_dofs(facets=side[at]).flatten() for side, at in zip(sides, (here, there), strict=True))
-    here_nodes, there_nodes = _same(basis.doflocs[:, own], basis.doflocs[:, other], mesh)
-    a, b = own[here_nodes], other[there_nodes]
+    one, other = (basis.get_dofs(facets=side[at]).flatten() for side, at in zip(sides, (first, second), strict=True))
+    here_nodes, there_nodes = _same(basis.doflocs[:, one], basis.doflocs[:, other], mesh)
+    a, b = one[here_nodes], other[there_nodes]
     double = a != b
     a, b, ones = a[double], b[double], np.ones(int(double.sum()))
     less, plus = (
         csr_matrix((np.r_[ones, sign * ones], (np.r_[a, a], np.r_[a, b])), shape=(basis.N,) * 2) for sign in (-1, 1)
     )
-    face = FacetBasis(mesh, basis.elem, facets=sides[0][here], intorder=order)
+    face = FacetBasis(mesh, basis.elem, facets=sides[0][first], intorder=order)
     return Contact(On(face), less, plus, thermal, electrical)
 
 

@@ -38,19 +38,19 @@ def parts(scene: Scene) -> dict[str, Any]:
     from validate.report.figures.axonometry import drawing
     from validate.report.figures.scene_picture import colours, labels_of, title
 
-    found, fill = drawing(scene), colours(scene)
+    view, fill = drawing(scene), colours(scene)
     items: tuple[Box | Boundary | Probe, ...] = (*scene.boxes, *scene.boundaries, *scene.probes)
     given = []
-    for label, item in zip(labels_of(scene, found), items, strict=True):
-        corners = found.stretched(np.array([item.lower, item.upper]))
+    for label, item in zip(labels_of(scene, view), items, strict=True):
+        corners = view.stretched(np.array([item.lower, item.upper]))
         colour = fill[item.material.name] if isinstance(item, Box) else to_rgb(label.colour)
         given.append({
             "lower": corners.min(axis=0).tolist(), "upper": corners.max(axis=0).tolist(), "colour": list(colour),
             "solid": SOLID[type(item)], "name": label.text, "ink": label.colour,
         })  # fmt: skip
-    signs = ["" if planes[-1] > planes[0] else "-" for planes in found.planes]
-    axes = [sign + "xyz"[axis] for sign, axis in zip(signs, found.axes, strict=True)]
-    return {"parts": given, "axes": axes, "title": title(scene, found)}
+    signs = ["" if planes[-1] > planes[0] else "-" for planes in view.planes]
+    axes = [sign + "xyz"[axis] for sign, axis in zip(signs, view.axes, strict=True)]
+    return {"parts": given, "axes": axes, "title": title(scene, view)}
 
 
 def show(request: dict[str, Any]) -> None:

@@ -33,24 +33,24 @@ class Source:
         """The k-th state as a pyvista grid whose point data have at least "rise" (K)."""
         if k not in self._loaded:
             self.reading(self.name if len(self.times) == 1 else f"{self.name}, state {k + 1} of {len(self.times)}")
-            found = self._load(k)
+            grid = self._load(k)
             self.reading("")
             short = {name: short for short, name in ARRAYS.items()}
-            for data in (found.point_data, found.cell_data):
+            for data in (grid.point_data, grid.cell_data):
                 for name in set(data.keys()) & short.keys():
                     data[short[name]] = data.pop(name)
-            if "rise" not in found.point_data:
-                if "temperature" not in found.point_data:
-                    there = ", ".join(found.point_data.keys()) or "none"
-                    raise SceneError(f"{quoted(self.name)} has no point data rise or temperature, but {there}")
+            if "rise" not in grid.point_data:
+                if "temperature" not in grid.point_data:
+                    names = ", ".join(grid.point_data.keys()) or "none"
+                    raise SceneError(f"{quoted(self.name)} has no point data rise or temperature, but {names}")
                 # Of a field without a run, above its coldest place.
-                known = self.reduction.sink.room_temperature if self.reduction else np.min(found["temperature"])
-                found.point_data["rise"] = found["temperature"] - float(known)
-            if self.reduction is not None and "rise_1d" not in found.point_data:
-                painted = self.reduction.rise(np.asarray(found.points), self.times[k])
-                found.point_data["rise_1d"] = painted
-                found.point_data["difference"] = painted - found.point_data["rise"]
-            self._loaded[k] = found
+                known = self.reduction.sink.room_temperature if self.reduction else np.min(grid["temperature"])
+                grid.point_data["rise"] = grid["temperature"] - float(known)
+            if self.reduction is not None and "rise_1d" not in grid.point_data:
+                painted = self.reduction.rise(np.asarray(grid.points), self.times[k])
+                grid.point_data["rise_1d"] = painted
+                grid.point_data["difference"] = painted - grid.point_data["rise"]
+            self._loaded[k] = grid
         return self._loaded[k]
 
     def evenly(self, count: int, quantity: str) -> Source:
@@ -73,11 +73,11 @@ class Source:
         def load(k: int) -> Any:
             import pyvista as pv
 
-            found = pv.UnstructuredGrid(first.cells, first.celltypes, first.points)
+            state = pv.UnstructuredGrid(first.cells, first.celltypes, first.points)
             for name, curve in curves.items():
-                data = found.cell_data if of_cells and name == quantity else found.point_data
+                data = state.cell_data if of_cells and name == quantity else state.point_data
                 data[name] = np.where(np.isnan(values[name][0]), np.nan, curve(even[k]))
-            return found
+            return state
 
         return Source(self.name, tuple(times.tolist()), self.reduction, load)
 
@@ -163,12 +163,12 @@ def _grid(path: Path, step: int) -> Any:
         reader.Update()
         return pv.wrap(reader.GetOutput()).copy()
     try:
-        found = pv.read(path)
+        data = pv.read(path)
     except Exception as error:  # whatever a reader of a broken file may raise
         raise SceneError(f"{quoted(path)} cannot be read: {reason(error)}") from None
-    if not getattr(found, "n_cells", 0) or not hasattr(found, "cast_to_unstructured_grid"):
+    if not getattr(data, "n_cells", 0) or not hasattr(data, "cast_to_unstructured_grid"):
         raise SceneError(f"{quoted(path)} holds no field")
-    grid = found.cast_to_unstructured_grid()
+    grid = data.cast_to_unstructured_grid()
     if not _consistent(grid):
         raise SceneError(f"{quoted(path)} has cells of points that it does not have: the file is damaged")
     return grid

@@ -216,9 +216,9 @@ class Stage:
             return
         points, axis = self._line()
         self._add(0, pv.lines_from_points(points[[0, -1]]), view, color="#2b6cb0", line_width=3)
-        found = pv.PolyData(points).sample(self.source.grid(view.step))
-        inside = np.asarray(found["vtkValidPointMask"], dtype=bool)
-        values = np.asarray(found[view.quantity])[inside]
+        sample = pv.PolyData(points).sample(self.source.grid(view.step))
+        inside = np.asarray(sample["vtkValidPointMask"], dtype=bool)
+        values = np.asarray(sample[view.quantity])[inside]
         curves = {"3D": (np.linalg.norm(values, axis=1) if values.ndim > 1 else values, "-", LINES["peak_K"])}
         if view.quantity == "rise" and self.source.reduction is not None:
             rise = self.source.reduction.rise(points[inside], self.source.times[view.step])

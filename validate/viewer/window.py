@@ -160,12 +160,12 @@ def begin(request: dict[str, Any], source: Any, grid: Any) -> View:
 def nearest(times: tuple[float, ...], time: float) -> int:
     """The stored time next to the one asked for (s), with a note where it is another; SceneError outside of them."""
     step = min(range(len(times)), key=lambda k: abs(times[k] - time))
-    there = f"{time * 1e3:.6g} ms"
+    when = f"{time * 1e3:.6g} ms"
     if not times[0] <= time <= times[-1] * (1 + 1e-6):
-        raise SceneError(f"--time {there} is not in this run, which goes from {times[0] * 1e3:.4g} to "
+        raise SceneError(f"--time {when} is not in this run, which goes from {times[0] * 1e3:.4g} to "
                          f"{times[-1] * 1e3:.4g} ms")  # fmt: skip
     if abs(times[step] - time) > 1e-6 * time:
-        print(f"{NOTE}{there} is not stored: this is {times[step] * 1e3:.4g} ms, the nearest (a run with --field-times "
+        print(f"{NOTE}{when} is not stored: this is {times[step] * 1e3:.4g} ms, the nearest (a run with --field-times "
               f"{time * 1e3:.6g}ms stores it)", flush=True)  # fmt: skip
     return step
 

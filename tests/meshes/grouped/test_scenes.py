@@ -196,6 +196,21 @@ def test_curved_cells_are_taken_as_they_are(tmp_path: Path) -> None:
     assert errors["hexahedron"] > 3 * errors["hexahedron20"]
 
 
+def test_what_is_as_warm_as_all_around_it_is_known_at_once(tmp_path: Path) -> None:
+    """For a flow that is nothing but rounding no cell is halved; one from colder air is not taken for rounding."""
+    document = bridge(steady=True, accuracy=1e-2)
+    document["boundary"] = base, air = document["boundary"][:2]
+    document["probe"] = [p for p in document["probe"] if p["name"] != "current"]
+    base["temperature"] = air["convection"]["ambient"] = 310.0
+    found = on_mesh(document, "tetra", 1, tmp_path)
+    assert found.details["levels"] == 1
+    assert abs(found.steady["to base"].value) < 1e-12
+    assert not [warning for warning in found.details["warnings"] if "accurate" in warning]
+    air["convection"]["ambient"] = 309.0
+    flow = on_mesh(document, "tetra", 1, tmp_path).steady["to base"]
+    assert flow.value > 50 * flow.error > 0
+
+
 def jacobians(corners: np.ndarray, x: np.ndarray) -> np.ndarray:
     """(cells, points): the determinants of the maps of hexahedra with corners (cells, 8, 3) in VTK's order."""
     factors = np.where(boxes.CORNERS == 1, x[:, None], 1 - x[:, None])  # (points, 8, 3)

@@ -57,11 +57,15 @@ def prepare(options: dict[str, Any]) -> tuple[Callable[[], Answer], Callable[[An
         return heat.free, len(answer.trajectory.steps), traces
 
     def read(answer: Answer) -> dict[str, Any]:
-        unknowns, steps, found = answer
+        unknowns, steps, quantities = answer
         if not options["transient"]:
-            return {"values": {q: [float(found[q])] for q in QUANTITIES}, "unknowns": unknowns, "steps": steps}
-        values = {q: (found[q.replace("_rise", "")] - sink.room_temperature).tolist() for q in QUANTITIES[:3]}
-        return {"values": {**values, "current_A": found["current_A"].tolist()}, "unknowns": unknowns, "steps": steps}
+            return {"values": {q: [float(quantities[q])] for q in QUANTITIES}, "unknowns": unknowns, "steps": steps}
+        values = {q: (quantities[q.replace("_rise", "")] - sink.room_temperature).tolist() for q in QUANTITIES[:3]}
+        return {
+            "values": {**values, "current_A": quantities["current_A"].tolist()},
+            "unknowns": unknowns,
+            "steps": steps,
+        }
 
     return solve, read
 
@@ -78,5 +82,5 @@ def _uniform(sink: Sink, heat: HeatProblem, accuracy: float) -> Quantities:
 
     uniform = Uniform(sink, peak, end, mean, weighed)
     problem = SimpleNamespace(load=uniform.load, factors=lambda *_: heat.solve_steady, size=heat.free)
-    found = uniform.quantities(settle(problem, accuracy))
-    return dict(zip(QUANTITIES, map(np.array, found), strict=True))
+    values = uniform.quantities(settle(problem, accuracy))
+    return dict(zip(QUANTITIES, map(np.array, values), strict=True))

@@ -17,4 +17,6 @@ def prepare(options: dict[str, Any]) -> tuple[Callable[[], Result], Callable[[Re
     sink = load("sink", [f"accuracy={options['accuracy']}"])
     request = Request(transient=options["transient"], figures=False)
     kept = ("unknowns", "steps")
-    return lambda: sink_run.solve(sink, request), lambda found: read(found, sink) | {n: found.details[n] for n in kept}
+    return lambda: sink_run.solve(
+        sink, request
+    ), lambda result: read(result, sink) | {n: result.details[n] for n in kept}

@@ -17,7 +17,7 @@ def prepare(options: dict[str, Any]) -> tuple[Callable[[], Result], Callable[[Re
     # The plate's states are modes of its unknowns; the others have no mesh, or only borrow from the plate's.
     size = "unknowns" if name == "plate" else "states"
 
-    def numbers(found: Result) -> dict[str, Any]:
-        return read(found, sink) | {"unknowns": found.details[size], "steps": 0, "claimed": None}
+    def numbers(result: Result) -> dict[str, Any]:
+        return read(result, sink) | {"unknowns": result.details[size], "steps": 0, "claimed": None}
 
     return lambda: ladder.solve(sink, name, steady_only=steady), numbers

@@ -103,14 +103,14 @@ def _stacked(ax: Any, x: np.ndarray, parts: np.ndarray) -> None:
 
 def seen_parts(budget: Budget) -> list[int]:
     """The parts that are somewhere wider than a hair, by their place."""
-    found = set()
+    numbers = set()
     for split in budget.steady:
         parts = np.array([[part.value] for part in split.parts])
         if budget.times is not None:
             parts = np.hstack([parts, budget.over_time[split.quantity]])
         height = np.maximum(parts, 0).sum(axis=0).max() - np.minimum(parts, 0).sum(axis=0).min()
-        found |= {n for n, part in enumerate(parts) if np.abs(part).max() > _VISIBLE * height}
-    return sorted(found)
+        numbers |= {n for n, part in enumerate(parts) if np.abs(part).max() > _VISIBLE * height}
+    return sorted(numbers)
 
 
 def sensitivity(outcome: Outcome[Any]) -> Figure:
@@ -119,11 +119,11 @@ def sensitivity(outcome: Outcome[Any]) -> Figure:
     from validate.inputs.sensitivities import PREFIX, sentence
     from validate.report.analyses import followed, short
 
-    found = outcome.sensitivities
-    assert found is not None
+    sensitivities = outcome.sensitivities
+    assert sensitivities is not None
     names = followed(outcome)
-    keys = found.sorted(names)
-    slopes = [s for of in found.steady.values() for s in of.values()]
+    keys = sensitivities.sorted(names)
+    slopes = [s for by_name in sensitivities.steady.values() for s in by_name.values()]
     models = {"fem3d": "3D"} if any(s.fem3d is not None for s in slopes) else {}
     if any(s.reduced1d is not None for s in slopes):
         models["reduced1d"] = outcome.reduced1d.model if outcome.reduced1d else "1D"
@@ -137,13 +137,13 @@ def sensitivity(outcome: Outcome[Any]) -> Figure:
     places = np.arange(len(keys), dtype=float)
     apart, wide = (_BAR / 2, _BAR) if both else (0.0, 2 * _BAR)
     for ax, name in zip(axes, names, strict=True):
-        of = [found.steady[key].get(name) for key in keys]
+        row = [sensitivities.steady[key].get(name) for key in keys]
         if "fem3d" in models:
-            value, error = np.array([(s.fem3d.value, s.fem3d.error) if s and s.fem3d else [np.nan] * 2 for s in of]).T
+            value, error = np.array([(s.fem3d.value, s.fem3d.error) if s and s.fem3d else [np.nan] * 2 for s in row]).T
             colour, label = _MODELS["3D"], models["fem3d"]
             ax.barh(places - apart, value, wide, xerr=error, color=colour, ecolor=INK, label=label)
         if "reduced1d" in models:
-            value = [np.nan if s is None or s.reduced1d is None else s.reduced1d for s in of]
+            value = [np.nan if s is None or s.reduced1d is None else s.reduced1d for s in row]
             ax.barh(places + apart, value, wide, color=_MODELS["1D"], label=models["reduced1d"])
         ax.axvline(0.0, color=INK, lw=0.8)
         ax.set_title(cut(names[name], 34), fontsize=10)
@@ -166,22 +166,22 @@ def validation(outcome: Outcome[Any]) -> Figure:
     from compare.verdict import COVERS
     from validate.inputs.validation import finding
 
-    found = outcome.validation
-    assert found is not None
-    keys = list(dict.fromkeys(course.quantity for course in found.courses))
+    results = outcome.validation
+    assert results is not None
+    keys = list(dict.fromkeys(course.quantity for course in results.courses))
     name = "" if outcome.against is None else f" against {outcome.against.name[:40]}"
-    whose, names = kinds.of(outcome.scene).text(outcome.scene), list(dict.fromkeys(c.model for c in found.courses))
+    whose, names = kinds.of(outcome.scene).text(outcome.scene), list(dict.fromkeys(c.model for c in results.courses))
     colours = dict(zip(names, _MODELS.values(), strict=False))
-    if np.isinf(found.courses[0].times[-1]):
-        return _at_rest(found, keys, f"{whose}{name}, steady state: E = S - D with its interval of 95 %", colours)
+    if np.isinf(results.courses[0].times[-1]):
+        return _at_rest(results, keys, f"{whose}{name}, steady state: E = S - D with its interval of 95 %", colours)
     said = (
-        f"{whose}{name}, {len(found.courses[0].times):,} rows; bands of 2 u: of S by numerics and "
+        f"{whose}{name}, {len(results.courses[0].times):,} rows; bands of 2 u: of S by numerics and "
         "inputs, of E by u_val; diamonds: the worst and the last window with their 95 %"
     )
-    figure = new_figure(max(2.0 + 4.2 * len(keys), 8.0), 6.2, finding(found), [said], bottom=0.9, left=0.85)
+    figure = new_figure(max(2.0 + 4.2 * len(keys), 8.0), 6.2, finding(results), [said], bottom=0.9, left=0.85)
     axes = figure.subplots(2, len(keys), sharex=True, squeeze=False, gridspec_kw={"wspace": 0.3, "hspace": 0.12})
     for key, above, below in zip(keys, *axes, strict=True):
-        courses = [course for course in found.courses if course.quantity == key]
+        courses = [course for course in results.courses if course.quantity == key]
         called, unit = courses[0].called, courses[0].unit
         room = quantities.of(outcome.scene).base(key)
         factor, shown = scale(float(np.abs(courses[0].measured - room).max()), unit)
@@ -211,21 +211,21 @@ def validation(outcome: Outcome[Any]) -> Figure:
     return figure
 
 
-def _at_rest(found: Validation, keys: list[str], said: str, colours: dict[str, str]) -> Figure:
+def _at_rest(results: Validation, keys: list[str], said: str, colours: dict[str, str]) -> Figure:
     """A column for each quantity: E of each model, with the interval that its own error lies in."""
     from validate.inputs.validation import finding
 
-    figure = new_figure(max(2.0 + 2.2 * len(keys), 8.0), 3.8, finding(found), [said], bottom=0.45, left=0.85)
+    figure = new_figure(max(2.0 + 2.2 * len(keys), 8.0), 3.8, finding(results), [said], bottom=0.45, left=0.85)
     for key, ax in zip(keys, figure.subplots(1, len(keys), squeeze=False, gridspec_kw={"wspace": 0.5})[0], strict=True):
-        own = [s for s in found.statements if s.quantity == key]
-        factor, unit = scale(max(abs(s.E) for s in own), own[0].unit)
-        for place, s in enumerate(own):
+        statements = [s for s in results.statements if s.quantity == key]
+        factor, unit = scale(max(abs(s.E) for s in statements), statements[0].unit)
+        for place, s in enumerate(statements):
             half = np.nan_to_num(factor * s.k * s.u_val)
             ax.errorbar(place, factor * s.E, half, fmt="D", color=colours[s.model], mec=INK, ms=6, capsize=4)
         ax.axhline(0.0, color=INK, lw=0.8)
-        ax.set_xticks(range(len(own)), [cut(s.model, 16) for s in own])
-        ax.set(xlim=(-0.6, len(own) - 0.4), ylabel=with_mu(f"E = S - D ({unit})"))
-        ax.set_title(cut(own[0].called, 24), fontsize=10)
+        ax.set_xticks(range(len(statements)), [cut(s.model, 16) for s in statements])
+        ax.set(xlim=(-0.6, len(statements) - 0.4), ylabel=with_mu(f"E = S - D ({unit})"))
+        ax.set_title(cut(statements[0].called, 24), fontsize=10)
     return figure
 
 
@@ -234,43 +234,43 @@ def air(outcome: Outcome[Sink]) -> Figure:
     may be left out, for each coefficient at which it may not be to the end."""
     from validate.inputs.air import STILL
 
-    found = outcome.air
-    assert found is not None
-    panels = 1 if found.over_time is None else 2
+    losses = outcome.air
+    assert losses is not None
+    panels = 1 if losses.over_time is None else 2
     text, width = f"Leaving out the air, {sink_text(outcome.scene)}", 8.5 if panels == 1 else 11.0
-    figure = new_figure(width, 5.2, text, found.checks[:1], bottom=1.1, left=1.0)
+    figure = new_figure(width, 5.2, text, losses.checks[:1], bottom=1.1, left=1.0)
     axes = np.atleast_1d(figure.subplots(1, panels, gridspec_kw={"wspace": 0.22}))
     colours = {"peak": LINES["peak_K"], "mean": LINES["mean_K"], "end": LINES["end_K"], "current": INK}
     for name, colour in colours.items():
-        for of, line, word in ((found.left_out, "-", "left out"), (found.lumped, (0, (4, 3)), "lumped")):
-            axes[0].plot(found.coefficients, 100 * of[name], color=colour, ls=line, label=f"{name}, {word}")
+        for differences, line, word in ((losses.left_out, "-", "left out"), (losses.lumped, (0, (4, 3)), "lumped")):
+            axes[0].plot(losses.coefficients, 100 * differences[name], color=colour, ls=line, label=f"{name}, {word}")
     axes[0].set_yscale("symlog", linthresh=_LEAST)
-    axes[0].set_yticks(ticks := _ticks(found), [f"{v:+g}" if v else "0" for v in ticks])
+    axes[0].set_yticks(ticks := _ticks(losses), [f"{v:+g}" if v else "0" for v in ticks])
     axes[0].set_ylabel("difference from 3D with air, steady (%)")
     axes[0].set_title("dotted: the tolerance of rises", fontsize=9, loc="right")
     for sign in (-1, 1):
         axes[0].axhline(sign * 100 * outcome.scene.tolerance("air_peak"), color="#999999", lw=0.9, ls=":")
-    if found.over_time is not None:
+    if losses.over_time is not None:
         for name, colour in colours.items():
-            until = np.where(np.isinf(found.over_time.until[name]), np.nan, found.over_time.until[name])
-            axes[1].plot(found.coefficients, 1e3 * until, color=colour, marker="o", ms=3)
+            until = np.where(np.isinf(losses.over_time.until[name]), np.nan, losses.over_time.until[name])
+            axes[1].plot(losses.coefficients, 1e3 * until, color=colour, marker="o", ms=3)
         logarithmic(axes[1], "y")
         axes[1].set(ylim=(None, 1e3 * outcome.scene.end_time), ylabel="may be left out until (ms)")
         axes[1].set_title("up to the end of the run", fontsize=9, loc="right")
     for ax in axes:
-        for at, word in ((STILL, "still air, large bodies"), (found.conduction, "still air, this size")):
+        for at, word in ((STILL, "still air, large bodies"), (losses.conduction, "still air, this size")):
             ax.axvline(at, color="#999999", lw=0.9)
             ax.text(at * 0.94, 0.03, word, rotation=90, ha="right", va="bottom", fontsize=8.5,
                     transform=ax.get_xaxis_transform())  # fmt: skip
-        ax.set(xlim=found.coefficients[[0, -1]], xlabel="coefficient (W/(m² K))")
+        ax.set(xlim=losses.coefficients[[0, -1]], xlabel="coefficient (W/(m² K))")
         logarithmic(ax, "x")
     legend(figure, axes[0], columns=4, fontsize=8.5)
     return figure
 
 
-def _ticks(found: Air) -> list[float]:
+def _ticks(losses: Air) -> list[float]:
     """Powers of ten as far as the differences go, on both sides."""
-    values = 100 * np.concatenate([v for of in (found.left_out, found.lumped) for v in of.values()])
+    values = 100 * np.concatenate([v for differences in (losses.left_out, losses.lumped) for v in differences.values()])
     tens = [10.0**n for n in range(-1, 6)]
     below, above = ([ten for ten in tens if ten <= 3 * most] for most in (-values.min(), values.max()))
     return [*(-ten for ten in reversed(below)), 0.0, *above]

@@ -33,8 +33,8 @@ def draw(outcome: Outcome[SinkArray]) -> Figure:
     long, wide = (sink.length + 2 * sink.pad_length) * 1e3, max(sink.pad_width, sink.width) * 1e3
     colours = colormaps["viridis"]
     for number, (x, y) in enumerate(at):
-        own = number == driven
-        colour = "white" if own else colours(norm(max(column[number], norm.vmin)))
+        is_driven = number == driven
+        colour = "white" if is_driven else colours(norm(max(column[number], norm.vmin)))
         plan.add_patch(Rectangle((x - wide / 2, y - long / 2), wide, long, facecolor=colour, edgecolor=INK, lw=0.5))
     size = np.array([sink.substrate_width, sink.substrate_length]) * 1e3 / 2
     plan.add_patch(Rectangle((-size[0], -size[1]), *(2 * size), fill=False, edgecolor=INK))

@@ -102,14 +102,14 @@ class Drawing:
         for corners, owner in zip((faces.corners - low) * scale + 1, faces.owner.tolist(), strict=True):
             draw.polygon([tuple(c) for c in corners.tolist()], fill=owner + 1)
         pixels = np.asarray(image)
-        found = {}
+        places = {}
         for number, window in enumerate(find_objects(pixels)):
-            own = np.pad(pixels[window] == number + 1, 1) if window else np.zeros(0)
-            if own.sum() >= SEEN:
-                row, column = np.unravel_index(int(distance_transform_edt(own).argmax()), own.shape)
+            mask = np.pad(pixels[window] == number + 1, 1) if window else np.zeros(0)
+            if mask.sum() >= SEEN:
+                row, column = np.unravel_index(int(distance_transform_edt(mask).argmax()), mask.shape)
                 place = np.array([window[1].start + column, window[0].start + row])
-                found[number] = low + (place - 1.5) / scale
-        return found
+                places[number] = low + (place - 1.5) / scale
+        return places
 
 
 @dataclass(frozen=True)
@@ -135,13 +135,13 @@ def drawing(scene: Scene) -> Drawing:
     planes, drawn, factors, thickened = [], [], [], False
     owner = grid.owner.transpose(axes)
     for place, (axis, sign) in enumerate(zip(axes, signs, strict=True)):
-        own = grid.planes[axis][::sign]
+        axis_planes = grid.planes[axis][::sign]
         factor = _round_up(SLENDER * length / extents[axis])
-        gaps = np.abs(np.diff(own)) * factor
+        gaps = np.abs(np.diff(axis_planes)) * factor
         least = min(THIN, SHARE / len(gaps)) * length
         thickened |= bool((gaps < 0.98 * least).any())
         gaps = np.maximum(gaps, least)
-        planes.append(own)
+        planes.append(axis_planes)
         drawn.append(np.concatenate([[0.0], np.cumsum(gaps)]) / length)
         factors.append(factor)
         owner = owner if sign == 1 else np.flip(owner, axis=place)
@@ -184,9 +184,9 @@ def _faces(drawing: Drawing) -> Faces:
             same = _shifted(bare, along, step, 0) & (_shifted(owner, along, step, VOID) == owner)
             rims.append(~same[tuple(cells.T)])
         parts.append((cells, _on_paper(three), owner[tuple(cells.T)], np.full(len(cells), side), np.column_stack(rims)))
-    cells, corners, own, sides, edges = (np.concatenate(each) for each in zip(*parts, strict=True))
+    cells, corners, owners, sides, edges = (np.concatenate(each) for each in zip(*parts, strict=True))
     order = np.lexsort((cells[:, 2], cells[:, 0], -cells[:, 1]))
-    return Faces(corners[order], own[order], sides[order], edges[order])
+    return Faces(corners[order], owners[order], sides[order], edges[order])
 
 
 def _shifted(values: np.ndarray, axis: int, step: int, outside: int) -> np.ndarray:

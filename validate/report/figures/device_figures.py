@@ -77,8 +77,8 @@ def _start_and_whole(
     """Left the start, at its own scale; right the whole run, at the scale of what follows, and thin the scene's own run
     beside the ``slow`` one, once its start is over; below, wide and pale, the same run in 3D."""
     run, three = (
-        None if of is None else of.slow if slow else of.base
-        for of in (outcome.runs, None if outcome.device_3d is None else outcome.device_3d.runs)
+        None if runs is None else runs.slow if slow else runs.base
+        for runs in (outcome.runs, None if outcome.device_3d is None else outcome.device_3d.runs)
     )  # fmt: skip
     assert run is not None
     figure = _figure(outcome, number, what, left=0.95)
@@ -93,11 +93,11 @@ def _start_and_whole(
                 continue
             at = model.result.time_s <= until * (1 + 1e-9)
             for key, name, colour, look in curves:
-                own = {"color": colour, "label": name} | look
+                keywords = {"color": colour, "label": name} | look
                 if model is three:
                     same = "the same in 3D" if key == curves[0][0] else None
-                    own = look | IN_3D | {"color": colour, "label": same}
-                ax.plot(model.result.time_s[at] * 1e3, model.result.trace(key)[at] * factor, **own)
+                    keywords = look | IN_3D | {"color": colour, "label": same}
+                ax.plot(model.result.time_s[at] * 1e3, model.result.trace(key)[at] * factor, **keywords)
         ax.set(xlim=(0.0, until * 1e3), xlabel="time (ms)")
         ax.xaxis.set_major_locator(MaxNLocator(5))
     start.set_ylabel(with_mu(f"{label} ({unit})"))
@@ -156,9 +156,9 @@ def responses(outcome: Outcome[Device]) -> Figure:
         final = run.after.sensor_power_W * 1e3
         change = abs(final - run.before.sensor_power_W * 1e3)
         if change:
-            left = np.abs(final - values) / change
-            at = (time >= 0) & (left > 1e-4)
-            rest.plot(time[at], left[at], **look)
+            remaining = np.abs(final - values) / change
+            at = (time >= 0) & (remaining > 1e-4)
+            rest.plot(time[at], remaining[at], **look)
     for ax in (power, rest):
         ax.set_xlabel("time after the step (ms)")
         ax.xaxis.set_major_locator(MaxNLocator(5))

@@ -28,12 +28,12 @@ def draw(outcome: Outcome[AnyScene]) -> Figure:
     ax = figure.subplots()
     rows = np.arange(len(checks))[::-1]
     for word, colour in _OF.items():
-        own = [(row, c) for row, c in zip(rows, checks, strict=True) if (c.time is None) == word.startswith("in")]
-        if not own:
+        bars = [(row, c) for row, c in zip(rows, checks, strict=True) if (c.time is None) == word.startswith("in")]
+        if not bars:
             continue
-        at = [row for row, _ in own]
-        off = 100 * np.clip([c.difference for _, c in own], -_BEYOND, _BEYOND)
-        errors = [100 * min(c.u_num, _BEYOND) for _, c in own]
+        at = [row for row, _ in bars]
+        off = 100 * np.clip([c.difference for _, c in bars], -_BEYOND, _BEYOND)
+        errors = [100 * min(c.u_num, _BEYOND) for _, c in bars]
         ax.barh(at, off, 0.62, xerr=errors, color=colour, ecolor=INK, capsize=3, label=word)
     for row, c in zip(rows, checks, strict=True):
         ax.barh(row, 200 * c.tolerance, 0.9, left=-100 * c.tolerance, color="#dddddd", zorder=0)

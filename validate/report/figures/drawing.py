@@ -102,8 +102,8 @@ def band(ax: Any, x: np.ndarray, y: np.ndarray, half: np.ndarray | float, colour
 
 def legend(figure: Figure, *axes: Any, columns: int = 0, **look: Any) -> None:
     """One for all axes, below them; in one row unless ``columns`` says otherwise."""
-    found = [ax.get_legend_handles_labels() for ax in axes]
-    handles, labels = ([item for part in side for item in part] for side in zip(*found, strict=True))
+    sides = [ax.get_legend_handles_labels() for ax in axes]
+    handles, labels = ([item for part in side for item in part] for side in zip(*sides, strict=True))
     figure.legend(handles, labels, loc="lower center", ncols=columns or len(labels), **look)
 
 

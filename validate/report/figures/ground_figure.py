@@ -19,15 +19,15 @@ def shared(outcome: Outcome[Device]) -> Figure:
     """Left how far the films are off the temperatures without the lead, against its resistance, with the leads from
     which on the paper's meter tells; right between which outer temperatures both are held."""
     device = outcome.scene
-    found = of_device(device, METER_POWER, METER_RESISTANCE)
+    ground = of_device(device, METER_POWER, METER_RESISTANCE)
     checks = [drawn(check) for check in outcome.checks if check.id == "fig14_ground"]
     figure = new_figure(9.5, 5.0, "Figure 14: a lead to ground that sink and sensor share", checks, bottom=0.95)
     off, reach = figure.subplots(1, 2, gridspec_kw={"wspace": 0.28})
-    lead = np.array([each.resistance_ohm for each in found.leads]) * 1e3
+    lead = np.array([each.resistance_ohm for each in ground.leads]) * 1e3
     for film in ("sensor", "sink"):
         # Where no outer temperature lets both films be held there is no state to be off by.
-        values = np.abs([getattr(each, f"{film}_off_K") for each in found.leads])
-        values = np.where(np.isnan([each.highest_K for each in found.leads]), np.nan, values)
+        values = np.abs([getattr(each, f"{film}_off_K") for each in ground.leads])
+        values = np.where(np.isnan([each.highest_K for each in ground.leads]), np.nan, values)
         off.plot(lead, values, "o-", color=LAYERS[film], label=f"{film}, 1D, off the temperature without it")
         if outcome.device_3d is not None:
             three = outcome.device_3d.ground
@@ -37,7 +37,7 @@ def shared(outcome: Outcome[Device]) -> Figure:
     logarithmic(off, "x")
     logarithmic(off, "y")
     off.set(xlabel="resistance of the lead (mohm)", ylabel="off by (K)")
-    low, high = (np.array([getattr(each, f"{end}_K") for each in found.leads]) for end in ("lowest", "highest"))
+    low, high = (np.array([getattr(each, f"{end}_K") for each in ground.leads]) for end in ("lowest", "highest"))
     reach.fill_between(lead, low, high, color=LAYERS["polymer"], alpha=0.35, label="both films are held")
     reach.plot(lead, high, "o", color=INK, ms=4)
     external = device.external
@@ -45,7 +45,7 @@ def shared(outcome: Outcome[Device]) -> Figure:
         reach.axhline(outer, color=INK, lw=1.0, ls=style, label=f"{outer:g} K outside")
     logarithmic(reach, "x")
     reach.set(xlabel="resistance of the lead (mohm)", ylabel="outer temperature (K)", xlim=off.get_xlim())
-    limits = " and ".join(quantity(each, "ohm", 3) for each in (found.by_power_ohm, found.by_resistance_ohm))
+    limits = " and ".join(quantity(each, "ohm", 3) for each in (ground.by_power_ohm, ground.by_resistance_ohm))
     off.set_title(with_mu(f"the paper's meter tells power and resistance from {limits} on"), fontsize=9, color=INK)
     legend(figure, off, reach, columns=3, fontsize=9)
     return figure

@@ -21,13 +21,13 @@ _BAR = 0.26
 
 def draw(outcome: Outcome[Any]) -> Figure:
     """A row of bars for each effect, the largest first, with the numerical error of each; all together at the foot."""
-    found = outcome.left_out
-    assert found is not None
-    effects = dict(found.found) | ({} if found.together is None else {"together": found.together})
+    left_out = outcome.left_out
+    assert left_out is not None
+    effects = dict(left_out.found) | ({} if left_out.together is None else {"together": left_out.together})
     height = 2.4 + 0.62 * len(effects)
     kind = kinds.of(outcome.scene)
     text = f"What both models leave out, {kind.text(outcome.scene)}"
-    said = [found.sentence]
+    said = [left_out.sentence]
     figure = new_figure(8.5, height, text, said, bottom=1.0, left=1.5)
     ax = figure.subplots()
     for n, (key, colour) in enumerate(zip(kind.SHOWN, _COLOURS, strict=True)):
@@ -35,7 +35,7 @@ def draw(outcome: Outcome[Any]) -> Figure:
         values = np.array([100 * change.value for _, change in made])
         errors = np.array([100 * change.error for _, change in made])
         places = np.array([place for place, _ in made]) + (n - 1) * _BAR
-        ax.barh(places, values, 0.9 * _BAR, color=colour, label=found.called[key])
+        ax.barh(places, values, 0.9 * _BAR, color=colour, label=left_out.called[key])
         ax.errorbar(values, places, xerr=errors, fmt="none", ecolor="#777777", elinewidth=1.0, capsize=2)
     for place, each in enumerate(effects.values()):
         if not each.changes:

@@ -57,9 +57,9 @@ def _view(ax: Any, shape: Layout, across: int, up: int, named: bool) -> None:
             ax.annotate(line.name, (middle[across] * _UM, middle[up] * _UM), fontsize=7, color=INK)
     joints = [_middle(joint.one) for joint in shape.joints]
     conditions = [_middle(c.touch) for c in (*shape.conditions, *shape.electrodes)]
-    for found, mark, colour in ((joints, "s", INK), (conditions, "o", LINES["end_K"])):
-        if found:
-            points = np.array(found) * _UM
+    for centres, mark, colour in ((joints, "s", INK), (conditions, "o", LINES["end_K"])):
+        if centres:
+            points = np.array(centres) * _UM
             ax.plot(points[:, across], points[:, up], mark, color=colour, markersize=3.5)
 
 

@@ -34,8 +34,8 @@ def over_time(outcome: Outcome[Device]) -> Figure:
     shown = time <= max(until, float(time[min(30, len(time) - 1)]))
     ax = figure.subplots()
     for film in ("sensor", "sink"):
-        own, other = (getattr(model, f"{film}_power_W_per_K")[: len(time)] * 1e6 for model in (three, one))
-        ax.plot(time[shown], own[shown], color=LAYERS[film], lw=1.9, label=f"{film}, 3D", drawstyle="steps-post")
+        in_3d, other = (getattr(model, f"{film}_power_W_per_K")[: len(time)] * 1e6 for model in (three, one))
+        ax.plot(time[shown], in_3d[shown], color=LAYERS[film], lw=1.9, label=f"{film}, 3D", drawstyle="steps-post")
         ax.plot(time[shown], other[shown], label="the same in 1D" if film == "sink" else None, **IN_1D)
     steady, _ = outcome.device_3d.shielding
     without = steady.sensor_power_per_substrate_sink_off_W_per_K * 1e6

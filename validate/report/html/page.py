@@ -101,15 +101,15 @@ def _read(name: str) -> str:
 
 def _tally(document: Document) -> str:
     """The checks by their verdicts, as the headline counts them, and how many slopes differ."""
-    found, own = "", [c for c in document.get("checks", ()) if c.get("own", True)]
-    slopes = [c["verdict"] for c in own if c["id"].startswith("slope_")]
+    items, judged = "", [c for c in document.get("checks", ()) if c.get("own", True)]
+    slopes = [c["verdict"] for c in judged if c["id"].startswith("slope_")]
     for verdict, word in (("differs", "differ"), ("unresolved", "unresolved"), ("agrees", "agree")):
-        names = [c["id"] for c in own if c["verdict"] == verdict and not c["id"].startswith("slope_")]
+        names = [c["id"] for c in judged if c["verdict"] == verdict and not c["id"].startswith("slope_")]
         if names:
-            found += f'<li><span class="{verdict} word">{len(names)} {word}</span>: {text(", ".join(names))}</li>'
+            items += f'<li><span class="{verdict} word">{len(names)} {word}</span>: {text(", ".join(names))}</li>'
     if slopes:
-        found += f"<li>slopes by the scene's keys: {slopes.count('differs')} of {len(slopes)} differ</li>"
-    return f'<ul class="tally">{found}</ul>' if found else ""
+        items += f"<li>slopes by the scene's keys: {slopes.count('differs')} of {len(slopes)} differ</li>"
+    return f'<ul class="tally">{items}</ul>' if items else ""
 
 
 def _embedded(path: Path, alt: str) -> str:
@@ -134,12 +134,12 @@ def _field(folder: Path, field: Field | None) -> tuple[str, str]:
     # No "</" may stand in a script; base64 has none, and this keeps it so whatever is added.
     script = '<script type="application/json" id="surface">' + data.replace("</", "<\\/") + "</script>"
     factor = math.log10(field.factor)
-    found = _filled(
+    markup = _filled(
         "field.html", label=text(field.label), top=text(quantity(float(field.rise.max()), "K", 4)), picture=picture,
         factor=f"{factor:.4f}", most=f"{max(2.5, factor + 0.5):.2f}",
         stated=f"\N{MULTIPLICATION SIGN}{field.factor:g}" if field.factor > 1 else "true proportions",
     )  # fmt: skip
-    return section("Field", found.rstrip("\n")), script
+    return section("Field", markup.rstrip("\n")), script
 
 
 def figures(folder: Path, document: Document, captions: Mapping[str, str] = _CAPTIONS) -> str:
@@ -149,12 +149,12 @@ def figures(folder: Path, document: Document, captions: Mapping[str, str] = _CAP
         digits = name.removeprefix("figure")
         return (int(digits) if digits.isdigit() else 0, name)
 
-    found, names = [], {Path(file).stem for file in document.get("files", ()) if file.endswith(".svg")}
+    images, names = [], {Path(file).stem for file in document.get("files", ()) if file.endswith(".svg")}
     for name in sorted(names - set(_PICTURES), key=order):
         caption = text(captions.get(name, f"Figure {name.removeprefix('figure')}."))
         image = _embedded(folder / f"{name}.svg", caption)
-        found.append(f'<figure><div class="wide">{image}</div><figcaption>{caption}</figcaption></figure>')
-    return section("Figures", *found)
+        images.append(f'<figure><div class="wide">{image}</div><figcaption>{caption}</figcaption></figure>')
+    return section("Figures", *images)
 
 
 def _errors(document: Document) -> Section:
@@ -183,8 +183,10 @@ def _errors(document: Document) -> Section:
     since = f"from {quantity(start, 's', 2)} on{again}" if start else "at every time"
     tables = [
         Table(("steady", "estimated error", "of the value"), steady),
-        Table((f"over time, {since}", "estimated error"), [row(*of) for of in (over_time.get("errors") or {}).items()]),
-        Table(("1D model, over time", "estimated error"), [row(*of) for of in (one.get("errors") or {}).items()]),
+        Table(
+            (f"over time, {since}", "estimated error"), [row(*pair) for pair in (over_time.get("errors") or {}).items()]
+        ),
+        Table(("1D model, over time", "estimated error"), [row(*pair) for pair in (one.get("errors") or {}).items()]),
         Table(("check", "error of the difference", "tolerance", "error / tolerance"), judged),
     ]
     said = "Errors are estimated bounds of the numerical error alone; the model's own assumptions are not in them."
@@ -210,11 +212,11 @@ def _energy(document: Document) -> Section:
 
 def _mesh(document: Document) -> str:
     fem3d = document.get("fem3d") or {}
-    found = {"part solved": fem3d.get("symmetry"), "unknowns": fem3d.get("dofs"), "time steps": fem3d.get("steps")}
+    rows = {"part solved": fem3d.get("symmetry"), "unknowns": fem3d.get("dofs"), "time steps": fem3d.get("steps")}
     if fem3d.get("field_error"):
-        found["error of the steady field at its worst place, of its largest rise"] = f"{fem3d['field_error']:.2g}"
-    found = {key: value for key, value in found.items() if value is not None} | (fem3d.get("mesh") or {})
-    return section("Mesh", values(found) if found else "")
+        rows["error of the steady field at its worst place, of its largest rise"] = f"{fem3d['field_error']:.2g}"
+    rows = {key: value for key, value in rows.items() if value is not None} | (fem3d.get("mesh") or {})
+    return section("Mesh", values(rows) if rows else "")
 
 
 def _scene(document: Document) -> str:
@@ -224,17 +226,17 @@ def _scene(document: Document) -> str:
     from scenes.parameters import SECTION
     from scenes.schema import nest
 
-    found = document.get("scene") or {}
+    scene = document.get("scene") or {}
     for kind in TYPES.values():
         try:
-            read = kind.schema.read(kind.schema.flatten(found))
+            read = kind.schema.read(kind.schema.flatten(scene))
         except SceneError:
             continue
         keys = {path: key for path, key in kind.schema.paths.items() if path in read}
-        parameters = {SECTION: found[SECTION]} if SECTION in found else {}
-        found = nest({path: key.kind.show(read[path]) or "none" for path, key in keys.items()}) | parameters
+        parameters = {SECTION: scene[SECTION]} if SECTION in scene else {}
+        scene = nest({path: key.kind.show(read[path]) or "none" for path, key in keys.items()}) | parameters
         break
-    return section("Scene", f'<div class="columns">{values(found)}</div>' if found else "")
+    return section("Scene", f'<div class="columns">{values(scene)}</div>' if scene else "")
 
 
 def _provenance(document: Document) -> str:
@@ -328,16 +330,16 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[str]], numbers: Sequence
 
 
 def _row(heads: Sequence[str], cells: Sequence[str], numbers: Sequence[int], kind: str = "") -> str:
-    found = (
+    markup = (
         f'<td{_class("n" * (i in numbers), "empty" * (not cell))} data-label="{text(head)}">{cell}</td>'
         for i, (head, cell) in enumerate(zip(heads, cells, strict=True))
     )
-    return f"<tr{kind}>{''.join(found)}</tr>"
+    return f"<tr{kind}>{''.join(markup)}</tr>"
 
 
 def _class(*names: str) -> str:
-    found = " ".join(filter(None, names))
-    return f' class="{found}"' * bool(found)
+    classes = " ".join(filter(None, names))
+    return f' class="{classes}"' * bool(classes)
 
 
 def values(items: Mapping[str, Any]) -> str:

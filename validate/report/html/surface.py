@@ -35,8 +35,8 @@ def surface(points: np.ndarray, hexes: np.ndarray, values: np.ndarray, most: int
     keys, which, number = np.unique(np.ravel_multi_index(on, shape), return_index=True, return_inverse=True)
     places, level = np.stack(np.unravel_index(keys, shape), axis=1), values[which]
     faces = number.ravel()[hexes[:, _FACES].reshape(-1, 4)]
-    found, count = _single(faces)
-    faces = faces[found[count == 1]]
+    indices, count = _single(faces)
+    faces = faces[indices[count == 1]]
     peak, steps = places[int(np.argmax(level))], 1
     while True:
         moved = [_thin(places, faces, d, shape[d], steps, int(peak[d])) for d in range(3)]
@@ -63,20 +63,20 @@ def _single(faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return first, count
 
 
-def packed(found: Surface, colours: np.ndarray, factor: float) -> str:
+def packed(mesh: Surface, colours: np.ndarray, factor: float) -> str:
     """The surface as JSON for the page's script: 16-bit places and values, 32-bit indices, all in base64.
 
     ``colours`` (256, 3) are for the values from 0 to the largest; z is drawn ``factor`` times as large.
     """
-    lower, size = found.points.min(axis=0), np.ptp(found.points, axis=0)
-    places = np.round((found.points - lower) / size * 65535).astype("<u2")
-    triangles = np.concatenate([found.faces[:, [0, 1, 2]], found.faces[:, [0, 2, 3]]]).astype("<u4")
-    top = float(found.values.max()) or 1.0
+    lower, size = mesh.points.min(axis=0), np.ptp(mesh.points, axis=0)
+    places = np.round((mesh.points - lower) / size * 65535).astype("<u2")
+    triangles = np.concatenate([mesh.faces[:, [0, 1, 2]], mesh.faces[:, [0, 2, 3]]]).astype("<u4")
+    top = float(mesh.values.max()) or 1.0
     arrays = {
         "places": places,
-        "values": np.round(np.clip(found.values / top, 0, 1) * 65535).astype("<u2"),
+        "values": np.round(np.clip(mesh.values / top, 0, 1) * 65535).astype("<u2"),
         "triangles": triangles,
-        "edges": found.edges.astype("<u4"),
+        "edges": mesh.edges.astype("<u4"),
         "colours": colours.astype(np.uint8),
     }
     texts = {name: base64.b64encode(array.tobytes()).decode("ascii") for name, array in arrays.items()}

@@ -61,14 +61,14 @@ def answer(run: Run, data: Data | None) -> Outcome[SinkArray]:
     run.say("solving one element in 3D")
     with clock.stage("fem3d"):
         try:
-            found = array.solve(sink, run.say)
+            result = array.solve(sink, run.say)
         except NumericsError as error:
             if hasattr(error, "limit"):
                 raise
             raise NumericsError(f"{error}{cause(sink.element, ', ask for less with --accuracy 1e-2')}") from None
-    one = found.details["one"]
-    warnings = (*found.details["warnings"], *hottest.of_sink(sink.element, one, None))
-    outcome = Outcome(sink, request, _planned(tuple(found.details["plan"]), request), fem3d=found, warnings=warnings)
+    one = result.details["one"]
+    warnings = (*result.details["warnings"], *hottest.of_sink(sink.element, one, None))
+    outcome = Outcome(sink, request, _planned(tuple(result.details["plan"]), request), fem3d=result, warnings=warnings)
     return replace(outcome, answer=answered(outcome))
 
 

@@ -50,9 +50,9 @@ def answer(run: Run, data: object) -> Outcome[Device]:
             slow, steps = plans.drawn(device, request, "figure11"), plans.drawn(device, request, "figure12", "figure13")
             solved = make(device, rounded, slow, steps, run.say)
     with clock.stage("checks"):
-        found = device_checks.evaluate(device, request, made)
+        checks = device_checks.evaluate(device, request, made)
         if solved is not None:
-            found += evaluate_3d(device, request, made, solved)
+            checks += evaluate_3d(device, request, made, solved)
     if not plans.design_reason(request):
         run.say("answering a designer's questions")
         with clock.stage("design"):
@@ -64,7 +64,7 @@ def answer(run: Run, data: object) -> Outcome[Device]:
         with clock.stage("left out"):
             left_out = left_out_of(device, run.say)
     outcome = Outcome(
-        device, request, plans.of_device(device, request), checks=found, simulated=made, device_3d=solved,
+        device, request, plans.of_device(device, request), checks=checks, simulated=made, device_3d=solved,
         warnings=hottest.of_device(device, made.base.result), design=answers,
         left_out=left_out,
     )  # fmt: skip
@@ -92,7 +92,7 @@ def sensitivities(outcome: Outcome[Device], keys: object) -> Sensitivities:
     return of_device(outcome.scene, None if outcome.device_3d is None else outcome.device_3d.model)
 
 
-def steady(outcome: Outcome[Device], found: Sensitivities) -> tuple[Estimates | None, Estimates | None]:
+def steady(outcome: Outcome[Device], slopes: Sensitivities) -> tuple[Estimates | None, Estimates | None]:
     """The steady values in 3D and in 1D, ``None`` of a model that was not asked for."""
     from reduced1d.slopes import OF_DEVICE
     from scenes.result import Estimate

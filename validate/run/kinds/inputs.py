@@ -40,22 +40,22 @@ def told(run: Run, outcome: Outcome[Any]) -> Outcome[Any]:
         from validate.inputs import propagation, sensitivities
 
         kind = kinds.of(outcome.scene)
-        found = kind.sensitivities(
+        slopes = kind.sensitivities(
             outcome, None if request.sensitivities or uncertain is None else list(uncertain.relative)
         )
-        outcome = replace(outcome, warnings=(*outcome.warnings, *found.remarks()))
+        outcome = replace(outcome, warnings=(*outcome.warnings, *slopes.remarks()))
         if uncertain is not None:
-            propagated = propagation.propagated(uncertain, found, *kind.steady(outcome, found))
+            propagated = propagation.propagated(uncertain, slopes, *kind.steady(outcome, slopes))
             outcome = replace(outcome, propagated=propagated)
             checks, warnings = kind.judged(outcome, propagated, run)
             outcome = replace(outcome, checks=checks, warnings=(*outcome.warnings, *warnings))
         if request.sensitivities:
             called = {name: called for name, (called, _) in kind.quantities(outcome).items()}
-            made = sensitivities.checks(outcome.scene, found, called)
+            made = sensitivities.checks(outcome.scene, slopes, called)
             # Where there is an answer, how the model follows the keys is a part of it.
             said = sensitivities.sentence(made) if outcome.answer else ""
             answer = f"{outcome.answer} {said}".rstrip()
-            outcome = replace(outcome, sensitivities=found, answer=answer, checks=(*outcome.checks, *made))
+            outcome = replace(outcome, sensitivities=slopes, answer=answer, checks=(*outcome.checks, *made))
     return outcome
 
 
@@ -80,13 +80,13 @@ def calibrated(run: Run, data: Data | None) -> tuple[Run, Fit | None]:
 
 def of_model(keys: tuple[str, ...]) -> bool:
     """Whether keys that are to be fitted are a 1D model's own. Raises SceneError for some of both kinds."""
-    own = [key.startswith(OF_MODEL) for key in keys]
-    if any(own) and not all(own):
+    flags = [key.startswith(OF_MODEL) for key in keys]
+    if any(flags) and not all(flags):
         raise SceneError(
             f"--calibrate fits keys of the scene in 3D, or with {OF_MODEL}NAME those of the 1D model: give one kind in "
             "a run"
         )
-    return any(own)
+    return any(flags)
 
 
 def held_against(run: Run, outcome: Outcome[Any], data: Data | None, fit: Fit | None) -> Outcome[Any]:
@@ -101,9 +101,9 @@ def held_against(run: Run, outcome: Outcome[Any], data: Data | None, fit: Fit | 
     checks, kind = evaluate(scene, data, three), kinds.of(outcome.scene)
     slopes: dict[str, Any] = {}
     if uncertain is not None and outcome.propagated is not None:
-        found = outcome.propagated.sensitivities
-        slopes = kind.slopes(outcome, found)
-        beside = kind.beside(outcome, found)
+        sensitivities = outcome.propagated.sensitivities
+        slopes = kind.slopes(outcome, sensitivities)
+        beside = kind.beside(outcome, sensitivities)
         checks = propagation.judged_against(checks, scene, data, three, uncertain, beside)
     warnings = (*(f"{data.name}: {text}" for text in data.warnings), *(fit.warnings() if fit else ()))
     outcome = replace(
