@@ -9,8 +9,8 @@ too rough for the degree alone, unless what passes hardly matters. Where two giv
 jumps (s = 0), and what a reading sees of it falls with the length of the first interval to the power of the exponent of
 the dual solution, as if both had half of that. Across a contact nothing passes at distances from its rim below its
 resistance times the conductivity, and as if it were perfect far beyond these: the smaller exponent of the two counts,
-and 1/2 where a contact ends inside. A quadrant for which that distance is beneath what is resolved counts as void in the
-former: as near to the rim as any cell comes it carries less around it than the contact passes. Sources: Grisvard,
+and 1/2 where a contact ends inside. A quadrant for which that distance is beneath what is resolved counts as void in
+the former: as near to the rim as any cell comes it carries less around it than the contact passes. Sources: Grisvard,
 Elliptic Problems in Nonsmooth Domains, section 4.4; Kellogg, Applicable Analysis 4, 1975.
 """
 
