@@ -132,7 +132,7 @@ def scale_of(sink: Sink, name: str, fem3d: Result, levels: Levels) -> float:
 def of_current(sink: Sink) -> str:
     """What differences of the current are relative to, in words: itself where it does not change, and of a row, whose
     islands add to the resistance whatever the temperature; and where it is given."""
-    changes = sink.silicon.temperature_coefficient and sink.spans == 1 and sink.current is None
+    changes = sink.silicon.warms and sink.spans == 1 and sink.current is None
     return "change of the current" if changes else ITSELF
 
 

@@ -17,9 +17,9 @@ from scenes.formats import percent, quantity
 MOST = 10.0
 """By what factor time is stretched at most."""
 POINTS = 400
-"""At how many times two courses are fitted: more would cost and tell nothing."""
+"""Number of times at which two courses are fitted to each other; more cost time and change nothing."""
 NOTABLE = 0.5
-"""A change of time is spoken of where it makes the distance smaller than this part of what it is without."""
+"""A change of the time is spoken of only where it leaves less than this part of the distance without it."""
 LEAST = 0.005
 """Changes of size and of time smaller than this are none."""
 

@@ -26,12 +26,13 @@ from scenes.result import Estimate, Result
 
 REST = "what lines cannot say"
 FELT = 1e-3
-"""Of the largest rise or potential at any joint: a resistance that changes the drop over it by less stays."""
+"""A joint's resistance is replaced by 3D's only where that changes the drop over the joint by more than this part of
+the largest rise, or potential, at any joint."""
 KNOWN = (3e-3, 0.1)
-"""The accuracy of 3D's temperatures and flows at joints, and that where the first takes too large a mesh, as flows
-crowd at edges."""
+"""The relative accuracy asked of 3D's temperatures and flows at joints: the first, or the second where the first takes
+too large a mesh, as flows crowd at edges."""
 LEAST = 0.02
-"""Of the largest flow: a joint that less passes, by hand, is not measured in 3D."""
+"""Joints through which, by hand, less than this part of the largest flow passes are not measured in 3D."""
 
 
 def blame(given: AnyScene, fem3d: Result, network: Result) -> Budget:

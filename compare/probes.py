@@ -119,7 +119,8 @@ def at(traces: Traces, name: str, times: np.ndarray) -> tuple[np.ndarray, np.nda
 
 
 JUMP = 2e-9
-"""Of a run: rows closer than this are those just before a jump and after it, as the 3D model gives them."""
+"""Two rows closer in time than this part of the run are the values just before and just after a jump, as the 3D model
+gives them."""
 
 
 def bends(time: np.ndarray, values: np.ndarray) -> np.ndarray:

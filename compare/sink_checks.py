@@ -22,6 +22,7 @@ from compare.against import Largest, over_time, part
 from compare.verdict import Comparison, Models, of_formula, spread, unit_of
 from reduced1d import equations
 from reduced1d.sink import anchor_series_resistance
+from scenes import laws
 from scenes.checks import FIRST_TIME
 from scenes.formats import percent, quantity, signed
 from scenes.result import Estimate
@@ -358,6 +359,9 @@ def not_parabolic(models: Models) -> str:
             causes.append(f"the {name} takes {percent(taken / _beam_power(models))} of the beam's heat")
     if sink.electrodes == "pad-edge":
         causes.append("the current crowds where it enters the beam")
+    if laws.varies(conducts := models.given.silicon.thermal_conductivity):
+        hot, cold = (laws.at(conducts, sink.room_temperature + rise) for rise in (models.steady("peak_rise_K"), 0.0))
+        causes.append(f"the beam conducts at its peak {percent(hot / cold)} of what it does at room temperature")
     return " and ".join(causes) or "the heat flow is not one-dimensional near the ends"
 
 

@@ -100,12 +100,17 @@ def spread(function: Callable[..., float], inputs: Mapping[str, Estimate]) -> fl
 @dataclass(frozen=True)
 class Models:
     """The sink and the answers to it; ``reduced1d`` is ``None`` where that model was not asked for. Of a row of spans
-    there is also the 3D answer to a ``single`` one."""
+    there is also the 3D answer to a ``single`` one. The sink is ``given`` with its laws of the temperature."""
 
-    sink: Sink
+    given: Sink
     fem3d: Result
     reduced1d: Result | None
     single: Result | None = None
+
+    @property
+    def sink(self) -> Sink:
+        """The sink as the paper's equations take it."""
+        return self.given.plain
 
     def steady(self, key: str) -> float:
         return self.fem3d.steady[key].value

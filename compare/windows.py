@@ -32,7 +32,8 @@ the squares of their correlations, 1 + 2 (2/3)^2 + 2 (1/6)^2."""
 _SHARED = np.linspace(-6, 6, 241)
 """Standard deviations that what is shared may be off by: the places of a sum in place of an integral."""
 _LEAST = 0.05
-"""Of u: a scatter below that is as good as none, and above it the sum resolves it."""
+"""The smallest scatter that is reckoned with, as a part of u: a smaller one makes no difference, and the sum over
+shared errors would not resolve it."""
 
 
 @dataclass(frozen=True)

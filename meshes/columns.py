@@ -25,7 +25,7 @@ from scenes.model import Scene
 # (Babuska and Aziz, SIAM J. Numer. Anal. 13, 1976). Feet cause others, so that there are rounds.
 WIDEST, ROUNDS = np.radians(140.0), 10
 MOST_ROUNDS = 80  # until all outlines are edges of triangles
-FAR = 10.0  # extents of the plan, at which a frame stands around it
+FAR = 10.0  # distance, in extents of the plan, of a frame of points around it for the triangulation
 OFF_ENDS = 0.1  # a foot on a piece is at least this fraction of it away from its ends; else its middle is taken
 FLAT = 2.0  # cells that are longer than high by more than this are divided across only, higher ones along their height
 AGAIN = 6  # rounds in which triangles are halved, at most, until they are as short as they are to be

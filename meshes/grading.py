@@ -26,13 +26,15 @@ SLIVER = 1e-3  # planes closer than this fraction of the extent set no length
 SHORTEST = 1e-9  # intervals are not refined below this fraction of the largest extent
 # An interval between two features that is longer than this times the narrowest extent has two bends of its own.
 LONG = 4.0
-# Times the accuracy: where the first grid expects singular edges to matter no more (`validate stress`: "constants").
+# In the first grid the energy at singular edges may miss this factor times the accuracy (`validate stress`:
+# "constants").
 LAYERS = 75.0
 AT_ONCE = 3  # layers that an interval is cut into in one step, at most: a coarse grid's error isn't its edges' alone
 # Degrees by which a layer at an edge may have fewer than the next larger one, over the exponent: both take away alike,
 # RATIO^(2 s) a layer, and rho^-2 a degree beside a singular end, as in fem3d.adaptivity.estimate.
 FALL = -np.log(RATIO) / np.log((1 + np.sqrt(RATIO)) / (1 - np.sqrt(RATIO)))
-# Times its share that an interval may miss before it gets two degrees at once (`validate stress`: "constants").
+# An interval that misses more than this factor times its share gets two degrees at once (`validate stress`:
+# "constants").
 FAR = 300.0
 MEASURED = 6  # degree from which on the last two degrees took away as those that follow will
 AT_MOST = 2  # degrees that an interval gains at once: three of them add as many unknowns as another interval

@@ -52,6 +52,18 @@ class Line:
             found[np.ix_(own, own)] += value * h / 2 * mass + slope * 2 / h * stiffness
         return found
 
+    def points(self, more: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Gauss' points of all elements, as many as exact mass takes and so many ``more``: the functions there and
+        their slopes (points, n; 1/m), the length (m) that each stands for, and the number of its element."""
+        found = []
+        for number, (own, h, p) in enumerate(zip(self.functions, self.lengths, self.degrees, strict=True)):
+            x, weights = legendre.leggauss(p + 1 + more)
+            values, slopes = np.zeros((2, len(x), self.size))
+            values[:, own], slopes[:, own] = (each.T for each in shapes(p, x))
+            found.append((values, slopes * 2 / h, weights * h / 2, np.full(len(x), number)))
+        values, slopes, lengths, numbers = (np.concatenate(each) for each in zip(*found, strict=True))
+        return values, slopes, lengths, numbers
+
     def at(self, element: int, x: float) -> tuple[np.ndarray, np.ndarray]:
         """(n,) twice: the functions at a place in an element, -1 to 1, and their slopes (1/m)."""
         values, slopes = shapes(self.degrees[element], np.array([x]))

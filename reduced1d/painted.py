@@ -41,6 +41,7 @@ def paint(sink: Sink, points: np.ndarray, end: float, peak: float) -> np.ndarray
     In the beam eq 9's parabola. Beyond it eq 14's series of prisms: falling evenly in the pad from the beam's end to
     the oxide, at one temperature from there on, and falling evenly through the oxide to none at the substrate.
     """
+    sink = sink.plain
     y, z = points[:, 1], points[:, 2]
     beyond = np.maximum(np.maximum(-y, y - sink.length), 0.0)
     pad = sink.anchor_distance / (sink.silicon.thermal_conductivity * sink.pad_width * sink.thickness)

@@ -39,10 +39,10 @@ def of_sink(
 
     def solved(key: str, step: float) -> tuple[dict[str, float], dict[str, np.ndarray]]:
         other = neighbour(sink, key, step)
-        found: Result = ladder.solve(other, reduction, steady_only=times is None, times=times)
-        traces = {} if found.traces is None else found.traces.values
+        result: Result = ladder.solve(other, reduction, steady_only=times is None, times=times)
+        traces = {} if result.traces is None else result.traces.values
         rises = {n: v - other.room_temperature * n.endswith("_K") for n, v in traces.items()}
-        return {name: e.value for name, e in found.steady.items()}, rises
+        return {name: e.value for name, e in result.steady.items()}, rises
 
     steady, course = Steady(), OverTime()
     for key in keys:
@@ -55,17 +55,17 @@ def of_sink(
 def _slope(more: float | np.ndarray, less: float | np.ndarray) -> np.ndarray:
     """The logarithmic derivative by two values; nought of nothing."""
     middle = (np.asarray(more) + less) / 2
-    found = np.zeros_like(middle)
-    np.divide(np.asarray(more) - less, 2 * STEP * middle, out=found, where=middle != 0)
-    return found
+    slopes = np.zeros_like(middle)
+    np.divide(np.asarray(more) - less, 2 * STEP * middle, out=slopes, where=middle != 0)
+    return slopes
 
 
 def of_device(device: Device) -> dict[str, dict[str, float]]:
     """d ln quantity / d ln key of the steady state after the outer step, by key and quantity; quantities that are zero
     have none."""
-    found: dict[str, dict[str, float]] = {}
+    slopes: dict[str, dict[str, float]] = {}
     for key in numbers(device):
         more, less = (steady_state(neighbour(device, key, step)) for step in (STEP, -STEP))
         both = {name: (float(getattr(more, name)), float(getattr(less, name))) for name in OF_DEVICE}
-        found[key] = {name: (a - b) / (STEP * (a + b)) for name, (a, b) in both.items() if a * b > 0}
-    return found
+        slopes[key] = {name: (a - b) / (STEP * (a + b)) for name, (a, b) in both.items() if a * b > 0}
+    return slopes

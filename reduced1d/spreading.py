@@ -12,8 +12,8 @@ import math
 import numpy as np
 
 _TERMS = 40
-"""Of each sum, times the plate's side over the source's; what is left out falls as their square, which half as many
-tell."""
+"""Number of terms of each sum, times the plate's side over the source's. What is left out falls as their square; the
+sum with half as many tells how large it is."""
 
 
 def plate_resistance(
@@ -40,7 +40,7 @@ def _sum(
     length, width, thickness = plate
     along = _modes(length, source[0], place[0], other[0], terms)
     across = _modes(width, source[1], place[1], other[1], terms)
-    squares = [(np.arange(len(of)) * math.pi / side) ** 2 for of, side in ((along, length), (across, width))]
+    squares = [(np.arange(len(modes)) * math.pi / side) ** 2 for modes, side in ((along, length), (across, width))]
     total = 0.0
     for weight, square in zip(along, squares[0], strict=True):
         b = np.sqrt(square + squares[1])
@@ -50,9 +50,9 @@ def _sum(
     return total
 
 
-def _modes(side: float, of: float, place: float, other: float, terms: int) -> np.ndarray:
+def _modes(side: float, extent: float, place: float, other: float, terms: int) -> np.ndarray:
     """(terms,): how much of each cosine a source along a side makes at one place, as the mean at the other sees it."""
-    m = np.arange(math.ceil(terms * side / of) + 1)
-    mean = np.sinc(m * of / (2 * side)) ** 2
-    found: np.ndarray = mean * np.cos(m * math.pi * place / side) * np.cos(m * math.pi * other / side)
-    return np.where(m == 0, 1.0, 2.0) * found
+    m = np.arange(math.ceil(terms * side / extent) + 1)
+    mean = np.sinc(m * extent / (2 * side)) ** 2
+    cosines: np.ndarray = mean * np.cos(m * math.pi * place / side) * np.cos(m * math.pi * other / side)
+    return np.where(m == 0, 1.0, 2.0) * cosines

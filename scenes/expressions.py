@@ -29,7 +29,7 @@ DEEPEST = 40
 LARGEST_EXPONENT = 100
 """No formula needs more, and exact fractions stay small."""
 MOST_BITS = 4000
-"""Of an exact fraction: one with more digits is rounded to a double."""
+"""Bits of an exact fraction's numerator or denominator; one with more is rounded to a double."""
 ROOTS = 12
 """Exponents of quantities with a unit are multiples of 1/2, 1/3 ... 1/12: those of units are rational."""
 
@@ -69,13 +69,13 @@ def measured(text: str, names: Mapping[str, Measure]) -> tuple[float, Powers | N
     said = _NAME.findall(spelled(text)) if len(text) <= LONGEST else []
     of_names = any(name in names or name in (*FUNCTIONS, PI) for name in said)
     try:
-        found = evaluate(text, names)
+        measure = evaluate(text, names)
     except _UnreadError:
         # Where it names nothing that is known it is a slip of a unit or a word, of which the plain reading says more.
         if of_names or (names and text[:1].isalpha()):
             raise
         raise plain from None
-    return _double(found.value), found.powers
+    return _double(measure.value), measure.powers
 
 
 def is_expression(given: object) -> bool:
@@ -106,10 +106,10 @@ class _Reader:
         self._next()
 
     def whole(self) -> Measure:
-        found = self._sum()
+        measure = self._sum()
         if self.token:
             raise _UnreadError(f'has "{printable(self.token)}" where the expression could end')
-        return found
+        return measure
 
     def _next(self) -> None:
         match = _TOKEN.match(self.text, self.at)
@@ -121,10 +121,10 @@ class _Reader:
 
     def _take(self, *tokens: str) -> str:
         """The next token where it is one of these, which is then passed; else ""."""
-        if (found := self.token) not in tokens:
+        if (token := self.token) not in tokens:
             return ""
         self._next()
-        return found
+        return token
 
     def _expect(self, token: str) -> None:
         if not self._take(token):
@@ -138,35 +138,35 @@ class _Reader:
 
     def _sum(self) -> Measure:
         self._deeper()
-        found = self._product()
+        total = self._product()
         while sign := self._take("+", "-"):
             other = self._product()
             verb = "adds {1} to {0}" if sign == "+" else "subtracts {1} from {0}"
-            _alike(found, other, verb)
-            value = found.value + other.value if sign == "+" else found.value - other.value
-            found = Measure(_short(value), found.powers)
+            _alike(total, other, verb)
+            value = total.value + other.value if sign == "+" else total.value - other.value
+            total = Measure(_short(value), total.powers)
         self.depth -= 1
-        return found
+        return total
 
     def _product(self) -> Measure:
-        found = self._signed()
+        product = self._signed()
         while sign := self._take("*", "/"):
             other = self._signed()
             if sign == "/" and not other.value:
                 raise UnitError("divides by zero")
             by = 1 if sign == "*" else -1
-            powers: Powers = tuple(a + by * b for a, b in zip(found.powers, other.powers, strict=True))  # type: ignore[assignment]
-            found = Measure(_short(found.value * other.value**by), powers)
-        return found
+            powers: Powers = tuple(a + by * b for a, b in zip(product.powers, other.powers, strict=True))  # type: ignore[assignment]
+            product = Measure(_short(product.value * other.value**by), powers)
+        return product
 
     def _signed(self) -> Measure:
         sign = self._take("+", "-")
         if not sign:
             return self._power()
         self._deeper()
-        found = self._signed()
+        operand = self._signed()
         self.depth -= 1
-        return found if sign == "+" else Measure(-found.value, found.powers)
+        return operand if sign == "+" else Measure(-operand.value, operand.powers)
 
     def _power(self) -> Measure:
         base = self._atom()
@@ -183,9 +183,9 @@ class _Reader:
         if self.name:
             return self._named()
         if self._take("("):
-            found = self._sum()
+            inner = self._sum()
             self._expect(")")
-            return found
+            return inner
         seen = f'"{printable(self.token)}"' if self.token else "its end"
         raise _UnreadError(f"has {seen} where a number, a name or a bracket should be")
 
@@ -201,12 +201,12 @@ class _Reader:
         said = unit.group()
         self.at = unit.end()
         self._next()
-        found = parse_unit(said)
-        if found.celsius:
+        parsed = parse_unit(said)
+        if parsed.celsius:
             raise UnitError("has a temperature in degC among other terms: give it in K, or as a parameter of its own")
         if self.token == "**":
             raise UnitError(f'has a power right after "{number} {said.strip()}": put brackets around what it is of')
-        return Measure(_fraction(number) * Fraction(10) ** found.exponent, found.powers)
+        return Measure(_fraction(number) * Fraction(10) ** parsed.exponent, parsed.powers)
 
     def _named(self) -> Measure:
         name = self.name

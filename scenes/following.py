@@ -7,13 +7,14 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
+from scenes.condition_kinds import MOST_POINTS
 from scenes.errors import SceneError, quoted
-from scenes.kinds import MOST_POINTS, Kind, Quantity, only
+from scenes.kinds import Kind, Quantity, only
 from scenes.laws import PowerLaw, Property, Table
 from scenes.units import NUMBER, TEMPERATURE
 
 STEEPEST = 20.0
-"""Exponent of a power law, at most: beyond are slips."""
+"""The largest exponent of a power law; larger ones are slips."""
 _ABSOLUTE = Quantity(TEMPERATURE, 1.0, 1e5)
 
 
@@ -97,5 +98,5 @@ class Following(Kind):
 
 def number_of(kind: object) -> Quantity | None:
     """What a number has to be like that a key of a kind may have; ``None`` where it may have none."""
-    found = kind.quantity if isinstance(kind, Following) else kind
-    return found if isinstance(found, Quantity) else None
+    number = kind.quantity if isinstance(kind, Following) else kind
+    return number if isinstance(number, Quantity) else None

@@ -30,6 +30,14 @@ class PowerLaw:
         """Its derivative (per K)."""
         return self.value * self.exponent / self.at * (temperature / self.at) ** (self.exponent - 1)
 
+    def integral(self, temperature: Any) -> Any:
+        """Its integral over the temperature, from ``at`` on."""
+        import numpy as np
+
+        logarithm, n = np.log(temperature / self.at), self.exponent + 1
+        # The power n of the ratio, less one, over n: its logarithm where n is none.
+        return self.value * self.at * (np.expm1(n * logarithm) / n if n else logarithm)
+
 
 @dataclass(frozen=True)
 class Table:
@@ -50,6 +58,16 @@ class Table:
 
         slopes = np.concatenate([[0.0], np.diff(self.values) / np.diff(self.temperatures), [0.0]])
         return slopes[np.searchsorted(self.temperatures, temperature, side="right")]
+
+    def integral(self, temperature: Any) -> Any:
+        """Its integral over the temperature, from the first of the table on."""
+        import numpy as np
+
+        at, values = np.array(self.temperatures), np.array(self.values)
+        whole = np.concatenate([[0.0, 0.0], np.cumsum(np.diff(at) * (values[1:] + values[:-1]) / 2)])
+        n = np.searchsorted(at, temperature, side="right")
+        first = np.concatenate([at[:1], at])[n]
+        return whole[n] + (temperature - first) * (self(temperature) + self(first)) / 2
 
 
 Law = PowerLaw | Table

@@ -51,15 +51,15 @@ def load(source: str | Path, overrides: Sequence[str] = (), *, of: SceneType[Any
     or a device expects to differ are a statement about that scene: an override of anything physical withdraws it
     (``expected_to_differ`` is then ``None``), unless an override says what is expected now. Raises SceneError.
     """
-    found, name, folder = document(source, (of.name,) if of else known_names())
+    content, name, folder = document(source, (of.name,) if of else known_names())
     if of is not None:
-        _check_kind(source, found, of)
-    of = of or type_of_file(found)
+        _check_kind(source, content, of)
+    of = of or type_of_file(content)
     if of is None:
         from scenes import free
 
-        return free.from_dict(found, name, folder, overrides)
-    return _built({"scene.name": name} | of.schema.flatten(found), overrides, of)
+        return free.from_dict(content, name, folder, overrides)
+    return _built({"scene.name": name} | of.schema.flatten(content), overrides, of)
 
 
 def load_free(source: str | Path, overrides: Sequence[str] = ()) -> AnyScene:
@@ -67,37 +67,37 @@ def load_free(source: str | Path, overrides: Sequence[str] = ()) -> AnyScene:
     read here, lies beside it."""
     from scenes import free
 
-    found, name, folder = document(source, examples())
-    _check_kind(source, found, None)
-    return free.from_dict(found, name, folder, overrides)
+    content, name, folder = document(source, examples())
+    _check_kind(source, content, None)
+    return free.from_dict(content, name, folder, overrides)
 
 
-def _check_kind(source: str | Path, found: Mapping[str, Any], of: SceneType[Any] | None) -> None:
+def _check_kind(source: str | Path, content: Mapping[str, Any], scene_type: SceneType[Any] | None) -> None:
     """SceneError where a document is plainly of another type than this one, ``None`` being a free scene's; a sink's
     may become a device's by its overrides."""
     from scenes.free.document import BOXES
 
-    kind = type_of_file(found)
+    kind = type_of_file(content)
     if kind is None:
-        wrong = of is not None
+        wrong = scene_type is not None
     else:
         of_its_own = set(kind.schema.sections[""]) - set(BOXES.sections[""])
-        wrong = bool(of_its_own & set(found)) and (of is None or (of is SINK and kind is DEVICE))
+        wrong = bool(of_its_own & set(content)) and (scene_type is None or (scene_type is SINK and kind is DEVICE))
     if wrong:
         called, command = ("free scene", "solve") if kind is None else (f"{kind.name}'s scene", kind.name)
         raise SceneError(f"{quoted(Path(source))} is a {called}: validate {command} {shlex.quote(str(source))}")
 
 
-def type_of_file(found: Mapping[str, Any]) -> SceneType[Any] | None:
+def type_of_file(content: Mapping[str, Any]) -> SceneType[Any] | None:
     """Whether a document is of a sink or of a device; ``None`` for a free scene."""
     from scenes.free.document import LISTS
 
-    if {*LISTS, "mesh"} & set(found):
+    if {*LISTS, "mesh"} & set(content):
         return None
     of_a_device = {path for path in DEVICE.schema.sections if path and path not in SINK.schema.sections}
-    materials = found.get("materials")
+    materials = content.get("materials")
     named = {f"materials.{name}" for name in materials} if isinstance(materials, Mapping) else set()
-    return DEVICE if of_a_device & (set(found) | named) else SINK
+    return DEVICE if of_a_device & (set(content) | named) else SINK
 
 
 def overridden(scene: T, overrides: Sequence[str]) -> T:
@@ -110,8 +110,8 @@ def overridden(scene: T, overrides: Sequence[str]) -> T:
         return _read(given, _flat(given), overrides)
     flat = given.parameters.flat
     after = _read(given, flat, overrides)
-    found: Any = replace(transferred(given, _read(given, flat, ()), after), parameters=after.parameters)
-    return found  # type: ignore[no-any-return]
+    changed: Any = replace(transferred(given, _read(given, flat, ()), after), parameters=after.parameters)
+    return changed  # type: ignore[no-any-return]
 
 
 def _flat(scene: Any) -> dict[str, Any]:
@@ -132,12 +132,14 @@ def _read(scene: Any, flat: Mapping[str, Any], overrides: Sequence[str]) -> Any:
     return free.rebuilt(scene, override(flat, overrides, free.schema_of_scene(scene)))
 
 
-def _built(flat: Mapping[str, Any], overrides: Sequence[str], of: SceneType[Any]) -> Any:
-    schema, parameters = of.schema, {path: given for path, given in flat.items() if path == SECTION}
+def _built(flat: Mapping[str, Any], overrides: Sequence[str], scene_type: SceneType[Any]) -> Any:
+    schema, parameters = scene_type.schema, {path: given for path, given in flat.items() if path == SECTION}
     before, values = schema.read(flat), schema.read(override(flat, overrides, schema))
-    if _physical(before, of) != _physical(values, of) and _EXPECTED not in override(parameters, overrides, schema):
+    if _physical(before, scene_type) != _physical(values, scene_type) and _EXPECTED not in override(
+        parameters, overrides, schema
+    ):
         values[_EXPECTED] = None
-    return _checked(schema.apply(values, of.default))
+    return _checked(schema.apply(values, scene_type.default))
 
 
 def _checked(scene: Any) -> Any:
@@ -236,10 +238,10 @@ def file_name(path: Path) -> str:
     return re.sub(r"[^\w .-]", "_", path.stem)[:60].strip(" .-") or "scene"
 
 
-def _physical(values: Mapping[str, Any], of: SceneType[Any]) -> dict[str, Any]:
+def _physical(values: Mapping[str, Any], scene_type: SceneType[Any]) -> dict[str, Any]:
     """What says what is solved, with a default standing for what is left out."""
-    written = of.schema.write(of.schema.apply(values, of.default))
-    return {path: written[path] for path, key in of.schema.paths.items() if key.physical}
+    written = scene_type.schema.write(scene_type.schema.apply(values, scene_type.default))
+    return {path: written[path] for path, key in scene_type.schema.paths.items() if key.physical}
 
 
 def distinguishes(scene: object) -> str:

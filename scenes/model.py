@@ -90,6 +90,14 @@ class Material:
         numbers = {key: laws.at(given, temperature) for key, given in self.given()}
         return replace(self, **numbers, temperature_coefficient=coefficient)
 
+    def touching(self, temperature: float) -> Material:
+        """The same with the line that touches a law of the resistivity there in that law's place."""
+        law = self.resistivity
+        if not isinstance(law, laws.Law):
+            return self.at(temperature)
+        coefficient = float(law.slope(temperature) / law(temperature))
+        return replace(self.at(temperature), temperature_coefficient=coefficient, reference_temperature=temperature)
+
 
 @dataclass(frozen=True)
 class Box:

@@ -152,8 +152,8 @@ class Parameters:
 
     @staticmethod
     def of(names: Names, flat: Mapping[str, object]) -> Parameters:
-        free, found = names.free(), dict(names)
-        values, powers = {n: float(m.value) for n, m in found.items()}, {n: m.powers for n, m in found.items()}
+        free, measures = names.free(), dict(names)
+        values, powers = {n: float(m.value) for n, m in measures.items()}, {n: m.powers for n, m in measures.items()}
         return Parameters(values, powers, free, flat)
 
     def measures(self) -> dict[str, Measure]:

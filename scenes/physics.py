@@ -165,6 +165,17 @@ def refuse_laws(used: Iterable[Material], what: str) -> None:
                 )
 
 
+def refuse_directions(used: Iterable[Material], what: str) -> None:
+    """Refuses, for ``what`` takes one number or law along all axes, a property that differs along them."""
+    for material in used:
+        for key, given in material.given():
+            if isinstance(given, tuple):
+                raise SceneError(
+                    f"{key} of {quoted(material.name)} differs along x, y and z, and {what} takes one number or law: "
+                    "give one there, or ask for the 3D solution alone"
+                )
+
+
 def potential_of(boundary: Boundary | GroupBoundary) -> Value | str:
     """What tells the potential of an electrode without any current: its voltage, or where its current is given a name
     of its own."""

@@ -11,7 +11,7 @@ import numpy as np
 from scenes.errors import SceneError, listed, quoted
 from scenes.model import AnyScene, Scene, Schedule, Value
 
-SAME = 1e-9  # of the extent of a scene: corners that are nearer to one another are one
+SAME = 1e-9  # corners nearer to one another than this part of a scene's extent are one
 
 Pair = tuple[Any, Any]
 """An electrode, and the other one of its conductor: boundaries."""

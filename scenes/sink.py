@@ -151,6 +151,16 @@ class Sink:
         return found if self.substrate_thickness is None else (*found, self.substrate)
 
     @property
+    def plain(self) -> Sink:
+        """The sink as the paper's equations take it: nothing radiates, and numbers are in the place of laws of the
+        temperature, those at room temperature, of a resistivity the line that touches it there (eq 7)."""
+        if not self.emissivity and not any(m.follows for m in self.materials):
+            return self
+        room, of = self.room_temperature, (self.silicon, self.oxide, self.substrate)
+        silicon, oxide, substrate = (m.touching(room) for m in of)
+        return replace(self, silicon=silicon, oxide=oxide, substrate=substrate, emissivity=0.0)
+
+    @property
     def drive(self) -> Drive:
         """What drives it: the given current, or the voltage behind its series resistance."""
         if self.current is not None:

@@ -15,10 +15,11 @@ from operator import attrgetter
 from typing import Any, TypeVar
 
 from scenes import laws, physics
+from scenes.condition_kinds import Surroundings, Varying
 from scenes.following import number_of
 from scenes.free.document import CURRENT_CONTACT, HEAT_CONTACT, HEAT_SOURCE, LISTS, SERIES
 from scenes.keys import OF_KIND, type_of
-from scenes.kinds import KELVIN, Quantity, Surroundings, Varying
+from scenes.kinds import KELVIN, Quantity
 from scenes.model import AnyScene, Material, Scene, Schedule, Value, values
 from scenes.moved import transferred
 from scenes.parameters import SECTION, Parameters

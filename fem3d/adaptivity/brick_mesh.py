@@ -28,11 +28,12 @@ from meshes.symmetry import Symmetry
 from scenes.model import Scene
 from scenes.plan import Step
 
-# Of what is enough, at which a refinement aims: what it takes away is foreseen to a factor of two or so, and one more
-# level costs more than some cells too many (`validate stress --scenes 160`: seconds of the slowest).
+# A refinement aims at this fraction of the error that is allowed, as predictions of what it takes away are right only
+# within a factor of two, and one more level costs more than some cells too many (`validate stress --scenes 160`:
+# seconds of the slowest).
 AIM = 0.5
-# Times the unknowns of a level that the next one may have where intervals are halved: a mesh that is so far from what
-# is enough foresees badly what it lacks, and gains degrees step by step. The default sink at 1e-5 takes 1.9 times.
+# Where halved intervals would give the next level more than this factor times the unknowns, degrees are raised instead:
+# a mesh that is still so far from the accuracy predicts its own errors badly. The default sink at 1e-5 grows by 1.9.
 MOST_GROWTH = 3.0
 LARGE = 30_000  # unknowns of a grid beyond which tetrahedra are looked at (`fem3d.adaptivity.choice`)
 

@@ -36,12 +36,12 @@ def heat(problem: HeatProblem, change: np.ndarray, time: float | None) -> Tested
             films.append((faces, domain.space.mesh.f2t[0, facets], float(b.value) * faces.areas * faces.value(change)))
 
     def tested(dual: np.ndarray) -> np.ndarray:
-        found = (flux * on.gradient(dual)).sum(axis=(0, 2))
+        products = (flux * on.gradient(dual)).sum(axis=(0, 2))
         if time is not None:
-            found += (stored * on.value(dual)).sum(axis=1)
+            products += (stored * on.value(dual)).sum(axis=1)
         for faces, cells, passing in films:
-            found += np.bincount(cells, (passing * faces.value(dual)).sum(axis=1), len(found))
-        return np.abs(found)
+            products += np.bincount(cells, (passing * faces.value(dual)).sum(axis=1), len(products))
+        return np.abs(products)
 
     return tested
 
@@ -53,8 +53,8 @@ def current(conductor: Conductor, change: np.ndarray) -> Tested:
     flux = on.weights * on.gradient(change) / (conductor.cold * conductor.stands_for)
 
     def tested(dual: np.ndarray) -> np.ndarray:
-        found = np.zeros(count)
-        found[conductor.cells] = np.abs((flux * on.gradient(dual)).sum(axis=(0, 2)))
-        return found
+        products = np.zeros(count)
+        products[conductor.cells] = np.abs((flux * on.gradient(dual)).sum(axis=(0, 2)))
+        return products
 
     return tested

@@ -36,8 +36,8 @@ SLOWEST = 1.0  # slowest rate a that is assumed next to an edge, unless theory h
 LAG, LAG_OVER_EXPONENT = 3.0, 0.6
 REGULAR = 2.0  # slowest rate a away from edges: that next to an edge of exponent 1/2
 FASTEST = 40.0
-# Of a solution whose second derivative jumps inside an interval, at p^-3/2 in the energy norm (Gui and Babuska) and
-# twice that in a reading, less one, as parts of either sign make up what is seen of it.
+# Fastest rate a for a solution whose second derivative jumps inside an interval. In the energy norm its error falls
+# like p^-3/2 (Gui and Babuska), in a reading like p^-3; one less, as parts of both signs cancel in what is seen of it.
 BENT = 2.0
 
 Spread = list[np.ndarray]
@@ -55,30 +55,30 @@ class Parts(NamedTuple):
 
 def left(p: np.ndarray, a: np.ndarray) -> np.ndarray:
     """What is left after degree p over what it took away, of an error that falls like p^-a."""
-    found: np.ndarray = 1 / ((p / (p - 1.0)) ** a - 1)
-    return found
+    remaining: np.ndarray = 1 / ((p / (p - 1.0)) ** a - 1)
+    return remaining
 
 
 def lag(s: np.ndarray) -> np.ndarray:
     """How many degrees the element lags behind at an edge of exponent s."""
-    found: np.ndarray = LAG + LAG_OVER_EXPONENT / s
-    return found
+    degrees: np.ndarray = LAG + LAG_OVER_EXPONENT / s
+    return degrees
 
 
 def at_edge(p: np.ndarray, s: np.ndarray) -> np.ndarray:
     """The rate a next to an edge of exponent s that leaves what (p + lag)^-4s does."""
     shifted = p + lag(s)
-    found: np.ndarray = 4 * s * np.log(shifted / (shifted - 1)) / np.log(p / (p - 1))
-    return found
+    rates: np.ndarray = 4 * s * np.log(shifted / (shifted - 1)) / np.log(p / (p - 1))
+    return rates
 
 
 def rate(p: np.ndarray, ratio: np.ndarray) -> np.ndarray:
     """a of parts of degrees p and p - 1 that have this ratio; the slowest where p - 1 can have none."""
-    found = np.full(len(p), SLOWEST)
+    rates = np.full(len(p), SLOWEST)
     for q in np.unique(p[p > 2]):
         falling, a = _ratios(int(q))
-        found[p == q] = np.interp(-ratio[p == q], -falling, a)
-    return found
+        rates[p == q] = np.interp(-ratio[p == q], -falling, a)
+    return rates
 
 
 @lru_cache
@@ -125,8 +125,8 @@ class Estimator:
         so by chance there, and errors fall no faster than `BENT`."""
         if bent is None:
             return self
-        cap = [np.where(at, np.minimum(own, BENT), own) for at, own in zip(bent, self._cap, strict=True)]
-        of_last = [np.minimum(own, most) for own, most in zip(self._last, cap, strict=True)]
+        cap = [np.where(at, np.minimum(limit, BENT), limit) for at, limit in zip(bent, self._cap, strict=True)]
+        of_last = [np.minimum(last, most) for last, most in zip(self._last, cap, strict=True)]
         return Estimator(self._degrees, cap, self._least, self._fall, self._near, of_last)
 
     def at_vertices(self, space: Any, vertices: np.ndarray, parts: np.ndarray) -> Spread:
@@ -140,8 +140,8 @@ class Estimator:
         shares = np.maximum(np.bincount(at, np.sum(ends_there, axis=0), space.size), 1.0)
         each = (np.bincount(vertices, np.abs(parts), space.size) / shares)[at]
         return [
-            np.bincount(own[ends], each[ends], len(p))
-            for own, ends, p in zip(interval, ends_there, self._degrees, strict=True)
+            np.bincount(intervals[ends], each[ends], len(p))
+            for intervals, ends, p in zip(interval, ends_there, self._degrees, strict=True)
         ]
 
     @property
@@ -185,20 +185,20 @@ def _part(p: np.ndarray) -> np.ndarray:
 def weights(matrix: csc_array, u: np.ndarray, depth: np.ndarray) -> np.ndarray:
     """(functions,): the product of a matrix with those functions of a solution that have the depth of each, for the
     depths that `every_second` looks at."""
-    found = np.zeros(len(u))
+    products = np.zeros(len(u))
     for d in (1, 2, 3):
-        own = depth == d
-        found[own] = (matrix @ np.where(own, u, 0.0))[own]
-    return found
+        same_depth = depth == d
+        products[same_depth] = (matrix @ np.where(same_depth, u, 0.0))[same_depth]
+    return products
 
 
 def every_second(space: Any, functions: np.ndarray, sizes: np.ndarray) -> Spread:
     """`Parts.every_second` of functions (n,): of the dual solution times the `weights` of the solution."""
     depth = space.depth[functions]
-    own, near, far = (space.spread(functions[depth == d], sizes[depth == d]) for d in (1, 2, 3))
+    highest, near, far = (space.spread(functions[depth == d], sizes[depth == d]) for d in (1, 2, 3))
     with np.errstate(divide="ignore", invalid="ignore"):
         # Below degree 5 there is none two degrees lower: what one degree takes is taken twice.
-        ratios = [np.where(z > 0, x / z, (x / y) ** 2) for x, y, z in zip(own, near, far, strict=True)]
+        ratios = [np.where(z > 0, x / z, (x / y) ** 2) for x, y, z in zip(highest, near, far, strict=True)]
     return [np.nan_to_num(ratio, nan=np.inf, posinf=np.inf) for ratio in ratios]
 
 
@@ -208,7 +208,7 @@ def falling(goals: Iterable[tuple[Spread, Spread, Spread]]) -> Spread:
     remaining, before, last = zip(*goals, strict=True)
     factors = []
     for d in range(len(remaining[0])):
-        each = np.array([left[d] for left in remaining])
+        each = np.array([goal[d] for goal in remaining])
         at = each.argmax(axis=0), np.arange(each.shape[1])
         x, y = (np.array([part[d] for part in parts])[at] for parts in (before, last))
         factors.append(np.minimum(y / np.maximum(x, 1e-300), 1.0))

@@ -64,9 +64,9 @@ def improved(study: Study, answer: Answer, level: Level, progress: Callable[[str
     return best
 
 
-def of(here: Level) -> float:
+def of(level: Level) -> float:
     """The error of the fine steady field on bricks where it is worst, over its largest rise."""
-    return relative(*_sampled(here))
+    return relative(*_sampled(level))
 
 
 def relative(gaps: np.ndarray, field: np.ndarray) -> float:
@@ -75,11 +75,11 @@ def relative(gaps: np.ndarray, field: np.ndarray) -> float:
     return CAUTION * float(gaps.max()) / largest
 
 
-def refined(here: Level) -> Grid:
+def refined(level: Level) -> Grid:
     """The grid with the intervals refined that cause most of its field's error: towards singular planes they are cut,
     elsewhere they gain a degree, and are halved at the highest."""
-    grid, (gaps, _) = here.problems.bricks.grid, _sampled(here)
-    marks = grading.features(here.problems.domain.scene)
+    grid, (gaps, _) = level.problems.bricks.grid, _sampled(level)
+    marks = grading.features(level.problems.domain.scene)
     missing = []
     for d in range(3):
         others = tuple(e for e in range(3) if e != d)
@@ -89,14 +89,14 @@ def refined(here: Level) -> Grid:
     return grading.refined(grid, missing, 0.5 * sum(float(m.sum()) for m in missing), marks)
 
 
-def _sampled(here: Level) -> tuple[np.ndarray, np.ndarray]:
+def _sampled(level: Level) -> tuple[np.ndarray, np.ndarray]:
     """(x, y, z) twice: how far the two degrees are apart at points of the solid, zero outside, and the fine field."""
-    given, space = here.problems, here.problems.bricks
+    given, space = level.problems, level.problems.bricks
     # Inside of cells, so that each point is of one cell alone.
     inner = (np.arange(POINTS) + 0.5) / POINTS
     inner = 0.5 - 0.499 * np.cos(np.pi * inner)
     at = [(b[:-1, None] + np.diff(b)[:, None] * inner).ravel() for b in space.grid.breaks]
-    fields = given.heat.field(np.array([here.fine.state.rise, given.lifted(here.low.state.rise, 1)]))
+    fields = given.heat.field(np.array([level.fine.state.rise, given.lifted(level.low.state.rise, 1)]))
     fine, low = space.sample(fields, *at)
     solid = space.grid.solid.repeat(POINTS, 0).repeat(POINTS, 1).repeat(POINTS, 2)
     return np.where(solid, np.abs(fine - low), 0.0), np.where(solid, fine, 0.0)

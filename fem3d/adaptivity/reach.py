@@ -24,8 +24,9 @@ MANY = 1_000
 COARSEST = 1e-2  # accuracy from which on a first grid has the fewest layers
 HARDLY = 0.25  # edges of a smaller exponent take more layers than lengths leave room for
 LAYER = 0.1  # layers shorter than this fraction of the narrowest length of a scene see their edge alone
-# Of what is enough, which the shortest layers may leave. `validate stress --scenes 160` counts what is refused for it;
-# of its scenes that are solved none keeps more, and with only a tenth left for all the rest cells grow without end.
+# The shortest layers at edges may leave this fraction of the error that is allowed. `validate stress --scenes 160`
+# counts what is refused for it: no scene that it solves keeps more; were only a tenth left for all other errors, cells
+# would grow without end.
 KEPT = 0.75
 
 
@@ -102,12 +103,12 @@ class Edges:
     def _kept(self, grid: Grid, missing: Spread) -> tuple[float, float]:
         """What the shortest layers at the edges would leave of what is missing: of short layers, and of all."""
         asymptotic, shortest, of_short, of_all = _asymptotic(grid, self._marks), grading.shortest_of(grid), 0.0, 0.0
-        for breaks, near, own in zip(grid.breaks, self._marks.near(grid), missing, strict=True):
+        for breaks, near, missed in zip(grid.breaks, self._marks.near(grid), missing, strict=True):
             s, lengths = np.minimum(near[:-1], near[1:]), np.diff(breaks)
             at = np.isfinite(s)
-            left = own[at] * np.minimum(shortest / lengths[at], 1.0) ** (2 * s[at])
-            of_short += float(left[lengths[at] < asymptotic].sum())
-            of_all += float(left.sum())
+            kept = missed[at] * np.minimum(shortest / lengths[at], 1.0) ** (2 * s[at])
+            of_short += float(kept[lengths[at] < asymptotic].sum())
+            of_all += float(kept.sum())
         return of_short, of_all
 
     def _levels(self, grid: Grid) -> int:
@@ -132,11 +133,11 @@ def _asymptotic(grid: Grid, marks: Features) -> float:
 
 def _narrowest(grid: Grid, marks: Features) -> float:
     """The least distance (m) of two planes of the scene along any axis, without slivers."""
-    found = []
+    narrowest = []
     for breaks, inner in zip(grid.breaks, marks.planes, strict=True):
         gaps = np.diff(sorted({*inner, float(breaks[0]), float(breaks[-1])}))
-        found.append(float(gaps[gaps > grading.SLIVER * (breaks[-1] - breaks[0])].min()))
-    return min(found)
+        narrowest.append(float(gaps[gaps > grading.SLIVER * (breaks[-1] - breaks[0])].min()))
+    return min(narrowest)
 
 
 def not_reached(accuracy: float, because: str = "") -> NumericsError:

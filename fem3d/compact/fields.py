@@ -18,7 +18,7 @@ from fem3d.solution.reduced import orthonormal
 from fem3d.solution.transient import Base
 
 FIRST, MOST = 4, 16  # how many shifts to begin with, and at most
-SOONER = 3.0  # the first shift is the earliest time over this
+SOONER = 3.0  # the first shift of the Krylov fields is the earliest time over this
 
 
 def slowest(heat: HeatProblem) -> float:
@@ -38,12 +38,12 @@ def loads_of(base: Base, steps: np.ndarray) -> list[np.ndarray]:
     """The loads (W, all nodes) of a model, each as large as the inputs' steps (channels,) make it: every channel's own,
     the Joule heat of every pair of current fields, and what temperature adds to that."""
     heat, conductor = base.heat, base.conductor
-    found = [s * v for s, v in zip(steps[1:], heat.loads[1:], strict=True) if v.any()]
+    loads = [s * v for s, v in zip(steps[1:], heat.loads[1:], strict=True) if v.any()]
     if not heat.anchored:
-        found += [s * (heat.stiffness @ v) for s, v in zip(steps[1:], heat.lifts[1:], strict=True) if v.any()]
+        loads += [s * (heat.stiffness @ v) for s, v in zip(steps[1:], heat.lifts[1:], strict=True) if v.any()]
     if conductor is not None:
-        found += _joule(heat, conductor, base, steps)
-    return found
+        loads += _joule(heat, conductor, base, steps)
+    return loads
 
 
 def _joule(heat: HeatProblem, conductor: Conductor, base: Base, steps: np.ndarray) -> list[np.ndarray]:
@@ -51,15 +51,15 @@ def _joule(heat: HeatProblem, conductor: Conductor, base: Base, steps: np.ndarra
     driven = [c for c, v in enumerate(conductor.voltages) if c and v.any()]
     size = max((float(steps[c]) for c in driven), default=0.0) ** 2
     lifts = [s * lift for s, lift in zip(steps[1:], heat.lifts[1:], strict=True) if lift.any()]
-    found = []
+    loads = []
     for i, a in enumerate(base.patterns):
         for b in base.patterns[: i + 1]:
             cold = size * conductor.joule_load(a.density, none, b.density)
-            found.append(cold)
+            loads.append(cold)
             if conductor.warms:
                 warmed = [heat.whole(heat.solve_steady(cold[:n])), *lifts]
-                found += [size * conductor.joule_load(a.density, u, b.density) - cold for u in warmed]
-    return [load for load in found if load.any()]
+                loads += [size * conductor.joule_load(a.density, u, b.density) - cold for u in warmed]
+    return [load for load in loads if load.any()]
 
 
 def rational(heat: HeatProblem, loads: list[np.ndarray], times: tuple[float, float] | None, enough: float) -> Any:
@@ -92,9 +92,9 @@ def _residual(heat: HeatProblem, basis: np.ndarray, loads: list[np.ndarray], shi
     weight = 1 / (mass.diagonal() + shift * stiffness.diagonal())
     F = np.column_stack(loads)
     tested = basis.T @ F
-    found = np.linalg.solve(basis.T @ product, tested)
-    left = F - product @ found
-    return float(np.sqrt(((weight[:, None] * left**2).sum(axis=0) / (tested * found).sum(axis=0)).max()))
+    solution = np.linalg.solve(basis.T @ product, tested)
+    residual = F - product @ solution
+    return float(np.sqrt(((weight[:, None] * residual**2).sum(axis=0) / (tested * solution).sum(axis=0)).max()))
 
 
 def leading(states: np.ndarray, rows: np.ndarray) -> np.ndarray:
@@ -105,5 +105,5 @@ def leading(states: np.ndarray, rows: np.ndarray) -> np.ndarray:
     whole = float(np.linalg.norm(states, axis=0).max(initial=1e-300))
     weighed = np.linalg.cholesky(np.eye(len(states)) / whole**2 + read.T @ read)
     first = np.linalg.svd(weighed.T @ states, full_matrices=True)[0]
-    found: np.ndarray = np.linalg.qr(np.linalg.solve(weighed.T, first))[0]
-    return found
+    sums: np.ndarray = np.linalg.qr(np.linalg.solve(weighed.T, first))[0]
+    return sums

@@ -20,7 +20,7 @@ from scenes.model import UNITS as PROBE_UNITS
 from scenes.model import AnyScene, Schedule, Value
 from scenes.result import Result
 
-INSTANTS = 60  # instants of each run that is compared
+INSTANTS = 60  # number of instants of each run at which a model is compared
 # Places of an extreme at most, and by what fraction of a run's scale a place may miss the extreme.
 MOST_PLACES, NEAR = 12, 1e-4
 EQUATIONS = [
@@ -44,19 +44,19 @@ class Truth:
         """What errors of each probe are relative to."""
         known = self.steady or self.over_time
         assert known is not None
-        found: dict[str, float] = known.details["scales"]
-        return found
+        scales: dict[str, float] = known.details["scales"]
+        return scales
 
 
-def rise_of(scene: AnyScene, of: Truth) -> float:
+def rise_of(scene: AnyScene, truth: Truth) -> float:
     """The largest rise (K) of any probe in a run."""
     start = scene.initial_temperature
     thermal = [p.name for p in scene.probes if p.quantity == "temperature"]
-    if of.over_time is not None and of.over_time.traces is not None:
-        values = [of.over_time.traces.values[n] for n in thermal]
+    if truth.over_time is not None and truth.over_time.traces is not None:
+        values = [truth.over_time.traces.values[n] for n in thermal]
     else:
-        assert of.steady is not None
-        values = [np.array([of.steady.steady[n].value]) for n in thermal]
+        assert truth.steady is not None
+        values = [np.array([truth.steady.steady[n].value]) for n in thermal]
     return max((float(np.abs(v - start).max()) for v in values), default=0.0)
 
 
@@ -70,8 +70,8 @@ def instants(scene: AnyScene, times: np.ndarray, inputs: Mapping[str, Value] | N
     """Which times of a run under some inputs, by default the scene's own, are compared: some of those from the first on
     that its accuracy holds from, also after a jump."""
     first = first_time(scene)
-    own = {c.name: c.own for c in channels(scene)} if inputs is None else inputs
-    given = [v for v in own.values() if isinstance(v, Schedule)]
+    drives = {c.name: c.own for c in channels(scene)} if inputs is None else inputs
+    given = [v for v in drives.values() if isinstance(v, Schedule)]
     jumps = [t for v in given for t, then in pairwise(v.times) if t == then and t > 0]
     waits = [(times >= jump) & (times < jump + first * (1 - 1e-12)) for jump in jumps]
     late = np.flatnonzero((times >= first * (1 - 1e-12)) & ~np.any([np.zeros(len(times), bool), *waits], axis=0))
@@ -82,9 +82,14 @@ class Judge:
     """Models of a rich problem's first states, held against runs of the full model."""
 
     def __init__(
-        self, scene: AnyScene, found: tuple[Channel, ...], truths: dict[str, Truth], structure: Structure, rich: Reduced
+        self,
+        scene: AnyScene,
+        inputs: tuple[Channel, ...],
+        truths: dict[str, Truth],
+        structure: Structure,
+        rich: Reduced,
     ) -> None:
-        self.scene, self.channels, self.truths, self.structure, self.rich = scene, found, truths, structure, rich
+        self.scene, self.channels, self.truths, self.structure, self.rich = scene, inputs, truths, structure, rich
         self._errors: dict[int, dict[str, Any]] = {}
 
     def model(self, count: int) -> tuple[CompactModel, Tensors]:
@@ -135,17 +140,17 @@ class Judge:
         return self._errors[count]
 
     def _apart(self, model: CompactModel, truth: Truth) -> dict[str, Any]:
-        found: dict[str, Any] = {}
+        errors: dict[str, Any] = {}
         inputs = {name: _table(value) for name, value in truth.inputs.items()}
         # Where all is of one temperature no heat flows, and its error is relative to what such a rise makes otherwise.
-        own = self.truths[OWN]
-        size = rise_of(self.scene, own)
+        reference = self.truths[OWN]
+        size = rise_of(self.scene, reference)
         rise = OF_FLOW * rise_of(self.scene, truth) / size if size else 0.0
         flows = [p.name for p in self.scene.probes if p.quantity == "heat_flow"]
-        least = {name: rise * own.scales[name] for name in flows}
+        least = {name: rise * reference.scales[name] for name in flows}
         if truth.steady is not None:
             ours, scales = model.steady(inputs), truth.steady.details["scales"]
-            found["steady"] = {
+            errors["steady"] = {
                 name: _both(abs(ours[name] - is_.value) + is_.error, max(scales[name], least.get(name, 0.0)))
                 for name, is_ in truth.steady.steady.items()
             }
@@ -153,14 +158,14 @@ class Judge:
             traces, scales = truth.over_time.traces, truth.over_time.details["scales"]
             at = instants(self.scene, traces.time, truth.inputs)
             over = model.simulate(traces.time[at], inputs)
-            found["over time"] = {
+            errors["over time"] = {
                 name: _both(
                     float(np.abs(over[name] - traces.values[name][at]).max()) + traces.errors[name],
                     max(scales[name], least.get(name, 0.0)),
                 )
                 for name in over
             }
-        return found
+        return errors
 
     def worst(self, count: int) -> float:
         """The largest relative error."""
@@ -185,18 +190,18 @@ class Judge:
     def places(self) -> dict[str, np.ndarray]:
         """For each probe of an extreme the rows of where it is in the runs."""
         heat, found_in = self.structure.heat, self._rises()
-        rises, found = np.array([rise for _, rise in found_in]), {}
+        rises, places = np.array([rise for _, rise in found_in]), {}
         for probe in heat.domain.scene.probes:
             if probe.name in self.structure.places:
                 rows = np.array([goal_row(heat, probe, u) for u in rises])
                 near = np.array([NEAR * truth.scales[probe.name] for truth, _ in found_in])
-                found[probe.name] = needed(rows @ rises.T * (1 if probe.reduce == "max" else -1), rows, near)
-        return found
+                places[probe.name] = needed(rows @ rises.T * (1 if probe.reduce == "max" else -1), rows, near)
+        return places
 
     def _rises(self) -> list[tuple[Truth, np.ndarray]]:
         """Rises (all nodes,) in each run, over time and in the steady state."""
         model, made = self.model(self.rich.states)
-        found = []
+        rises = []
         for truth in self.truths.values():
             inputs = {name: _table(value) for name, value in truth.inputs.items()}
             states = []
@@ -207,21 +212,21 @@ class Judge:
                 times = np.geomspace(first_time(self.scene), self.scene.end_time, 6)
                 drives = [model.inputs_at(inputs, t) for t in times.tolist()]
                 states += zip(drives, model.march(times, inputs), strict=True)
-            found += [(truth, made.rise(self.structure.heat, g, b)) for g, b in states]
-        return found
+            rises += [(truth, made.rise(self.structure.heat, g, b)) for g, b in states]
+        return rises
 
     def document(self, count: int) -> dict[str, Any]:
         """The model of some states with its errors, and how they were found."""
         model, made = self.model(count)
-        left, rich = self._residual(model, made), self.worst(self.rich.states)
+        residual, rich = self._residual(model, made), self.worst(self.rich.states)
         text = [
             "Estimated: the distance from runs of the full 3D model for each of these inputs, on meshes of their own, "
             "with their errors.",
             f"With {self.rich.states} states it is {rich:.1e} at most; what the {count} states leave of the full "
-            f"equations, solved for, is {left:.1e} of the rise at most.",
+            f"equations, solved for, is {residual:.1e} of the rise at most.",
         ]
         estimated = {"runs": len(self.truths), "more_states": self.rich.states, "with_more_states": rich,
-                     "residual": left, "text": text}  # fmt: skip
+                     "residual": residual, "text": text}  # fmt: skip
         return self._described(made, self.errors(count), estimated)
 
     def _residual(self, model: CompactModel, made: Tensors) -> float:
@@ -235,15 +240,15 @@ class Judge:
             b = model.rest(g) if self.scene.steady else model.march([end], inputs)[0]
             rise = made.rise(heat, g, b)
             z = np.concatenate([[1.0], g])
-            left = (z @ heat.loads - heat.stiffness @ rise)[:n]
+            residual = (z @ heat.loads - heat.stiffness @ rise)[:n]
             if base.conductor is not None:
-                found = base.conductor.solve(rise, z @ base.conductor.voltages)
-                left += base.conductor.joule_load(found.density, rise)[:n]
+                electric = base.conductor.solve(rise, z @ base.conductor.voltages)
+                residual += base.conductor.joule_load(electric.density, rise)[:n]
             if not self.scene.steady:
-                left -= heat.inner_mass @ (made.basis @ model.rates(g, b))
-                missing = end * heat.solve_shifted(end)(left)
+                residual -= heat.inner_mass @ (made.basis @ model.rates(g, b))
+                missing = end * heat.solve_shifted(end)(residual)
             else:
-                missing = heat.solve_steady(left)
+                missing = heat.solve_steady(residual)
             size = float(np.sqrt(rise @ (heat.mass @ rise)))
             worst = max(worst, heat.norm(missing) / size) if size > 0 else worst
         return worst

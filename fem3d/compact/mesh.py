@@ -17,7 +17,8 @@ from scenes import physics
 from scenes.compact.channels import Channel, apart, driven
 from scenes.model import AnyScene, MeshScene, Value
 
-# Each given temperature's step is this fraction of the one before, of the other sign: equal ones would cancel out.
+# The step of each given temperature is this fraction of the one before, and of the other sign: equal steps would cancel
+# out.
 LESS = 0.8
 FARTHEST = 0.2  # a step of a temperature changes a resistivity by at most this fraction
 
@@ -40,13 +41,15 @@ def problem(
         start = scene_run.start(replace(driven(named, mixed), accuracy=accuracy))[1]
         start = start if start.whole else None
         part = scene_run.part_of(named, start is not None)
-    there = replace(driven(scene, mixed), accuracy=accuracy)
-    part_there = replace(part, scene=replace(driven(part.scene, mixed), accuracy=accuracy))
+    mixed_scene = replace(driven(scene, mixed), accuracy=accuracy)
+    mixed_part = replace(part, scene=replace(driven(part.scene, mixed), accuracy=accuracy))
 
     def largest(out: Outputs) -> dict[str, float]:
-        return {name: max(scale, scales[name]) for name, scale in probe_quantities.scales(there, out, {}).items()}
+        return {name: max(scale, scales[name]) for name, scale in probe_quantities.scales(mixed_scene, out, {}).items()}
 
-    study = replace(probe_quantities.study(there, part_there), field=None, steady_scales=largest, trace_scales=largest)
+    study = replace(
+        probe_quantities.study(mixed_scene, mixed_part), field=None, steady_scales=largest, trace_scales=largest
+    )
     mesh: Any = loop.solve(study, not scene.steady, mesh=start, with_steady=scene.steady).mesh
     given = mesh.on(replace(part.scene, accuracy=accuracy)).problems()
     return given.heat, given.conductor, part
@@ -57,11 +60,11 @@ def _mixed(scene: AnyScene, channels: tuple[Channel, ...], rise: float) -> dict[
     conductors = (m for m in physics.materials(scene) if m.resistivity is not None)
     steepest = max((abs(m.temperature_coefficient) for m in conductors), default=0.0)
     size = min(max(rise, 1.0), FARTHEST / max(steepest, 1e-300))
-    found: dict[str, Value] = {}
+    values: dict[str, Value] = {}
     for c in channels:
         if c.kind in ("temperature", "ambient"):
-            found[c.name] = c.rest + size
+            values[c.name] = c.rest + size
             size *= -LESS
         else:
-            found[c.name] = c.largest
-    return found
+            values[c.name] = c.largest
+    return values

@@ -63,8 +63,8 @@ class Tensors:
     def rise(self, heat: HeatProblem, g: np.ndarray, b: np.ndarray) -> np.ndarray:
         """(all nodes,): the rise at inputs and states."""
         given = np.concatenate([[1.0], g])
-        found: np.ndarray = heat.whole(self.basis @ (b - given @ self.offset)) + given @ heat.lifts
-        return found
+        rise: np.ndarray = heat.whole(self.basis @ (b - given @ self.offset)) + given @ heat.lifts
+        return rise
 
 
 def tensors(structure: Structure, reduced: Reduced) -> Tensors:
@@ -88,17 +88,17 @@ class _Maker:
 
     def _tested(self, cold: np.ndarray, warm: np.ndarray) -> np.ndarray:
         """(pairs, ..., z): a Joule heat of pairs of current fields, cold (channels, m, m, ...), warm (m, m, ..., n)."""
-        own = warm[self.i, self.j]
-        given = np.moveaxis(cold[:, self.i, self.j], 0, -1) - own @ self.inertia.T
-        return np.concatenate([given, own], axis=-1)
+        by_states = warm[self.i, self.j]
+        given = np.moveaxis(cold[:, self.i, self.j], 0, -1) - by_states @ self.inertia.T
+        return np.concatenate([given, by_states], axis=-1)
 
     def along(self, row: np.ndarray, rates: bool = False) -> tuple[np.ndarray, np.ndarray]:
         """(z,) and (inputs + 1,): how a row (all nodes) of the rise follows z, and inputs' rates; or of its rate."""
-        own = row[: self.heat.free] @ self.modal.basis
-        lifted = self.heat.lifts @ row - self.inertia @ own
+        states_row = row[: self.heat.free] @ self.modal.basis
+        lifted = self.heat.lifts @ row - self.inertia @ states_row
         if rates:
-            return own @ self.F, lifted
-        return np.concatenate([lifted, own]), np.zeros_like(lifted)
+            return states_row @ self.F, lifted
+        return np.concatenate([lifted, states_row]), np.zeros_like(lifted)
 
     def made(self) -> Tensors:
         heat, modal = self.heat, self.modal
@@ -124,20 +124,20 @@ class _Maker:
                     "U": np.moveaxis(U, 0, 1), "P": np.moveaxis(P, 0, 1)}  # fmt: skip
         return self._scaled(Tensors(matrices, outputs, ports, modal.basis, self.inertia))
 
-    def _scaled(self, found: Tensors) -> Tensors:
+    def _scaled(self, unscaled: Tensors) -> Tensors:
         """With states in units of what each adds to the temperatures that are read, or to all of the part."""
-        own = slice(self.count, None)
+        states = slice(self.count, None)
         thermal = [r for p in self.heat.domain.scene.probes if p.quantity == "temperature"
-                   for r in found.outputs[p.name][0]]  # fmt: skip
-        size = np.abs(found.matrices["Y"][thermal, own]).max(axis=0, initial=0.0)
+                   for r in unscaled.outputs[p.name][0]]  # fmt: skip
+        size = np.abs(unscaled.matrices["Y"][thermal, states]).max(axis=0, initial=0.0)
         everywhere = 1 / np.sqrt(self.heat.unit @ (self.heat.mass @ self.heat.unit))
         unit = np.maximum(size, 0.1 * everywhere)
-        m = {name: matrix.copy() for name, matrix in found.matrices.items()}
+        m = {name: matrix.copy() for name, matrix in unscaled.matrices.items()}
         for name in "ASFQYUP":
-            m[name][..., own] /= unit
+            m[name][..., states] /= unit
         m["F"] *= unit[:, None]
         m["Q"] *= unit[:, None]
-        return Tensors(m, found.outputs, found.ports, found.basis / unit, found.offset * unit)
+        return Tensors(m, unscaled.outputs, unscaled.ports, unscaled.basis / unit, unscaled.offset * unit)
 
     def _probe(self, probe: Any) -> list[tuple[np.ndarray, ...]]:
         """What each row of a probe has in Y, W, U and P."""

@@ -42,8 +42,8 @@ def _missing(given: Problems, fine: Projected, low: Projected) -> Spread:
         for load, load_low in zip(fine.loads, low.loads, strict=True):
             x = solve(load[: heat.free])
             y = given.lifted(solve_low(load_low[: lower.free]), 1)[: heat.free]
-            left = load[: heat.free] - heat.inner_mass @ y - shift * (heat.inner_stiffness @ y)
-            parts = (x * left)[new] / float(load[: heat.free] @ x)
+            residual = load[: heat.free] - heat.inner_mass @ y - shift * (heat.inner_stiffness @ y)
+            parts = (x * residual)[new] / float(load[: heat.free] @ x)
             worst = [np.maximum(a, b) for a, b in zip(
                 worst, space.spread(heat.order[new], parts), strict=True)]  # fmt: skip
     return worst

@@ -37,13 +37,13 @@ OF_STORAGE = (".density", ".specific_heat")
 def of_device(device: Device, model: Model) -> tuple[Table, dict[str, str]]:
     """d ln quantity / d ln key of the steady state after the outer step, of quantities that are not zero, and why there
     is none by some keys; errors by the next lower space, as those of the quantities."""
-    part, left_out, found = symmetry.reduce(device.scene()), dict[str, str](), Table()
+    part, left_out, table = symmetry.reduce(device.scene()), dict[str, str](), Table()
     besides = [_beside(structure) for structure in model.structures]
     still = [_read(s, b.own) for s, b in zip(model.structures, besides, strict=True)]
     known = {q: error / abs(still[0][q]) for q, error in model.steady_errors(device).items() if still[0].get(q)}
     for key in numbers(device):
         if key.endswith(OF_STORAGE):
-            found[key] = {q: Estimate(0.0, 0.0) for q in known}
+            table[key] = {q: Estimate(0.0, 0.0) for q in known}
             continue
         other = neighbour(device, key, STEP)
         try:
@@ -53,12 +53,12 @@ def of_device(device: Device, model: Model) -> tuple[Table, dict[str, str]]:
             continue
         fine, low = dict[str, float](), dict[str, float]()
         conductor = None
-        for own, beside, was, into in zip(model.structures, besides, still, (fine, low), strict=True):
-            there = beside.projected(domain, conductor)
-            conductor, now = there.conductor, _read(replace(own, device=other), there)
+        for structure, beside, was, into in zip(model.structures, besides, still, (fine, low), strict=True):
+            nearby = beside.projected(domain, conductor)
+            conductor, now = nearby.conductor, _read(replace(structure, device=other), nearby)
             into |= {q: (now[q] - was[q]) / (STEP * was[q]) for q in known if was[q]}
-        found[key] = {q: Estimate(s, model.edges * abs(s - low.get(q, s)) + known[q] + STEP) for q, s in fine.items()}
-    return found, left_out
+        table[key] = {q: Estimate(s, model.edges * abs(s - low.get(q, s)) + known[q] + STEP) for q, s in fine.items()}
+    return table, left_out
 
 
 def _beside(structure: Structure) -> Beside:
@@ -73,10 +73,10 @@ def _beside(structure: Structure) -> Beside:
     return Beside(heat, structure.conductor, orthonormal(heat, fields), patterns)
 
 
-def _read(structure: Structure, found: Projected) -> dict[str, float]:
+def _read(structure: Structure, problem: Projected) -> dict[str, float]:
     """The steady state of a structure by a problem on some fields, orthonormal in a mass next to its own."""
-    assert found.conductor is not None
-    there, device = replace(structure, heat=found.heat, conductor=found.conductor), structure.device
-    reduced = found.reduced.changed(np.linalg.inv(np.linalg.cholesky(found.mass)).T)
-    state = steady(there.modal(reduced, found.patterns, device.accuracy_3d), device)
+    assert problem.conductor is not None
+    nearby, device = replace(structure, heat=problem.heat, conductor=problem.conductor), structure.device
+    reduced = problem.reduced.changed(np.linalg.inv(np.linalg.cholesky(problem.mass)).T)
+    state = steady(nearby.modal(reduced, problem.patterns, device.accuracy_3d), device)
     return {q: float(getattr(state, q)) for q in FOLLOWED}

@@ -33,13 +33,14 @@ FEWEST, MOST_NODES = 4, 12
 START, AFTER = 60, 60
 """Samples of a short run before and after its outer step, by which meshes, fields and nodes are judged."""
 FALLING = 0.25
-"""What the last degree took away over what the one before did, at least: as odd and even ones take turns, one ratio may
-be small by chance. A quarter is what the regular part of such a solution was found to lose."""
+"""The least ratio that is assumed of what the last degree took away to what the degree before did: as odd and even
+degrees take turns, a single ratio may be small by chance. A quarter was measured for the regular part of such a
+solution."""
 MOST_LEVELS = 12
 AHEAD = 6.0
-"""A refinement aims that much below the accuracy: another level costs more than a few more unknowns."""
+"""A refinement aims at an error so many times below the accuracy: one more level costs more than some more unknowns."""
 ROUNDING = 1e-13
-"""Of a power: what a difference of two steady states, each iterated to that, may be off by."""
+"""Relative rounding error of a power in the difference of two steady states, each iterated to that."""
 STEPS = 1e-2  # the iteration for the powers between samples ends at this fraction of the accuracy
 
 
@@ -106,29 +107,29 @@ class Model:
         """Over time the response of both powers to a step of the substrate's temperature, with errors: what the lower
         space, fewer fields and fewer nodes change of it."""
         given = (self.fine, self.nodes), (self.low, self.nodes), (self.fewer, self.nodes), (self.fine, self.nodes - 2)
-        found, *others = shielding.response([Resolution(modal, nodes) for modal, nodes in given], device)
+        response, *others = shielding.response([Resolution(modal, nodes) for modal, nodes in given], device)
 
         def error(film: str) -> float:
-            values = getattr(found, film)
+            values = getattr(response, film)
             space, *rest = (float(np.abs(getattr(other, film) - values).max()) for other in others)
             return self.edges * space + sum(rest)
 
         sensor, sink = error("sensor_power_W_per_K"), error("sink_power_W_per_K")
-        return replace(found, sensor_error=sensor, sink_error=sink)
+        return replace(response, sensor_error=sensor, sink_error=sink)
 
     def ground(self, device: Device) -> list[tuple[Shared, dict[str, float]]]:
         """What a lead to ground that both films share does, each with its errors, in their units: the device's own, or
         where it has none leads of a thousandth and a hundredth of the sensor's resistance."""
         film = float(self.fine.resistance[1])
         leads = [device.control.ground_resistance] if device.control.ground_resistance else [1e-3 * film, 1e-2 * film]
-        found = []
+        effects = []
         for lead in leads:
             one, two = (asdict(shared(modal, device, lead)) for modal in (self.fine, self.low))
             errors = {q: self.edges * abs(v - two[q]) + 1e-9 * abs(v) for q, v in one.items() if q != "resistance_ohm"}
             for q in ("lowest_K", "highest_K"):
                 errors[q] += NARROW * device.set_rise
-            found.append((Shared(**one), errors))
-        return found
+            effects.append((Shared(**one), errors))
+        return effects
 
     def solve(
         self, device: Device, meter: tuple[float, float] = (0.0, 0.0), start: Literal["cold", "settled"] = "cold"
@@ -145,14 +146,14 @@ class Model:
         rest = {q: self.lost[q] * scale[q] for q in _NAMES}
         errors, parts = {q: space[q] + rest[q] for q in _NAMES}, {"space": space, "states and time": rest}
         before, after = self.steady(device, device.external.initial_temperature), self.steady(device)
-        found, lower = (
+        result, lower = (
             device_result(
                 "few states of 3D", device, run.traces[:, i], errors, before=before, after=after, error_parts=parts,
                 details=self.details | {"stopped": run.stopped},
             )
             for i in (0, 1)
         )  # fmt: skip
-        return found, lower
+        return result, lower
 
 
 _NAMES = (*QUANTITIES, TOP)
@@ -175,15 +176,15 @@ def model(device: Device, accuracy: float, say: Callable[[str], None] = lambda _
         given = problems(boxes(part.scene, grid), accuracy)
         say(f"level {number}: {given.heat.size} unknowns")
         shifts = (earliest, max(LATEST * slowest, LONGEST * earliest))
-        found, structures = list[Projected](), list[Structure]()
+        projections, structures = list[Projected](), list[Structure]()
         for heat, conductor in zip(given.heats[::-1], given.conductors[::-1], strict=True):
             assert conductor is not None
             structures.append(Structure(device, heat, conductor, part.copies))
-            found.append(projected(structures[-1], shifts, generations, accuracy))
-        fine, low, lowest = found
+            projections.append(projected(structures[-1], shifts, generations, accuracy))
+        fine, low, lowest = projections
         slowest = float(1 / fine.modal.rates[0])
-        distances, left = _judged(device, short, fine, low, lowest, nodes)
-        space = max(left[q] * distances["low"][q] for q in _JUDGED)
+        distances, remaining = _judged(device, short, fine, low, lowest, nodes)
+        space = max(remaining[q] * distances["low"][q] for q in _JUDGED)
         fields, between = (max(distances[name][q] for q in _JUDGED) for name in ("fewer", "nodes"))
         if fields > accuracy / 2 and generations < MOST:
             generations += MORE
@@ -194,11 +195,11 @@ def model(device: Device, accuracy: float, say: Callable[[str], None] = lambda _
                 "unknowns": given.heat.size, "states": fine.modal.count, "responses": fine.modal.responses,
                 "levels": number, "symmetry": part.part, "nodes": nodes, "degrees": [d.tolist() for d in grid.degrees],
             }  # fmt: skip
-            lost = {q: distances["fewer"][q] + distances["nodes"][q] for q in _NAMES}
+            missed = {q: distances["fewer"][q] + distances["nodes"][q] for q in _NAMES}
             degree = np.array([min(int(d.min()) for d in grid.degrees[:2])])
             edges = max(float(estimate.left(degree, np.array([4 * marks.sharpest]))[0]), 1.0)
             return Model(
-                device, fine.modal, low.modal, left, lost, nodes, edges, details, (structures[0], structures[1]),
+                device, fine.modal, low.modal, remaining, missed, nodes, edges, details, (structures[0], structures[1]),
                 fine.fewer,
             )  # fmt: skip
         if space > accuracy / 2:
@@ -228,19 +229,19 @@ def _judged(
     models = [Resolution(modal, n) for modal, n in zip(modals, (*[nodes] * 4, nodes - 2), strict=True)]
     run = march(models, short, _steps(device))
     scale = _scales(device, run)
-    found = {}
+    distances = {}
     for name, (a, b) in {"low": (0, 1), "lowest": (1, 2), "fewer": (0, 3), "nodes": (0, 4)}.items():
         apart = run.apart(a, b)
         one, two = (steady(modals[i], device) for i in (a, b))
-        found[name] = {q: apart[q] / scale[q] for q in _NAMES}
+        distances[name] = {q: apart[q] / scale[q] for q in _NAMES}
         for q in ("sink_power_W", "sensor_power_W"):
             size = max(abs(getattr(one, q)), 1e-3 * scale[q])
-            found[name][q] = max(found[name][q], abs(getattr(one, q) - getattr(two, q)) / size)
-    left = {}
+            distances[name][q] = max(distances[name][q], abs(getattr(one, q) - getattr(two, q)) / size)
+    remaining = {}
     for q in _NAMES:
-        ratio = max(found["low"][q] / max(found["lowest"][q], 1e-300), FALLING)
-        left[q] = min(ratio / (1 - ratio), 1.0) if ratio < 1 else 1.0
-    return found, left
+        ratio = max(distances["low"][q] / max(distances["lowest"][q], 1e-300), FALLING)
+        remaining[q] = min(ratio / (1 - ratio), 1.0) if ratio < 1 else 1.0
+    return distances, remaining
 
 
 def _steps(device: Device) -> float:

@@ -49,13 +49,13 @@ class Ordering:
         return self._found
 
     def _dissected(self, matrix: csc_array, groups: np.ndarray) -> Dissection:
-        own, group, sizes = np.unique(groups, return_inverse=True, return_counts=True)
-        count = len(own)
+        entities, group, sizes = np.unique(groups, return_inverse=True, return_counts=True)
+        count = len(entities)
         pairs = group[matrix.indices], np.repeat(group, np.diff(matrix.indptr))
         graph = csc_array((np.ones(matrix.nnz, np.int8), pairs), shape=(count, count)).tocoo()
         below = graph.row > graph.col
         rows, columns = graph.row[below], graph.col[below]
-        pieces, joined = dissection(self._places[own], sizes, rows, columns)
+        pieces, joined = dissection(self._places[entities], sizes, rows, columns)
         order = np.concatenate(pieces)
         place = np.argsort(order)
         starts = np.concatenate([[0], np.cumsum([len(p) for p in pieces])])
@@ -70,7 +70,7 @@ class Ordering:
                 near[beyond[j]] = True
             beyond.append(end + np.flatnonzero(near[end:]))
         rank = np.full(len(self._places), -1)
-        rank[own] = place
+        rank[entities] = place
         return Dissection(rank, starts, joined, beyond)
 
 
@@ -93,18 +93,18 @@ class Factors:
         first = np.concatenate([[0], np.cumsum(sizes)])
         ordered = part(matrix, self._order)
         place = np.zeros(len(rank), int)
-        left: dict[int, tuple[np.ndarray, np.ndarray]] = {}
+        updates: dict[int, tuple[np.ndarray, np.ndarray]] = {}
         for piece, (start, end) in enumerate(pairwise(first[tree.starts].tolist())):
             groups_beyond = tree.beyond[piece]
             beyond = _ranges(first[groups_beyond], sizes[groups_beyond])
-            own = end - start
-            place[start:end] = np.arange(own)
-            place[beyond] = np.arange(own, own + len(beyond))
-            front = np.zeros((own + len(beyond),) * 2)
+            pivots = end - start
+            place[start:end] = np.arange(pivots)
+            place[beyond] = np.arange(pivots, pivots + len(beyond))
+            front = np.zeros((pivots + len(beyond),) * 2)
             entries = slice(ordered.indptr[start], ordered.indptr[end])
             rows, columns = (
                 ordered.indices[entries],
-                np.repeat(np.arange(own), np.diff(ordered.indptr[start : end + 1])),
+                np.repeat(np.arange(pivots), np.diff(ordered.indptr[start : end + 1])),
             )
             later = rows >= start
             rows, into = rows[later], np.append(np.arange(start, end), beyond)
@@ -114,19 +114,19 @@ class Factors:
                 raise ValueError("the matrix couples unknowns that the one of its ordering doesn't")
             front[columns[later], at] = ordered.data[entries][later]
             # What stands apart leaves nothing to what joins the others.
-            for j in (j for j in tree.joined[piece] if j in left):
-                _add(front, *left.pop(j), place)
-            if not own:
+            for j in (j for j in tree.joined[piece] if j in updates):
+                _add(front, *updates.pop(j), place)
+            if not pivots:
                 if len(beyond):
-                    left[piece] = beyond, front
+                    updates[piece] = beyond, front
                 continue
             # The upper triangle by rows is LAPACK's lower one by columns.
-            lower, failed = dpotrf(front[:own, :own].T, lower=1)
+            lower, failed = dpotrf(front[:pivots, :pivots].T, lower=1)
             if failed:
                 raise NumericsError("sizes or conductivities differ by so much that rounding leaves no solution")
-            across = dtrsm(1.0, lower, front[:own, own:].T, side=1, lower=1, trans_a=1)
+            across = dtrsm(1.0, lower, front[:pivots, pivots:].T, side=1, lower=1, trans_a=1)
             if len(beyond):
-                left[piece] = beyond, dsyrk(-1.0, across, beta=1.0, c=front[own:, own:].T, lower=1).T
+                updates[piece] = beyond, dsyrk(-1.0, across, beta=1.0, c=front[pivots:, pivots:].T, lower=1).T
             self._blocks.append((slice(start, end), beyond, lower, across))
 
     @property
@@ -139,25 +139,25 @@ class Factors:
         if b.ndim > 1:
             return self._several(b) if len(b) > 1 else np.array([self.solve(one) for one in b]).reshape(b.shape)
         x = b[self._order]
-        for own, beyond, lower, across in self._blocks:
-            x[own] = dtrsv(lower, x[own], lower=1)
-            x[beyond] -= across @ x[own]
-        for own, beyond, lower, across in reversed(self._blocks):
-            x[own] = dtrsv(lower, x[own] - x[beyond] @ across, lower=1, trans=1)
-        found = np.empty_like(x)
-        found[self._order] = x
-        return found
+        for rows, beyond, lower, across in self._blocks:
+            x[rows] = dtrsv(lower, x[rows], lower=1)
+            x[beyond] -= across @ x[rows]
+        for rows, beyond, lower, across in reversed(self._blocks):
+            x[rows] = dtrsv(lower, x[rows] - x[beyond] @ across, lower=1, trans=1)
+        solution = np.empty_like(x)
+        solution[self._order] = x
+        return solution
 
     def _several(self, b: np.ndarray) -> np.ndarray:
         x = np.ascontiguousarray(b[:, self._order].T)
-        for own, beyond, lower, across in self._blocks:
-            x[own] = dtrsm(1.0, lower, x[own].T, side=1, lower=1, trans_a=1).T
-            x[beyond] -= across @ x[own]
-        for own, beyond, lower, across in reversed(self._blocks):
-            x[own] = dtrsm(1.0, lower, (x[own] - across.T @ x[beyond]).T, side=1, lower=1).T
-        found = np.empty(b.shape)
-        found[:, self._order] = x.T
-        return found
+        for rows, beyond, lower, across in self._blocks:
+            x[rows] = dtrsm(1.0, lower, x[rows].T, side=1, lower=1, trans_a=1).T
+            x[beyond] -= across @ x[rows]
+        for rows, beyond, lower, across in reversed(self._blocks):
+            x[rows] = dtrsm(1.0, lower, (x[rows] - across.T @ x[beyond]).T, side=1, lower=1).T
+        solutions = np.empty(b.shape)
+        solutions[:, self._order] = x.T
+        return solutions
 
 
 def _ranges(starts: np.ndarray, sizes: np.ndarray) -> np.ndarray:
@@ -165,20 +165,20 @@ def _ranges(starts: np.ndarray, sizes: np.ndarray) -> np.ndarray:
     return np.repeat(starts - np.cumsum(sizes) + sizes, sizes) + np.arange(sizes.sum())
 
 
-def _add(front: np.ndarray, unknowns: np.ndarray, own: np.ndarray, place: np.ndarray) -> None:
+def _add(front: np.ndarray, unknowns: np.ndarray, update: np.ndarray, place: np.ndarray) -> None:
     """Adds the upper triangle of a matrix of some unknowns to a larger one, where these have a ``place``."""
     # Neighbours stay neighbours: whole runs move at once.
     at = place[unknowns]
     starts = [0, *(np.flatnonzero(np.diff(at) != 1) + 1).tolist()]
     if SHORT * len(starts) > len(at):
         # The lower triangle is that of the front too, which nobody reads.
-        front[at[:, None], at] += own
+        front[at[:, None], at] += update
         return
     ends = [*starts[1:], len(at)]
     runs = [(slice(i, j), slice(k, k + j - i)) for i, j, k in zip(starts, ends, at[starts].tolist(), strict=True)]
     for last, (columns, across) in enumerate(runs):
         for rows, down in runs[: last + 1]:
-            front[down, across] += own[rows, columns]
+            front[down, across] += update[rows, columns]
 
 
 def part(matrix: csc_array, kept: np.ndarray) -> csc_array:
@@ -187,9 +187,9 @@ def part(matrix: csc_array, kept: np.ndarray) -> csc_array:
     place[kept] = np.arange(len(kept))
     columns = csc_array(matrix[:, kept])
     rows = place[columns.indices]
-    there = rows >= 0
-    starts = np.concatenate([[0], np.cumsum(there)])[columns.indptr]
-    return csc_array((columns.data[there], rows[there], starts), (len(kept),) * 2)
+    inside = rows >= 0
+    starts = np.concatenate([[0], np.cumsum(inside)])[columns.indptr]
+    return csc_array((columns.data[inside], rows[inside], starts), (len(kept),) * 2)
 
 
 def dissection(

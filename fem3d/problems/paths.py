@@ -32,12 +32,12 @@ class Crossing:
 
 def crossings(domain: Domain) -> list[Crossing]:
     """The contacts of a domain that a current crosses, those of electrodes among them."""
-    electric, found = domain.electric, []
+    electric, crossings = domain.electric, []
     for joint in domain.contacts:
         alive = joint.facets[domain.live[domain.space.mesh.f2t[:, joint.facets]].all(axis=0)]
         if joint.contact.electrical_resistance and len(alive):
             warmed = Interface.inside(domain.space, alive)
-            found.append(Crossing(
+            crossings.append(Crossing(
                 joint.contact.name, joint.contact.electrical_resistance, Interface.inside(electric.space, alive),
                 (warmed.one, warmed.other),
             ))  # fmt: skip
@@ -45,20 +45,20 @@ def crossings(domain: Domain) -> list[Crossing]:
         if b.name in electric.space.beyond:
             near = electric.seen(domain.on(b), domain.live)
             warmed_by = domain.seen(domain.on(b), domain.live)
-            found.append(Crossing(b.name, b.contact_resistance, Interface(electric.faces(b), near), (warmed_by,)))
-    return found
+            crossings.append(Crossing(b.name, b.contact_resistance, Interface(electric.faces(b), near), (warmed_by,)))
+    return crossings
 
 
 def across(domain: Domain, probe: Any, contacts: Sequence[tuple[np.ndarray, float]]) -> np.ndarray:
     """(functions,): what passes a flat probe where it lies on contacts, of which these are facets and resistances: the
     jump of each function over the resistance."""
-    facets, found = domain.facets(probe), np.zeros(domain.space.size)
-    for own, resistance in contacts:
-        on = np.isin(facets, own)
+    facets, row = domain.facets(probe), np.zeros(domain.space.size)
+    for contact_facets, resistance in contacts:
+        on = np.isin(facets, contact_facets)
         if on.any():
             along = domain.directions(probe)[on, None] / resistance
-            found += Interface.inside(domain.space, facets[on]).load(along)
-    return found
+            row += Interface.inside(domain.space, facets[on]).load(along)
+    return row
 
 
 class Paths:
@@ -79,11 +79,11 @@ class Paths:
 
     def _parts(self, rows: np.ndarray) -> list[np.ndarray]:
         """The inverse: of the cells and of each crossing."""
-        full, found, start = np.broadcast_to(rows, (*rows.shape[:-2], *self.weights.shape)), [], 0
+        full, parts, start = np.broadcast_to(rows, (*rows.shape[:-2], *self.weights.shape)), [], 0
         for like in (self._warmed.weights, *(c.warmed[0].areas for c in self._crossings)):
-            found.append(full[..., start : start + like.shape[0], : like.shape[1]])
+            parts.append(full[..., start : start + like.shape[0], : like.shape[1]])
             start += like.shape[0]
-        return found
+        return parts
 
     def value(self, u: np.ndarray) -> np.ndarray:
         """(rows, points): a function of the temperature's, between both sides of a contact their mean."""
@@ -92,12 +92,12 @@ class Paths:
 
     def load(self, density: np.ndarray) -> np.ndarray:
         """(functions,): the integral of a density (rows, 1 or points) times each of the temperature's."""
-        own, *others = self._parts(density)
-        found = self._warmed.load(own)
+        in_cells, *others = self._parts(density)
+        load = self._warmed.load(in_cells)
         for crossing, part in zip(self._crossings, others, strict=True):
             for face in crossing.warmed:
-                found += face.load(part / len(crossing.warmed))
-        return found
+                load += face.load(part / len(crossing.warmed))
+        return load
 
     def mass_of(self, density: np.ndarray) -> csc_array:
         """(functions, functions) of the temperature's: the integral of a density (rows, 1 or points) times u v, of
@@ -111,8 +111,8 @@ class Paths:
 
     def flow(self, field: np.ndarray) -> np.ndarray:
         """(functions,): the integral of a field (3, rows, points) times the gradient of each of the potential's."""
-        own, *others = self._parts(field)
-        found = self._electric.flow(own)
+        in_cells, *others = self._parts(field)
+        flow = self._electric.flow(in_cells)
         for crossing, part in zip(self._crossings, others, strict=True):
-            found += crossing.potential.load(part[0])
-        return found
+            flow += crossing.potential.load(part[0])
+        return flow

@@ -83,8 +83,8 @@ class _Projection:
 
     def coefficients(self, load: np.ndarray) -> np.ndarray:
         """(n,): M^-1 of a load (functions,)."""
-        found: np.ndarray = self.scale * splu(self.mass).solve(self.scale * load[self.functions])
-        return found
+        coefficients: np.ndarray = self.scale * splu(self.mass).solve(self.scale * load[self.functions])
+        return coefficients
 
     def edges(self, bent: np.ndarray) -> csc_array:
         """(functions, functions): for each of these functions where ``bent`` (functions,) the one that is as small as

@@ -44,8 +44,8 @@ def packed(terminals: Sequence[Terminal], free: np.ndarray, charge: np.ndarray) 
 
 def unpacked(terminals: Sequence[Terminal], free: np.ndarray, unknowns: np.ndarray, size: int) -> np.ndarray:
     """The potential (functions,) of unknowns: of the free functions, then of the terminals."""
-    found = np.zeros(size)
-    found[free] = unknowns[: len(free)]
+    potentials = np.zeros(size)
+    potentials[free] = unknowns[: len(free)]
     for t, potential in zip(terminals, unknowns[len(free) :], strict=True):
-        found += potential * t.unit
-    return found
+        potentials += potential * t.unit
+    return potentials

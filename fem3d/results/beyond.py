@@ -7,12 +7,13 @@ import numpy as np
 from fem3d.problems.heat import HeatProblem
 from scenes import laws
 
-CLOSE = 1e-3  # of the span of temperatures: a boundary at a table's end may seem to be so far beyond it
+# a table is left only beyond this fraction of the span of temperatures: given temperatures at its end are met to that
+CLOSE = 1e-3
 
 
 def tables(heat: HeatProblem, rises: np.ndarray, keys: tuple[str, ...]) -> list[str]:
     """A sentence for each table among some properties that fields (k, all nodes), rises in K, get out of."""
-    domain, found = heat.domain, dict[str, None]()
+    domain, sentences = heat.domain, dict[str, None]()
     space, start, fields = domain.space, domain.scene.initial_temperature, heat.field(np.atleast_2d(rises))
     for body, material in enumerate(domain.materials):
         cells = np.flatnonzero(domain.body == body)
@@ -28,5 +29,7 @@ def tables(heat: HeatProblem, rises: np.ndarray, keys: tuple[str, ...]) -> list[
             first, last = law.temperatures[0], law.temperatures[-1]
             if low < first - slack or high > last + slack:
                 known = f"{key} of {material.name} is a table from {first:,.0f} to {last:,.0f} K"
-                found[f"{known}, and {low:,.0f} to {high:,.0f} K are reached: beyond its ends it is constant"] = None
-    return list(found)
+                sentences[f"{known}, and {low:,.0f} to {high:,.0f} K are reached: beyond its ends it is constant"] = (
+                    None
+                )
+    return list(sentences)

@@ -64,8 +64,8 @@ def _piece(
         times = np.interp(np.linspace(0, share[-1], count + 1), share, fine)
         times[0], times[-1] = fine[0], fine[-1]
         at_rows = evaluate(times)
-        found = {name: float(np.abs(np.interp(fine, times, at_rows[name]) - y).max()) for name, y in traces.items()}
-        worst = max(found[name] / allowed[name] for name in found)
+        errors = {name: float(np.abs(np.interp(fine, times, at_rows[name]) - y).max()) for name, y in traces.items()}
+        worst = max(errors[name] / allowed[name] for name in errors)
         if worst <= 1.0 or count == most:
-            return times, found, at_rows
+            return times, errors, at_rows
         count = min(int(count * 1.05 * max(np.sqrt(worst), 1.05)) + 1, most)

@@ -18,10 +18,10 @@ class Voltmeter:
 
     def __init__(self, domain: Domain, probe: Any) -> None:
         self._domain = domain = domain.electric
-        self.inside = inside = np.any([domain.live, *(own for own, _ in domain.still)], axis=0)
+        self.inside = inside = np.any([domain.live, *(part for part, _ in domain.still)], axis=0)
         self.still = []
-        for own, voltage in domain.still:
-            self.still.append((np.where(domain.space.of(own), domain.space.unit, 0.0), voltage))
+        for cells, voltage in domain.still:
+            self.still.append((np.where(domain.space.of(cells), domain.space.unit, 0.0), voltage))
         self._row = domain.mean(probe, inside) if probe.reduce == "mean" else None
         self._extreme = None if probe.reduce == "mean" else probes.extreme(domain, probe, inside)
 
@@ -57,8 +57,8 @@ def over_time(base: Base, rises: Callable[[], np.ndarray], probe: Any, times: np
         cold = np.zeros(heat.size)
         fields = np.stack([conductor.solve(cold, v).potential for v in conductor.voltages])
         return np.array([meter.read(x @ fields, float(t)) for x, t in zip(g, times, strict=True)])
-    found, guess = [], None
+    readings, guess = [], None
     for rise, voltage, time in zip(rises(), g @ conductor.voltages, times, strict=True):
         guess = conductor.solve(rise, voltage, guess).potential
-        found.append(meter.read(guess, float(time)))
-    return np.array(found)
+        readings.append(meter.read(guess, float(time)))
+    return np.array(readings)

@@ -69,9 +69,9 @@ def solve(sink: SinkArray, progress: Callable[[str], None] | None = None) -> Res
     one = alone.solve(element, Request(transient=False), say)
     say("the substrate between the elements")
     print_ = footprint(one)
-    fine, rough = (coupling(sink, of) for of in (print_, print_.middle))
-    found, other = (coupled(sink, one, by) for by in (fine, rough))
-    result = _result(sink, one, found, other, fine)
+    fine, rough = (coupling(sink, foot) for foot in (print_, print_.middle))
+    state, other = (coupled(sink, one, by) for by in (fine, rough))
+    result = _result(sink, one, state, other, fine)
     result.details["fall"] = fall(sink, one, print_)
     return result
 
@@ -102,7 +102,7 @@ def footprint(one: Result) -> Footprint:
     return Footprint(np.array([-spread, spread]), np.array([middle - deviation, middle + deviation]))
 
 
-def coupling(sink: SinkArray, of: Footprint) -> Coupling:
+def coupling(sink: SinkArray, foot: Footprint) -> Coupling:
     """The plate's part of the array."""
     plate = Plate(
         sink.substrate_width, sink.substrate_length, sink.substrate_thickness or 0.0,
@@ -110,18 +110,18 @@ def coupling(sink: SinkArray, of: Footprint) -> Coupling:
     )  # fmt: skip
     centre = np.array([plate.x / 2, plate.y / 2])
     at = np.array(places(sink)).reshape(sink.rows, sink.columns, 2)
-    columns = centre[0] + at[0, :, 0][:, None] + of.x
+    columns = centre[0] + at[0, :, 0][:, None] + foot.x
     out = sink.length / 2 + sink.anchor_distance + sink.oxide_length / 2
-    feet = np.stack([-out + of.y, out - of.y])
+    feet = np.stack([-out + foot.y, out - foot.y])
     rows = centre[1] + at[:, 0, 1][:, None, None] + feet
     count, n, m = sink.count, sink.columns, sink.rows
     between = plate.between(columns, rows.reshape(2 * m, -1)).reshape(n, n, m, 2, m, 2)
-    found = between.transpose(2, 0, 4, 1, 3, 5).reshape(count, count, 2, 2)
-    middle = plate.mirrored(centre[0] + of.x, centre[1] + feet)
+    per_heat = between.transpose(2, 0, 4, 1, 3, 5).reshape(count, count, 2, 2)
+    middle = plate.mirrored(centre[0] + foot.x, centre[1] + feet)
     for k in range(count):
         row, column = divmod(k, n)
-        found[k, k] = plate.mirrored(columns[column], rows[row]) - middle
-    return Coupling(found)
+        per_heat[k, k] = plate.mirrored(columns[column], rows[row]) - middle
+    return Coupling(per_heat)
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,54 +136,54 @@ def coupled(sink: SinkArray, one: Result, by: Coupling) -> Coupled:
     """The elements on the plate that they warm together."""
     on = np.zeros(sink.count)
     on[np.array(driven(sink)) - 1] = 1.0
-    own, mean = one.steady["power_W"].value, one.steady["mean_rise_K"].value
+    power_alone, mean = one.steady["power_W"].value, one.steady["mean_rise_K"].value
     silicon = sink.silicon
     change = silicon.temperature_coefficient / (
         1 + silicon.temperature_coefficient * (sink.room_temperature - silicon.reference_temperature)
     )
     along = sink.length / (float(silicon.thermal_conductivity) * sink.cross_section)
     from_foot_to_foot = 1 / (along + 2 * one.steady["anchor_resistance_K_per_W"].value)
-    warmer, power = np.zeros((sink.count, 2)), own * on
+    warmer, power = np.zeros((sink.count, 2)), power_alone * on
     for _ in range(ROUNDS):
         through = from_foot_to_foot * (warmer[:, 0] - warmer[:, 1])
         heat = power[:, None] / 2 + np.stack([-through, through], axis=1)
         before, warmer = warmer, np.einsum("kjab,jb->ka", by.per_heat, heat)
         # V^2/R with the rise in proportion to the power: R_0 (1 + a (m P/P_0 + theta)) P = V^2.
         theta = warmer.mean(axis=1)
-        warm, ratio = 1 + change * mean, change * mean / own
+        warm, ratio = 1 + change * mean, change * mean / power_alone
         slope = 1 + change * theta
-        root = slope**2 + 4 * ratio * own * warm
+        root = slope**2 + 4 * ratio * power_alone * warm
         if (root <= 0).any() or not np.isfinite(root).all():
             raise NumericsError("the array has no steady state at this voltage: its elements warm each other too much")
-        power = on * (2 * own * warm / (slope + np.sqrt(root)))
+        power = on * (2 * power_alone * warm / (slope + np.sqrt(root)))
         if np.abs(warmer - before).max() <= SETTLED * max(np.abs(warmer).max(), 1e-300):
             return Coupled(warmer, power)
     raise NumericsError("the elements of the array warm each other without end: no steady state is found")
 
 
-def _result(sink: SinkArray, one: Result, found: Coupled, other: Coupled, by: Coupling) -> Result:
-    own = one.steady
+def _result(sink: SinkArray, one: Result, state: Coupled, other: Coupled, by: Coupling) -> Result:
+    single = one.steady
     on = np.isin(np.arange(1, sink.count + 1), driven(sink))
-    base = {q: own[q].error / abs(own[q].value) for q in ("peak_rise_K", "mean_rise_K", "current_A", "power_W")}
-    theta = found.warmer.mean(axis=1)
-    footprints = np.abs(found.warmer - other.warmer).max(axis=1)
-    part = found.power / own["power_W"].value
+    base = {q: single[q].error / abs(single[q].value) for q in ("peak_rise_K", "mean_rise_K", "current_A", "power_W")}
+    theta = state.warmer.mean(axis=1)
+    footprints = np.abs(state.warmer - other.warmer).max(axis=1)
+    part = state.power / single["power_W"].value
     # The pattern of the heat along the beam follows the resistance of each place, which what is left out changes.
-    moved = np.abs(1 - part) * abs(sink.silicon.temperature_coefficient) * own["peak_rise_K"].value
+    moved = np.abs(1 - part) * abs(sink.silicon.temperature_coefficient) * single["peak_rise_K"].value
     steady: dict[str, Estimate] = {}
     for k in range(sink.count):
         through = base["power_W"] * abs(theta[k]) + footprints[k]
         for q in ("peak_rise_K", "mean_rise_K"):
-            rise = own[q].value * part[k] * on[k]
+            rise = single[q].value * part[k] * on[k]
             error = (base[q] + moved[k]) * rise + through
             steady[f"sink{k + 1}_{q}"] = Estimate(float(rise + theta[k]), float(error))
-        current = own["current_A"].value * part[k] * on[k]
+        current = single["current_A"].value * part[k] * on[k]
         change = abs(sink.silicon.temperature_coefficient) * through
         steady[f"sink{k + 1}_current_A"] = Estimate(
             float(current), float((base["current_A"] + moved[k] * on[k] + change) * current)
         )
     crosstalk = by.per_heat.mean(axis=(2, 3))
-    crosstalk[np.diag_indices(sink.count)] += own["mean_rise_K"].value / own["power_W"].value
+    crosstalk[np.diag_indices(sink.count)] += single["mean_rise_K"].value / single["power_W"].value
     details = {
         "sink": sink, "one": one, "places": places(sink), "driven": driven(sink), "crosstalk": crosstalk,
         "unknowns": one.details["unknowns"], "warnings": one.details["warnings"], "plan": plan(sink),
@@ -212,23 +212,23 @@ class Fall:
         return float(np.exp(np.interp(-np.log(tolerance), -y, x)))
 
 
-def fall(sink: SinkArray, one: Result, of: Footprint) -> list[Fall]:
+def fall(sink: SinkArray, one: Result, foot: Footprint) -> list[Fall]:
     """How crosstalk falls with the pitch, on substrates of a quarter, half, the whole and twice the thickness.
 
-    The two stand about the middle of the plate; the footprint ``of`` each is that on the sink's own substrate, and so
-    is the rise per watt of the driven ``one``, most of which is its own.
+    The two stand about the middle of the plate; the footprint ``foot`` of each is that on the sink's own
+    substrate, and so is the rise per watt of the driven ``one``, most of which is its own.
     """
-    own = one.steady["mean_rise_K"].value / one.steady["power_W"].value
+    rise_per_watt = one.steady["mean_rise_K"].value / one.steady["power_W"].value
     least, most = 1.01 * max(sink.pad_width, sink.width), sink.substrate_width - sink.oxide_width
-    pitches, found = np.geomspace(least, max(most, 1.02 * least), PITCHES), []
+    pitches, falls = np.geomspace(least, max(most, 1.02 * least), PITCHES), []
     for factor in THICKNESSES:
         thickness = factor * (sink.substrate_thickness or 0.0)
         part = []
         for pitch in pitches.tolist():
             pair = replace(sink, columns=2, rows=1, pitch=pitch, driven=None, substrate_thickness=thickness)
-            part.append(float(coupling(pair, of).per_heat[0, 1].mean()) / own)
-        found.append(Fall(thickness, pitches, np.array(part)))
-    return found
+            part.append(float(coupling(pair, foot).per_heat[0, 1].mean()) / rise_per_watt)
+        falls.append(Fall(thickness, pitches, np.array(part)))
+    return falls
 
 
 def plan(sink: SinkArray) -> tuple[Step, ...]:

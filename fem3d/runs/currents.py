@@ -22,7 +22,7 @@ from scenes.model import DERIVED, AnyScene, Schedule, Value
 from scenes.plan import Step
 from scenes.result import Result, Traces
 
-FINEST = 0.01  # of the accuracy: each voltage's part is found no better, for that would take very much longer
+FINEST = 0.01  # each voltage's part is solved to this fraction of the accuracy at best: finer takes very much longer
 _OTHER = {"max": "min", "min": "max"}
 
 
@@ -60,11 +60,11 @@ def over_time(scene: AnyScene, solve: Callable[[Any], Result], plan: tuple[Step,
     if best.worst > scene.accuracy and needed >= max(FINEST * scene.accuracy, ACCURACY.lower / len(driven)):
         with suppress(NumericsError):
             best = min(best, answered(needed), key=lambda one: one.worst)
-    found, values, errors = best.alone, best.values, best.errors
-    worst = {key: max(r.details[key] for r in found) for key in ("unknowns", "electric_unknowns", "energy_imbalance")}
-    details = {**found[0].details, **worst, "plan": plan}
+    results, values, errors = best.alone, best.values, best.errors
+    worst = {key: max(r.details[key] for r in results) for key in ("unknowns", "electric_unknowns", "energy_imbalance")}
+    details = {**results[0].details, **worst, "plan": plan}
     details["transient_imbalance"] = details["energy_imbalance"]
-    details["warnings"] = list(dict.fromkeys(text for r in found for text in r.details["warnings"]))
+    details["warnings"] = list(dict.fromkeys(text for r in results for text in r.details["warnings"]))
     if len(driven) > 1 and best.worst > scene.accuracy:
         details["warnings"].append(
             f"the errors of {len(driven)} voltages that vary apart add up to {best.worst:.1e} of what they drive "
@@ -127,8 +127,8 @@ def _driven(scene: AnyScene) -> list[tuple[int, float]]:
     inputs = _inputs(scene)
     largest = inputs.largest(scene.end_time)
     constant = any(b.kind == "voltage" and not isinstance(b.value, Schedule) and b.value for b in scene.boundaries)
-    found = [(channel, float(v)) for channel, v in enumerate(largest) if v and (channel or constant)]
-    return found or [(0, 1.0)]
+    channels = [(channel, float(v)) for channel, v in enumerate(largest) if v and (channel or constant)]
+    return channels or [(0, 1.0)]
 
 
 def _alone(scene: AnyScene, channel: int, value: float, extremes: list[str], accuracy: float) -> AnyScene:
@@ -140,11 +140,11 @@ def _alone(scene: AnyScene, channel: int, value: float, extremes: list[str], acc
             return value if channel and voltage == schedules[channel - 1] else 0.0
         return voltage if channel == 0 else 0.0
 
-    found: Any = scene
-    turned = (replace(p, name=_turned(p.name), reduce=_OTHER[p.reduce]) for p in found.probes if p.name in extremes)
+    untyped: Any = scene
+    turned = (replace(p, name=_turned(p.name), reduce=_OTHER[p.reduce]) for p in untyped.probes if p.name in extremes)
     alone: AnyScene = replace(
-        found, boundaries=tuple(replace(b, value=given(b.value)) for b in found.boundaries),
-        probes=(*found.probes, *turned), steady=True, output_times=(), accuracy=accuracy,
+        untyped, boundaries=tuple(replace(b, value=given(b.value)) for b in untyped.boundaries),
+        probes=(*untyped.probes, *turned), steady=True, output_times=(), accuracy=accuracy,
     )  # fmt: skip
     return alone
 

@@ -98,12 +98,12 @@ def of_all(sink: Sink, count: int, answer: Answer, off: Apart) -> tuple[dict[str
     )  # fmt: skip
 
 
-def repeated(sink: Sink, count: int, of: Mapping[str, T]) -> dict[str, T]:
+def repeated(sink: Sink, count: int, values: Mapping[str, T]) -> dict[str, T]:
     """What is known of each span and island, by names such as "span2_mean_K", of those too that are not solved."""
-    found = dict(of)
+    repeated = dict(values)
     kinds = (("span", different(count), different(sink.spans)), ("island", count // 2, sink.spans // 2))
-    for name, value in of.items():
+    for name, value in values.items():
         for kind, last, number in kinds:
             if name.startswith(f"{kind}{last}_"):
-                found |= {name.replace(str(last), str(k), 1): value for k in range(last + 1, number + 1)}
-    return found
+                repeated |= {name.replace(str(last), str(k), 1): value for k in range(last + 1, number + 1)}
+    return repeated

@@ -27,9 +27,9 @@ from scenes.errors import NumericsError
 NOTHING = 36.0
 """exp(-36) is 2e-16: where a term, or an image, is that small it is left out."""
 MOST_IMAGES = 4_000_000
-"""Of distances between points and images that are looked up: some seconds."""
+"""The most distances between points and images that are looked up, which takes some seconds."""
 SAMPLES = 1500
-"""Of log g over log r, between which cubic polynomials leave less than 1e-9."""
+"""Number of samples of log g over log r; cubic polynomials between them are off by less than 1e-9."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,12 +55,12 @@ class Plate:
     def unsided(self, distance: np.ndarray) -> np.ndarray:
         """g in K/W at distances (m); none beyond the reach, and at no distance, which belongs to no two places."""
         least, curve = self._curve
-        found = np.zeros(distance.shape)
+        rises = np.zeros(distance.shape)
         far = (distance > least) & (distance < self.reach)
-        found[far] = np.exp(curve(np.log(distance[far])))
+        rises[far] = np.exp(curve(np.log(distance[far])))
         near = (distance > 0) & (distance <= least)
-        found[near] = np.exp(curve(np.log(least))) * least / distance[near]
-        return found
+        rises[near] = np.exp(curve(np.log(least))) * least / distance[near]
+        return rises
 
     def along(self, side: float, targets: np.ndarray, sources: np.ndarray) -> np.ndarray:
         """(targets, sources, images): distances (m) along one side to each source, the first, and to its images."""
@@ -82,9 +82,9 @@ class Plate:
                 "mirrors what stands on it too often to be summed: give a thinner or a larger one"
             )
         table = self.unsided(np.hypot(x[:, None], y[None, :]))
-        found = weights_y @ np.asarray(weights_x @ table).T
+        means = weights_y @ np.asarray(weights_x @ table).T
         n, m = len(columns), len(rows)
-        return np.ascontiguousarray(found.T).reshape(n, n, m, m)
+        return np.ascontiguousarray(means.T).reshape(n, n, m, m)
 
     def _distances(self, side: float, places: np.ndarray) -> tuple[np.ndarray, csr_array]:
         """The distances (m) that occur along a side, and with which weights between each two groups of places."""
@@ -104,20 +104,20 @@ class Plate:
         of their images alone: places (points,) along x, the same for all, and (feet, points) along y."""
         feet, points = y.shape
         dx, dy = self.along(self.x, x, x), self.along(self.y, y.ravel(), y.ravel())
-        found = np.zeros((feet * points, feet * points))
+        rises = np.zeros((feet * points, feet * points))
         for a in range(len(x)):
             for b in range(len(x)):
-                own = self.unsided(np.hypot(dx[a, b][:, None, None, None], dy[None]))
-                own[0, :, :, 0] = 0.0
-                found += own.sum(axis=(0, 3))
-        return found.reshape(feet, points, feet, points).mean(axis=(1, 3)) / len(x) ** 2
+                images = self.unsided(np.hypot(dx[a, b][:, None, None, None], dy[None]))
+                images[0, :, :, 0] = 0.0
+                rises += images.sum(axis=(0, 3))
+        return rises.reshape(feet, points, feet, points).mean(axis=(1, 3)) / len(x) ** 2
 
 
 @lru_cache(maxsize=16)
 def _curve_of(least: float, reach: float, thickness: float, conductivity: float) -> CubicSpline:
     """log g over log r from ``least`` to ``reach`` (m)."""
-    r, found = np.geomspace(least, reach, SAMPLES), np.empty(SAMPLES)
+    r, sums = np.geomspace(least, reach, SAMPLES), np.empty(SAMPLES)
     for i, at in enumerate(r.tolist()):
         n = np.arange(1, max(NOTHING * 2 * thickness / (math.pi * at), 3) + 2, 2)
-        found[i] = k0(n * math.pi * at / (2 * thickness)).sum()
-    return CubicSpline(np.log(r), np.log(found / (math.pi * conductivity * thickness)))
+        sums[i] = k0(n * math.pi * at / (2 * thickness)).sum()
+    return CubicSpline(np.log(r), np.log(sums / (math.pi * conductivity * thickness)))

@@ -18,7 +18,8 @@ from scenes import readouts
 from scenes.free.grid import grid_of
 from scenes.model import AnyScene, GroupProbe, MeshScene, Probe
 
-# Of the largest current: below it the resistance is that between the times beside, as 0/0 tells nothing.
+# Where the current is below this fraction of its largest, V/I is 0/0: the resistance there is interpolated between the
+# times beside it.
 NO_CURRENT = 1e-9
 
 
@@ -61,14 +62,14 @@ def resistance(pair: readouts.Pair, out: Outputs) -> np.ndarray:
         return np.zeros(current.shape)
     if passing.all():
         return between / current
-    found: np.ndarray = np.interp(out["time"], out["time"][passing], between[passing] / current[passing])
-    return found
+    resistance: np.ndarray = np.interp(out["time"], out["time"][passing], between[passing] / current[passing])
+    return resistance
 
 
 def given(pair: readouts.Pair, out: Outputs) -> np.ndarray:
     """The voltage (V) between two electrodes."""
-    own, other = pair
-    return _at(own, out) - _at(other, out)
+    one, other = pair
+    return _at(one, out) - _at(other, out)
 
 
 def _at(boundary: Any, out: Outputs) -> np.ndarray:

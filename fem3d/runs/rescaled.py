@@ -35,10 +35,10 @@ def solve(study: Study, before: Answer, factor: float) -> Answer | None:
     else:
         reduced = response.reduced
     reduced = replace(reduced, supply=reduced.supply * factor)
-    found = _solution(study, state, reduced, factor)
-    if found is None:
+    solution = _solution(study, state, reduced, factor)
+    if solution is None:
         return None
-    fine, moved = found
+    fine, moved = solution
     # What the meshes miss is a share of the rise; how far that drives the resistance grows with the rise.
     old, new = (max(abs(float(s.quantities[name])) for name in study.rises) for s in (before.fine, fine))
     errors = {}

@@ -17,8 +17,8 @@ from scenes.model import AnyScene, Boundary, GroupBoundary, Value
 from scenes.result import Result
 from scenes.units import TIME
 
-# Of the time t at which the heating runs away, up to which the course is kept. The rise nears its last value like
-# (1 - time / t)^(1/2), so that there its error is some three times that of t itself.
+# The course is kept up to this fraction of the time t at which the heating runs away. The rise nears its last value
+# like (1 - time / t)^(1/2), so that its error there is some three times that of t.
 KEPT = 0.95
 TRIES = 4  # meshes that are asked for the time of a runaway: a finer one may run away earlier
 ROUGH = 1e-2  # accuracy of the steady state that tells the largest voltage
@@ -46,14 +46,14 @@ def until(
             raise runaway from None
     else:
         raise runaway
-    found = runaway.time
+    instant = runaway.time
     try:
         fields = result.details["transient"]
         transient.march(fields.base, fields.reduced, scene.end_time, STEPS * scene.accuracy)
     except RunawayInTimeError as known:
-        found = known.time
+        instant = known.time
     limit = _limit(scene, runaway.time)
-    return kept, result, f"{runs_away(found, scene.accuracy)}; it is solved up to {TIME.show(end)}{limit}"
+    return kept, result, f"{runs_away(instant, scene.accuracy)}; it is solved up to {TIME.show(end)}{limit}"
 
 
 def _limit(scene: AnyScene, time: float) -> str:

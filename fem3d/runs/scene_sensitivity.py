@@ -51,8 +51,8 @@ def of_scene(scene: AnyScene, result: Result, keys: Iterable[str] | None = None)
             others[key] = neighbour(scene, key, STEP)
         except SceneError as error:
             torn[key] = str(error)
-    found = _steady(scene, result, others) if result.traces is None else _over_time(scene, result, others)
-    return replace(found, left_out=torn | found.left_out)
+    slopes = _steady(scene, result, others) if result.traces is None else _over_time(scene, result, others)
+    return replace(slopes, left_out=torn | slopes.left_out)
 
 
 def _steady(scene: AnyScene, result: Result, others: Mapping[str, AnyScene]) -> Slopes:
@@ -61,8 +61,8 @@ def _steady(scene: AnyScene, result: Result, others: Mapping[str, AnyScene]) -> 
     by, left_out = steady_slopes.motions(study, state.heat.domain, besides)
     rises = [p.name for p in scene.probes if p.quantity == "temperature"]
     floor = floor_of(scene, scene)
-    found = {n: Estimate(e.value - floor * (n in rises), e.error) for n, e in result.steady.items()}
-    known, none = _known(found)
+    estimates = {n: Estimate(e.value - floor * (n in rises), e.error) for n, e in result.steady.items()}
+    known, none = _known(estimates)
     # What is read is above the initial temperature.
     above = floor - scene.initial_temperature
     moved = {key: (floor_of(scene, o) - o.initial_temperature - above) / STEP for key, o in others.items()}
@@ -86,18 +86,18 @@ def _over_time(scene: AnyScene, result: Result, others: Mapping[str, AnyScene]) 
     assert traces is not None
     late = traces.time >= study.earliest * (1 - 1e-9)
     start = {p.name: scene.initial_temperature if p.quantity == "temperature" else 0.0 for p in scene.probes}
-    own = {n: v[late] - start[n] for n, v in traces.values.items()}
-    top = {n: float(traces.time[late][np.abs(v).argmax()]) for n, v in own.items()}
+    above_start = {n: v[late] - start[n] for n, v in traces.values.items()}
+    top = {n: float(traces.time[late][np.abs(v).argmax()]) for n, v in above_start.items()}
 
     besides = {key: partial(_study, other) for key, other in others.items()}
     course, left_out = over_time(study, result.details["transient"], besides, list(top.values()))
     at = {n: int(np.abs(v).argmax()) for n, v in course.own.items()}
     known, none = _known({n: Estimate(float(v[at[n]]), traces.errors[n]) for n, v in course.own.items()})
     table, errors = Table(), dict[str, dict[str, float]]()
-    for key, of in course.values.items():
+    for key, by_name in course.values.items():
         table[key], errors[key] = {}, {}
-        for n, change in of.items():
-            share = traces.errors[n] * float(np.abs(change).max()) / max(float(np.abs(own[n]).max()), 1e-300)
+        for n, change in by_name.items():
+            share = traces.errors[n] * float(np.abs(change).max()) / max(float(np.abs(above_start[n]).max()), 1e-300)
             errors[key][n] = float(course.less[key][n].max()) + share
             if n in known:
                 value = known[n].value
@@ -109,11 +109,11 @@ def _study(scene: AnyScene) -> Study:
     return probe_quantities.study(scene, scene_run.part_of(scene, True))
 
 
-def _known(found: Mapping[str, Estimate]) -> tuple[dict[str, Estimate], dict[str, str]]:
+def _known(estimates: Mapping[str, Estimate]) -> tuple[dict[str, Estimate], dict[str, str]]:
     """The quantities that are not zero within their errors, and what is said of the others."""
-    known = {n: e for n, e in found.items() if abs(e.value) > e.error}
+    known = {n: e for n, e in estimates.items() if abs(e.value) > e.error}
     why = "it is zero within its error, of which there is no percent"
-    return known, {f"probe {quoted(n)}": why for n in found if n not in known}
+    return known, {f"probe {quoted(n)}": why for n in estimates if n not in known}
 
 
 def floor_of(scene: AnyScene, other: AnyScene) -> float:

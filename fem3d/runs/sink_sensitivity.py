@@ -74,7 +74,7 @@ def of_sink(
         rows[PROFILE] = sum(w * space.mean(x, x) for w, x in zip(weights, at, strict=True))
     one = dict.fromkeys(rows, Estimate(1.0, 0.0))
     steady, _ = steady_slopes.steady_table(study(), state, steady_slopes.Known(known | one, {}, rows), by)
-    profile = {key: of.pop(PROFILE).value for key, of in steady.items() if PROFILE in of}
+    profile = {key: by_name.pop(PROFILE).value for key, by_name in steady.items() if PROFILE in by_name}
     if sink.spans > 1 and VOLTAGE in steady:
         # The power of a row is the current's times the voltage, which is the key itself.
         current = steady[VOLTAGE]["current_A"]
@@ -82,23 +82,25 @@ def of_sink(
     course = None
     if response is not None:
         beside = {key: others[key] for key in by}
-        found, _ = over_time.over_time(study(), response.transient, beside, instants)
-        course = _logarithmic(found, steady, {n: e / response.scales[n] for n, e in response.errors.items()})
-        values = {key: long_rows.repeated(sink, count, of) for key, of in course.values.items()}
-        errors = {key: long_rows.repeated(sink, count, of) for key, of in course.errors.items()}
+        absolute, _ = over_time.over_time(study(), response.transient, beside, instants)
+        course = _logarithmic(absolute, steady, {n: e / response.scales[n] for n, e in response.errors.items()})
+        values = {key: long_rows.repeated(sink, count, by_name) for key, by_name in course.values.items()}
+        errors = {key: long_rows.repeated(sink, count, by_name) for key, by_name in course.errors.items()}
         course = Course(course.times, values, errors)
-    return Slopes({key: long_rows.repeated(sink, count, of) for key, of in steady.items()}, course, left_out, profile)
+    return Slopes(
+        {key: long_rows.repeated(sink, count, by_name) for key, by_name in steady.items()}, course, left_out, profile
+    )
 
 
-def _logarithmic(found: over_time.Course, steady: Table, relative: Mapping[str, float]) -> Course:
+def _logarithmic(absolute: over_time.Course, steady: Table, relative: Mapping[str, float]) -> Course:
     """A course relative to its traces, whose errors are ``relative`` ones of the traces, those of the ``steady``
     derivatives, and what less fields and steps make of it."""
     values, errors = dict[str, dict[str, np.ndarray]](), dict[str, dict[str, float]]()
-    for key, of in found.values.items():
-        values[key] = {n: v / found.own[n] for n, v in of.items()}
+    for key, by_name in absolute.values.items():
+        values[key] = {n: v / absolute.own[n] for n, v in by_name.items()}
         errors[key] = {
-            n: float(np.abs(found.less[key][n] / found.own[n]).max() + np.abs(v).max() * relative[n])
+            n: float(np.abs(absolute.less[key][n] / absolute.own[n]).max() + np.abs(v).max() * relative[n])
             + steady[key][n.replace("_K", "_rise_K")].error
             for n, v in values[key].items()
         }
-    return Course(found.times, values, errors)
+    return Course(absolute.times, values, errors)

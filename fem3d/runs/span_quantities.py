@@ -54,20 +54,20 @@ def steady(sink: Sink, count: int, out: Outputs) -> Quantities:
     That is what leaves at the anchor, less what the pad makes, with what the air takes from it.
     """
     none = np.float64(0.0)
-    found = _both(sink, count, out)
-    end_flow = found["anchor_heat_W"] - out.get("flow:air-pad-0", none) - out.get("joule:pad-0", none)
-    rises = {f"{n.removesuffix('_K')}_rise_K" if n.endswith("_K") else n: v for n, v in found.items()}
+    values = _both(sink, count, out)
+    end_flow = values["anchor_heat_W"] - out.get("flow:air-pad-0", none) - out.get("joule:pad-0", none)
+    rises = {f"{n.removesuffix('_K')}_rise_K" if n.endswith("_K") else n: v for n, v in values.items()}
     return rises | {
-        "heat_out_W": 2 * found["anchor_heat_W"] + _over_islands(sink, count, found),
-        "anchor_resistance_K_per_W": found["end_K"] / end_flow,
+        "heat_out_W": 2 * values["anchor_heat_W"] + _over_islands(sink, count, values),
+        "anchor_resistance_K_per_W": values["end_K"] / end_flow,
         "end_flow_W": end_flow,
     }
 
 
 def traces(sink: Sink, count: int, out: Outputs) -> Quantities:
     """Traces of traces.csv, without the model's name; temperatures in kelvin."""
-    found = _both(sink, count, out)
-    return {n: v + sink.room_temperature if n.endswith("_K") else v for n, v in found.items()}
+    values = _both(sink, count, out)
+    return {n: v + sink.room_temperature if n.endswith("_K") else v for n, v in values.items()}
 
 
 def _both(sink: Sink, count: int, out: Outputs) -> Quantities:
@@ -89,8 +89,8 @@ def _both(sink: Sink, count: int, out: Outputs) -> Quantities:
     }
 
 
-def _over_islands(sink: Sink, count: int, found: Mapping[str, np.ndarray]) -> np.ndarray:
+def _over_islands(sink: Sink, count: int, values: Mapping[str, np.ndarray]) -> np.ndarray:
     """The heat (W) through all islands."""
     kinds = count // 2
-    heats = [found[f"island{k}_heat_W"] for k in range(1, kinds + 1)]
+    heats = [values[f"island{k}_heat_W"] for k in range(1, kinds + 1)]
     return 2 * sum(heats[:-1]) + (sink.spans - 1 - 2 * (kinds - 1)) * heats[-1]

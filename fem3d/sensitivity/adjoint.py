@@ -56,7 +56,7 @@ class Goal:
         return Goal(
             self.row + weight * other.row, self.charges + weight * other.charges, self.heat + weight * other.heat,
             self.charge + weight * other.charge, self.boxes + weight * other.boxes, films,
-            (*self.own, *((weight * w, own) for w, own in other.own)),
+            (*self.own, *((weight * w, term) for w, term in other.own)),
         )  # fmt: skip
 
 
@@ -74,8 +74,8 @@ class Linearized:
     @cached_property
     def slope(self) -> np.ndarray:
         """(3, live cells, points): the gradient of the potential at the state."""
-        found: np.ndarray = self._conductor.on.gradient(self.state.hot_potential)
-        return found
+        slope: np.ndarray = self._conductor.on.gradient(self.state.hot_potential)
+        return slope
 
     @cached_property
     def rho(self) -> np.ndarray:
@@ -95,37 +95,37 @@ class Linearized:
 
     def tested(self, z: np.ndarray, boxes: np.ndarray | float) -> np.ndarray:
         """(live cells, points): (z + boxes) / n, what |grad phi|^2 / rho is multiplied by."""
-        found: np.ndarray = (self._conductor.on.value(z) + boxes) / self._conductor.stands_for
-        return found
+        tested: np.ndarray = (self._conductor.on.value(z) + boxes) / self._conductor.stands_for
+        return tested
 
     def pressed(self, z: np.ndarray, w: np.ndarray, boxes: np.ndarray | float) -> np.ndarray:
         """(live cells, points): |grad phi|^2 s - grad phi . grad w with s = `tested`, what 1/rho is multiplied by."""
         on = self._conductor.on
-        found: np.ndarray = (self.slope * (self.slope * self.tested(z, boxes) - on.gradient(w))).sum(axis=0)
-        return found
+        pressed: np.ndarray = (self.slope * (self.slope * self.tested(z, boxes) - on.gradient(w))).sum(axis=0)
+        return pressed
 
     def gradient(self, goal: Goal, z: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(all nodes,), (functions,): how J - R_T(z) - R_E(w) follows the rise and the potential; zero at free ones of
         the dual solutions. z and w (functions,) have the goal's tests in them, with a minus."""
         heat = self.state.heat
-        found = heat.take(goal.row) - heat.stiffness @ heat.take(z)
+        gradient = heat.take(goal.row) - heat.stiffness @ heat.take(z)
         for boundary in heat.domain.scene.boundaries:
             if boundary.kind == "convection" and boundary.name in goal.films:
                 per_kelvin = boundary.value * goal.films[boundary.name][:, None]
-                found -= heat.take(heat.domain.faces(boundary).load(per_kelvin))
+                gradient -= heat.take(heat.domain.faces(boundary).load(per_kelvin))
         if self.state.conductor is None:
-            return found, goal.charges.copy()
+            return gradient, goal.charges.copy()
         of_phi = goal.charges + self._charge(z, w, goal.boxes)
         if self._conductor.warms:
-            found -= heat.take(
+            gradient -= heat.take(
                 self._conductor.on.load(self._conductor.warm / self.rho**2 * self.pressed(z, w, goal.boxes))
             )
-        return found, of_phi
+        return gradient, of_phi
 
     def _charge(self, z: np.ndarray, w: np.ndarray, boxes: np.ndarray | float) -> np.ndarray:
         on = self._conductor.on
-        found: np.ndarray = on.flow((2 * self.slope * self.tested(z, boxes) - on.gradient(w)) / self.rho)
-        return found
+        charge: np.ndarray = on.flow((2 * self.slope * self.tested(z, boxes) - on.gradient(w)) / self.rho)
+        return charge
 
     def solve(self, goal: Goal) -> tuple[np.ndarray, np.ndarray]:
         """(functions,) twice: z and w with the goal's tests in them, with a minus. Raises ConvergenceError."""
@@ -136,9 +136,9 @@ class Linearized:
         z, w = -goal.heat, -goal.charge
 
         def unknowns(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-            found = np.zeros(len(w))
-            found[charges] = x[n:]
-            return heat.field(x[:n]), found
+            potential = np.zeros(len(w))
+            potential[charges] = x[n:]
+            return heat.field(x[:n]), potential
 
         def residual(goal: Goal, z: np.ndarray, w: np.ndarray) -> np.ndarray:
             of_rise, of_phi = self.gradient(goal, z, w)
@@ -155,8 +155,8 @@ class Linearized:
             if conductor is None:
                 return at_rise
             still = np.zeros(len(w))
-            left = b[n:] + self._charge(heat.field(at_rise), still, 0.0)[charges]
-            return np.concatenate([at_rise, conductor.solve_cold(left)])
+            charge = b[n:] + self._charge(heat.field(at_rise), still, 0.0)[charges]
+            return np.concatenate([at_rise, conductor.solve_cold(charge)])
 
         b = residual(goal, z, w)
         size = n + len(charges)

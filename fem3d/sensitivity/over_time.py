@@ -33,7 +33,9 @@ from fem3d.spaces.channels import Inputs
 from fem3d.spaces.domain import Domain
 from scenes.errors import SceneError
 
-ONE_SIDED = 1.5 * STEP  # of a derivative: what goes like key^s has one off by |s - 1| / 2 steps, s being -2 to 2
+# Relative error of a one-sided difference: for a trace in proportion to key^s it is |s - 1| / 2 steps, and s is -2 to
+# 2.
+ONE_SIDED = 1.5 * STEP
 GENERATIONS, FEWER = 6, 4  # of dual Krylov fields, and how many the error is told from
 PER_DECADE, FIRST = 20, 1e-3  # rows of a course, and how long after an input jumps they start, of the earliest time
 BENDS = 1e-2  # after a bend of an input rows start at this fraction of the time to the next bend
@@ -59,43 +61,50 @@ class _Problem:
     """The reduced problem of a scene."""
 
     study: Study
-    found: Projected
+    projected: Projected
 
     @property
     def _inputs(self) -> Inputs:
-        return self.found.heat.inputs
+        return self.projected.heat.inputs
 
     def residual(self, times: np.ndarray, a: np.ndarray, rate: np.ndarray) -> np.ndarray:
         """(times, r): what states (times, r) of some rate (1/s) leave of the equation of heat."""
-        g, own = self._inputs.at(times), self.found.reduced
-        left = g @ own.source - self._inputs.rates(times) @ own.inertia - a @ own.stiffness.T - rate @ self.found.mass.T
-        return left + own.joule(a, own.currents(a, g), g) if own.supply.shape[1] else left
+        g, reduced = self._inputs.at(times), self.projected.reduced
+        residual = (
+            g @ reduced.source
+            - self._inputs.rates(times) @ reduced.inertia
+            - a @ reduced.stiffness.T
+            - rate @ self.projected.mass.T
+        )
+        return residual + reduced.joule(a, reduced.currents(a, g), g) if reduced.supply.shape[1] else residual
 
     def feedback(self, times: np.ndarray, a: np.ndarray) -> np.ndarray:
         """(times, r, r): how the Joule heat follows the states."""
-        own = self.found.reduced
-        if not own.supply.shape[1]:
-            return np.zeros((len(times), own.states, own.states))
+        reduced = self.projected.reduced
+        if not reduced.supply.shape[1]:
+            return np.zeros((len(times), reduced.states, reduced.states))
         g = self._inputs.at(times)
-        c = own.currents(a, g)
-        found = np.einsum("ti,tj,ijlk->tlk", c, c, own.warm_load, optimize=True)
-        turned = -np.linalg.solve(own.dissipation(a, g), np.einsum("ijk,tj->tik", own.warm, c))
-        per_current = np.tensordot(g, own.cold_load, 1) + np.einsum("ijlk,tk->tijl", own.warm_load, a, optimize=True)
-        return found + 2 * np.einsum("tj,tijl,tik->tlk", c, per_current, turned, optimize=True)
+        c = reduced.currents(a, g)
+        slopes = np.einsum("ti,tj,ijlk->tlk", c, c, reduced.warm_load, optimize=True)
+        turned = -np.linalg.solve(reduced.dissipation(a, g), np.einsum("ijk,tj->tik", reduced.warm, c))
+        per_current = np.tensordot(g, reduced.cold_load, 1) + np.einsum(
+            "ijlk,tk->tijl", reduced.warm_load, a, optimize=True
+        )
+        return slopes + 2 * np.einsum("tj,tijl,tik->tlk", c, per_current, turned, optimize=True)
 
     def jump(self, time: float, a: np.ndarray) -> np.ndarray:
         """(r,): what a jump of the inputs, at 0 from nothing, leaves of that of the states (r,), of heat stored."""
         g = self._inputs.jump(time) if time else self._inputs.at(np.zeros(1))[0]
-        found: np.ndarray = -g @ self.found.reduced.inertia - self.found.mass @ a
-        return found
+        jump: np.ndarray = -g @ self.projected.reduced.inertia - self.projected.mass @ a
+        return jump
 
     def traces(self, times: np.ndarray, a: np.ndarray, rate: np.ndarray) -> Traces:
         """The traces (times,) at states (times, r) of some rate, of temperatures above the start."""
-        own, part = self.found, self.study.part
-        base = Base(own.heat, own.conductor, list(own.patterns), own.reduced.basis, [])
-        found = self.study.traces(outputs.of_states(base, own.reduced, part, times, a, rate))
+        projected, part = self.projected, self.study.part
+        base = Base(projected.heat, projected.conductor, list(projected.patterns), projected.reduced.basis, [])
+        traces = self.study.traces(outputs.of_states(base, projected.reduced, part, times, a, rate))
         start = self.study.traces(_Rest())
-        return {n: v - start[n] for n, v in found.items()}
+        return {n: v - start[n] for n, v in traces.items()}
 
 
 class _Rest(dict[str, np.ndarray]):
@@ -123,10 +132,10 @@ class _Widened:
             heating = (self._base.patterns[0].density ** 2).sum(axis=0)
             loads.append(heat.take(conductor.on.load(heating * conductor.warm)))
         slowest = min(float(1 / max(answer.trajectory.rates.min(), 1e-300)), answer.end)
-        own = answer.reduced.basis
-        krylov = Krylov(Base(heat, None, [], own, loads), transient.shift(slowest, study.earliest))
+        reduced_basis = answer.reduced.basis
+        krylov = Krylov(Base(heat, None, [], reduced_basis, loads), transient.shift(slowest, study.earliest))
         basis = orthonormal(heat, krylov.fields(GENERATIONS))
-        self._held, self._states = own.shape[1], basis.shape[1]
+        self._held, self._states = reduced_basis.shape[1], basis.shape[1]
         self.fewer = self._held + (self._states - self._held) * FEWER // GENERATIONS
         self.beside = Beside(heat, conductor, basis, self._patterns)
 
@@ -161,7 +170,7 @@ def over_time(
     """The derivatives of the traces of a response by keys, of each of which the scene is solved that is larger by a
     part of `STEP` in it, and why there is none by others; at rows of its own, ``instants`` (s) among them."""
     wide = _Widened(study, answer)
-    here, found, left_out = _Problem(study, wide.beside.own), dict[str, _Problem](), dict[str, str]()
+    original, problems, left_out = _Problem(study, wide.beside.own), dict[str, _Problem](), dict[str, str]()
     # Of both only the product is in the equations.
     alike = {key: key.replace(".specific_heat", ".density") for key in others}
     alike = {key: twin for key, twin in alike.items() if twin != key and twin in others}
@@ -171,20 +180,23 @@ def over_time(
         try:
             beside = other()
             domain = moved(wide.domain, study.part, beside.part, STEP)
-            found[key] = _Problem(beside, wide.beside.projected(domain))
+            problems[key] = _Problem(beside, wide.beside.projected(domain))
         except SceneError as error:
             left_out[key] = str(error)
-    rows, starts = _rows(study, here.found.heat.inputs, instants)
+    rows, starts = _rows(study, original.projected.heat.inputs, instants)
     times = np.sort(np.concatenate([rows, (rows[1:] + rows[:-1]) / 2]))
     a, rate = wide.states(times)
-    still = here.residual(times, a, rate)
-    forces = np.array([there.residual(times, a, rate) - still for there in found.values()]).transpose(1, 0, 2) / STEP
+    still = original.residual(times, a, rate)
+    residuals = np.array([problem.residual(times, a, rate) for problem in problems.values()])
+    forces = (residuals - still).transpose(1, 0, 2) / STEP
     jumps = {}
     for start in starts:
         after, before = wide.states(np.array([start, start * (1 - JUST)]))[0]
         jump = after - before if start else after
-        jumps[start] = np.array([there.jump(start, jump) - here.jump(start, jump) for there in found.values()]) / STEP
-    feedback = here.feedback(times, a) - here.found.reduced.stiffness
+        jumps[start] = (
+            np.array([problem.jump(start, jump) - original.jump(start, jump) for problem in problems.values()]) / STEP
+        )
+    feedback = original.feedback(times, a) - original.projected.reduced.stiffness
     both = []
     for fields, every in ((len(feedback[0]), 1), (wide.fewer, 2)):
         kept = slice(None), slice(None, fields)
@@ -196,18 +208,18 @@ def over_time(
         both.append((np.pad(b, more), np.pad(change, more)))
     late = rows >= study.earliest * (1 - 1e-9)
     times, a, rate = times[::2][late], a[::2][late], rate[::2][late]
-    own = here.traces(times, a, rate)
+    traces = original.traces(times, a, rate)
     values, less = dict[str, Traces](), dict[str, Traces]()
-    for n, (key, there) in enumerate(found.items()):
+    for n, (key, problem) in enumerate(problems.items()):
         for into, (b, change) in zip((values, less), both, strict=True):
-            by_key = there.traces(times, a + STEP * b[late, n], rate + STEP * change[late, n])
-            into[key] = {name: (v - own[name]) / STEP for name, v in by_key.items()}
+            by_key = problem.traces(times, a + STEP * b[late, n], rate + STEP * change[late, n])
+            into[key] = {name: (v - traces[name]) / STEP for name, v in by_key.items()}
         sided = {name: ONE_SIDED * np.abs(v) for name, v in values[key].items()}
         less[key] = {name: np.abs(v - values[key][name]) + sided[name] for name, v in less[key].items()}
     for key, twin in alike.items():
         if twin in values:
             values[key], less[key] = values[twin], less[twin]
-    return Course(times, own, values, less), left_out
+    return Course(times, traces, values, less), left_out
 
 
 def _rows(study: Study, inputs: Inputs, instants: Sequence[float]) -> tuple[np.ndarray, list[float]]:
@@ -216,16 +228,16 @@ def _rows(study: Study, inputs: Inputs, instants: Sequence[float]) -> tuple[np.n
     end = study.end
     knots = [0.0, *inputs.knots(end).tolist(), end]
     starts = [0.0, *(t for t in knots[1:-1] if inputs.jump(t).any())]
-    found = [np.array([t for t in (*instants, study.earliest, end) if 0 < t <= end])]
+    rows = [np.array([t for t in (*instants, study.earliest, end) if 0 < t <= end])]
     for start, following in pairwise(knots):
         gap = following - start
         first = min(FIRST * study.earliest, BENDS * gap)
         if start not in starts:
             first = max(first, BENDS * gap)
-        found.append(start + np.geomspace(first, gap, int(PER_DECADE * np.log10(gap / first)) + 2))
+        rows.append(start + np.geomspace(first, gap, int(PER_DECADE * np.log10(gap / first)) + 2))
         if start:
-            found.append(np.array([start * (1 - JUST), start]))
-    return np.unique(np.concatenate(found)), starts
+            rows.append(np.array([start * (1 - JUST), start]))
+    return np.unique(np.concatenate(rows)), starts
 
 
 def _march(
@@ -239,7 +251,7 @@ def _march(
     forces = forces @ modes
     b, since = jumps[0.0] @ modes, 0.0
     before = forces[0] + b @ inner[0].T
-    found, eye = np.empty(forces.shape), np.eye(len(rates))
+    states, eye = np.empty(forces.shape), np.eye(len(rates))
     for i, time in enumerate(times):
         h = time - since
         x = rates * h
@@ -252,5 +264,5 @@ def _march(
         if time and time in jumps:
             b = b + jumps[float(time)] @ modes
         before, since = forces[i] + b @ inner[i].T, time
-        found[i] = b
-    return found @ modes.T
+        states[i] = b
+    return states @ modes.T

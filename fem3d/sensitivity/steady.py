@@ -34,7 +34,7 @@ from scenes.errors import SceneError
 from scenes.model import Scene
 from scenes.result import Estimate
 
-COMPLEX = 1e-30
+COMPLEX = 1e-30  # the step of a derivative by a complex number: its square is nothing beside 1
 ROUNDING = 1e-8  # relative error that the dual solutions leave in a derivative
 
 Table = dict[str, dict[str, Estimate]]
@@ -67,21 +67,24 @@ class Tangent:
     def goals(self, names: Iterable[str]) -> dict[str, Goal]:
         """The goals of quantities: sums of those of outputs, weighted by how each follows them. Those without one are
         in ``without``, with the reason."""
-        of, found = Goals(self.linearized, self.study.part), {name: self.linearized.nothing() for name in names}
+        output_goals, goals = (
+            Goals(self.linearized, self.study.part),
+            {name: self.linearized.nothing() for name in names},
+        )
         for output in self.out:
             beside = self.out | {output: self.out[output] + COMPLEX * 1j}
             weights = {n: float(np.imag(v)) / COMPLEX for n, v in self.study.steady(beside).items()}
-            used = {n: w for n, w in weights.items() if w and n in found}
+            used = {n: w for n, w in weights.items() if w and n in goals}
             if used:
                 try:
-                    one = of.of(output)
+                    one = output_goals.of(output)
                 except SceneError as error:
                     self.without |= dict.fromkeys(used, str(error))
                     continue
                 for name, weight in used.items():
-                    found[name] = found[name].plus(weight, one)
-        found |= {name: replace(self.linearized.nothing(), row=row) for name, row in self.rows.items()}
-        return {name: goal for name, goal in found.items() if name not in self.without}
+                    goals[name] = goals[name].plus(weight, one)
+        goals |= {name: replace(self.linearized.nothing(), row=row) for name, row in self.rows.items()}
+        return {name: goal for name, goal in goals.items() if name not in self.without}
 
     def parts(self, goal: Goal) -> _Parts:
         """The integrals of a goal."""
@@ -123,43 +126,43 @@ class Tangent:
 
     @cached_property
     def _slopes(self) -> np.ndarray:
-        found: np.ndarray = self._everywhere.gradient(self.linearized.rise)
-        return found
+        slopes: np.ndarray = self._everywhere.gradient(self.linearized.rise)
+        return slopes
 
     def table(self, names: Iterable[str], motions: Mapping[str, Motion]) -> dict[str, dict[str, float]]:
         """d quantity / d ln key, by key and quantity."""
-        found: dict[str, dict[str, float]] = {key: {} for key in motions}
+        table: dict[str, dict[str, float]] = {key: {} for key in motions}
         for name, goal in self.goals(names).items():
             parts = self.parts(goal)
             for key, by in motions.items():
-                found[key][name] = self.derivative(goal, parts, by)
-        return found
+                table[key][name] = self.derivative(goal, parts, by)
+        return table
 
     def derivative(self, goal: Goal, parts: _Parts, by: Motion) -> float:
         """dJ / d ln key."""
         domain, conductor = self.domain, self.state.conductor
         grown = by.volume - 2 * by.stretch
         k = domain.per_cell("thermal_conductivity")
-        found = -float((parts.conduction * (grown + by.conductivity / k)).sum())
-        found += float(parts.of_rise @ by.rises + parts.of_potential @ by.voltages)
+        derivative = -float((parts.conduction * (grown + by.conductivity / k)).sum())
+        derivative += float(parts.of_rise @ by.rises + parts.of_potential @ by.voltages)
         if conductor is not None:
             live = conductor.cells
-            found += float((parts.heating * grown[:, live]).sum())
-            found -= float(parts.resisted[0] @ by.cold[live] + parts.resisted[1] @ by.warm[live])
+            derivative += float((parts.heating * grown[:, live]).sum())
+            derivative -= float(parts.resisted[0] @ by.cold[live] + parts.resisted[1] @ by.warm[live])
         for (q, cells), change, tested in zip(domain.sources, by.sources, parts.sources, strict=True):
-            found += float(tested @ (change + q * by.volume[cells]))
+            derivative += float(tested @ (change + q * by.volume[cells]))
         for boundary in domain.scene.boundaries:
             if boundary.name in parts.films:
-                found += self._film(boundary, *parts.films[boundary.name], by)
-        return found + sum(weight * own(by) for weight, own in goal.own)
+                derivative += self._film(boundary, *parts.films[boundary.name], by)
+        return derivative + sum(weight * term(by) for weight, term in goal.own)
 
     def _film(self, boundary: Any, tested: np.ndarray, warmed: np.ndarray, by: Motion) -> float:
         flux, h, air = by.films[boundary.name]
         grown = self._films[boundary.name].along(by.stretch) if by.moves else 0.0
         if boundary.kind == "heat_flux":
             return float((tested * (flux + boundary.value * grown)).sum())
-        lost = warmed - (boundary.ambient - self.domain.scene.initial_temperature) * tested
-        return float(boundary.value * air * tested.sum() - (lost * (h + boundary.value * grown)).sum())
+        loss = warmed - (boundary.ambient - self.domain.scene.initial_temperature) * tested
+        return float(boundary.value * air * tested.sum() - (loss * (h + boundary.value * grown)).sum())
 
 
 def _each(weights: np.ndarray | None) -> np.ndarray | float:
@@ -171,13 +174,13 @@ def motions(
     study: Study, domain: Domain, others: Mapping[str, Callable[[], Study]]
 ) -> tuple[dict[str, Motion], dict[str, str]]:
     """The motions of a domain by key to scenes whose key is larger by `STEP`, and why there is none by others."""
-    found, left_out = {}, {}
+    motions, left_out = {}, {}
     for key, other in others.items():
         try:
-            found[key] = motion(domain, study.part, other().part, STEP)
+            motions[key] = motion(domain, study.part, other().part, STEP)
         except SceneError as error:
             left_out[key] = str(error)
-    return found, left_out
+    return motions, left_out
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,12 +216,12 @@ def steady_table(
     if isinstance(scene, Scene):
         sharpest = grading.features(scene).sharpest
         rest = max(1.0, float(left(np.array([grading.LEAST_AT_EDGE]), np.array([4 * sharpest]))[0]))
-    found: Table = {}
-    for key, of in fine.items():
-        found[key] = {}
-        for name, change in of.items():
+    table: Table = {}
+    for key, changes in fine.items():
+        table[key] = {}
+        for name, change in changes.items():
             value, off = known.values[name], rest * abs(change - low[key][name])
             slope = (change - known.zero.get(key, {}).get(name, 0.0)) / value.value
             least = value.error / abs(value.value) + ROUNDING
-            found[key][name] = Estimate(slope, off / abs(value.value) + least)
-    return found, tangent.without
+            table[key][name] = Estimate(slope, off / abs(value.value) + least)
+    return table, tangent.without

@@ -110,8 +110,8 @@ def _fold(reduced: Reduced, beta_low: float, beta_high: float) -> tuple[Operatin
     """The largest voltage between two currents."""
     from scipy.optimize import minimize_scalar  # where there is a fold only: it is slow to load
 
-    found = minimize_scalar(
+    optimum = minimize_scalar(
         lambda beta: -at_current(reduced, beta).fraction, bounds=(beta_low, beta_high), method="bounded",
         options={"xatol": 1e-7 * beta_high},
     )  # fmt: skip
-    return at_current(reduced, float(found.x)), float(found.x)
+    return at_current(reduced, float(optimum.x)), float(optimum.x)

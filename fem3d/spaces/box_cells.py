@@ -35,8 +35,8 @@ class BoxCells(MappedDomain):
         """(n,): which of some parts of cells, by the vertices of each (vertices, n), lie in the box of an item."""
         low, high = (np.array(c)[:, None, None] for c in (item.lower, item.upper))
         small, at = self._small[:, None, None], self.space.mesh.p[:, corners]
-        found: np.ndarray = ((at >= low - small) & (at <= high + small)).all(axis=(0, 1))
-        return found
+        inside: np.ndarray = ((at >= low - small) & (at <= high + small)).all(axis=(0, 1))
+        return inside
 
     def _extends(self, item: Boundary | Probe) -> int:
         """Along how many axes."""
@@ -78,5 +78,5 @@ def box_cells(scene: Scene, mesh: Any) -> BoxCells:
     return BoxCells(
         scene, MappedSpace(mesh), owner, tuple(b.name for b in scene.boxes), tuple(b.material for b in scene.boxes),
         heated(scene, owner), connected.live(scene)[at],
-        tuple((own[at], value) for own, value in connected.still(scene)), connected.anchored(scene),
+        tuple((cells[at], value) for cells, value in connected.still(scene)), connected.anchored(scene),
     )  # fmt: skip

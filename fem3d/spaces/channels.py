@@ -30,17 +30,17 @@ class Inputs:
 
     def split(self, value: Value) -> np.ndarray:
         """(channels,): the coefficients of a value."""
-        found = np.zeros(self.count)
+        coefficients = np.zeros(self.count)
         if isinstance(value, Schedule):
-            found[1 + self.schedules.index(value)] = 1.0
+            coefficients[1 + self.schedules.index(value)] = 1.0
         else:
-            found[0] = value
-        return found
+            coefficients[0] = value
+        return coefficients
 
     def knots(self, end: float) -> np.ndarray:
         """The instants (s) inside (0, end) at which a schedule bends or jumps."""
-        found = np.unique(np.concatenate([np.empty(0), *(knots for knots, _ in self._points)]))
-        return found[(found > 0.0) & (found < end)]
+        knots = np.unique(np.concatenate([np.empty(0), *(knots for knots, _ in self._points)]))
+        return knots[(knots > 0.0) & (knots < end)]
 
     def piece(self, time: float) -> tuple[np.ndarray, np.ndarray]:
         """(channels,) twice: the values at a time (after a jump there) and their rates (1/s) up to the next knot."""

@@ -141,9 +141,9 @@ class Domain(ABC):
         face = self.seen(self.on(boundary), self.live)
         if boundary.name not in self.space.beyond:
             return face
-        own, partners = self.space.beyond[boundary.name]
+        functions, partners = self.space.beyond[boundary.name]
         beyond = np.arange(self.space.size)
-        beyond[own] = partners
+        beyond[functions] = partners
         return twin(face, beyond)
 
     @cached_property
@@ -217,21 +217,21 @@ class Boxes(Domain):
     def _mean_of_one_side(self, probe: Probe, inside: np.ndarray | None) -> np.ndarray:
         """The same where functions jump: each place is read in one of the cells that it is in, if need be of those that
         matter."""
-        space, found, whole, taken = self.space, np.zeros(self.space.size), 0.0, np.empty((0, 3))
+        space, mean, whole, taken = self.space, np.zeros(self.space.size), 0.0, np.empty((0, 3))
         for part in (inside, None) if inside is not None else (None,):
             for cells, corner, sides in self.patches(probe, part):
                 extended = sides.sum(axis=0)
                 # The interval and a half, the breakpoint, or where between two: what cells beside one another share.
                 places = np.round(space.ijk[:, cells].T + corner + extended / 2, 6)
                 _, first = np.unique(np.concatenate([taken, places]), axis=0, return_index=True)
-                own, taken = cells[first[first >= len(taken)] - len(taken)], np.concatenate([taken, places])
+                new_cells, taken = cells[first[first >= len(taken)] - len(taken)], np.concatenate([taken, places])
                 points, weights = product_rule(space.p + 1, len(sides))
-                size = np.where(extended[:, None] > 0, space.h[:, own], 1.0).prod(axis=0)
+                size = np.where(extended[:, None] > 0, space.h[:, new_cells], 1.0).prod(axis=0)
                 whole += float(size.sum())
                 if part is inside:
                     row = weights @ space.at((corner + points @ sides).T)
-                    np.add.at(found, space.dofs[:, own], row[:, None] * size)
-        return found / whole
+                    np.add.at(mean, space.dofs[:, new_cells], row[:, None] * size)
+        return mean / whole
 
     def patches(self, probe: Probe, inside: np.ndarray | None = None) -> list[Patch]:
         """The parts of the cells that a box of any dimension lies in."""
@@ -242,11 +242,11 @@ class Boxes(Domain):
         corner, sides = np.zeros((3, space.ijk.shape[1])), np.ones(3)
         for d in range(3):
             i, j = grid.span(d, probe.lower[d], probe.upper[d])
-            own = space.ijk[d]
+            interval = space.ijk[d]
             if i < j:
-                chosen &= (own >= i) & (own < j)
+                chosen &= (interval >= i) & (interval < j)
                 continue
-            at = (probe.lower[d] - grid.breaks[d][own]) / space.h[d]
+            at = (probe.lower[d] - grid.breaks[d][interval]) / space.h[d]
             chosen &= (at > -1e-9) & (at < 1 + 1e-9)
             corner[d], sides[d] = np.clip(at, 0.0, 1.0), 0.0
         cells = np.flatnonzero(chosen)
@@ -274,17 +274,17 @@ def boxes(scene: Scene, grid: Grid) -> Boxes:
     owner, at = grid.owner, tuple(space.ijk)
     coarse = connected.coarsest(scene)
 
-    def cells(of: np.ndarray) -> np.ndarray:
-        return grid.refined(coarse, of)[at]
+    def cells(flags: np.ndarray) -> np.ndarray:
+        return grid.refined(coarse, flags)[at]
 
-    found = Boxes(
+    domain = Boxes(
         scene, space, owner[at], tuple(b.name for b in scene.boxes), tuple(b.material for b in scene.boxes),
         heated(scene, owner[at]),
-        cells(connected.live(scene)), tuple((cells(own), value) for own, value in connected.still(scene)),
+        cells(connected.live(scene)), tuple((cells(part), value) for part, value in connected.still(scene)),
         connected.anchored(scene),
     )  # fmt: skip
     behind = [b for b in scene.boundaries if b.kind == "voltage" and b.contact_resistance]
-    return _with_contacts(found, behind) if scene.contacts or behind else found
+    return _with_contacts(domain, behind) if scene.contacts or behind else domain
 
 
 def _with_contacts(domain: Boxes, behind: Sequence[Boundary]) -> Boxes:

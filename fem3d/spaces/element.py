@@ -56,7 +56,7 @@ def line(p: int, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def modes(p: int) -> np.ndarray:
     """(functions, 3): the 1D functions of each, in scikit-fem's order of vertices, edges, facets, interior."""
     corners = RefHex.p.T.astype(int)
-    found = [list(c) for c in corners]
+    functions = [list(c) for c in corners]
     for entity in (RefHex.edges, RefHex.facets):
         for at in entity:
             c = corners[list(at)]
@@ -65,9 +65,9 @@ def modes(p: int) -> np.ndarray:
                 if sum(k) + 2 * len(free) <= p:
                     one = c[0].copy()
                     one[free] = np.array(k) + 2
-                    found.append(list(one))
-    found += [[i, j, k] for i, j, k in np.ndindex(p + 1, p + 1, p + 1) if min(i, j, k) > 1 and i + j + k <= p]
-    return np.array(found)
+                    functions.append(list(one))
+    functions += [[i, j, k] for i, j, k in np.ndindex(p + 1, p + 1, p + 1) if min(i, j, k) > 1 and i + j + k <= p]
+    return np.array(functions)
 
 
 @lru_cache
@@ -75,16 +75,16 @@ def heights(p: int) -> np.ndarray:
     """(functions past the corners',): the largest size of each; 1D functions k >= 2 turn where Legendre's k - 1 is
     zero."""
     one = np.array([1.0, 1.0, *(abs(line(k, gauss(k - 1)[0])[0][k]).max() for k in range(2, p + 1))])
-    found: np.ndarray = one[modes(p)[8:]].prod(axis=1)
-    return found
+    sizes: np.ndarray = one[modes(p)[8:]].prod(axis=1)
+    return sizes
 
 
 @lru_cache(maxsize=4096)
 def active(p: int, degrees: Degrees) -> np.ndarray:
     """(functions,): which are there for degrees along x, y, z: a rule of each entity's own intervals alone."""
     k, bubble, d = modes(p), modes(p) > 1, np.array(degrees)
-    found: np.ndarray = np.all((k <= d) | ~bubble, axis=1)
-    return found & ((k * bubble).sum(axis=1) <= (bubble * d).max(axis=1, initial=0))
+    mask: np.ndarray = np.all((k <= d) | ~bubble, axis=1)
+    return mask & ((k * bubble).sum(axis=1) <= (bubble * d).max(axis=1, initial=0))
 
 
 def gauss(n: int) -> tuple[np.ndarray, np.ndarray]:
@@ -106,10 +106,10 @@ def factors(p: int) -> Factors:
     """The 1D integrals that every matrix of a brick is a product of."""
     x, w = gauss(p + 1)
     f, d = line(p, x)
-    found = Factors(f @ w, (f * w) @ f.T, (d * w) @ d.T)
-    for m in found:
+    integrals = Factors(f @ w, (f * w) @ f.T, (d * w) @ d.T)
+    for m in integrals:
         m[abs(m) < 1e-14] = 0.0
-    return found
+    return integrals
 
 
 class Local(NamedTuple):

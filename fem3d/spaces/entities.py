@@ -10,13 +10,13 @@ import numpy as np
 def entities(mesh: Any, dofs: Any, vertices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(functions,): a number for each vertex, edge, facet and cell of scikit-fem's numbering that has functions; and
     where each is (entities, 3), the mean of its ``vertices`` (3, vertices)."""
-    found, places = np.empty(int(dofs.N), int), [np.empty((0, 3))]
+    numbers, places = np.empty(int(dofs.N), int), [np.empty((0, 3))]
     kinds = (
         (dofs.nodal_dofs, lambda: np.arange(vertices.shape[1])[None]), (dofs.edge_dofs, lambda: mesh.edges),
         (dofs.facet_dofs, lambda: mesh.facets), (dofs.interior_dofs, lambda: mesh.t),
     )  # fmt: skip
     for part, corners in kinds:
         if part is not None and part.size:
-            found[part] = sum(map(len, places)) + np.arange(part.shape[1])
+            numbers[part] = sum(map(len, places)) + np.arange(part.shape[1])
             places.append(vertices[:, corners()].mean(axis=1).T)
-    return found, np.concatenate(places)
+    return numbers, np.concatenate(places)

@@ -39,9 +39,9 @@ class Place(NamedTuple):
 
     def row(self, space: Space) -> np.ndarray:
         """(functions,): what reads a function there."""
-        found = np.zeros(space.size)
-        found[space.dofs[:, self.cell]] = space.at(self.point[:, None])[0]
-        return found
+        row = np.zeros(space.size)
+        row[space.dofs[:, self.cell]] = space.at(self.point[:, None])[0]
+        return row
 
 
 class Extreme:
@@ -59,7 +59,7 @@ class Extreme:
     def __call__(self, fields: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(times,) twice: of the sums of functions (r, functions) with weights (times, r), and what the search may have
         left of each."""
-        found, left = np.full(len(weights), -np.inf), np.zeros(len(weights))
+        extremes, doubts = np.full(len(weights), -np.inf), np.zeros(len(weights))
         for (cells, corner, sides), points in zip(self._patches, self._lattices, strict=True):
             at, dofs = self._space.at((corner + points @ sides).T), self._space.dofs[:, cells]
             step = max(1, AT_ONCE // max(at.shape[0] * dofs.shape[1], 1))
@@ -72,9 +72,12 @@ class Extreme:
                 else:
                     tops = self._tops(values, points, start, weights, self._sign * fields[:, dofs], corner, sides)
                 for when, value, doubt in tops:
-                    better = value > found[when]
-                    found[when], left[when] = np.where(better, value, found[when]), np.where(better, doubt, left[when])
-        return self._sign * found, left
+                    better = value > extremes[when]
+                    extremes[when], doubts[when] = (
+                        np.where(better, value, extremes[when]),
+                        np.where(better, doubt, doubts[when]),
+                    )
+        return self._sign * extremes, doubts
 
     def _tops(
         self,
@@ -126,8 +129,8 @@ class Extreme:
         for (cells, corner, sides), points in zip(self._patches, self._lattices, strict=True):
             values = self._sign * (self._space.at((corner + points @ sides).T) @ function[self._space.dofs[:, cells]])
             point, cell = np.unravel_index(int(values.argmax()), values.shape)
-            own = self._sign * function[None, self._space.dofs[:, cells[cell]]]
-            (at,), (value,), _ = self._close(own, points, np.array([point]), corner, sides)
+            local = self._sign * function[None, self._space.dofs[:, cells[cell]]]
+            (at,), (value,), _ = self._close(local, points, np.array([point]), corner, sides)
             if best is None or value > best[0]:
                 best = float(value), Place(int(cells[cell]), corner + at @ sides)
         assert best is not None
@@ -150,12 +153,12 @@ class Extreme:
             for start in range(0, len(near), step):
                 some = near[start : start + step]
                 tables = self._space.at((corner + some @ sides).reshape(-1, 3).T).reshape(*some.shape[:2], -1)
-                for places, table, own in zip(some, tables, alike[start : start + step], strict=True):
-                    values = functions[own] @ table.T
+                for places, table, members in zip(some, tables, alike[start : start + step], strict=True):
+                    values = functions[members] @ table.T
                     values[:, self._outside(places)] = -np.inf
-                    best[own] = values.argmax(axis=1)
-                    doubt[own] = np.maximum(values.max(axis=1) - value[own], 0.0)
-                    value[own] += doubt[own]
+                    best[members] = values.argmax(axis=1)
+                    doubt[members] = np.maximum(values.max(axis=1) - value[members], 0.0)
+                    value[members] += doubt[members]
             pairs, group = np.unique(group * len(around) + best, return_inverse=True)
             middles = near[pairs // len(around), pairs % len(around)]
         return middles[group], value, doubt
@@ -167,14 +170,14 @@ class Extreme:
 
     def _outside(self, points: np.ndarray) -> np.ndarray:
         """(points,): which lie outside of their part."""
-        found: np.ndarray = self._simplex & (points.sum(axis=1) > 1 + 1e-12)
-        return found
+        outside: np.ndarray = self._simplex & (points.sum(axis=1) > 1 + 1e-12)
+        return outside
 
 
 def _on_line(lattice: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(times,) twice: the top of functions that are known on a lattice (times, points), and how well it is known."""
     times, last, best = np.arange(len(lattice)), lattice.shape[1] - 1, lattice.argmax(axis=1)
-    highest, found = lattice[times, best], []
+    highest, tops = lattice[times, best], []
     for step in (1, 2):
         middle = np.clip(best, step, last - step)
         low, top, high = (lattice[times, middle + d] for d in (-step, 0, step))
@@ -182,5 +185,5 @@ def _on_line(lattice: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         aside = np.where(bend > 0, (high - low) / (2 * np.where(bend > 0, bend, 1.0)), 0.0)
         # Not beyond the ends of the line, of which the best point may be one.
         inside = np.abs(middle + step * aside - last / 2) <= last / 2
-        found.append(np.where(inside, np.maximum(top + aside * (high - low) / 4, highest), highest))
-    return found[0], np.abs(found[0] - found[1])
+        tops.append(np.where(inside, np.maximum(top + aside * (high - low) / 4, highest), highest))
+    return tops[0], np.abs(tops[0] - tops[1])

@@ -42,9 +42,9 @@ class Groups(MappedDomain):
     def cells(self, probe: GroupProbe) -> np.ndarray | None:
         """The cells of a probe's group: of a name that is a surface's too, unless a potential is asked for and not all
         of them conduct."""
-        found = self.placed.mesh.volumes.get(probe.group or "")
-        conducts = found is not None and (probe.quantity != "potential" or self.placed.conducting[found].all())
-        return found if conducts else None
+        cells = self.placed.mesh.volumes.get(probe.group or "")
+        conducts = cells is not None and (probe.quantity != "potential" or self.placed.conducting[cells].all())
+        return cells if conducts else None
 
 
 def groups(placed: Placed) -> Groups:

@@ -53,22 +53,22 @@ class MappedDomain(Domain):
                     values = space.at((corner + (1 + x) / 2 * along)[:, None])[0]
                     np.add.at(row, space.dofs[:, cells], values[:, None] * (w / 2 * length))
             return row / sum(lengths) if lengths else row
-        own = self.cells(probe)
-        if own is None:
+        volume_cells = self.cells(probe)
+        if volume_cells is None:
             facets = self.facets(probe)
             return self.seen(facets, inside).load() / self.seen(facets).areas.sum()
-        chosen = own if inside is None else own[inside[own]]
-        return space.on(chosen).load(np.ones((len(chosen), 1))) / space.on(own).weights.sum()
+        chosen = volume_cells if inside is None else volume_cells[inside[volume_cells]]
+        return space.on(chosen).load(np.ones((len(chosen), 1))) / space.on(volume_cells).weights.sum()
 
     def patches(self, probe: Any, inside: np.ndarray | None = None) -> list[Patch]:
         """The cells of a probe, or their sides, their edges, or the point in one."""
         mesh, at = self.space.mesh, self.point(probe)
         if at is not None:
-            found = locate(self.grouped, np.array(at), inside)
-            return [] if found is None else [(np.array([found[0]]), found[1], np.zeros((0, 3)))]
-        own = self.cells(probe)
-        if own is not None:
-            return [(own if inside is None else own[inside[own]], np.zeros(3), np.eye(3))]
+            place = locate(self.grouped, np.array(at), inside)
+            return [] if place is None else [(np.array([place[0]]), place[1], np.zeros((0, 3)))]
+        volume_cells = self.cells(probe)
+        if volume_cells is not None:
+            return [(volume_cells if inside is None else volume_cells[inside[volume_cells]], np.zeros(3), np.eye(3))]
         along = self.edges(probe)
         parts, corners = (mesh.t2f, mesh.refdom.facets) if along is None else (mesh.t2e, mesh.refdom.edges)
         wanted = self.facets(probe) if along is None else along

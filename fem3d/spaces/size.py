@@ -81,7 +81,7 @@ def foreseen(scene: Scene, grid: Grid) -> Size:
 
 def of_tetrahedra(mesh: Any, live: float) -> Size:
     """The size of the space of degree 3 on a mesh of tetrahedra; current passes the part ``live`` (0 to 1) of it."""
-    low, high = (of(mesh.p[:, mesh.t], axis=1) for of in (np.min, np.max))
+    low, high = (extreme(mesh.p[:, mesh.t], axis=1) for extreme in (np.min, np.max))
     middle = np.median((low + high) / 2, axis=1)[:, None]
     cells = mesh.t.shape[1]
     across = float(((low <= middle) & (high > middle)).sum(axis=1).min())
@@ -96,18 +96,18 @@ def of_tetrahedra(mesh: Any, live: float) -> Size:
 def _along(planes: np.ndarray, breaks: np.ndarray, degrees: np.ndarray) -> np.ndarray:
     """(intervals of the planes, HIGHEST): in each the breakpoints inside, then the intervals of each degree."""
     at = np.clip(np.searchsorted(planes, (breaks[1:] + breaks[:-1]) / 2) - 1, 0, len(planes) - 2)
-    found = np.zeros((len(planes) - 1, HIGHEST))
-    np.add.at(found, (at, degrees), 1.0)
-    found[:, 0] = found.sum(axis=1) - 1
-    return found
+    table = np.zeros((len(planes) - 1, HIGHEST))
+    np.add.at(table, (at, degrees), 1.0)
+    table[:, 0] = table.sum(axis=1) - 1
+    return table
 
 
 def _product(mask: np.ndarray, tables: list[np.ndarray]) -> np.ndarray:
     """(HIGHEST, HIGHEST, HIGHEST): what the tables of the three axes have, together, where the mask is true."""
-    found = mask.astype(float)
+    counts = mask.astype(float)
     for table in tables:
-        found = np.tensordot(found, table, axes=(0, 0))
-    return found
+        counts = np.tensordot(counts, table, axes=(0, 0))
+    return counts
 
 
 @lru_cache(maxsize=32)
@@ -116,21 +116,21 @@ def _tables(degrees: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
     that it extends along, 0 standing for the others; and the entries of the matrix of a cell."""
     functions, entries = np.zeros((HIGHEST,) * 3), np.zeros((HIGHEST,) * 3)
     most = degrees[-1]
-    for own in product((0, *degrees), repeat=3):
-        j, k, m = (np.arange(2, p + 1) if p else np.zeros(1, int) for p in own)
-        functions[own] = (j[:, None, None] + k[:, None] + m <= max(own)).sum() if any(own) else 1.0
-    for own in product(degrees, repeat=3):
-        entries[own] = len(local(most, own).rows)
+    for triple in product((0, *degrees), repeat=3):
+        j, k, m = (np.arange(2, p + 1) if p else np.zeros(1, int) for p in triple)
+        functions[triple] = (j[:, None, None] + k[:, None] + m <= max(triple)).sum() if any(triple) else 1.0
+    for triple in product(degrees, repeat=3):
+        entries[triple] = len(local(most, triple).rows)
     return functions, entries
 
 
 def _layer(solid: np.ndarray, tables: list[np.ndarray]) -> float:
     """The fewest cells in a layer that halves the grid across x, y or z."""
-    found = []
+    layers = []
     for d in range(3):
         in_layers = np.moveaxis(solid, d, 0).astype(float)
         for table in (table for e, table in enumerate(tables) if e != d):
             in_layers = np.tensordot(in_layers, table[:, 1:].sum(axis=1), axes=(1, 0))
         cells = np.cumsum(in_layers * tables[d][:, 1:].sum(axis=1))
-        found.append(in_layers[np.searchsorted(cells, cells[-1] / 2)])
-    return float(min(found))
+        layers.append(in_layers[np.searchsorted(cells, cells[-1] / 2)])
+    return float(min(layers))

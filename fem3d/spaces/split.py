@@ -26,12 +26,12 @@ def split(space: S, facets: np.ndarray, beyond: Mapping[str, Faces] | None = Non
     if not len(facets) and not beyond:
         return space
     dofs, origin = _split(space, facets)
-    found = space.renumbered(dofs, origin)
-    found.torn = facets
+    torn_space = space.renumbered(dofs, origin)
+    torn_space.torn = facets
     for name, face in (beyond or {}).items():
-        there = np.flatnonzero(Faces(found, face.facets, face.cells).functions)
-        found = found.extended(name, there)
-    return found
+        functions = np.flatnonzero(Faces(torn_space, face.facets, face.cells).functions)
+        torn_space = torn_space.extended(name, functions)
+    return torn_space
 
 
 def _split(space: Space, facets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -49,22 +49,22 @@ def _split(space: Space, facets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     joins = np.setdiff1d(np.unique(mesh.t2f[:, touching]), facets)
     joins = joins[mesh.f2t[1, joins] >= 0]
     pairs = [np.empty((2, 0), np.int64)]
-    for functions, of in _of_sides(space, joins, mesh.f2t[0, joins]):
-        both = functions[None].astype(np.int64) * count + mesh.f2t[:, joins[of]][:, None]
+    for functions, which in _of_sides(space, joins, mesh.f2t[0, joins]):
+        both = functions[None].astype(np.int64) * count + mesh.f2t[:, joins[which]][:, None]
         pairs.append(both[:, on[functions]])
     first, second = np.searchsorted(keys, np.concatenate(pairs, axis=1))
     graph = coo_array((np.ones(len(first), bool), (first, second)), shape=(len(keys),) * 2)
     # A set of cells keeps the function's number if it has the first of its cells.
     _, label = connected_components(graph, directed=False)
     _, start, label = np.unique(label, return_index=True, return_inverse=True)
-    of = keys[start] // count
+    former = keys[start] // count
     rest = np.argsort(start)
-    rest = rest[np.flatnonzero(np.diff(of[rest], prepend=-1) == 0)]
-    number = of.copy()
+    rest = rest[np.flatnonzero(np.diff(former[rest], prepend=-1) == 0)]
+    number = former.copy()
     number[rest] = space.size + np.arange(len(rest))
     dofs = space.dofs.copy()
     dofs[local, cells] = number[label[place]]
-    return dofs, np.concatenate([np.arange(space.size), of[rest]])
+    return dofs, np.concatenate([np.arange(space.size), former[rest]])
 
 
 def _of_sides(space: Space, facets: np.ndarray, cells: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
@@ -73,23 +73,23 @@ def _of_sides(space: Space, facets: np.ndarray, cells: np.ndarray) -> Iterator[t
     local = (space.mesh.t2f[:, cells] == facets).argmax(axis=0)
     for number in np.unique(local):
         at = np.flatnonzero(local == number)
-        there = np.flatnonzero(space.side(int(number))[0].values.any(axis=0))
-        yield space.dofs[np.ix_(there, cells[at])], at
+        nonzero = np.flatnonzero(space.side(int(number))[0].values.any(axis=0))
+        yield space.dofs[np.ix_(nonzero, cells[at])], at
 
 
 def twin(faces: Faces, partner: np.ndarray) -> Faces:
     """The same faces as seen by other functions: ``partner`` (facets, functions of a cell), or (functions,), has the
     number of the other one of each."""
     sides = []
-    for at, own, normal in faces.sides:
-        other: Any = copy(own)
-        other.dofs = partner[own.dofs] if partner.ndim == 1 else partner[at]
+    for at, side, normal in faces.sides:
+        other: Any = copy(side)
+        other.dofs = partner[side.dofs] if partner.ndim == 1 else partner[at]
         vars(other).pop("functions", None)
         sides.append((at, other, normal))
-    found = copy(faces)
-    vars(found).pop("functions", None)
-    vars(found)["sides"] = sides
-    return found
+    twins = copy(faces)
+    vars(twins).pop("functions", None)
+    vars(twins)["sides"] = sides
+    return twins
 
 
 class Interface:
@@ -111,11 +111,11 @@ class Interface:
         key, number = np.concatenate(keys), np.concatenate(numbers)
         order = np.argsort(key)
         partner = np.empty((len(facets), len(space.dofs)), int)
-        for at, own, _ in one.sides:
-            wanted = at[:, None] * len(space.origin) + space.origin[own.dofs]
+        for at, side, _ in one.sides:
+            wanted = at[:, None] * len(space.origin) + space.origin[side.dofs]
             place = np.minimum(np.searchsorted(key[order], wanted), len(key) - 1)
             # What is no function of the side is zero there.
-            partner[at] = np.where(key[order][place] == wanted, number[order][place], own.dofs)
+            partner[at] = np.where(key[order][place] == wanted, number[order][place], side.dofs)
         return Interface(one, twin(one, partner))
 
     def jump(self, u: np.ndarray) -> np.ndarray:
@@ -131,12 +131,12 @@ class Interface:
         size = self.one.space.size
         rows, columns, data = [], [], []
         for (_, a, _), (_, b, _) in zip(self.one.sides, self.other.sides, strict=True):
-            blocks, there = a.blocks()
-            found = np.abs(blocks) > 1e-14 * np.abs(blocks).max(axis=(1, 2), keepdims=True)
+            blocks, functions = a.blocks()
+            nonzero = np.abs(blocks) > 1e-14 * np.abs(blocks).max(axis=(1, 2), keepdims=True)
             for v, u, sign in ((a, a, 1), (b, b, 1), (a, b, -1), (b, a, -1)):
-                pairs = v.dofs[:, there][:, :, None], u.dofs[:, there][:, None]
-                rows.append(np.broadcast_to(pairs[0], blocks.shape)[found])
-                columns.append(np.broadcast_to(pairs[1], blocks.shape)[found])
-                data.append(sign * blocks[found])
+                pairs = v.dofs[:, functions][:, :, None], u.dofs[:, functions][:, None]
+                rows.append(np.broadcast_to(pairs[0], blocks.shape)[nonzero])
+                columns.append(np.broadcast_to(pairs[1], blocks.shape)[nonzero])
+                data.append(sign * blocks[nonzero])
         entries = np.concatenate(data), (np.concatenate(rows), np.concatenate(columns))
         return csc_array(coo_array(entries, shape=(size, size)))

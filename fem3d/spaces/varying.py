@@ -43,20 +43,20 @@ class Reference(NamedTuple):
 @lru_cache(maxsize=256)
 def reference(p: int, degrees: Degrees, degree: int) -> Reference:
     """The integrals of the functions that are active for degrees along x, y, z, with modes up to a total ``degree``."""
-    own = modes(p)[np.flatnonzero(active(p, degrees))].T
-    mass, stiffness, mixed = (_gathered(table, own) for table in _moments(p, degree))
-    powers, found = _powers(degree), list[list[np.ndarray]]([[], []])
+    factors = modes(p)[np.flatnonzero(active(p, degrees))].T
+    mass, stiffness, mixed = (_gathered(table, factors) for table in _moments(p, degree))
+    powers, tables = _powers(degree), list[list[np.ndarray]]([[], []])
     for first in (stiffness, mixed):
         for d in range(3):
             parts = [(first if e == d else mass)[e][powers[:, e]] for e in range(3)]
-            found[first is mixed].append((parts[0] * parts[1] * parts[2]).reshape(len(powers), -1))
-    return Reference(np.array(found[0]), np.array(found[1]))
+            tables[first is mixed].append((parts[0] * parts[1] * parts[2]).reshape(len(powers), -1))
+    return Reference(np.array(tables[0]), np.array(tables[1]))
 
 
-def _gathered(table: np.ndarray, own: np.ndarray) -> list[np.ndarray]:
+def _gathered(table: np.ndarray, factors: np.ndarray) -> list[np.ndarray]:
     """For each axis (powers, n, n): a table (powers, functions, functions) of 1D integrals at the factors (3, n) of the
     functions of a cell."""
-    return [table[:, k[:, None], k] for k in own]
+    return [table[:, k[:, None], k] for k in factors]
 
 
 @lru_cache
@@ -76,10 +76,10 @@ def _moments(p: int, degree: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 def coefficients(values: np.ndarray, points: np.ndarray, degree: int) -> np.ndarray:
     """(..., modes): the Legendre coefficients, up to a total ``degree``, of fields (..., points), times the weights of
     a rule of the unit cube with such points (3, points), on a lattice; zero of modes that these cannot tell."""
-    found = np.ones((len(_powers(degree)), points.shape[1]))
+    polynomials = np.ones((len(_powers(degree)), points.shape[1]))
     for c, k in zip(points, _powers(degree).T, strict=True):
-        found *= np.where(k < len(np.unique(c)), 1.0, 0.0)[:, None] * _legendre(c, degree)[k]
-    return values @ found.T
+        polynomials *= np.where(k < len(np.unique(c)), 1.0, 0.0)[:, None] * _legendre(c, degree)[k]
+    return values @ polynomials.T
 
 
 def _legendre(x: np.ndarray, degree: int) -> np.ndarray:

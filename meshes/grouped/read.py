@@ -25,7 +25,8 @@ KINDS = {
 """meshio's names of the cells that are solved on: their corners and nodes."""
 
 _FORMATS = {".msh": "gmsh", ".bdf": "nastran", ".nas": "nastran", ".fem": "nastran", ".dat": "nastran"}
-FLAT = 1e-9  # of the largest extent: less than what a file of nine digits holds
+# a mesh is flat where its least extent is below this fraction of the largest, which nine digits can't tell from zero
+FLAT = 1e-9
 _NUMBERED = ("gmsh:physical", "nastran:ref", "medit:ref")
 _IGNORED = ("gmsh:", "cell_tags")
 

@@ -39,7 +39,7 @@ def march(
     return spectra[0], sampled.march(models, device, tolerance, meter, start, watched)
 
 
-def imbalance(lumped: Lumped, modes: Modes, found: March) -> float:
+def imbalance(lumped: Lumped, modes: Modes, run: March) -> float:
     """What is missing in the heat balance of sink, insulator and sensor over a run's first resolution, as a part of the
     heat (J) that was generated or passed the boundaries: to substrate and air, and into the polymer.
 
@@ -47,11 +47,11 @@ def imbalance(lumped: Lumped, modes: Modes, found: March) -> float:
     flux, from the temperature's slope at the sensor, not what the discretisation balances by construction.
     """
     m = modes.modal
-    heat = (found.energy @ m.shape - found.change + found.stepped) / m.rates
-    generated = float(found.energy.sum())
-    anchors = float(lumped.conductance * (m.shape[0] @ heat + m.external[0] * found.outer_time))
-    polymer = float(m.flux[0] @ heat + m.flux_external[0] * found.outer_time)
-    stored = float(modes.content @ found.change + modes.content_external * found.outer)
+    heat = (run.energy @ m.shape - run.change + run.stepped) / m.rates
+    generated = float(run.energy.sum())
+    anchors = float(lumped.conductance * (m.shape[0] @ heat + m.external[0] * run.outer_time))
+    polymer = float(m.flux[0] @ heat + m.flux_external[0] * run.outer_time)
+    stored = float(modes.content @ run.change + modes.content_external * run.outer)
     total = abs(generated) + abs(anchors) + abs(polymer)
     return (generated - anchors - polymer - stored) / total if total else 0.0
 

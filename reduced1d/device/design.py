@@ -177,10 +177,10 @@ def answer(device: Device, largest_voltage: float = np.inf, largest_power: float
     said: dict[str, str] = {}
     for time in dict.fromkeys((device.control.sample_time, *SAMPLE_TIMES)):
         sampled = at_sample_time(device, time)
-        found = [stability(sampled, t) for t in (external.initial_temperature, external.final_temperature)]
+        stabilities = [stability(sampled, t) for t in (external.initial_temperature, external.final_temperature)]
         limits.append(GainLimits(
-            time, min(s.sink_gain_limit for s in found), min(s.sensor_gain_limit for s in found),
-            -max(s.growth_rate for s in found), max(abs(s.eigenvalue) for s in found),
+            time, min(s.sink_gain_limit for s in stabilities), min(s.sensor_gain_limit for s in stabilities),
+            -max(s.growth_rate for s in stabilities), max(abs(s.eigenvalue) for s in stabilities),
         ))  # fmt: skip
     for name, meter in METERS.items():
         try:

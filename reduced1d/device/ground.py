@@ -15,8 +15,8 @@ PARTS = tuple(10 ** (-half / 2) for half in range(8, 1, -1))
 
 def leads(device: Device) -> tuple[float, ...]:
     """The leads (ohm) that are tried, the device's own among them."""
-    film, own = float(lump(device).resistance[1]), device.control.ground_resistance
-    return tuple(sorted({*(part * film for part in PARTS), *([own] if own else [])}))
+    film, lead = float(lump(device).resistance[1]), device.control.ground_resistance
+    return tuple(sorted({*(part * film for part in PARTS), *([lead] if lead else [])}))
 
 
 @lru_cache(maxsize=8)

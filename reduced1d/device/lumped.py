@@ -106,8 +106,8 @@ def steady(device: Device, external: float | None = None) -> Steady:
     outer = (device.external.final_temperature if external is None else external) - device.sink.room_temperature
     sink, between, polymer = lumped.conductance, lumped.insulator.conductance, lumped.polymer.conductance
     K = np.array([[sink + between, -between], [-between, between + polymer]])
-    found = controlled(K, np.array([0.0, polymer * outer]), lumped.resistance, lumped.coefficient, device)
-    return named(device, replace(found, flow=np.array([polymer * (found.rise[1] - outer)])))
+    state = controlled(K, np.array([0.0, polymer * outer]), lumped.resistance, lumped.coefficient, device)
+    return named(device, replace(state, flow=np.array([polymer * (state.rise[1] - outer)])))
 
 
 def around(device: Device) -> dict[str, Steady]:
@@ -160,8 +160,8 @@ def _step(line: Line, degree: int) -> np.ndarray:
     """(n,): a unit step of the outer face's temperature an instant later: zero outside the last element and, in it,
     orthogonal to all polynomials of a degree less that vanish at that face, so that the rest of the stack sees nothing
     yet. An L2 projection of the step would ring through it at once."""
-    mass, tests, found = reference(degree)[0], np.r_[0, 2:degree], np.zeros(line.size)
+    mass, tests, unit_step = reference(degree)[0], np.r_[0, 2:degree], np.zeros(line.size)
     last = line.functions[-1]
-    found[last[1]] = 1.0
-    found[last[2:]] = -np.linalg.solve(mass[tests, 2:], mass[tests, 1])
-    return found
+    unit_step[last[1]] = 1.0
+    unit_step[last[2:]] = -np.linalg.solve(mass[tests, 2:], mass[tests, 1])
+    return unit_step

@@ -38,8 +38,8 @@ def make(
         rounded = in_the_loop(device, meter, device.external.initial_temperature) if meter else (0.0, 0.0)
 
         def simulate(other: Device, start: Literal["cold", "settled"]) -> Run:
-            found = solve_accurate(other, meter=rounded, start=start, with_findings=False)
-            return Run(other, found, largest_eigenvalue)
+            result = solve_accurate(other, meter=rounded, start=start, with_findings=False)
+            return Run(other, result, largest_eigenvalue)
 
         return with_others(device, base, simulate, slow, steps, say)
     except UnstableStepError as error:

@@ -49,23 +49,23 @@ def at_sample_time(device: Device, sample_time: float) -> Device:
 def findings(device: Device, run: March, error: float, goal: float) -> tuple[str, ...]:
     """Sentences on the limiter, saturation, stability about the steady states, a run that was stopped, and an error
     estimate (K) above its goal."""
-    h, external, found = device.control.sample_time, device.external, []
+    h, external, sentences = device.control.sample_time, device.external, []
     end = (len(run.rises) - 1) * h
     if run.stopped:
         rises, voltages = run.rises[-1, 0], run.voltages[-1, 0]
         hot = int(np.argmax(rises))
         wrong = "; its voltage is negative, where eq 21 raises the power of an element that is too hot"
-        found.append(
+        sentences.append(
             f"the run was stopped at {end:.6g} s: the {ELEMENTS[hot]} was {rises[hot]:.0f} K above room temperature "
             f"(ceiling {CEILING:.0f} K) at {voltages[hot]:.3g} V{wrong if voltages[hot] < 0 else ''}"
         )
     for name, limited in zip(ELEMENTS, run.limited.T, strict=True):
         at = np.flatnonzero(limited)
         if len(at) == len(limited):
-            found.append(f"the limit V >= 0 held the {name} at every sample: it never got any power")
+            sentences.append(f"the limit V >= 0 held the {name} at every sample: it never got any power")
         elif len(at):
             many = f"{len(at)} of {len(limited)} samples, from {at[0] * h:.6g} s to {at[-1] * h:.6g} s"
-            found.append(f"the limit V >= 0 held the {name} at {many if len(at) > 1 else f'{at[0] * h:.6g} s'}")
+            sentences.append(f"the limit V >= 0 held the {name} at {many if len(at) > 1 else f'{at[0] * h:.6g} s'}")
     seen = [("initial", external.initial_temperature)] if external.step_time > 0 else []
     if external.step_time < end or not seen:
         seen.append(("final", external.final_temperature))
@@ -73,26 +73,26 @@ def findings(device: Device, run: March, error: float, goal: float) -> tuple[str
         state = steady(device, temperature)
         also = ", as its controller sees it through the common ground" if device.control.ground_resistance else ""
         if state.cycles:
-            found.append(
+            sentences.append(
                 f"at the {name} outer temperature, {temperature:g} K, there is no steady state: over the common ground "
                 "a film can neither be held at the set temperature nor rest without power, and its loop swings"
             )
         for element in () if state.cycles else ELEMENTS:
             if getattr(state, f"{element}_saturated"):
-                found.append(
+                sentences.append(
                     f"at the {name} outer temperature, {temperature:g} K, the {element} needs no power{also}: it "
                     f"settles at {getattr(state, f'{element}_K'):.6g} K instead of the set "
                     f"{device.control.set_temperature:g} K"
                 )
         said = loop_text(device, stability(device, temperature))
         if said:
-            found.append(f"about the steady state at the {name} outer temperature, {temperature:g} K, {said}")
+            sentences.append(f"about the steady state at the {name} outer temperature, {temperature:g} K, {said}")
     if error > goal:
-        found.append(
+        sentences.append(
             f"the estimated error of a temperature, {error:.1e} K, is above the accuracy asked for, {goal:.1e} K: "
             "where the loop is unstable no computation can follow it for long"
         )
-    return tuple(found)
+    return tuple(sentences)
 
 
 def shown(eigenvalue: complex) -> str:

@@ -7,6 +7,9 @@
     plate           the heat equation of the silicon layer, averaged over its thickness
     moments:N       the plate, of a row of spans the fin, projected on N fields that match its response
 
+Conductivities, resistivities and specific heats that follow the temperature, and radiation, are in all from the fin on;
+the first two take the former as they are at room temperature, and radiate nothing.
+
 Nothing heavy is imported before a reduction needs it.
 """
 
@@ -16,7 +19,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from scenes.errors import SceneError, did_you_mean, quoted
-from scenes.physics import refuse_laws
+from scenes.physics import refuse_directions
 
 if TYPE_CHECKING:
     import numpy as np
@@ -34,6 +37,11 @@ REDUCTIONS = {
     "plate": "the thickness-averaged heat equation of the silicon layer",
     "moments": "the plate projected on a few moment-matching fields",
 }
+CONSTANT = ("paper", "anchored")
+"""Those that take a number for what follows the temperature: that at room temperature, and of a resistivity its slope
+there."""
+LAWS = ("thermal_conductivity", "resistivity", "specific_heat")
+"""What may follow the temperature, in silicon and oxide."""
 STATES = 4
 """Of "moments" where no number is given."""
 
@@ -82,6 +90,9 @@ def solve(
     """
     name = canonical(reduction)
     refuse(sink, name)
+    if name in CONSTANT:
+        sink = sink.plain
+        levels = levels and levels.without(("emissivity", *LAWS))
     if name == "paper" and sink.spans == 1 and not sink.drive.series:
         from reduced1d.sink import solve as solve_paper
 
@@ -101,7 +112,7 @@ def solve(
 
     levels = levels or Levels(sink)
     found = result(name, sink, build(levels.fine, name), build(levels.coarse, name), steady_only, times)
-    said = warnings(sink, levels.fine.remainder)
+    said = warnings(sink.plain, levels.fine.remainder)
     if sink.spans > 1 or name in ("anchored", "fin-massless", "fin"):
         said += fin_warnings(sink, levels.fine.one_node)
     more = {"unknowns": levels.fine.plate.unknowns, "thin_plate_remainder": levels.fine.remainder, "warnings": said}
@@ -111,7 +122,7 @@ def solve(
 def refuse(sink: Sink, name: str) -> None:
     """Raises SceneError for a reduction (its canonical name) that isn't made of a row of spans, and for materials that
     no reduction takes."""
-    refuse_laws(sink.materials, "a 1D model")
+    refuse_directions(sink.materials, "a 1D model")
     if sink.spans > 1 and name == "plate":
         raise SceneError(
             f"sink.spans = {sink.spans} makes a row, and the reduction plate is made for one span: give paper, "

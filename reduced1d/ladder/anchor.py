@@ -19,15 +19,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from reduced1d.equations import resistance, room_resistivity
-from reduced1d.ladder.plate import COPIES, Plate, along, film, stored
+from reduced1d.ladder.plate import Plate, along, film, stored
+from reduced1d.ladder.plate_points import COPIES
 from scenes.checks import FIRST_TIME
 from scenes.sink import Sink
 
 THIN = 1e-3
-"""The part of the anchor resistance that a plate's neglected terms may be: where more, it is not thin."""
+"""A plate counts as thin while the terms that it neglects are at most this part of the anchor resistance."""
 
 ONE_NODE = 0.05
-"""The same for the ends of a fin whose anchors are one node each."""
+"""The largest relative error, on the way to the steady state, at the ends of a fin whose anchors are one node each,
+before a warning is given."""
 
 SLENDER = 2.0
 """The length over the width below which a beam has more than one rise across."""
@@ -128,34 +130,34 @@ def oxide_time(sink: Sink) -> float:
 def warnings(sink: Sink, remainder: float) -> list[str]:
     """A sentence for each assumption of the plate that a sink does not meet; ``remainder`` is the plate's own estimate
     of what it neglects."""
-    found = []
+    sentences = []
     if remainder > THIN:
-        found.append(
+        sentences.append(
             f"the thin-plate assumption ends here: with silicon of {sink.thickness * 1e6:.3g} um on oxide of "
             f"{sink.oxide_thickness * 1e6:.3g} um, what the plate neglects may be {100 * remainder:.2g} % of the "
             "anchor resistance"
         )
     if oxide_time(sink) > FIRST_TIME:
-        found.append(
+        sentences.append(
             f"the oxide takes {oxide_time(sink) * 1e6:.3g} us to warm through, more than the "
             f"{FIRST_TIME * 1e6:.0f} us from which on traces are compared: the plate's third of its capacity is right "
             "only for slower changes"
         )
-    return found
+    return sentences
 
 
 def fin_warnings(sink: Sink, one_node: float) -> list[str]:
     """A sentence for each assumption of the fin alone that a sink does not meet; ``one_node`` is the estimate of what
     its anchors neglect."""
-    found = []
+    sentences = []
     if one_node > ONE_NODE:
-        found.append(
+        sentences.append(
             f"the anchors are too slow for one node each: on the way to the steady state the fin's ends may be off by "
             f"{100 * one_node:.2g} % (plate and moments are not)"
         )
     if sink.length < SLENDER * sink.width:
-        found.append(
+        sentences.append(
             f"a beam {sink.width * 1e6:.3g} um wide and {sink.length * 1e6:.3g} um long is not slender: its rise is "
             "not uniform across (plate and moments know that)"
         )
-    return found
+    return sentences

@@ -12,11 +12,13 @@ import numpy as np
 
 from reduced1d import ladder
 from reduced1d.ladder.anchor import Anchor, anchor_of, one_node_remainder, thin_plate_remainder
+from reduced1d.ladder.anchor_points import anchor_points
 from reduced1d.ladder.few_states import FewStates, result, steady_state
 from reduced1d.ladder.fin import fin
 from reduced1d.ladder.lumps import lumps
 from reduced1d.ladder.moments import PLATE_STATES, hot, moment_fields
 from reduced1d.ladder.plate import COARSE, FINE, Grading, Plate, assemble
+from scenes.model import Material
 from scenes.result import Result
 from scenes.sink import Sink
 
@@ -35,11 +37,18 @@ class Level:
 
     @cached_property
     def _hot(self) -> tuple[Plate, np.ndarray]:
-        return hot(self._assembled)
+        plate = self._assembled
+        if plate.model.follows is not None:
+            # A fin on anchors in the shape of the cold sink's tells at once where there is no steady state at all.
+            cold = plate.inverse.solve(plate.model.source)
+            laws = anchor_points(plate, cold / np.abs(cold).max())
+            steady_state(fin(self.sink, anchor_of(plate), laws=laws))
+        return hot(plate)
 
     @cached_property
     def _assembled(self) -> Plate:
-        return assemble(self.sink, self.grading)
+        series = self.sink.series_resistance / self.sink.spans
+        return assemble(replace(self.sink, spans=1, series_resistance=series), self.grading)
 
     @property
     def plate(self) -> Plate:
@@ -67,7 +76,10 @@ class Level:
     def fin(self, pad_capacity: bool = True, oxide_capacity: bool = True, circuit: bool = True) -> FewStates:
         """The fin on the plate's anchor, with what is asked for of the anchor's capacity and of the circuit in it."""
         anchor = self.anchor if circuit else replace(self.anchor, circuit=0.0, source=0.0, feedback=0.0)
-        return fin(self.sink, anchor, pad_capacity=pad_capacity, oxide_capacity=oxide_capacity, finer=self.finer)
+        laws = None if self.plate.model.follows is None else anchor_points(*self._hot)
+        return fin(
+            self.sink, anchor, pad_capacity=pad_capacity, oxide_capacity=oxide_capacity, finer=self.finer, laws=laws
+        )
 
     def moments(self, states: int) -> FewStates:
         """The plate, of a row the fin, with some states (fewer where they would depend on each other)."""
@@ -100,12 +112,13 @@ class Levels:
     rough: bool = False
 
     def without(self, keys: tuple[str, ...]) -> Levels:
-        """The same of the sink without what some of its attributes stand for; once for each, itself for none."""
-        if not keys:
+        """The same of the sink without what some of its attributes stand for, and without some laws of the temperature
+        (`ladder.LAWS`); once for each, itself where that is the sink."""
+        sink = _without(self.sink, keys)
+        if sink == self.sink:
             return self
         if keys not in self._without:
-            none: dict[str, Any] = dict.fromkeys(keys)
-            self._without[keys] = Levels(replace(self.sink, **none), self.rough)
+            self._without[keys] = Levels(sink, self.rough)
         return self._without[keys]
 
     @cached_property
@@ -119,6 +132,18 @@ class Levels:
     @cached_property
     def coarse(self) -> Level:
         return Level(self.sink, COARSE, PLATE_STATES - 6, 0)
+
+
+def _without(sink: Sink, keys: tuple[str, ...]) -> Sink:
+    none: dict[str, Any] = {key: 0.0 if key == "emissivity" else None for key in keys if key not in ladder.LAWS}
+    plain = sink.plain
+    for material in ("silicon", "oxide"):
+        number: Material = getattr(plain, material)
+        given = {key: getattr(number, key) for key in keys if key in ladder.LAWS}
+        if "resistivity" in given:
+            given |= {key: getattr(number, key) for key in ("temperature_coefficient", "reference_temperature")}
+        none[material] = replace(getattr(sink, material), **given)
+    return replace(sink, **none)
 
 
 @dataclass(frozen=True)
@@ -144,13 +169,21 @@ def rungs(levels: Levels, start: str = "paper") -> list[Rung]:
         found = [own for rung in found for own in _OF_ROWS.get(rung.name, (rung,))]
     if levels.sink.electrodes == "beam-end":
         found = [rung for rung in found if rung.name != _WITHOUT_CIRCUIT]
-    if start == "paper":
-        # The paper's equations have none of these, the models that stand on the plate do: they come after all the rest.
-        last, missing = found.pop(), tuple(key for key in _MISSING if getattr(levels.sink, key) is not None)
+    if start in ladder.CONSTANT:
+        # These have none of it, the models that stand on the plate do: it comes after all the rest.
+        last, missing = found.pop(), _missing(levels.sink, start)
         found = [replace(rung, without=missing) for rung in found]
         found += [replace(_MISSING[key], name=last.name, without=missing[n:]) for n, key in enumerate(missing)]
         found.append(last)
     return found
+
+
+def _missing(sink: Sink, start: str) -> tuple[str, ...]:
+    """Of `_MISSING` what the sink has and the first model has not, which takes numbers; only the paper's is without
+    contacts and substrate, too."""
+    other = [k for k in ("contact_resistance", "substrate_thickness") if getattr(sink, k) is not None]
+    found = [*(other if start == "paper" else ()), *(["emissivity"] if sink.emissivity else [])]
+    return (*found, *(key for key in ladder.LAWS if key in (*sink.silicon.follows, *sink.oxide.follows)))
 
 
 def solve(levels: Levels, rung: Rung, steady_only: bool, times: np.ndarray | None) -> Result:
@@ -179,8 +212,21 @@ _MISSING = {
     "substrate_thickness": Rung(
         "plate", "substrate", "the oxide stands on room temperature", "the missing substrate",
     ),
+    "emissivity": Rung("plate", "radiation", "nothing radiates", "the missing radiation"),
+    "thermal_conductivity": Rung(
+        "plate", "constant conductivity", "heat is conducted at any temperature as at room temperature",
+        "the constant conductivity",
+    ),
+    "resistivity": Rung(
+        "plate", "linear resistivity", "the resistivity goes on as it begins at room temperature",
+        "the linear resistivity",
+    ),
+    "specific_heat": Rung(
+        "plate", "constant specific heat", "a kelvin takes as much heat at any temperature",
+        "the constant specific heat",
+    ),
 }  # fmt: skip
-"""What the paper's equations are without, by the sink's attribute."""
+"""What the paper's equations are without, by the sink's attribute, or the law of the temperature."""
 _FEW = Rung("moments", "few states", "the response is made of a few fields", "the small number of states")
 _ALL = [
     Rung("paper", "anchor resistance", "eq 14 takes the anchor for two prisms in series",

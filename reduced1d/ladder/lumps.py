@@ -50,11 +50,11 @@ def lumps(sink: Sink, anchor_resistance: float, circuit: bool = False) -> FewSta
     else:
         outputs["anchor_heat"] = outputs["end"] / anchor_resistance
         for span in range(1, different(sink.spans) + 1):
-            own = min(span, 2) - 1
-            dT0, outer, inner = shapes[own]
-            outputs[f"span{span}_peak"] = states[own] * unequal_peak(dT0, outer, inner)
-            outputs[f"span{span}_middle"] = states[own] * (dT0 + (outer + inner) / 2)
-            outputs[f"span{span}_mean"] = states[own]
+            kind = min(span, 2) - 1
+            dT0, outer, inner = shapes[kind]
+            outputs[f"span{span}_peak"] = states[kind] * unequal_peak(dT0, outer, inner)
+            outputs[f"span{span}_middle"] = states[kind] * (dT0 + (outer + inner) / 2)
+            outputs[f"span{span}_mean"] = states[kind]
         for isle in range(1, sink.spans // 2 + 1):
             # What the span before it brings, and the one after it, which has it for an outer end.
             before, after = min(isle, 2) - 1, min(isle + 1, sink.spans - isle, 2) - 1

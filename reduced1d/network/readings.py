@@ -20,7 +20,7 @@ from scenes.model import Point, Probe
 Apart = tuple[sp.csr_matrix, np.ndarray, float]
 
 FINE = 33
-"""Places on an element at which an extreme is looked for, the best three of which a parabola joins."""
+"""Number of places on an element at which an extreme is looked for; a parabola goes through the best three."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -35,10 +35,10 @@ DEGREES, DEGREES_OVER_TIME = ((5, 7), (7, 9), (9, 11)), ((4, 5), (6, 7), (8, 9))
 """Of the coarse and the fine elements, turn by turn."""
 
 GROWTHS = ((2.0, 1.8), (1.7, 1.5), (1.5, 1.3))
-"""Of the steps of the coarse and the fine run over time, turn by turn."""
+"""Factors on the step, from one to the next, of the coarse and of the fine run over time, turn by turn."""
 
 EARLY = 1e-3
-"""Of the end time: for so long after the start and after a jump the errors of traces are not judged, as in 3D."""
+"""For this part of the end time, after the start and after a jump, errors of traces are not judged; 3D has the same."""
 
 SOONEST, FIRST = 0.1, 0.1
 """Of the time from which on errors are judged: what elements follow; and of that the first step."""

@@ -19,7 +19,8 @@ from reduced1d.radau import radau, within
 from scenes.errors import RunawayError
 
 POINTS = 7
-"""A step: values between its points are those of their polynomial, which is the largest error of a long one."""
+"""Number of Radau's points in a step: values between them are those of their polynomial, whose error is the largest in
+a long step."""
 SWEEPS = 30
 SETTLED = 1e-11  # of the largest rise in a step: the change that ends the sweeps
 ROUNDING = 1e-8  # of the largest rise in a step: changes below this that no longer shrink are rounding

@@ -44,15 +44,15 @@ class Channel:
 def channels(scene: AnyScene) -> tuple[Channel, ...]:
     """The inputs of a scene. A step is as large as the largest input of its kind, or 1 K."""
     start = scene.initial_temperature
-    found = []
+    channels = []
     for b in scene.boundaries:
         if b.kind == "convection":
             if not is_zero(b.value):
-                found.append(Channel(b.name, "ambient", b.ambient, start, 0.0))
+                channels.append(Channel(b.name, "ambient", b.ambient, start, 0.0))
         else:
-            found.append(Channel(b.name, b.kind, b.value, start if b.kind == "temperature" else 0.0, 0.0))
-    found += [Channel(s.name, "heat_source", s.heat_source, 0.0, 0.0) for s in _sources(scene)]
-    return tuple(replace(c, step=_largest([d for d in found if UNITS[d.kind] == UNITS[c.kind]])) for c in found)
+            channels.append(Channel(b.name, b.kind, b.value, start if b.kind == "temperature" else 0.0, 0.0))
+    channels += [Channel(s.name, "heat_source", s.heat_source, 0.0, 0.0) for s in _sources(scene)]
+    return tuple(replace(c, step=_largest([d for d in channels if UNITS[d.kind] == UNITS[c.kind]])) for c in channels)
 
 
 def _sources(scene: AnyScene) -> list[Any]:
@@ -80,22 +80,22 @@ def driven(scene: Any, given: Mapping[str, Value]) -> Any:
     )
 
 
-def apart(scene: AnyScene, found: tuple[Channel, ...]) -> AnyScene:
+def apart(scene: AnyScene, inputs: tuple[Channel, ...]) -> AnyScene:
     """The scene with a schedule of its own for every channel, told apart by a first time before the start; a channel
     of the heat problem is one of these."""
-    return driven(scene, {c.name: schedule(c, k) for k, c in enumerate(found)})
+    return driven(scene, {c.name: schedule(c, k) for k, c in enumerate(inputs)})
 
 
 def schedule(channel: Channel, number: int) -> Schedule:
     """A channel's own values over time, unlike those of any other."""
-    own = channel.own
-    times, given = (own.times, own.values) if isinstance(own, Schedule) else ((), (own,))
+    value = channel.own
+    times, given = (value.times, value.values) if isinstance(value, Schedule) else ((), (value,))
     first = min(-1.0, *times, 0.0) - 1.0 - number
     return Schedule((first, *times), given if not times else (given[0], *given))
 
 
-def scenarios(scene: AnyScene, found: tuple[Channel, ...]) -> dict[str, AnyScene]:
+def scenarios(scene: AnyScene, inputs: tuple[Channel, ...]) -> dict[str, AnyScene]:
     """What a model is held against, by name: the scene as it is, and a step of each channel alone from rest."""
-    rest = {c.name: c.rest for c in found}
-    steps = {f"step of {c.name}": driven(scene, rest | {c.name: c.rest + c.step}) for c in found}
+    rest = {c.name: c.rest for c in inputs}
+    steps = {f"step of {c.name}": driven(scene, rest | {c.name: c.rest + c.step}) for c in inputs}
     return {OWN: scene, **steps}

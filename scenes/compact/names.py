@@ -28,11 +28,11 @@ def fmu(document: Mapping[str, Any]) -> tuple[list[str], list[str]]:
 
 def listed(document: Mapping[str, Any]) -> list[dict[str, str]]:
     """What each input and each output is called: its ``name``, as in Python, in ``spice`` and in ``fmu``."""
-    found = []
+    names = []
     for kind, nodes, variables in zip(("inputs", "outputs"), spice(document), fmu(document), strict=True):
         for entry, node, variable in zip(document[kind], nodes, variables, strict=True):
-            found.append({"name": entry["name"], "spice": node, "fmu": variable})
-    return found
+            names.append({"name": entry["name"], "spice": node, "fmu": variable})
+    return names
 
 
 def _told_apart(names: Sequence[str], ignore_case: bool) -> list[str]:

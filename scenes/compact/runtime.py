@@ -33,9 +33,9 @@ class CompactModel:
         )
         self.states = len(self.F)
         self.first, self.second = np.triu_indices(len(self.S))
-        own = slice(1 + len(self.inputs), None)
-        self.decay = -np.diagonal(self.F[:, own]).copy()
-        self._own = own
+        columns = slice(1 + len(self.inputs), None)
+        self.decay = -np.diagonal(self.F[:, columns]).copy()
+        self._own = columns
 
     def simulate(
         self, times: Sequence[float], inputs: Mapping[str, Given] | None = None, tolerance: float = 1e-6
@@ -63,7 +63,7 @@ class CompactModel:
         t, b, largest = 0.0, np.zeros(self.states), 1e-30
         stops = sorted({*wanted[wanted > 0].tolist(), *(x for k, _ in tables for x in k if 0 < x < wanted[-1])})
         longest = stops[0] if stops else 0.0
-        found = {0.0: b}
+        states = {0.0: b}
         for stop in stops:
             start = t
             g0, slope = _drive(tables, start)
@@ -79,15 +79,15 @@ class CompactModel:
                     raise ArithmeticError(f"the heating runs away at {t:.3g} s")
                 grown = h * min(max(0.8 * (error + 1e-30) ** (-1 / 3), 0.2), 5.0)
                 longest = max(grown, longest) if last and error <= 1 else grown
-            found[stop] = b
-        return np.array([found[x] for x in wanted.tolist()])
+            states[stop] = b
+        return np.array([states[x] for x in wanted.tolist()])
 
     def steady(self, inputs: Mapping[str, float] | None = None) -> dict[str, float]:
         """Each output in the steady state that the model reaches from rest, by Newton's method; inputs not given are
         the scene's own at the end. Raises ArithmeticError where there is none."""
         g = _drive(self._tables(inputs), np.inf)[0]
-        found = self._named(self.read(g, np.zeros_like(g), self.rest(g))[None], g[None])
-        return {name: float(values[0]) for name, values in found.items()}
+        outputs = self._named(self.read(g, np.zeros_like(g), self.rest(g))[None], g[None])
+        return {name: float(values[0]) for name, values in outputs.items()}
 
     def rest(self, g: np.ndarray) -> np.ndarray:
         """(n,): the states of the steady state at inputs g. Raises ArithmeticError where there is none."""
@@ -125,11 +125,11 @@ class CompactModel:
     def read(self, g: np.ndarray, slope: np.ndarray, b: np.ndarray) -> np.ndarray:
         """(rows,): all that is read off the states, at inputs g, of these rates."""
         z = np.concatenate([[1.0], g, b])
-        found: np.ndarray = self.Y @ z + self.W @ slope
+        readings: np.ndarray = self.Y @ z + self.W @ slope
         if len(self.S):
             c = self._currents(z)
-            found = found + np.tensordot(c, self.U @ z, 1) + np.tensordot(self._pairs(c), self.P @ z, 1)
-        return found
+            readings = readings + np.tensordot(c, self.U @ z, 1) + np.tensordot(self._pairs(c), self.P @ z, 1)
+        return readings
 
     def named(self, row: np.ndarray) -> dict[str, float]:
         """What is read by the outputs' names."""
@@ -138,7 +138,7 @@ class CompactModel:
 
     def _named(self, rows: np.ndarray, inputs: np.ndarray) -> dict[str, np.ndarray]:
         each = [self.named(row) for row in rows]
-        found = {name: np.array([one[name] for one in each]) for name in self.outputs}
+        outputs = {name: np.array([one[name] for one in each]) for name in self.outputs}
         for values, entry in zip(inputs.T, self.inputs.values(), strict=True):
             low, high = entry["range"]
             small = 1e-9 * max(abs(low), abs(high))
@@ -146,10 +146,10 @@ class CompactModel:
                 told = f"{entry['name']} = {value:.6g} {entry['unit']} is past the model's range"
                 warnings.warn(f"{told}, {low:.6g} to {high:.6g} {entry['unit']}", stacklevel=3)
         limit = self.document["range"]["highest_temperature_K"]
-        hottest = max((float(found[n].max()) for n, o in self.outputs.items() if o["unit"] == "K"), default=0.0)
+        hottest = max((float(outputs[n].max()) for n, o in self.outputs.items() if o["unit"] == "K"), default=0.0)
         if limit is not None and hottest > limit:
             warnings.warn(f"{hottest:.6g} K is past the model's range, up to {limit:.6g} K", stacklevel=3)
-        return found
+        return outputs
 
     def inputs_at(self, inputs: Mapping[str, Given] | None, time: float) -> np.ndarray:
         """(inputs,): their values at a time (s), after a jump there."""
@@ -160,14 +160,14 @@ class CompactModel:
         for name in given:
             if name not in self.inputs:
                 raise KeyError(f"there is no input {name!r}: there are {', '.join(map(repr, self.inputs))}")
-        found = []
+        tables = []
         for name, entry in self.inputs.items():
             value = given.get(name, entry["value"])
             if isinstance(value, Mapping):
                 value = value["times"], value["values"]
             times, values = ([0.0], [value]) if np.ndim(value) == 0 else value
-            found.append((np.array(times, dtype=float), np.array(values, dtype=float)))
-        return found
+            tables.append((np.array(times, dtype=float), np.array(values, dtype=float)))
+        return tables
 
     def _currents(self, z: np.ndarray) -> np.ndarray:
         return np.linalg.solve(self.A @ z, self.S @ z)
@@ -178,10 +178,10 @@ class CompactModel:
     def _source(self, g: np.ndarray, b: np.ndarray) -> np.ndarray:
         """(n,): db/dt without the decay of the states."""
         z = np.concatenate([[1.0], g, b])
-        found: np.ndarray = self.F @ z + self.decay * b
+        rate: np.ndarray = self.F @ z + self.decay * b
         if len(self.S):
-            found = found + np.tensordot(self._pairs(self._currents(z)), self.Q @ z, 1)
-        return found
+            rate = rate + np.tensordot(self._pairs(self._currents(z)), self.Q @ z, 1)
+        return rate
 
     def _step(self, b: np.ndarray, g: np.ndarray, slope: np.ndarray, h: float) -> tuple[np.ndarray, float]:
         """The states after a step (s), and how far a step of order 2 is from that."""
@@ -198,17 +198,17 @@ class CompactModel:
 
     def _linearised(self, g: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """db/dt (n,) and its derivative (n, n)."""
-        z, own = np.concatenate([[1.0], g, b]), self._own
-        rate, slope = self.F @ z, self.F[:, own].copy()
+        z, columns = np.concatenate([[1.0], g, b]), self._own
+        rate, slope = self.F @ z, self.F[:, columns].copy()
         if len(self.S):
             matrix = self.A @ z
             c = np.linalg.solve(matrix, self.S @ z)
-            change = np.linalg.solve(matrix, self.S[:, own] - np.tensordot(self.A[:, :, own], c, (1, 0)))
+            change = np.linalg.solve(matrix, self.S[:, columns] - np.tensordot(self.A[:, :, columns], c, (1, 0)))
             pairs, heat = self._pairs(c), self.Q @ z
             twice = np.where(self.first == self.second, 1.0, 2.0)[:, None]
             i, j = self.first, self.second
             rate = rate + np.tensordot(pairs, heat, 1)
-            slope += np.tensordot(pairs, self.Q[..., own], 1)
+            slope += np.tensordot(pairs, self.Q[..., columns], 1)
             slope += heat.T @ (twice * (c[i, None] * change[j] + c[j, None] * change[i]))
         return rate, slope
 

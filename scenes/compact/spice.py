@@ -16,7 +16,7 @@ from scenes.compact import names
 from scenes.compact.facts import facts
 from scenes.compact.runtime import CompactModel
 
-SMALL = 1e-15  # of the largest number of its row: what is left out
+SMALL = 1e-15  # entries below this part of the largest of their row are left out
 WIDTH = 100
 
 PINS = {
@@ -106,10 +106,10 @@ class _Netlist:
 
     def _reduced(self, entry: Mapping[str, Any]) -> str:
         rows = [self._row(row) for row in entry["rows"]]
-        found = rows[0]
+        expression = rows[0]
         for other in rows[1:]:
-            found = f"{entry['reduce']}({found}, {other})"
-        return found
+            expression = f"{entry['reduce']}({expression}, {other})"
+        return expression
 
     def _row(self, row: int) -> str:
         m = self.model
@@ -142,10 +142,10 @@ def _number(value: float) -> str:
 
 def _wrapped(line: str) -> str:
     """A line without leading signs, which not every simulator reads, broken before terms."""
-    found, rest = [], re.sub(r"(\(|= )\+", r"\1", line)
+    lines, rest = [], re.sub(r"(\(|= )\+", r"\1", line)
     while len(rest) > WIDTH:
         at = max(rest.rfind(sign, 20, WIDTH) for sign in ("+V(", "-V(", "+0.", "-0.", "*("))
         at = at if at > 0 else next((m.start() for m in re.finditer(r"[+*]", rest) if m.start() >= 20), len(rest))
-        found.append(rest[:at])
+        lines.append(rest[:at])
         rest = rest[at:]
-    return "\n+ ".join([*found, rest]) if rest else "\n+ ".join(found)
+    return "\n+ ".join([*lines, rest]) if rest else "\n+ ".join(lines)

@@ -15,22 +15,25 @@ THERMAL, ELECTRIC = 0, 1
 def resistances(scene: Scene) -> np.ndarray:
     """(2, boxes + 1, boxes + 1): the thermal (m2 K/W) and the electrical (ohm m2) resistance between every two boxes,
     by number; 0 where they touch perfectly, and for the void, whose number is the last or -1."""
-    found = np.zeros((2, len(scene.boxes) + 1, len(scene.boxes) + 1))
+    resistances = np.zeros((2, len(scene.boxes) + 1, len(scene.boxes) + 1))
     numbers = {box.name: number for number, box in enumerate(scene.boxes)}
     for contact in scene.contacts:
         one, other = (numbers.get(name) for name in contact.between)
         # In the symmetric part of a scene a box may be missing.
         if one is not None and other is not None:
-            found[:, one, other] = found[:, other, one] = contact.thermal_resistance, contact.electrical_resistance
-    return found
+            resistances[:, one, other] = resistances[:, other, one] = (
+                contact.thermal_resistance,
+                contact.electrical_resistance,
+            )
+    return resistances
 
 
 def across(owner: np.ndarray, axis: int, between: np.ndarray) -> np.ndarray:
     """(one less along the axis, which comes first): what a table by two boxes' numbers (boxes + 1, boxes + 1) has for
     the faces between neighbouring cells of these owners."""
-    own = np.moveaxis(owner, axis, 0)
-    found: np.ndarray = between[own[:-1], own[1:]]
-    return found
+    owners = np.moveaxis(owner, axis, 0)
+    values: np.ndarray = between[owners[:-1], owners[1:]]
+    return values
 
 
 def check(grid: Grid) -> None:
@@ -92,11 +95,11 @@ def area(grid: Grid, contact: Contact) -> float:
     numbers = [number for number, box in enumerate(grid.scene.boxes) if box.name in contact.between]
     table = np.zeros((len(grid.scene.boxes) + 1,) * 2)
     table[np.ix_(numbers, numbers)] = 1.0 - np.eye(len(numbers))
-    found, lengths = 0.0, [np.diff(planes) for planes in grid.planes]
+    total, lengths = 0.0, [np.diff(planes) for planes in grid.planes]
     for axis in range(3):
         first, second = (lengths[d] for d in range(3) if d != axis)
-        found += float((across(grid.owner, axis, table).sum(axis=0) * np.outer(first, second)).sum())
-    return found
+        total += float((across(grid.owner, axis, table).sum(axis=0) * np.outer(first, second)).sum())
+    return total
 
 
 def touched(grid: Grid, probe: Probe) -> Contact | None:

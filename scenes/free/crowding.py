@@ -25,8 +25,8 @@ def crowding(scene: Scene, planes: tuple[np.ndarray, ...]) -> str:
         # A flat box has one plane where others have two.
         users = np.bincount(np.concatenate([plane[:, 0], plane[plane[:, 1] > plane[:, 0], 1]]), minlength=len(at))
         for item, (low, high) in zip(items, plane.tolist(), strict=True):
-            if own := int(users[low] == 1) + int(users[high] == 1 and high > low):
-                alone[item.name] += own
+            if count := int(users[low] == 1) + int(users[high] == 1 and high > low):
+                alone[item.name] += count
         gaps = np.diff(at)
         if len(gaps) and gaps.min() < nearest[0]:
             i = int(gaps.argmin())

@@ -16,11 +16,11 @@ def cut(grid: Grid) -> str:
     touched: dict[int, set[int]] = {}
     between: dict[int, set[int]] = {}
     for axis in range(3):
-        own, conductor, owner = (np.moveaxis(a, axis, 0) for a in (insulating, labels, grid.owner))
+        insulator, conductor, owner = (np.moveaxis(a, axis, 0) for a in (insulating, labels, grid.owner))
         for a, b in ((slice(None, -1), slice(1, None)), (slice(1, None), slice(None, -1))):
-            at = (own[a] > 0) & (conductor[b] > 0)
+            at = (insulator[a] > 0) & (conductor[b] > 0)
             for part, label, box in np.unique(
-                np.stack([own[a][at], conductor[b][at], owner[a][at]]), axis=1
+                np.stack([insulator[a][at], conductor[b][at], owner[a][at]]), axis=1
             ).T.tolist():
                 if label in voltages:
                     touched.setdefault(part, set()).add(label)

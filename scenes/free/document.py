@@ -11,6 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, TypeVar
 
+from scenes import condition_kinds as ck
 from scenes import kinds as k
 from scenes import mesh_kinds as mk
 from scenes import model as m
@@ -33,19 +34,19 @@ RESISTANCES = ("thermal_resistance", "electrical_resistance")
 
 POINT = k.Place(k.Quantity(d.LENGTH, 0.0, 1e4, signed=True))
 
-CONDITIONS: dict[str, k.Varying | k.Surroundings] = {
-    "temperature": k.Varying(k.KELVIN),
-    "heat_flux": k.Varying(k.Quantity(d.HEAT_FLUX, 0.0, 1e15, signed=True)),
-    "convection": k.Surroundings(
+CONDITIONS: dict[str, ck.Varying | ck.Surroundings] = {
+    "temperature": ck.Varying(k.KELVIN),
+    "heat_flux": ck.Varying(k.Quantity(d.HEAT_FLUX, 0.0, 1e15, signed=True)),
+    "convection": ck.Surroundings(
         "coefficient",
         k.Quantity(d.CONVECTION_COEFFICIENT, 0.0, 1e12),
-        k.Varying(k.KELVIN),
+        ck.Varying(k.KELVIN),
         '"10 W/(m2 K)"',
         Following(k.Quantity(d.CONVECTION_COEFFICIENT, 1e-9, 1e12)),
     ),
-    "radiation": k.Surroundings("emissivity", k.Quantity(d.NUMBER, 1e-6, 1.0), k.KELVIN, "0.8"),
-    "voltage": k.Varying(k.Quantity(d.VOLTAGE, 0.0, 1e6, signed=True)),
-    "current": k.Varying(k.Quantity(d.CURRENT, 0.0, 1e6, signed=True)),
+    "radiation": ck.Surroundings("emissivity", k.Quantity(d.NUMBER, 1e-6, 1.0), k.KELVIN, "0.8"),
+    "voltage": ck.Varying(k.Quantity(d.VOLTAGE, 0.0, 1e6, signed=True)),
+    "current": ck.Varying(k.Quantity(d.CURRENT, 0.0, 1e6, signed=True)),
 }
 """What a boundary may have, of which it has one, or a convection and radiation."""
 RADIATION = " radiation"
@@ -58,10 +59,10 @@ SERIES = k.Quantity(d.RESISTANCE, 1e-9, 1e15)
 _PERFECT = ", or 0 for a perfect contact"
 HEAT_CONTACT = k.Quantity(d.THERMAL_CONTACT, 1e-12, 1e6, note=_PERFECT)
 CURRENT_CONTACT = k.Quantity(d.ELECTRICAL_CONTACT, 1e-18, 1e6, note=_PERFECT)
-CONTACT_RESISTANCE = k.ContactResistance((HEAT_CONTACT, CURRENT_CONTACT))
+CONTACT_RESISTANCE = ck.ContactResistance((HEAT_CONTACT, CURRENT_CONTACT))
 """Beside a boundary's temperature or voltage."""
 RESISTIVITY = Following(k.Quantity(d.RESISTIVITY, 1e-12, 1e9, word="insulator"))
-HEAT_SOURCE = k.Varying(k.Quantity(d.HEAT_SOURCE, 0.0, 1e20, signed=True))
+HEAT_SOURCE = ck.Varying(k.Quantity(d.HEAT_SOURCE, 0.0, 1e20, signed=True))
 
 
 _NAMED = k.Numbers(k.NumberOrText(), (), "parameter", 'a table such as {R0 = "300 ohm"}')
@@ -119,8 +120,8 @@ LISTS: dict[str, dict[str, k.Kind]] = {
     "contact": {
         "name": k.LABEL,
         "between": k.Pair(k.LABEL, "boxes"),
-        "thermal_resistance": k.ContactResistance((HEAT_CONTACT,)),
-        "electrical_resistance": k.ContactResistance((CURRENT_CONTACT,)),
+        "thermal_resistance": ck.ContactResistance((HEAT_CONTACT,)),
+        "electrical_resistance": ck.ContactResistance((CURRENT_CONTACT,)),
     },
 }
 """The tables that a file may have many of, as [[material]] and so on."""
@@ -309,7 +310,7 @@ def _condition(item: Item) -> dict[str, Any]:
             f"{item.label} {has}: give exactly one of {', '.join(CONDITIONS)} (convection and radiation go together)"
         )
     (kind,) = kinds
-    of_film = isinstance(CONDITIONS[kind], k.Surroundings)
+    of_film = isinstance(CONDITIONS[kind], ck.Surroundings)
     value, ambient = item.values[kind] if of_film else (item.values[kind], 293.0)
     found = {"kind": kind, "value": value, "ambient": ambient}
     series = item.values.get("series_resistance")
@@ -326,7 +327,7 @@ def _condition(item: Item) -> dict[str, Any]:
     return found if given is None else found | _behind(item.label, kind, value, given)
 
 
-def _behind(label: str, kind: str, value: m.Value, given: k.Resistance) -> dict[str, Any]:
+def _behind(label: str, kind: str, value: m.Value, given: ck.Resistance) -> dict[str, Any]:
     """What a contact resistance makes of the temperature or the voltage beside it: of the former a film of its inverse
     towards that."""
     path, resistance = f"{label}.contact_resistance = {given.value:g}", given.value

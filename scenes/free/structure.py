@@ -18,8 +18,9 @@ from scenes.free.grid import VOID, Grid, grid_of
 from scenes.model import Boundary, Scene
 from scenes.units import TIME
 
-NARROW = 0.1  # of the thinner box beside it: a gap that is narrower is likely a slip, and is said
-HURRIED = 1e-2  # of the thinnest extent of any box: where heat diffuses no farther, layers at surfaces are all there is
+NARROW = 0.1  # a gap narrower than this part of the thinner box beside it is likely a slip, and is told
+# a run is too short where heat diffuses over less than this part of the thinnest box's extent: only surfaces warm
+HURRIED = 1e-2
 _MANY = 1_000  # boxes, of more of which not every two are held against one another
 MOST = 20  # bodies, boundaries and the like that one line names
 _LOST = 1e-6  # of a box's volume: less is rounding of its corners
@@ -44,13 +45,13 @@ def remarks(scene: Scene) -> list[str]:
     """What is no fault of a scene, but may not be meant: gaps, overlaps, and a current that is cut."""
     grid = grid_of(scene)
     bodies = _bodies(grid)
-    found = [] if bodies.startswith("one") else [f"the scene falls into bodies, {bodies}"]
-    found += gaps(grid)
+    sentences = [] if bodies.startswith("one") else [f"the scene falls into bodies, {bodies}"]
+    sentences += gaps(grid)
     if texts := losses(grid):
-        found.append(f"boxes lose volume to later ones, which win: {_joined(texts)}")
+        sentences.append(f"boxes lose volume to later ones, which win: {_joined(texts)}")
     if (where := cut(grid)) and not any(len(v) > 1 for v in grid.electrified()[1].values()):
-        found.append(f"no current passes: {where}")
-    return found + _hurried(scene)
+        sentences.append(f"no current passes: {where}")
+    return sentences + _hurried(scene)
 
 
 def _hurried(scene: Scene) -> list[str]:
@@ -73,8 +74,8 @@ def _hurried(scene: Scene) -> list[str]:
 def _bodies(grid: Grid) -> str:
     """How many parts of the solid hang together, and the boxes of each."""
     labels = grid.parts(grid.solid)
-    found = [listed(_boxes(grid, labels == label), MOST) for label in range(1, int(labels.max()) + 1)]
-    return f"one: {found[0]}" if len(found) == 1 else f"{len(found)} that nothing passes between: {_joined(found)}"
+    bodies = [listed(_boxes(grid, labels == label), MOST) for label in range(1, int(labels.max()) + 1)]
+    return f"one: {bodies[0]}" if len(bodies) == 1 else f"{len(bodies)} that nothing passes between: {_joined(bodies)}"
 
 
 def gaps(grid: Grid) -> list[str]:
@@ -95,15 +96,15 @@ def gaps(grid: Grid) -> list[str]:
             if gap < NARROW * min(b.upper[axis] - b.lower[axis] for b in pair):
                 key = min(int(low), int(high)), max(int(low), int(high)), axis
                 narrow[key] = min(float(gap), narrow.get(key, np.inf))
-    found = []
+    sentences = []
     for (a, b, axis), gap in narrow.items():
         thin = min(boxes[n].upper[axis] - boxes[n].lower[axis] for n in (a, b))
-        found.append(
+        sentences.append(
             f"boxes {listed([boxes[a].name, boxes[b].name])} are {quantity(gap, 'm', 3)} apart along {'xyz'[axis]}, "
             f"where the thinner one has {quantity(thin, 'm', 3)}, and nothing passes there: if they should touch, let "
             "their faces coincide"
         )
-    return found + _across_edges(grid)
+    return sentences + _across_edges(grid)
 
 
 def _across_edges(grid: Grid) -> list[str]:
@@ -131,7 +132,7 @@ def _across_edges(grid: Grid) -> list[str]:
 def losses(grid: Grid) -> list[str]:
     """Which part of its volume each box loses to later ones of another material or heat source, and to which."""
     sizes = [np.diff(p) for p in grid.planes]
-    boxes, found = grid.scene.boxes, []
+    boxes, sentences = grid.scene.boxes, []
     for number, box in enumerate(boxes):
         window = tuple(slice(*grid.span(d, box.lower[d], box.upper[d])) for d in range(3))
         owner = grid.owner[window]
@@ -146,9 +147,9 @@ def losses(grid: Grid) -> list[str]:
             if n != number and (boxes[n].material, boxes[n].heat_source) != (box.material, box.heat_source)
         ]  # fmt: skip
         if others:
-            lost = percent(float(volumes[others].sum()))
-            found.append(f"{quoted(box.name)} loses {lost} to {listed([boxes[n].name for n in others])}")
-    return found
+            part = percent(float(volumes[others].sum()))
+            sentences.append(f"{quoted(box.name)} loses {part} to {listed([boxes[n].name for n in others])}")
+    return sentences
 
 
 def _conductors(grid: Grid) -> Iterable[str]:

@@ -67,13 +67,13 @@ def slopes(voltage: np.ndarray, resistance: np.ndarray, ground: float) -> Slopes
     current, inverse = currents(voltage, resistance, ground), np.linalg.inv(np.diag(resistance) + ground)
     by_resistance, heat = -inverse * current, (2 * current * resistance)[:, None]
     forward = voltage * current > 0
-    own = np.where(forward, current, 1.0)
+    divisor = np.where(forward, current, 1.0)
     other = current[::-1]
 
     def of_ratio(change: np.ndarray) -> np.ndarray:
         """R_ground times the change of I_other/I_own by that of the currents."""
-        found = ground * (change[::-1] / own[:, None] - (other / own**2)[:, None] * change)
-        return np.where(forward[:, None], found, 0.0)
+        ratios = ground * (change[::-1] / divisor[:, None] - (other / divisor**2)[:, None] * change)
+        return np.where(forward[:, None], ratios, 0.0)
 
     return Slopes(
         heat * by_resistance + np.diag(current**2), heat * inverse,
@@ -103,10 +103,10 @@ def held(
     def equations(current: np.ndarray, lead: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         feedback = np.eye(2) - per_power * (current**2 * warm)
         rise = np.linalg.solve(feedback, per_power @ (current**2 * resistance) + unheated)
-        own = resistance + warm * rise
-        per_current = np.linalg.solve(feedback, per_power * (2 * current * own))
-        slope = np.diag(own - seen) + (current * warm)[:, None] * per_current + lead
-        return current * (own - seen) + lead * current.sum(), slope, rise
+        hot = resistance + warm * rise
+        per_current = np.linalg.solve(feedback, per_power * (2 * current * hot))
+        slope = np.diag(hot - seen) + (current * warm)[:, None] * per_current + lead
+        return current * (hot - seen) + lead * current.sum(), slope, rise
 
     def solved(current: np.ndarray, lead: float, sign: float) -> tuple[np.ndarray, np.ndarray] | None:
         for _ in range(NEWTON):
@@ -127,14 +127,14 @@ def held(
     if (current[choice] <= 0).any():
         return None
     sign = float(np.sign(np.linalg.det(equations(current, 0.0)[1])))
-    reached, part, found = 0.0, FIRST_PART, None
+    reached, part, state = 0.0, FIRST_PART, None
     while reached < 1.0:
         following = min(reached + part, 1.0)
-        found = solved(current, ground * following, sign)
-        if found is None:
+        state = solved(current, ground * following, sign)
+        if state is None:
             part /= 4
             if part < LEAST_PART:
                 return None
         else:
-            reached, current = following, found[1]
-    return found
+            reached, current = following, state[1]
+    return state

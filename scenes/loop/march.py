@@ -115,10 +115,10 @@ class _Places:
         film, mean, departs, conductance, change, unit, still, feed = [], [], [], [], [], [], [], []
         both: list[list[int]] = [[], []]
         for at, m, k, r in zip(self.of, counts, flows, resolutions, strict=True):
-            own, q = r.modal, r.nodes
+            modal, q = r.modal, r.nodes
             response = np.r_[np.arange(m), np.repeat(np.arange(m), q), np.zeros(k, int)]
             node = np.r_[np.zeros(m, int), np.tile(np.arange(1, q + 1), m)]
-            films = own.film[response]
+            films = modal.film[response]
             film.append(films)
             of_mean = np.where(node, m + films[: len(node)] * q + node - 1, films[: len(node)])
             mean.append(at.start + np.r_[of_mean, np.arange(len(node), len(films))])
@@ -127,14 +127,14 @@ class _Places:
                 both[e] += (at.start + np.r_[of_film, np.full(len(films) - len(node), e)]).tolist()
             is_flow = np.arange(len(films)) >= len(node)
             departs.append((response > 1) & ~is_flow)
-            conductance.append(np.where(is_flow, 0.0, 1 / own.resistance[films]))
-            change.append(np.where(is_flow, 0.0, own.coefficient[films]))
-            unit.append(np.r_[own.external[response[: len(node)]], own.flux_external])
+            conductance.append(np.where(is_flow, 0.0, 1 / modal.resistance[films]))
+            change.append(np.where(is_flow, 0.0, modal.coefficient[films]))
+            unit.append(np.r_[modal.external[response[: len(node)]], modal.flux_external])
             still.append(
-                np.r_[np.broadcast_to(own.offset, m)[response[: len(node)]], np.broadcast_to(own.flux_offset, k)]
+                np.r_[np.broadcast_to(modal.offset, m)[response[: len(node)]], np.broadcast_to(modal.flux_offset, k)]
             )
             fed = np.zeros((k, len(films)))
-            fed[:, m + np.arange(m) * q + q - 1] = own.feed
+            fed[:, m + np.arange(m) * q + q - 1] = modal.feed
             feed.append(fed)
         self.film, self.mean, self.departs = np.concatenate(film), np.concatenate(mean), np.concatenate(departs)
         self.conductance, self.change = np.concatenate(conductance), np.concatenate(change)
@@ -159,8 +159,8 @@ class _Places:
         one, other = (self.conductance[at] / ratio[at] for at in (sink, sensor))
         lead = 1 + self.ground * (one + other)
         voltage = voltage - self.ground * (one * voltage[sink] + other * voltage[sensor]) / lead
-        own = self.conductance / ratio[self.mean]
-        return voltage * voltage * self.conductance, 1 - 2 * self.ground * own / lead
+        conductance = self.conductance / ratio[self.mean]
+        return voltage * voltage * self.conductance, 1 - 2 * self.ground * conductance / lead
 
     def heats(self, heating: np.ndarray, ratio: np.ndarray, rise: np.ndarray) -> np.ndarray:
         """(places,): the heat at each, from V^2/R at no rise, the resistance's ratio to that, and the rises."""
@@ -255,8 +255,8 @@ def _apply(blocks: list[np.ndarray], vector: np.ndarray, columns: list[slice], r
 
 
 def _powers(
-    free: np.ndarray, kernel: list[np.ndarray], of: list[slice], at: _Places, voltages: np.ndarray, ratio: np.ndarray,
-    tolerance: float,
+    free: np.ndarray, kernel: list[np.ndarray], slices: list[slice], at: _Places, voltages: np.ndarray,
+    ratio: np.ndarray, tolerance: float,
 ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
     """Heats P = V^2/R with ratio = R/R_0 = 1 + change T, T = free + kernel P and V the voltage across the film; by
     Picard's iteration, else by Newton's.
@@ -266,17 +266,17 @@ def _powers(
     it then climbs to the solution from below; how a departure follows the mean, and a film through the lead to ground
     the other, is left out of it.
     """
-    rise = free + _apply(kernel, at.heats(at.driven(voltages, ratio)[0], ratio, free), of, of)
+    rise = free + _apply(kernel, at.heats(at.driven(voltages, ratio)[0], ratio, free), slices, slices)
     for attempt in range(PICARD + NEWTON):
         if attempt == PICARD:
             rise = free
         ratio = 1 + at.change * (rise[at.mean] if at.local else rise)
         heating, part = at.driven(voltages, ratio)
         powers = at.heats(heating, ratio, rise)
-        residual = free + _apply(kernel, powers, of, of) - rise
+        residual = free + _apply(kernel, powers, slices, slices) - rise
         if attempt >= PICARD:
             slope = heating / ratio * np.where(at.departs, -1.0, part) * at.change / ratio
-            for block, where in zip(kernel, of, strict=True):
+            for block, where in zip(kernel, slices, strict=True):
                 residual[where] = np.linalg.solve(np.eye(len(block)) + block * slope[where], residual[where])
             tolerance = max(tolerance, 1e-12 * float(np.abs(rise).max()))
         rise = rise + residual
@@ -291,11 +291,11 @@ def _tables(resolutions: Sequence[Resolution], length: float) -> Tables:
     gains: list[np.ndarray] = []
     decays: list[np.ndarray] = []
     for i, r in enumerate(resolutions):
-        own, q, m, flows = r.modal, r.nodes, r.modal.responses, len(r.modal.flux)
-        part, size = interval(own, length, q, 2), m * (q + 1) + flows
+        model, q, m, flows = r.modal, r.nodes, r.modal.responses, len(r.modal.flux)
+        part, size = interval(model, length, q, 2), m * (q + 1) + flows
         kernel = np.zeros((size, size))
         kernel[m : m + m * q, :m], kernel[m : m + m * q, m : m + m * q] = part.first, part.later
-        reading, decay = np.vstack([own.shape, part.free, own.flux]), part.decay
+        reading, decay = np.vstack([model.shape, part.free, model.flux]), part.decay
         gain = np.pad(np.hstack([part.gain_first, part.gain_later]), ((0, 0), (0, flows)))
         if i == 0:
             energy = np.zeros((2, size))

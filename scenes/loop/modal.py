@@ -74,10 +74,10 @@ class Modal:
 
     def heat(self, power: np.ndarray, rise: np.ndarray) -> np.ndarray:
         """(m,): the heat u for powers (2,) at rises (m,) of the responses."""
-        a, own = self.coefficient[self.film], self.film
-        local = a * rise / (1 + a * rise[own])
+        a, film = self.coefficient[self.film], self.film
+        local = a * rise / (1 + a * rise[film])
         local[:2] = 1.0
-        return power[own] * local
+        return power[film] * local
 
 
 @dataclass(frozen=True)

@@ -93,8 +93,8 @@ def device_result(
     rises."""
     columns = traces.T.copy()
     columns[:2] += device.sink.room_temperature
-    of, time = dict(zip((*QUANTITIES, TOP), columns, strict=False)), timetable(device).times[: len(traces)]
-    return DeviceResult(scheme=scheme, time_s=time, errors=errors, **of, **rest)
+    by_name, time = dict(zip((*QUANTITIES, TOP), columns, strict=False)), timetable(device).times[: len(traces)]
+    return DeviceResult(scheme=scheme, time_s=time, errors=errors, **by_name, **rest)
 
 
 @dataclass(frozen=True)
@@ -149,17 +149,15 @@ class Run:
         quantity = "sensor_power_W"
         if self.stopped:
             return np.inf, np.inf
-        found = settling(self.device, self.result, quantity, fraction)[-1]
-        at = self.result.time_s >= found.start - 1e-12
+        last = settling(self.device, self.result, quantity, fraction)[-1]
+        at = self.result.time_s >= last.start - 1e-12
         time, values, error = self.result.time_s[at], self.result.trace(quantity)[at], self.result.errors[quantity]
-        moved = [settling_time(time, values, found.target, max(found.band + s * error, 0.0)) for s in (1, -1)]
-        if not np.isfinite(found.time):
-            return found.time, found.time
+        moved = [settling_time(time, values, last.target, max(last.band + s * error, 0.0)) for s in (1, -1)]
+        if not np.isfinite(last.time):
+            return last.time, last.time
         if self.reference is not None:
-            return found.time, abs(
-                found.time - replace(self, result=self.reference, reference=None).settled(fraction)[0]
-            )
-        return found.time, max(abs(time - found.time) for time in moved)
+            return last.time, abs(last.time - replace(self, result=self.reference, reference=None).settled(fraction)[0])
+        return last.time, max(abs(time - last.time) for time in moved)
 
     def final(self, quantity: str) -> tuple[float, float]:
         """The last value of a quantity, and how far it may be from where it will settle: what it still changed by over
@@ -272,13 +270,13 @@ def settling(device: Device, result: DeviceResult, quantity: str, fraction: floa
     first, last = getattr(result.before, quantity), getattr(result.after, quantity)
     cold = device.sink.room_temperature if quantity.endswith("_K") else 0.0
     i = int(np.searchsorted(time, external.step_time - 1e-9 * device.control.sample_time))
-    found = []
+    settlings = []
     if i > 1:
-        found.append(_after(quantity, time[:i], values[:i], first, fraction * abs(first - cold)))
+        settlings.append(_after(quantity, time[:i], values[:i], first, fraction * abs(first - cold)))
     if i < len(time) - 1:
         change = abs(last - first) if abs(last - first) > BAND * abs(last - cold) else abs(last - cold)
-        found.append(_after(quantity, time[i:], values[i:], last, fraction * change))
-    return tuple(found)
+        settlings.append(_after(quantity, time[i:], values[i:], last, fraction * change))
+    return tuple(settlings)
 
 
 def _after(quantity: str, time: np.ndarray, values: np.ndarray, target: float, band: float) -> Settling:

@@ -25,7 +25,7 @@ departures of the films' temperatures."""
 BEFORE = 20
 """Samples of a run before its step."""
 CLOSELY = 1e-9
-"""K: to which the powers between samples are found, for what is read is a millionth of them."""
+"""The error (K) to which the powers between samples are iterated: what is read is a millionth of them."""
 
 
 @dataclass(frozen=True)

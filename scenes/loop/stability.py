@@ -44,8 +44,8 @@ class Plant:
         feedback, held = per_rise * self.out[at], np.eye(len(at)) + per_rise * self.across[np.ix_(at, at)]
         inlet = self.inlet[:, at]
         loop = np.block([[self.a + inlet @ feedback, inlet @ held], [feedback, held]])
-        found = np.linalg.eigvals(loop)
-        largest = complex(found[np.abs(found).argmax()])
+        eigenvalues = np.linalg.eigvals(loop)
+        largest = complex(eigenvalues[np.abs(eigenvalues).argmax()])
         return complex(largest.real, abs(largest.imag))
 
 
@@ -67,10 +67,10 @@ class Stability:
     @staticmethod
     def of(system: Plant, device: Device) -> Stability:
         """That of a plant with a device's gains."""
-        own = gains(device)
-        largest = system.eigenvalue(own)
+        loop_gains = gains(device)
+        largest = system.eigenvalue(loop_gains)
         rate = float(np.log(abs(largest)) / system.sample_time)
-        return Stability(largest, rate, gain_limit(system, own, 0), gain_limit(system, own, 1))
+        return Stability(largest, rate, gain_limit(system, loop_gains, 0), gain_limit(system, loop_gains, 1))
 
 
 def gain_limit(system: Plant, others: np.ndarray, element: int) -> float:
@@ -125,24 +125,24 @@ def state_of(modal: Modal, device: Device, external: float | None = None) -> Sta
     outer = (device.external.final_temperature if external is None else external) - room
     per_heat = (modal.shape / modal.rates) @ modal.shape.T
     unheated = modal.external * outer + modal.offset
-    rise, own = np.zeros(modal.responses), np.eye(2)[modal.film]
+    rise, films = np.zeros(modal.responses), np.eye(2)[modal.film]
     first = 0
     for _ in range(100):
-        per_power = per_heat @ (modal.heat(np.ones(2), rise)[:, None] * own)
+        per_power = per_heat @ (modal.heat(np.ones(2), rise)[:, None] * films)
         conductance = np.linalg.inv(per_power[:2])
         load = conductance @ modal.external[:2] * outer + conductance @ np.broadcast_to(modal.offset, rise.shape)[:2]
-        found = controlled(conductance, load, modal.resistance, modal.coefficient, device, first)
+        state = controlled(conductance, load, modal.resistance, modal.coefficient, device, first)
         # A film that cannot be held stays so: at the end of the range rounds would take turns.
-        first = CHOICES.index((bool(found.held[0]), bool(found.held[1]))) if device.control.ground_resistance else 0
-        before, rise = rise, per_power @ found.power + unheated
+        first = CHOICES.index((bool(state.held[0]), bool(state.held[1]))) if device.control.ground_resistance else 0
+        before, rise = rise, per_power @ state.power + unheated
         if modal.responses == 2 or np.abs(rise - before).max() <= 1e-13 * max(abs(device.set_rise), np.abs(rise).max()):
             break
     else:
         raise ArithmeticError("the steady state of the device does not converge")
-    heat = modal.heat(found.power, rise)
+    heat = modal.heat(state.power, rise)
     flow = (modal.flux / modal.rates) @ (heat @ modal.shape) + modal.flux_external * outer + modal.feed @ heat
     flow = flow + modal.flux_offset
-    return replace(found, rise=rise, flow=flow)
+    return replace(state, rise=rise, flow=flow)
 
 
 def steady(modal: Modal, device: Device, external: float | None = None) -> Steady:
@@ -182,10 +182,10 @@ def controlled(
     cycling = []
     for choice in CHOICES[first:]:
         on = np.array(choice) & driven
-        found = circuit.held(per_power, per_power @ load, resistance, coefficient, target, ground, on, guess)
-        if found is None:
+        solution = circuit.held(per_power, per_power @ load, resistance, coefficient, target, ground, on, guess)
+        if solution is None:
             continue
-        rise, current = found
+        rise, current = solution
         warm = resistance * (1 + coefficient * rise)
         voltage = np.where(on, current * warm + ground * current.sum(), 0.0)
         rests = bool((warm + ground >= seen * (1 - 1e-12))[driven & ~on].all())
@@ -222,17 +222,17 @@ def plant(modal: Modal, device: Device, external: float | None = None) -> Plant:
     propagated. An element that has no power there does not respond to its voltage to first order, and its loop is left
     out.
     """
-    state, own, m = state_of(modal, device, external), modal.film, modal.responses
-    a, ratio = modal.coefficient[own], (1 + modal.coefficient * state.rise[:2])[own]
+    state, film, m = state_of(modal, device, external), modal.film, modal.responses
+    a, ratio = modal.coefficient[film], (1 + modal.coefficient * state.rise[:2])[film]
     now = circuit.slopes(state.voltage, modal.resistance * ratio[:2], device.control.ground_resistance)
     warm = modal.resistance * modal.coefficient
     # heat = per_power * P: what a rise of each response, along a row, and a voltage change of it.
     per_power = modal.heat(np.ones(2), state.rise)
     slope, departs = np.zeros((m, m)), np.arange(2, m)
-    slope[:, :2] = per_power[:, None] * now.power_by_resistance[own] * warm
-    slope[departs, own[2:]] -= per_power[2:] * state.power[own[2:]] * a[2:] / ratio[2:]
-    slope[departs, departs] += state.power[own[2:]] * a[2:] / ratio[2:]
-    per_volt = per_power[:, None] * now.power_by_voltage[own]
+    slope[:, :2] = per_power[:, None] * now.power_by_resistance[film] * warm
+    slope[departs, film[2:]] -= per_power[2:] * state.power[film[2:]] * a[2:] / ratio[2:]
+    slope[departs, departs] += state.power[film[2:]] * a[2:] / ratio[2:]
+    per_volt = per_power[:, None] * now.power_by_voltage[film]
     rates, vectors = np.linalg.eig(np.diag(modal.rates) - modal.shape.T @ slope @ modal.shape)
     inverse = np.linalg.inv(vectors)
     into = inverse @ (modal.shape.T @ per_volt)

@@ -96,7 +96,9 @@ def test_what_takes_numbers_alone_says_so():
     from reduced1d.network.lines import layout
 
     sink = load("sink", ["materials.silicon.thermal_conductivity={value = 130, at = 293, exponent = -1.3}"])
-    assert "thermal_conductivity of" in refusal(solve, sink)
+    assert solve(sink, steady_only=True).steady == solve(sink.plain, steady_only=True).steady
+    along = load("sink", ["materials.silicon.thermal_conductivity=[130, 130, 100]"])
+    assert "a 1D model takes one number or law" in refusal(solve, along)
     assert "a network takes one number" in refusal(layout, from_dict(free(thermal_conductivity=[1, 2, 3])))
     with pytest.raises(SceneError, match="a device takes one number"):
         load("device", ["materials.silicon.thermal_conductivity={value = 130, at = 293, exponent = -1.3}"])

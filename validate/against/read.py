@@ -23,7 +23,7 @@ from validate.against.tables import Column, Table, in_si, is_time, unit_of
 from validate.against.uncertainty import data_uncertainty
 
 _LONGEST_LIST = 100_000
-"""Bytes: a scene has a hundred probes at most, or a few."""
+"""The most bytes of a list of steady values: a scene has some hundred probes at most."""
 
 
 def subject_of(scene: Any) -> Subject:

@@ -21,7 +21,8 @@ from validate.against.quantities import IGNORED, Meaning, Subject
 from validate.against.tables import Column, Table, has_time, in_si, is_time, split, unit_of
 
 _CLOSE = 1e-4
-"""Of a parameter: tables round to five digits, and nothing that is compared moves by more than a few times this."""
+"""Relative distance within which a run's parameter counts as the scene's: tables round to five digits, and nothing that
+is compared moves by more than a few times this."""
 _MANY = 100_000
 """Rows that are looked at for the distinct values of a parameter."""
 _VOLTAGE = re.compile(r"[vu](_?(0|in|app|applied|dc|drive|src|source|tot))?", re.IGNORECASE)

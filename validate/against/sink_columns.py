@@ -25,7 +25,7 @@ _OF_TEMPERATURE = {"t", "temp", "temperature", *RISE}
 _POINT = re.compile(r"\(\s*([^()\[\],]+)\s*,\s*([^()\[\],]+)\s*,\s*([^()\[\],]+)\s*\)")
 _LENGTHS = {"m": 1.0, "mm": 1e-3, "um": 1e-6}
 _NEAR = 1e-3
-"""Of the beam's length: how near a point must be to the place of a quantity."""
+"""How near a point must be to the place of a quantity, as a part of the beam's length."""
 
 
 def subject(sink: Sink) -> Subject:

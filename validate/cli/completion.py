@@ -41,8 +41,9 @@ def run(arguments: argparse.Namespace) -> int:
 def keys(source: str) -> list[str]:
     """The keys of a scene that may be overridden; of each of its boxes, boundaries and so on all that it may have,
     places by coordinate. Raises SceneError for what can't be read."""
+    from scenes.condition_kinds import Surroundings
     from scenes.free import schema_of
-    from scenes.kinds import Place, Surroundings
+    from scenes.kinds import Place
     from scenes.loading import document, type_of_file
     from scenes.schema import label_of
 

@@ -33,7 +33,7 @@ table of h in chapter 1; Incropera and DeWitt have the same), which are those of
 CONDUCTIVITY = 0.0263
 """W/(m K) of air at 300 K, give or take a percent (Carroll et al., J. Chem. Eng. Data 13, 1968: 0.0264 at 25 C)."""
 COEFFICIENTS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1e3, 2e3, 5e3, 1e4, 2e4, 5e4, 1e5)
-CLOSE = 1e-3  # of a limit: where its search ends
+CLOSE = 1e-3  # relative error at which the search for a limit ends
 
 Limits = dict[str, Estimate | None]
 """By quantity the largest coefficient (W/(m2 K)) at which a difference stays within its tolerance, with its error;

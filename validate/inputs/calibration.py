@@ -22,12 +22,12 @@ from scenes.varied import kind_of, numbers, varied
 
 COVERS = 1.96
 """Of a normal distribution 95 % lie within so many standard deviations."""
-APART = 0.95  # of correlations, from which on two keys are not told apart
-TOLD = 0.5  # of a relative standard uncertainty, from which on the data tell nothing of a key
-MOST = 20  # solutions
-SINGULAR = 1e-12  # of the normal matrix: about the square of the rounding of derivatives
-WIDEST = 50.0  # of a logarithm
-BESIDE = 1e-3  # of a logarithm: a central difference over it is off by its square
+APART = 0.95  # two keys are not told apart where the size of their correlation is above this
+TOLD = 0.5  # the data tell nothing of a key whose relative standard uncertainty is above this
+MOST = 20  # the most solutions of the least-squares iteration
+SINGULAR = 1e-12  # added to the normal matrix, times its trace: about the square of the rounding of derivatives
+WIDEST = 50.0  # the farthest that a fit moves the logarithm of a key
+BESIDE = 1e-3  # step of a central difference in the logarithm of a key, whose relative error is the step's square
 TINY = 1e-300  # a bound where there is none: still a number, and its inverse too
 
 Modelled = tuple[Mapping[str, np.ndarray], Mapping[str, Mapping[str, np.ndarray]]]

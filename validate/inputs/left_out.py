@@ -29,13 +29,13 @@ if TYPE_CHECKING:
     from scenes.device import Device
 
 CLOSE = 1e-4
-"""The accuracy of both solutions, at most: the smallest effects are half a percent."""
+"""The accuracy of both solutions is this or better, as the smallest effects are half a percent."""
 ALL = 1e-3
 """That with all of them: with the gas a tenth of the rise is left, so that the change is as close."""
 TOGETHER = "together"
 RANKED = "peak_rise_K"
 MOST_OF_IT = 0.5
-"""Of the heat: what takes more of it leaves a heat sink of another kind."""
+"""An effect that takes more than this part of the heat leaves no heat sink of this kind."""
 GAS_CONSTANT, TEMPERATURE, RATIO, HEAT = 287.05, 300.0, 1.4, 718.0
 """Of air: R of a kilogram (J/(kg K)), at this temperature (K) the ratio of its specific heats, and c_v (J/(kg K))."""
 JUMP = "at less pressure Smoluchowski's jump of the temperature: Kennard, Kinetic Theory of Gases (1938), chapter 8"
@@ -59,7 +59,7 @@ CONTACT = 2e-8
 """m2 K/W, of each face of an oxide."""
 EMISSIVITY = 0.7
 EXPONENT = -1.3
-"""Of silicon's conductivity over the temperature, from 300 to 1400 K, within a tenth."""
+"""Exponent of silicon's conductivity as a power of the temperature, from 300 to 1400 K, right within a tenth."""
 
 
 def _falling(sink: Sink) -> dict[str, Any]:
@@ -115,7 +115,7 @@ EFFECTS = {
 }
 """By name, as summary.json has them."""
 IN_AIR = ("gap_gas", "air")
-"""The effects that a vacuum is without."""
+"""The effects that are absent in a vacuum."""
 
 
 @dataclass(frozen=True)

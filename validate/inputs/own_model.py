@@ -20,7 +20,7 @@ from validate.inputs.sensitivities import Sensitivities, Slope
 from validate.models import Model
 from validate.models.slopes import follow
 
-STEP = 1e-4  # of a key: what temperatures count from is in proportion to it, or does not follow it
+STEP = 1e-4  # relative step of a key: the temperature that rises count from is linear in the key, or does not follow it
 
 
 def beside(

@@ -27,11 +27,11 @@ from scenes.uncertain import Uncertain
 from scenes.varied import neighbour, varied
 from validate.inputs.sensitivities import QUANTITIES, Sensitivities, of_sink
 
-STEP = 1e-4  # of a key: differences of formulas are off by its square
+STEP = 1e-4  # relative step of a key for a central difference of formulas, whose relative error is its square
 BENT, SHARE = 0.1, 0.3  # of the first-order change; of u_input
 PROFILE = "fig5"
 """The check of the profile, whose derivatives are its own."""
-WIDEST = 0.1  # of a key, by which a device is moved to either side at most
+WIDEST = 0.1  # the largest relative step of a key by which a device is moved to either side
 OF_3D = {
     "dev3d_sink_power": "sink_power_W", "dev3d_sensor_power": "sensor_power_W",
     "dev3d_sink_voltage": "sink_V", "dev3d_sensor_voltage": "sensor_V",
@@ -42,8 +42,8 @@ BALANCE = "energy"
 
 Estimates = Mapping[str, Estimate]
 SURELY, MATTERS = 3.0, 0.05  # standard errors, and part of u_input, from which on the linear propagation is off
-ROUNDING = 1e-9  # of a value: samples that spread by less spread by rounding
-FURTHEST = 0.95  # of a value that a sample takes off or adds: no size is negative
+ROUNDING = 1e-9  # samples that spread by less than this part of the value spread by rounding alone
+FURTHEST = 0.95  # a sample changes a value by at most this part of it: no size becomes negative
 
 
 @dataclass(frozen=True)

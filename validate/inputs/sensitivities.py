@@ -26,8 +26,8 @@ QUANTITIES = {entry.steady: entry.called for entry in OF_A_SINK.values()}
 PREFIX = "slope_"
 TEMPERATURE = "_temperature"
 """How the keys of temperatures end."""
-NONE = 1e-6  # of a slope: less is none
-PART = 1e-5  # of the span of a profile, by which it is moved at one place; a central difference is off by its square
+NONE = 1e-6  # a slope smaller than this counts as none
+PART = 1e-5  # step at one place of a profile, over its span; a central difference is off by the square of that
 
 
 @dataclass(frozen=True)

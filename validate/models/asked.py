@@ -25,7 +25,7 @@ them."""
 ROUNDS = 8
 """How often the intervals that are too long are halved."""
 SHORT = 1e-7
-"""Of the run: intervals shorter than this are of a jump, and aren't halved."""
+"""Intervals shorter than this part of the run belong to a jump and aren't halved."""
 MOST = 20_000
 """Times that a model is asked for at most."""
 

@@ -25,7 +25,8 @@ from scenes.errors import SceneError, did_you_mean, listed, printable, quoted
 from validate.models import Answer, Asked, readable
 
 STEPS = (500, 2000)
-"""Of the two runs over time; the tolerance of an FMU that is integrated here is a hundredth of the step."""
+"""Numbers of steps of the two runs over time; the relative tolerance of an FMU that is integrated here is 0.01 over
+that number."""
 REST, HORIZONS = 1e-7, tuple(10.0**n for n in range(-4, 7))
 """Outputs rest that change less than this part of themselves from one horizon (s) to the next, ten times as far."""
 

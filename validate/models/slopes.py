@@ -26,7 +26,7 @@ STEPS = (1e-3, 1e-2, 5e-2)
 SMOOTH = 1e-2
 """The part of a slope that differences over h and over 2h may be apart by before a longer step is tried."""
 NOTHING = 1e-9
-"""Of a quantity: a slope smaller than this is none."""
+"""A slope smaller than this part of the quantity counts as none."""
 
 
 @dataclass(frozen=True)

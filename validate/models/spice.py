@@ -36,7 +36,7 @@ _OWN = (".op", ".tran", ".dc", ".ac", ".noise", ".tf", ".pz", ".disto", ".sens",
 """Analyses and output commands, in whose place the model's own are put."""
 _TOLERANCES = (1e-4, 1e-6)
 _STEPS = (500, 2000)
-"""Of the two runs over time: ngspice's relative tolerance, and how many steps it makes at least."""
+"""Of each of the two runs over time the least number of steps; ngspice's relative tolerances are above."""
 
 
 @dataclass

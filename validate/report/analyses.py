@@ -30,13 +30,13 @@ if TYPE_CHECKING:
     from validate.run.outcome import Outcome
 
 MOST = 3
-"""Of a free scene's probes so many are shown there."""
+"""Number of a free scene's probes whose sensitivities a terminal shows."""
 _LEAST = 5e-5
-"""Of a slope: less is shown as nothing."""
+"""A slope smaller than this is shown as zero."""
 _NOTHING = 1e-6
-"""Of u_val: an uncertainty that nobody could see beside it."""
+"""An uncertainty smaller than this part of u_val is shown as 0."""
 _COEFFICIENTS = (1.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1e3, 1e4)
-"""Of the air (W/(m2 K)): those that a terminal has room for."""
+"""Film coefficients of the air (W/(m2 K)) that a terminal has room for."""
 _V20 = (
     "As ASME V&V 20 has it: the comparison error E = S - D, simulation less data, is known to u_val, of the numerics, "
     "the inputs and the data. Each line is of the mean over a window of the trace, the worst of up to 16 and the last: "

@@ -19,7 +19,7 @@ from scenes.sink import Sink
 from scenes.units import TIME
 
 MOST = 100
-"""How many instants of a transient are looked at beside those at which a trace is largest or least."""
+"""Number of instants of a transient that are looked at, beside those at which a trace is largest or smallest."""
 FEW = 16
 """The same of a sink, whose temperatures grow evenly."""
 _AT_ONCE = 16

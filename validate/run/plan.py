@@ -68,7 +68,8 @@ def of_sink(sink: Sink, request: Request, solver: tuple[Step, ...], data: Data |
         solver = (*solver, step("gas in the gap", f"a film of {sink.gap_coefficient:.4g} W/(m2 K){where}"))
     if in_3d and sink.emissivity:
         bare = f"all bare faces of beam and pads, emissivity {sink.emissivity:g}, to {sink.room_temperature:g} K"
-        solver = (*solver, step("radiation", f"{bare}; the 1D model leaves it out"))
+        one = "the 1D model leaves it out" if request.reduction in ("paper", "anchored") else "in 1D too"
+        solver = (*solver, step("radiation", f"{bare}; {one}"))
     steps = [*solver, _reduction(request), *_checks(sink, request), *_figures(figures_of(sink), left)]
     steps.append(step("traces.csv", "every quantity against time", "" if request.transient else _STEADY))
     # What is done only when asked for, and so has no line where it isn't.

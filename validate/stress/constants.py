@@ -17,7 +17,7 @@ DEGREES = ((4, 4), (5, 5), (6, 6), (5, 4), (4, 3), (4, 2), (5, 3), (6, 3))  # al
 ASPECTS = ((1.0, 1.0), (4.0, 1.0), (4.0, 4.0))  # lengths along x, before and behind the edge, of cells 1 wide
 OTHERS = {"LAYERS": (25.0, 225.0), "FAR": (30.0, np.inf)}
 COUNT = 20  # random scenes
-COSTLIER = 1.25  # times the unknowns of all levels with another value that the one in use may take
+COSTLIER = 1.25  # the value in use may take at most this factor times the unknowns, over all levels, of any other value
 
 Angular = Callable[[np.ndarray], np.ndarray]
 

@@ -22,8 +22,8 @@ from validate.verify.series import heated_middle
 
 STEADY = Request(transient=False)
 ACCURACY, FINER = 1e-3, 2e-4
-BALANCE = 1e-8  # of the power
-CONTRASTED = 1e-6  # of the power, where entries of the matrix are 1e8 apart and their sums lose that many digits
+BALANCE = 1e-8  # the heat that may be missing in the balance, over the power
+CONTRASTED = 1e-6  # the same where entries of the matrix are 1e8 apart, so that their sums lose that many digits
 VOLTS = 2.0
 SLOW = exact.SLOW / 4  # s: l^2/alpha of half the length
 

@@ -15,9 +15,10 @@ from scenes.model import Boundary, Box, Material, Point, Probe, Scene, Value
 from scenes.result import Result
 from validate.stress.random_scenes import ROOM, Drawn
 
-ROUNDING = 1e-7  # of the largest value of a kind: what solves of badly conditioned scenes leave
-BALANCE = 1e-6  # of the heat that passes
-OVER_TIME = 10.0  # times the accuracy: that of a transient, of which the balance is no quantity
+ROUNDING = 1e-7  # part of the largest value of a kind that solves of badly conditioned scenes may be off by
+BALANCE = 1e-6  # part of all heat that passes which may be missing in the balance
+# the balance of a transient may miss this factor times the accuracy, as it is no quantity that is controlled
+OVER_TIME = 10.0
 
 
 def energy(drawn: Drawn, result: Result) -> float:

@@ -14,7 +14,7 @@ from scenes.model import Material, Scene
 from validate.stress.random_scenes import ROOM, Drawn, draw
 
 RISES = (20.0, 500.0)
-"""K: from the least to the largest mean rise that a box would have with numbers in place of the laws."""
+"""K: the range of the largest mean rise of a box, if numbers stood in place of the laws."""
 ROUGH = 0.1  # accuracy of the solution that tells how strong the heat must be for that
 LAW, RESISTIVITY, ALONG_ONE = 0.7, 0.4, 0.15
 """Of materials, those with a law of the conductivity; of conductors, of the resistivity; of laws, along one axis."""

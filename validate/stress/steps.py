@@ -25,7 +25,8 @@ from validate.verify.methods import march
 
 GROUP, COUPLING = "time steps", "explicit coupling"
 STEPS = (1e-9, 1e-7, 1e-5, 1e-3, 1e-1, 1.0)  # s
-COUNTS = (10, 11, 40, 41)  # steps after which is looked; an L-stable method may overshoot in the first few
+# numbers of steps after which results are compared; an L-stable method may overshoot in the first few
+COUNTS = (10, 11, 40, 41)
 RINGING = 1e-3  # of the final rise
 
 SIMULATED = 3000

@@ -16,7 +16,7 @@ from scipy.optimize import brentq
 Curve = Callable[[np.ndarray], np.ndarray]
 """A property as a function of the temperature (K)."""
 POINTS = 40  # of Gauss on each smooth piece, far more than a power law needs over a few hundred kelvin
-NODES = 20  # of the method of lines: its error, that of polynomials, is then below that in time
+NODES = 20  # nodes of the method of lines; with so many the polynomials' error is below that of the time steps
 IN_TIME = 1e-9
 
 

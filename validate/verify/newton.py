@@ -26,7 +26,7 @@ from validate.verify.methods import METHODS
 Law = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 """What follows the temperature (K), and its slope (per K)."""
 SETTLED = 1e-12  # of the largest rise: the change that ends Newton's iterations
-LONGEST = 0.5  # of a temperature: the largest change in one of them
+LONGEST = 0.5  # largest relative change of a temperature in one iteration
 MOST = 60
 
 

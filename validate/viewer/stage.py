@@ -18,7 +18,7 @@ from validate.viewer.state import QUANTITIES, View, keys_text, title
 
 MICRO = 1e6
 POINTS = 401
-"""Of the line probe."""
+"""Number of points of the line probe."""
 DIVERGING = "RdBu_r"
 _PANELS = (("rise", "3D"), ("rise_1d", "1D model on the same geometry"), ("difference", "1D less 3D"))
 PLOT, SLIDER, KEYS, TITLE = 3, 4, 5, 6

@@ -102,11 +102,11 @@ class RunFields(ABC):
         state, inputs = self._state, self._heat.inputs
         # A run at another voltage keeps the first one's scene, and says how much more it drives it by.
         drive = 1.0 if state is None else state.drive
-        found = [] if state is None else [(state.rise, drive * inputs.at(np.zeros(1))[0])]
+        states = [] if state is None else [(state.rise, drive * inputs.at(np.zeros(1))[0])]
         if len(times):
             given = drive * inputs.at(np.asarray(times, dtype=float))
-            found += list(zip(self._rises(times), given, strict=True))
-        return found
+            states += list(zip(self._rises(times), given, strict=True))
+        return states
 
     @property
     def _conductor(self) -> Conductor | None:

@@ -10,7 +10,7 @@ from meshes.grid import VOID, Grid
 from meshes.symmetry import Symmetry
 
 CORNERS = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))
-"""Of a hexahedron, in VTK's order."""
+"""The corners of a hexahedron in VTK's order."""
 
 Image = Callable[[np.ndarray, int, str], np.ndarray]
 """What a mirror across an axis, "even" or "odd", makes of a quantity."""
@@ -59,8 +59,8 @@ class Whole:
 
     def at_points(self, values: np.ndarray, image: Image = _same) -> np.ndarray:
         """(..., n): values (..., x, y, z) at the nodes of the part."""
-        found = self._mirrored(values, 1, image)
-        return found.reshape(*found.shape[:-3], -1)[..., self._used]
+        nodal = self._mirrored(values, 1, image)
+        return nodal.reshape(*nodal.shape[:-3], -1)[..., self._used]
 
     def in_hexes(self, values: np.ndarray, image: Image = _same) -> np.ndarray:
         """(m,): values (x, y, z) of the pieces of the part."""

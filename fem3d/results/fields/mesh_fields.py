@@ -51,9 +51,9 @@ class MeshFields(RunFields):
         return Drawn(points.reshape(-1, 3), hexes.reshape(-1, 8), material, space.at(places))
 
     def _sampled(self, functions: np.ndarray) -> np.ndarray:
-        own = functions[..., self._heat.domain.space.dofs]
-        found: np.ndarray = np.swapaxes(self._drawn.functions @ own, -1, -2)
-        return found.reshape(*functions.shape[:-1], -1)
+        coefficients = functions[..., self._heat.domain.space.dofs]
+        sampled: np.ndarray = np.swapaxes(self._drawn.functions @ coefficients, -1, -2)
+        return sampled.reshape(*functions.shape[:-1], -1)
 
 
 class OwnCells:
@@ -90,11 +90,11 @@ class OwnCells:
             heating[cells] += float(heat.inputs.split(value) @ inputs)
         potential = np.full(len(self.points), np.nan)
         if conductor is not None:
-            found = conductor.solve(rise, inputs @ conductor.voltages)
-            density[:, conductor.cells] = found.density
-            heating[conductor.cells] += conductor.heating(found.density, found.density, rise)
+            electric = conductor.solve(rise, inputs @ conductor.voltages)
+            density[:, conductor.cells] = electric.density
+            heating[conductor.cells] += conductor.heating(electric.density, electric.density, rise)
             live = np.unique(self.hexes[domain.live])
-            potential[live] = self._at_points(found.potential)[live]
+            potential[live] = self._at_points(electric.potential)[live]
 
         def means(values: np.ndarray) -> np.ndarray:
             return (weights * values).sum(axis=1) / weights.sum(axis=1)
@@ -103,22 +103,22 @@ class OwnCells:
 
     def _at_points(self, function: np.ndarray) -> np.ndarray:
         """(n,): a function (functions,) at the points."""
-        space, found = self._heat.domain.space, np.empty(len(self.points))
-        found[self._nodes] = space.at(self._places) @ function[space.dofs]
-        return found
+        space, values = self._heat.domain.space, np.empty(len(self.points))
+        values[self._nodes] = space.at(self._places) @ function[space.dofs]
+        return values
 
 
 def _pieces(reference: Any) -> tuple[np.ndarray, np.ndarray]:
     """Places (3, places) in a cell and the hexahedra (pieces, 8) between them."""
     corners, cube = reference.p.T, np.array(CORNERS)
     if len(corners) == 8:
-        own = np.stack(np.meshgrid(*3 * [np.arange(3) / 2], indexing="ij"), axis=-1).reshape(-1, 3)
-        return own.T, (cube[:, None] + cube) @ (9, 3, 1)
+        points = np.stack(np.meshgrid(*3 * [np.arange(3) / 2], indexing="ij"), axis=-1).reshape(-1, 3)
+        return points.T, (cube[:, None] + cube) @ (9, 3, 1)
     middles = [corners[list(e)].mean(axis=0) for e in reference.edges]
     faces = [corners[list(f)].mean(axis=0) for f in ((0, 1, 2), (0, 1, 3), (1, 2, 3), (0, 2, 3))]
-    own = np.array([*corners, *middles, *faces, corners.mean(axis=0)])
+    points = np.array([*corners, *middles, *faces, corners.mean(axis=0)])
     parts = np.array(_IN_TETRA)
-    sides = own[parts[:, [1, 3, 4]]] - own[parts[:, :1]]
+    sides = points[parts[:, [1, 3, 4]]] - points[parts[:, :1]]
     inside_out = np.linalg.det(sides) < 0
     parts[inside_out] = np.roll(parts[inside_out], 4, axis=1)
-    return own.T, parts
+    return points.T, parts

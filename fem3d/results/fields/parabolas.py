@@ -33,23 +33,23 @@ class CutAxis:
         """(pieces,): the interval that each piece is part of, for empty ones one more than there are."""
         count = len(self.counts)
         each = [[i] * int(n) + [count] * (i + 1 in self.torn) for i, n in enumerate(self.counts)]
-        return np.array([i for own in each for i in own])
+        return np.array([i for pieces in each for i in pieces])
 
     @cached_property
     def edges(self) -> np.ndarray:
         """(pieces + 1,) in m."""
-        found: list[float] = []
+        edges: list[float] = []
         for i, (a, b, n) in enumerate(zip(self.breaks[:-1], self.breaks[1:], self.counts, strict=True)):
-            found += [*np.linspace(a, b, n + 1)[:-1], *([np.nextafter(b, -np.inf)] if i + 1 in self.torn else [])]
-        return np.array([*found, self.breaks[-1]])
+            edges += [*np.linspace(a, b, n + 1)[:-1], *([np.nextafter(b, -np.inf)] if i + 1 in self.torn else [])]
+        return np.array([*edges, self.breaks[-1]])
 
     @cached_property
     def points(self) -> np.ndarray:
         """(2 pieces + 1,) in m: ends and middles."""
-        found = np.empty(2 * len(self.interval) + 1)
-        found[::2] = self.edges
-        found[1::2] = (self.edges[:-1] + self.edges[1:]) / 2
-        return found
+        points = np.empty(2 * len(self.interval) + 1)
+        points[::2] = self.edges
+        points[1::2] = (self.edges[:-1] + self.edges[1:]) / 2
+        return points
 
     @cached_property
     def gauss(self) -> np.ndarray:
@@ -83,8 +83,8 @@ def cut(
     """
     counts, worst, start = [], 0.0, 0
     for degree in degrees.tolist():
-        own = slice(start, start + degree + 1)
-        fields = [u[own][:, np.isfinite(u[own]).all(axis=0)] for u in lines]
+        rows = slice(start, start + degree + 1)
+        fields = [u[rows][:, np.isfinite(u[rows]).all(axis=0)] for u in lines]
         start += degree + 1
         count = max(1, -(-degree // 2))
         while True:

@@ -19,24 +19,24 @@ class Longer:
     """Points and hexahedra of the innermost island and span of ``count`` and of all else, with those repeated behind
     themselves for each that they stand for; what follows is pushed on. The copies share no points."""
 
-    def __init__(self, of: Fields | Quadratic, sink: Sink, count: int) -> None:
+    def __init__(self, fields: Fields | Quadratic, sink: Sink, count: int) -> None:
         low, _, high, _ = planes(sink, count)
-        copies, (points, hexes) = sink.spans - count, (of.points, of.hexes)
+        copies, (points, hexes) = sink.spans - count, (fields.points, fields.hexes)
         y, period = points[hexes[:, 0], 1] / 2 + points[hexes[:, 6], 1] / 2, high - low
         blocks = [(y < high, 0), *(((y > low) & (y < high), n) for n in range(1, copies + 1)), (y > high, copies)]
-        found, cells, taken, turn, first = [], [], [], [], 0
+        numbered, cells, taken, turn, first = [], [], [], [], 0
         for chosen, n in blocks:
-            own = np.flatnonzero(chosen)
-            used, local = np.unique(hexes[own], return_inverse=True)
-            found.append(local.reshape(hexes[own].shape) + first)
+            chosen_cells = np.flatnonzero(chosen)
+            used, local = np.unique(hexes[chosen_cells], return_inverse=True)
+            numbered.append(local.reshape(hexes[chosen_cells].shape) + first)
             first += len(used)
-            cells.append(own)
+            cells.append(chosen_cells)
             taken.append(used)
             turn.append(np.full(len(used), n))
-        self.hexes, self.cells = np.concatenate(found), np.concatenate(cells)
+        self.hexes, self.cells = np.concatenate(numbered), np.concatenate(cells)
         self.taken, self.turn = np.concatenate(taken), np.concatenate(turn)
         self.points = points[self.taken] + np.outer(self.turn * period, [0.0, 1.0, 0.0])
-        self.material = of.material[self.cells]
+        self.material = fields.material[self.cells]
 
 
 class RowFields(Fields):
@@ -74,11 +74,11 @@ class RowQuadratic:
 
     def snapshot(self, k: int) -> Snapshot:
         """The fields of the k-th state."""
-        found, longer = self._solved.snapshot(k), self._longer
-        volts, fall = self._single(found.potential)
+        snapshot, longer = self._solved.snapshot(k), self._longer
+        volts, fall = self._single(snapshot.potential)
         return Snapshot(
-            found.temperature[longer.taken], volts[longer.taken] + fall * longer.turn,
-            found.current_density[longer.cells], found.heat_source[longer.cells],
+            snapshot.temperature[longer.taken], volts[longer.taken] + fall * longer.turn,
+            snapshot.current_density[longer.cells], snapshot.heat_source[longer.cells],
         )  # fmt: skip
 
     def _single(self, potential: np.ndarray) -> tuple[np.ndarray, float]:

@@ -22,9 +22,9 @@ SLENDER = 0.16
 THIN, SHARE = 0.028, 0.35
 """The least width between two faces, of the longest extent, and what all of these take of it at most."""
 ROUND = (1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0)
-"""Factors, of each power of ten."""
+"""Factors by which an axis is stretched, times powers of ten."""
 PIXELS = 700
-"""Across the picture in which it is looked up what can be seen."""
+"""Width of the picture in which it is looked up what can be seen of each box."""
 SEEN = 12
 """Pixels of a box that can be seen, at least."""
 _SIDES = {"front": (1, -1), "right": (0, 1), "top": (2, 1)}

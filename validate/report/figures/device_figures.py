@@ -32,9 +32,9 @@ FLOW: Curve = ("polymer_flux_W", "heat into the polymer", LAYERS["polymer"], {"l
 IN_3D = {"lw": 5.0, "ls": "-", "alpha": 0.3, "zorder": 1}
 """A pale band of the 1D curve's own colour under it, which is seen beside it where the two are apart."""
 _SAMPLES = 30
-"""A panel of a start, or of what follows a step, has at least so many."""
+"""The least number of samples in a panel of a start, or of what follows a step."""
 _START = 0.02
-"""s of a start."""
+"""Seconds of a start that are shown at least."""
 _SHOWN, _BEFORE = 0.1, 0.02
 """s after a step, and before it."""
 

@@ -16,7 +16,7 @@ _ROW = 0.32
 """Inches of a bar's row."""
 _OF = {"in the steady state": LINES["end_K"], "at its worst over time": LINES["mean_K"]}
 _BEYOND = 10.0
-"""A difference, relative, at which a bar is cut: of a scale that is nearly nothing it says nothing."""
+"""Bars are cut at this relative difference: relative to a scale that is nearly zero a difference says nothing."""
 
 
 def draw(outcome: Outcome[AnyScene]) -> Figure:

@@ -218,6 +218,7 @@ def _dots(ax: Any, sink: Sink, model: Result, spans: Spans, of_each: str, **look
 
 def _parabolas(ax: Any, sink: Sink, one: Result, spans: Spans) -> None:
     """The paper's model as its parabola in each span."""
+    sink = sink.plain
     k, y, places, rises = sink.silicon.thermal_conductivity, np.linspace(0.0, sink.length, 101), [], []
     for number, (first, of) in enumerate(spans, 1):
         R1 = one.steady["anchor_resistance_K_per_W"].value if of == 1 else half_island(sink)
