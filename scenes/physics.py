@@ -138,19 +138,20 @@ def refuse_faces(scene: AnyScene, what: str) -> None:
 
 
 def refuse_following(scene: AnyScene, over_time: bool) -> None:
-    """Refuses what the 3D solution does not have yet: radiation and laws over time, and a law of a resistivity beside a
-    contact."""
+    """Refuses what the 3D solution does not have yet: radiation and a specific heat by a law over time, and a law of a
+    resistivity beside a contact."""
     if over_time and heat(scene):
         refuse_faces(scene, "a run over time")
     if "resistivity" in may_follow(scene, over_time) and any("resistivity" in m.follows for m in materials(scene)):
         refuse_contacts(
             scene, "a resistivity follows the temperature, and no law of one is solved beside a contact yet"
         )
-    if over_time and follows(scene, over_time):
-        raise SceneError(
-            "a property follows the temperature, and over time the 3D solution takes numbers, or three along x, y and "
-            "z: give its value at a temperature, or ask for the steady state"
-        )
+    for m in materials(scene) if over_time and heat(scene) else ():
+        if "specific_heat" in m.follows:
+            raise SceneError(
+                f"specific_heat of {quoted(m.name)} follows the temperature, and the 3D solution takes a number: give "
+                "its value at a temperature"
+            )
 
 
 def refuse_laws(used: Iterable[Material], what: str) -> None:

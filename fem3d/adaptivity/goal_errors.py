@@ -62,8 +62,8 @@ def examined(study: Study, given: Problems, fine: Solution, judge: Estimator) ->
         low = solution(study, given, 1, fine.state.follows_pattern)
     except NumericsError:
         return None
-    given = given.about(fine.state)
-    judge = judge.bending(given.bent)
+    given = given.about(fine.state.heat)
+    judge = judge.bending(given.bent())
     scales = study.steady_scales(fine.out)
     own = of_part(study.part, study.goals, scales)
     duals = duals_of(study.goals, given, fine.state.rise, None)
@@ -239,8 +239,7 @@ def duals_of(goals: Mapping[str, str], given: Problems, rise: np.ndarray, time: 
         return {}
     loads, fields = np.array(list(thermal.values())), []
     for heat in given.heats[1:]:
-        solve = heat.solve_dual if time is None else heat.solve_shifted(time)
-        fields.append(heat.field(solve(loads[:, : heat.free])))
+        fields.append(heat.field(heat.solve_dual(loads[:, : heat.free], time)))
     return {name: [of[i] for of in fields] for i, name in enumerate(thermal)}
 
 

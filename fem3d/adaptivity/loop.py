@@ -142,7 +142,10 @@ class Search:
             bases = [Base.of_steady(solution.state) for solution in (level.fine, level.low)]
             return mesh.responded(study, problems, bases, shift, level, self.generations)
         shift = transient.shift(min(study.end, self.slowest), study.earliest)
-        bases = transient_base.nested(problems, shift, study.end, study.accuracy)
+        if problems.follows:
+            bases = [Base.bare(*own) for own in zip(problems.heats, problems.conductors, strict=True)][::-1]
+        else:
+            bases = transient_base.nested(problems, shift, study.end, study.accuracy)
         response = mesh.responded(study, problems, bases, shift, None, self.generations)
         self.slowest, self.generations = response.slowest, response.generations
         return response

@@ -6,7 +6,7 @@ its own; so has the space of degree 3 on tetrahedra.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
@@ -56,35 +56,40 @@ class Problems:
         return self.conductors[-1]
 
     @property
+    def follows(self) -> bool:
+        """Whether a property follows the temperature by a law."""
+        return self.heat.follows or (self.conductor is not None and self.conductor.following is not None)
+
+    @property
     def bricks(self) -> BrickSpace:
         """The space on a grid of bricks, whose functions stand on known intervals of the axes."""
         assert isinstance(self.domain.space, BrickSpace)
         return self.domain.space
 
-    def about(self, state: SteadyState) -> Problems:
-        """The problems linearized about the steady state of the highest space, where they are nonlinear."""
-        if state.heat.about is None:
+    def about(self, heat: HeatProblem) -> Problems:
+        """The problems linearized as that of the highest space is, where it is."""
+        if heat.about is None:
             return self
-        lower = [state.heat.lower(k) for k in range(len(self.heats) - 1)]
-        for k, heat in enumerate(lower):
+        lower = [heat.lower(k) for k in range(len(self.heats) - 1)]
+        for k, own in enumerate(lower):
             if k in self.states:
                 # The tangent at the state of that space is next to it.
-                near, anew = self.states[k].heat.solve_steady, heat.factors
-                heat.kept.tell(solve_steady=next_to(heat.inner_stiffness, near, anew))
-        return replace(self, heats=(*lower, state.heat))
+                near, anew = self.states[k].heat.solve_steady, own.factors
+                own.kept.tell(solve_steady=next_to(own.inner_stiffness, near, anew))
+        return replace(self, heats=(*lower, heat))
 
     def lifted(self, rise: np.ndarray, level: int) -> np.ndarray:
         """(..., all nodes of the highest space): fields of a lower one."""
         return self.heat.take(self.heats[level].field(rise))
 
-    @property
-    def bent(self) -> list[np.ndarray] | None:
+    def bent(self, states: Iterable[np.ndarray] = ()) -> list[np.ndarray] | None:
         """Per axis (intervals,), or on a mesh (cells,): those across which the law of a property bends at the state
-        that the problems are linearized about; None where nothing does."""
+        that the problems are linearized about, or at others (functions,); None where nothing does."""
         space, about = self.domain.space, self.heat.about
         if about is None:
             return None
-        changes = np.max([np.zeros((3, len(self.domain.body))), *(t.bent(about) for t in self.heat.terms)], axis=0)
+        every = [term.bent(u) for u in (about, *states) for term in self.heat.terms]
+        changes = np.max([np.zeros((3, len(self.domain.body))), *every], axis=0)
         if not changes.any():
             return None
         if not isinstance(space, BrickSpace):
@@ -151,7 +156,7 @@ def solution(study: Study, given: Problems, level: int = -1, follow: bool | None
     """The steady state in one of the nested spaces, by default the highest; ``follow`` as of `steady.coupled`."""
     heat, conductor = given.heats[level], given.conductors[level]
     thermal = physics.heat(given.domain.scene)
-    if thermal and (heat.terms or (conductor is not None and conductor.following is not None)):
+    if thermal and given.follows:
         state = _nonlinear(study, given, range(len(given.heats))[level])
     else:
         state = steady.coupled(heat, conductor, thermal, study.voltage, study.accuracy, follow)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fem3d.adaptivity import estimate, goal_errors
+from fem3d.adaptivity import estimate, goal_errors, law_response
 from fem3d.adaptivity.estimate import Estimator, Parts, Spread
 from fem3d.adaptivity.goal_errors import Level
 from fem3d.adaptivity.nested import Problems
@@ -26,7 +26,9 @@ SPACE_SHARE = 0.1  # part of the accuracy for the reduced space
 ROUNDING = 1e-10  # relative error that rounding leaves in every trace
 NOTHING = 1e-10  # less heat than this fraction of what would warm everything from 0 K counts as none
 FIELDS, DROPPED, MOST_FIELDS = 6, 2, 60  # generations of Krylov fields: the first trial, how many fewer, the most
+MOST_GENERATIONS = 20  # where properties follow the temperature: rounds add corrections to them
 ASKED = 200  # of the times that a user asks for, so many at most are compared: each costs a state of every space
+BENDS = 12  # times at which the bends of a law are looked for
 KNOTS = 12  # bends and jumps of the inputs, at most, after which errors are looked at closely
 
 
@@ -70,12 +72,16 @@ class Marched:
     there: Quantities
     scales: dict[str, float]
     lost: dict[str, float]
+    hot: HeatProblem | None = None
+    """The problem linearized about its hottest state, where properties follow the temperature by a law."""
 
 
 def marched(study: Study, base: Base, shift: float, steady_out: Outputs | None, generations: int = 0) -> Marched:
     """The response of a base; arguments as of `respond`."""
     accuracy, end = study.accuracy, study.end
     checked = instants(study, base.heat)
+    if base.follows:
+        return _by_laws(study, base, shift, steady_out, checked, generations)
     space = Krylov(base, shift)
     count = max(generations, FIELDS + int(max(0.0, -np.log10(accuracy) - 3) * 2))
     states = 0
@@ -98,8 +104,27 @@ def marched(study: Study, base: Base, shift: float, steady_out: Outputs | None, 
         count, states = count + 4, reduced.states
 
 
+def _by_laws(
+    study: Study, base: Base, shift: float, steady_out: Outputs | None, checked: np.ndarray, generations: int
+) -> Marched:
+    """As of `marched`, of a problem whose properties follow the temperature by a law."""
+    rounds = law_response.of(base, shift, study, generations)
+    while True:
+        answer, before = rounds.run()
+        out = outputs.of_transient(answer, study.part, checked)
+        there, scales = study.traces(out), study.trace_scales(steady_out or out)
+        lost = distance(there, study.traces(outputs.of_transient(before, study.part, checked)))
+        enough = max(lost[name] / scales[name] for name in lost) <= SPACE_SHARE * study.accuracy
+        if enough or rounds.generations >= MOST_GENERATIONS:
+            lost = {name: value + rounds.left * scales[name] for name, value in lost.items()}
+            return Marched(answer, answer.reduced, rounds.generations, checked, out, there, scales, lost, rounds.hot)
+        rounds.more()
+
+
 def beside(study: Study, base: Base, shift: float, generations: int) -> Transient:
     """The response of a lower space in as many generations of fields as that of the fine one."""
+    if base.follows:
+        return law_response.of(base, shift, study, generations).run().last
     own = base.project(Krylov(base, shift).fields(generations))
     base.heat.let_go()
     return transient.march(base, own, study.end, TIME_SHARE * study.accuracy)
@@ -124,6 +149,10 @@ def respond(
         steady_errors = {name: error / steady.scales[name] for name, error in steady.errors.items()}
         given.let_go()
     march = marched(study, bases[0], shift, None if steady is None else steady.fine.out, generations)
+    if march.hot is not None:
+        given = given.about(march.hot)
+        times = _spread(march.checked, BENDS)
+        judge = judge.bending(given.bent(given.heat.field(march.answer.rises(march.checked[times]))))
     # One space's factors at a time: these have made all their fields.
     bases[0].heat.let_go()
     lesser = [beside(study, base, shift, march.generations) for base in bases[1:]]

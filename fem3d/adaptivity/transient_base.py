@@ -46,16 +46,16 @@ def nested(given: Problems, shift: float, end: float, accuracy: float) -> list[B
     lowest, hot = _searched(given.heats[0], given.conductors[0], shift, end, accuracy)
     found = [lowest]
     for heat, conductor in zip(given.heats[1:], given.conductors[1:], strict=True):
-        base, potentials = _cold(heat, conductor)
+        base, potentials = cold(heat, conductor)
         for state in hot:
             assert conductor is not None
             here = state._replace(rise=heat.take(lowest.heat.field(state.rise)))
-            base, potentials = _joined(base, potentials, here, *_heated(conductor, here, potentials))
+            base, potentials = joined_by(base, potentials, here, *heated(conductor, here, potentials))
         found.append(base)
     return found[::-1]
 
 
-def _cold(heat: HeatProblem, conductor: Conductor | None) -> tuple[Base, list[Potential]]:
+def cold(heat: HeatProblem, conductor: Conductor | None) -> tuple[Base, list[Potential]]:
     """The base at the initial temperature, and its potentials."""
     loads, still = transient.heat_loads(heat), transient.stills(heat)
     if conductor is None:
@@ -68,7 +68,7 @@ def _cold(heat: HeatProblem, conductor: Conductor | None) -> tuple[Base, list[Po
     return Base(heat, conductor, patterns, still, loads), potentials
 
 
-def _heated(conductor: Conductor, state: Hot, cold: list[Potential]) -> tuple[list[Potential], np.ndarray]:
+def heated(conductor: Conductor, state: Hot, cold: list[Potential]) -> tuple[list[Potential], np.ndarray]:
     """The potentials of each driven channel in a hot state, from the cold ones, which come first, and the Joule load
     (all nodes) of its currents."""
     driven = [c for c, v in enumerate(conductor.voltages) if v.any()]
@@ -76,7 +76,7 @@ def _heated(conductor: Conductor, state: Hot, cold: list[Potential]) -> tuple[li
     return hot, conductor.joule_load(combined(hot, state.drive[driven]), state.rise)
 
 
-def _joined(
+def joined_by(
     base: Base, potentials: list[Potential], state: Hot, hot: list[Potential], load: np.ndarray
 ) -> tuple[Base, list[Potential]]:
     """The base and its potentials with those of a hot state."""
@@ -90,7 +90,7 @@ def _searched(
     heat: HeatProblem, conductor: Conductor | None, shift: float, end: float, accuracy: float
 ) -> tuple[Base, list[Hot]]:
     """The base with the currents and loads that heating brings, and the states that these are of."""
-    base, potentials = _cold(heat, conductor)
+    base, potentials = cold(heat, conductor)
     joined: list[Hot] = []
     if conductor is None or not conductor.warms or not potentials:
         return base, joined
@@ -106,7 +106,7 @@ def _searched(
             if not ((g[i] @ conductor.voltages).any() and conductor.conducts(rise)):
                 continue
             state = Hot(rise, g[i], False)
-            hot, load = _heated(conductor, state, potentials)
+            hot, load = heated(conductor, state, potentials)
             reached = conductor.joule_load(combined(base.patterns, c[i]), rise)
             size = max(size, float(np.abs(load).sum()))
             changes[i] = np.abs(load - reached).sum()
@@ -117,7 +117,7 @@ def _searched(
             break
         state, hot, load = found
         joined.append(state._replace(joins=bool(matter.any())))
-        base, potentials = _joined(base, potentials, joined[-1], hot, load)
+        base, potentials = joined_by(base, potentials, joined[-1], hot, load)
         # Currents that are known well enough stay so. One instant is always looked at again, its load having joined.
         times = times[matter | (changes == changes.max())]
     return base, joined

@@ -92,12 +92,12 @@ def _sections(
 
 
 def law(material: Material, initial: float) -> tuple[float, float]:
-    """The resistivity at the initial temperature (ohm m) and its change per kelvin (ohm m/K), eq 7; ValueError for a
-    material that doesn't conduct."""
+    """The resistivity at the initial temperature (ohm m) and its change per kelvin (ohm m/K), eq 7, of a law 0;
+    ValueError for a material that doesn't conduct."""
     if material.resistivity is None:
         raise ValueError(f"{material.name} doesn't conduct")
     if isinstance(material.resistivity, laws.Law):
-        return float(material.resistivity(initial)), float(material.resistivity.slope(initial))
+        return float(material.resistivity(initial)), 0.0
     a = material.temperature_coefficient
     return material.resistivity * (1 + a * (initial - material.reference_temperature)), material.resistivity * a
 

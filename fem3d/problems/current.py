@@ -76,7 +76,7 @@ class Conductor:
     enter. ``sections``: the current probes inside, of which what lies on contacts is told by the ``jumps`` there, as a
     row (functions,) of each. ``stands_for`` (rows, 1): how many such cells in series each one is, all of which the
     resistivity counts and the heat does not. ``names`` (rows,) are those of bodies and contacts. ``following``: the
-    resistivity (ohm m) where one is a law, of which ``cold`` and ``warm`` are the tangent. Current densities are (3,
+    resistivity (ohm m) where one is a law, which ``cold`` and ``warm`` leave out. Current densities are (3,
     rows, points), by a quadrature with ``more`` points along each axis than the space asks for, on ``pieces`` of each
     cell.
     """

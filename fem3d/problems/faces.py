@@ -79,7 +79,7 @@ class Surface:
             found[:, alike] = cells.within(cells.gradient(u))
         return found
 
-    def finer(self, u: np.ndarray) -> Surface:
+    def finer(self, *fields: np.ndarray) -> Surface:
         """By two more points along each axis."""
         return replace(self, more=self.more + 2)
 

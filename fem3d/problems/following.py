@@ -9,6 +9,7 @@ the integral of k'(T) w grad u . grad v, which is not. A term of another kind ha
 from __future__ import annotations
 
 from collections.abc import Callable
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
@@ -19,7 +20,7 @@ from scipy.sparse import csc_array
 from fem3d.spaces.domain import Domain
 from fem3d.spaces.integrals import Cells, Faces
 from scenes import laws
-from scenes.laws import Property
+from scenes.laws import Property, Table
 
 COLDEST = 1.0  # K: a state on the way to the solution may lie below, where no law says anything
 # Of the span of the points of a quadrature, which a cell may go on beyond them: two points leave 1/4 (1/sqrt(3) - 1/2
@@ -42,8 +43,8 @@ class Term(Protocol):
     def bent(self, u: np.ndarray) -> np.ndarray:
         """(3, all cells): by how much u (K) changes along each axis of the cells in which the term bends, else zero."""
 
-    def finer(self, u: np.ndarray) -> Term:
-        """The same by a quadrature that is finer for a field u, which tells the error of its own."""
+    def finer(self, *fields: np.ndarray) -> Term:
+        """The same by a quadrature that is finer for some fields u, which tells the error of its own."""
 
 
 class OfCells:
@@ -66,6 +67,12 @@ class OfCells:
         """Its derivative (per K)."""
         return self._made(rise, lambda law, t: law.slope(t) if callable(law) else np.zeros_like(t))
 
+    def of(self, cell: int) -> OfCells:
+        """That of one of the cells, by its place among them."""
+        one = copy(self)
+        one._parts = [(np.zeros(1, int), given) for at, given in self._parts if cell in at]
+        return one
+
     def bends(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
         """(cells,): where a table has a bend between two rises (cells,), in K."""
         found = np.zeros(len(low), bool)
@@ -78,6 +85,8 @@ class OfCells:
     def bent(self, on: Cells, u: np.ndarray) -> np.ndarray:
         """The cells, by their place among those that integrals are ``on``, in which a law bends between the
         temperatures of a field u (functions,)."""
+        if not any(isinstance(law, Table) for _, given in self._parts for law in laws.of(given)):
+            return np.empty(0, int)
         rise = on.value(u)
         low, high = rise.min(axis=1), rise.max(axis=1)
         beyond = OUTSIDE * (high - low)
@@ -125,9 +134,14 @@ class Conduction:
 
     def outflow(self, u: np.ndarray) -> np.ndarray:
         """(functions,): int (k - k0) grad u . grad v, in W."""
+        return self.between(u, u)
+
+    def between(self, u: np.ndarray, w: np.ndarray) -> np.ndarray:
+        """(functions,): int (k - k0) grad w . grad v with the conductivity of a field u, in W."""
         found = np.zeros(self.domain.space.size)
         for on, law, cold, _ in self.parts:
-            found += on.flow((law.value(on.value(u)) - cold) * on.gradient(u))
+            if w[on.dofs].any():
+                found += on.flow((law.value(on.value(u)) - cold) * on.gradient(w))
         return found
 
     def tangent(self, u: np.ndarray) -> tuple[csc_array, csc_array]:
@@ -165,11 +179,11 @@ class Conduction:
                 found[:, cells[at]] = on.within(on.gradient(u))[:, at]
         return found
 
-    def finer(self, u: np.ndarray) -> Conduction:
+    def finer(self, *fields: np.ndarray) -> Conduction:
         """By four times the pieces along the axis along which a field u changes most in cells where a law bends between
         its temperatures; without such cells, or where they are cut finely, by two more points along each axis."""
         pieces = np.ones((3, len(self.domain.body)), int) if self.pieces is None else self.pieces.copy()
-        changes = self.bent(u)
+        changes = np.max([self.bent(u) for u in fields], axis=0)
         cells = np.flatnonzero(changes.any(axis=0))
         pieces[changes.argmax(axis=0)[cells], cells] *= 4
         if 1 < pieces.max() <= FINEST:

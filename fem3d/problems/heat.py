@@ -154,12 +154,24 @@ class HeatProblem:
             found += problem.take(term.outflow(problem.field(rise)))
         return found
 
-    def solve_dual(self, loads: np.ndarray) -> np.ndarray:
+    @property
+    def follows(self) -> bool:
+        """Whether it is nonlinear, and isn't linearized."""
+        return bool(self.terms) and self.about is None
+
+    def with_terms(self, terms: tuple[Term, ...]) -> HeatProblem:
+        """The same linear problem with others of these."""
+        found = replace(self, terms=terms)
+        found.kept.like(self.kept)
+        return found
+
+    def solve_dual(self, loads: np.ndarray, time: float | None = None) -> np.ndarray:
         """(k, free nodes): the solutions of the transposed problem, linearized where it is nonlinear, for loads of that
-        shape."""
+        shape; of the steady one, or with (M + time K) in its place."""
+        solve = self.solve_steady if time is None else self.solve_shifted(time)
         if self.rest is None:
-            return self.solve_steady(loads)
-        return self.inner_rest.transposed().solve(self.solve_steady, loads)
+            return solve(loads)
+        return self.inner_rest.times(time or 1.0).transposed().solve(solve, loads)
 
     @property
     def inner_rest(self) -> Rest:

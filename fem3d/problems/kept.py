@@ -22,6 +22,10 @@ class Kept:
         """Values that need not be worked out."""
         self._values.update(values)
 
+    def like(self, other: Kept) -> None:
+        """All values that another has by now."""
+        self._values.update(other._values)
+
     def let_go(self, *names: Hashable) -> None:
         """Lets go of values; what asks for them again has them worked out anew."""
         for name in names:

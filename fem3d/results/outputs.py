@@ -20,10 +20,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fem3d.problems.conductors import box_of, within
+from fem3d.problems.following import Conduction
 from fem3d.problems.heat import HeatProblem
 from fem3d.results import voltmeter
 from fem3d.results.probes import Reading, reading
 from fem3d.results.voltmeter import Voltmeter
+from fem3d.solution.interpolated import together
 from fem3d.solution.joule_tensors import Split
 from fem3d.solution.reduced import Reduced
 from fem3d.solution.steady import SteadyState
@@ -97,27 +99,45 @@ def of_states(
         return states @ (row[: heat.free] @ basis) + inputs_now @ (lifts @ row)
 
     def entering(field: np.ndarray, per_rise: np.ndarray, per_rate: np.ndarray) -> np.ndarray:
-        return along(per_rise, a, g) + along(per_rate, rates, changing) - g @ (heat.loads @ field)
+        linear = along(per_rise, a, g) + along(per_rate, rates, changing) - g @ (heat.loads @ field)
+        return linear + by_law(lambda u, term: heat.take(term.between(u, heat.field(field))))
+
+    conduction = None if reduced.laws is None else reduced.laws.conduction
+    weights = None if conduction is None else conduction.interpolation(together(a, g))
+
+    def by_law(row: Callable[[np.ndarray, Conduction], np.ndarray]) -> np.ndarray:
+        """(times,): what the law of the conductivity adds to a row (all nodes), by what it adds at a state."""
+        found = np.zeros(len(times))
+        if conduction is not None and weights is not None:
+            for weight, state in zip(weights.T, conduction.fields, strict=True):
+                found += weight * along(row(state, conduction.term), a, g)
+        return found
+
+    def read(how: Reading) -> np.ndarray:
+        found = along(how.row, a, g) + g @ how.entering
+        row = how.by_law
+        return found if row is None else found + by_law(lambda u, _: row(u))
 
     def potential(probe: Any) -> np.ndarray:
         if probe.name not in reduced.potentials:
             return voltmeter.over_time(base, lambda: heat.whole(a @ basis.T) + g @ lifts, probe, times)
         shares, cold, warm = reduced.potentials[probe.name]
-        return g @ shares - np.einsum("ti,ti->t", c, g @ cold + a @ warm.T)
+        return wide @ shares - np.einsum("ti,ti->t", c, wide @ cold + a @ warm.T)
 
-    c = reduced.currents(a, g) if base.patterns else np.zeros((len(times), 0))
+    wide = reduced.wide(a, g)
+    c = reduced.currents(a, wide) if base.patterns else np.zeros((len(times), 0))
     flows = {name: entering(heat.held_fields[name], *rows) for name, rows in heat.held_rows.items()}
     for name, tested in reduced.at_held.items():
-        flows[name] = flows[name] - joule(tested, c, a, g)
+        flows[name] = flows[name] - joule(tested, c, a, wide)
     for name, film in heat.films.items():
         flows[name] = g @ film.entering + along(film.per_kelvin, a, g)
     names = base.patterns[0].currents if base.patterns else {}
     currents = {name: c @ np.array([p.currents[name] for p in base.patterns]) for name in names}
-    heats = {name: joule(tested, c, a, g) for name, tested in reduced.in_box.items()}
+    heats = {name: joule(tested, c, a, wide) for name, tested in reduced.in_box.items()}
     power = sum(heats.values(), np.zeros(len(times)))
     whole = cache(lambda: heat.field(np.concatenate([heat.whole(basis.T), lifts])))
     return _whole(symmetry, heat, times, _Part(
-        flows, currents, heats, power, g @ heat.generated, lambda how: along(how.row, a, g) + g @ how.entering,
+        flows, currents, heats, power, g @ heat.generated, read,
         lambda extreme: extreme(whole(), np.concatenate([a, g], axis=1)), potential,
         # Joule heat at an edge itself is left out: it is the load of an edge, not of a face.
         lambda fields: np.array([entering(f, heat.stiffness @ f, heat.mass @ f) for f in fields]),

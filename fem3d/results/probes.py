@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from fem3d.problems.faces import Surface
-from fem3d.problems.following import at_faces
+from fem3d.problems.following import Conduction, at_faces
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.paths import across
 from fem3d.spaces.domain import Domain
@@ -28,7 +28,8 @@ Conductivity = Callable[[Faces, np.ndarray], np.ndarray]
 @dataclass(frozen=True, eq=False)
 class Reading:
     """value = row @ rise + entering @ g + the flows or currents of ``boundaries``, that of electrodes times ``sign``;
-    or its ``extreme``. Rows are over all nodes. ``gradient``: whether the row is one of the gradient."""
+    or its ``extreme``. Rows are over all nodes. ``gradient``: whether the row is one of the gradient. ``by_law``: what
+    the law of the conductivity adds to that row at a field (functions,), where there is one."""
 
     row: np.ndarray
     entering: np.ndarray
@@ -36,6 +37,7 @@ class Reading:
     sign: float = 1.0
     extreme: Extreme | None = None
     gradient: bool = False
+    by_law: Callable[[np.ndarray], np.ndarray] | None = None
 
     def whole_row(self, heat: HeatProblem) -> np.ndarray:
         """(all nodes,): how the value follows the rise, reactions among it."""
@@ -69,7 +71,7 @@ def _reading(heat: HeatProblem, probe: Any) -> Reading:
     conditions = domain.conditions_first and within
     if not conditions and (cut or not domain.exposed(facets).any()):
         row = gradient(domain, probe, _conductivity(heat))
-        return Reading(heat.take(row), still, gradient=True)
+        return Reading(heat.take(row), still, gradient=True, by_law=_by_law(heat, probe))
     row, entering = nothing, still
     for b, on, shared in within:
         if bends(b):
@@ -128,6 +130,19 @@ def _conductivity(heat: HeatProblem) -> Conductivity:
     if about is None:
         return cell_by_cell(domain.per_cell("thermal_conductivity"))
     return lambda faces, cells: at_faces(domain, about, faces, cells)
+
+
+def _by_law(heat: HeatProblem, probe: Any) -> Callable[[np.ndarray], np.ndarray] | None:
+    """`Reading.by_law` of a problem that isn't linearized."""
+    domain = heat.domain
+    if heat.about is not None or not any(isinstance(term, Conduction) for term in heat.terms):
+        return None
+    cold = cell_by_cell(domain.per_cell("thermal_conductivity"))
+
+    def row(u: np.ndarray) -> np.ndarray:
+        return heat.take(gradient(domain, probe, lambda f, cells: at_faces(domain, u, f, cells) - cold(f, cells)))
+
+    return row
 
 
 def _electrodes(domain: Domain, probe: Any) -> tuple[tuple[str, ...], float]:

@@ -24,6 +24,8 @@ from scenes.model import AnyScene, MeshScene, Point, Scene
 from scenes.plan import Step
 from scenes.result import Estimate, Result, Traces
 
+LOOKED_AT = 9  # times of a run at which the ends of tables are looked for
+
 
 def solve(scene: AnyScene, progress: Callable[[str], None] | None = None, whole: bool = False) -> Result:
     """The probes of a scene in 3D, steady or over time, every number with its estimated error; ``whole`` leaves no part
@@ -126,7 +128,10 @@ def described(study: Study, answer: Answer) -> dict[str, Any]:
     transient = None if response is None else response.transient
     electric = 0 if conductor is None else len(conductor.free)
     over_time = None if response is None else response.imbalance
-    beyond = [] if state is None else tables(heat, state.rise, physics.may_follow(heat.domain.scene, over_time=False))
+    rises = [] if state is None else [state.rise]
+    if transient is not None:
+        rises += list(transient.rises(np.linspace(0.0, transient.end, LOOKED_AT)))
+    beyond = tables(heat, np.array(rises), physics.may_follow(heat.domain.scene, over_time=transient is not None))
     return {
         "unknowns": heat.free if physics.heat(heat.domain.scene) else electric, "electric_unknowns": electric,
         "levels": answer.levels, "symmetry": study.part.part,
@@ -175,7 +180,8 @@ def heat_step(scene: AnyScene) -> Step:
     if physics.heat(scene):
         why = physics.nonlinear(scene, not scene.steady)
         once = "one factorization per mesh: the conductivity doesn't depend on temperature"
-        return Step("heat", "done", f"by Newton's method: {why}" if why else once)
+        how = "by Newton's method" if scene.steady else "interpolated between states of the response"
+        return Step("heat", "done", f"{how}: {why}" if why else once)
     return Step("heat", "skipped", "nothing thermal is asked for: the currents at the initial temperature")
 
 

@@ -119,17 +119,20 @@ def _plan(sink: Sink, part: Symmetry, request: Request) -> tuple[Step, ...]:
 def _found(sink: Sink, answer: Answer) -> list[Step]:
     """What the plan could not know: how many steps and fields it took, and whether the current moved."""
     state = answer.fine.state
+    over_time = []
+    if answer.response is not None:
+        reduced = answer.response.transient.reduced
+        states = 0 if reduced.laws is None else reduced.laws.states
+        between = f", laws interpolated between {states} of its states" if states else ""
+        over_time.append(Step("transient", "done", f"{_lasts(sink)}{reduced.states} fields{between}"))
     if state.heat.about is not None:
-        return [Step("Newton's method", "done", f"{state.steps} steps on the last mesh's finest space")]
+        return [Step("Newton's method", "done", f"{state.steps} steps on the last mesh's finest space"), *over_time]
     moved = f"heating moves it by {state.pattern_change:.0e} in terms of the rise"
     steps = [
         Step("electric iteration", "done", f"{state.steps} coupled steps to the steady state"),
         Step("current pattern when hot", "done" if state.follows_pattern else "skipped", moved),
     ]
-    if answer.response is not None:
-        states = answer.response.transient.reduced.states
-        steps.append(Step("transient", "done", f"{_lasts(sink)}{states} fields"))
-    return steps
+    return [*steps, *over_time]
 
 
 def _lasts(sink: Sink) -> str:

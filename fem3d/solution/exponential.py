@@ -21,6 +21,9 @@ from scenes.units import TIME
 
 FAST = 200.0  # beyond this decay over a step the convolution is summed by parts, below it by Gauss's rule of 48 points
 SWEEPS = 30
+APART = 1e-6  # of the norm of the state: the differences that tell the slope of a stiff source
+SETTLED = 1e-8  # relative change of a stiff source in a sweep, with which it is found
+RENEWED = 8  # sweeps after which a stiff source's slope is taken anew
 # Halvings of the step in which something ceases to hold: its time is then known to a millionth of the step.
 HALVINGS = 20
 
@@ -75,13 +78,18 @@ def integrate(
     start: np.ndarray | None = None,
     jumps: Mapping[float, np.ndarray] | None = None,
     holds: Callable[[float, np.ndarray], bool] = lambda time, state: True,
+    stiff: bool = False,
+    graded: float = np.inf,
 ) -> Trajectory:
     """From rest (or ``start``) to ``end`` (s), each step's collocation error below ``accuracy * size`` in the Euclidean
     norm.
 
     ``source(t)`` is the source from t on up to the next instant of ``jumps``, at each of which a step ends and the
-    state jumps. Raises RunawayInTimeError where the source outruns every step, or what ``holds``, of a time and the
-    state then, no longer does.
+    state jumps. A ``stiff`` source follows the state so strongly that sweeps alone don't settle it: each goes along the
+    source's slope. No step is longer than the time since the last jump and a quarter of ``graded`` (s).
+
+    Raises RunawayInTimeError where the source outruns every step, or what ``holds``, of a time and the state then, no
+    longer does.
     """
     nodes = _lobatto(degree)
     to_legendre = np.linalg.inv(legendre.legvander(2 * nodes - 1, degree))
@@ -92,9 +100,9 @@ def integrate(
     steps: list[Step] = []
     convolve = Convolution(nodes, degree + 1)
     for stop in stops:
-        here = source(time)
+        here, since = source(time), time
         while time < stop:
-            left = stop - time
+            left, length = stop - time, min(length, time - since + graded / 4)
             last = length >= left * (1 - 1e-12)
             taken = left if last else length
             if taken < 1e-13 * end and not last:
@@ -104,15 +112,21 @@ def integrate(
             decay = np.exp(-np.outer(nodes, rates * taken)) * state
             values = here(times, np.repeat(state[None], len(nodes), axis=0))
             scale = float(np.abs(values).max())
-            settled = False
-            for _ in range(SWEEPS):
+            settled, newton = False, None
+            for sweep in range(SWEEPS):
                 coefficients = to_legendre @ values
                 states = decay + taken * np.einsum("tkr,kr->tr", kernel, coefficients)
                 old, values = values, here(times, states)
+                if stiff and np.isfinite(values).all():
+                    if sweep % RENEWED == 0:
+                        weights = taken * (kernel.transpose(0, 2, 1) @ to_legendre)
+                        newton = _Newton(here, times, states, weights, size)
+                    assert newton is not None
+                    values = old + newton(values - old)
                 change = float(np.abs(values - old).max())
                 if not np.isfinite(change) or change > 1e3 * scale:
                     break
-                if change <= 1e-13 * scale:
+                if change <= (SETTLED if stiff else 1e-13) * scale:
                     settled = True
                     break
             if not settled:
@@ -130,6 +144,32 @@ def integrate(
             length = max(grown, length) if last and error <= 1.0 else grown
         state = state + jumps[stop] if stop in jumps else state
     return Trajectory(rates, steps)
+
+
+class _Newton:
+    """The sources at the times of a step, as the states there follow from them, along the source's slope in the step's
+    middle: ``weights`` (times, r, times) are how the states follow."""
+
+    def __init__(self, source: Source, times: np.ndarray, states: np.ndarray, weights: np.ndarray, size: float) -> None:
+        middle = len(times) // 2
+        slope = _slope(source, float(times[middle]), states[middle], APART * size)
+        n, r = states.shape
+        matrix = np.eye(n * r) - np.einsum("ab,tbs->tasb", slope, weights).reshape(n * r, n * r)
+        self._inverse, self._shape = np.linalg.inv(matrix), (n, r)
+
+    def __call__(self, defect: np.ndarray) -> np.ndarray:
+        """(times, r): the change of sources that takes away a defect."""
+        found: np.ndarray = (self._inverse @ defect.ravel()).reshape(self._shape)
+        return found
+
+
+def _slope(source: Source, time: float, state: np.ndarray, step: float) -> np.ndarray:
+    """(r, r): how a source follows the state, by differences over a ``step``."""
+    r = len(state)
+    states = np.vstack([state + step * np.eye(r), state - step * np.eye(r)])
+    values = source(np.full(2 * r, time), states)
+    found: np.ndarray = ((values[:r] - values[r:]) / (2 * step)).T
+    return found
 
 
 def _runaway(time: float) -> RunawayInTimeError:

@@ -3,9 +3,9 @@ made of."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -43,8 +43,36 @@ def nothing(channels: int, m: int, r: int, held: Iterable[str] = ()) -> JouleHea
     return JouleHeat(zeros((channels, m, m)), zeros((m, m, r)), *loads, {}, at_held, {})
 
 
-def of_pairs(conductor: Conductor, basis: np.ndarray, patterns: Sequence[Pattern]) -> JouleHeat:
-    """The sums of `JouleHeat` for temperature fields (free nodes, r) and some current fields.
+def beside(heats: JouleHeat, others: Sequence[JouleHeat]) -> dict[str, Any]:
+    """The parts of ``heats`` by name, with what is cold of some ``others`` as channels behind its own."""
+
+    def cold(of: Callable[[JouleHeat], np.ndarray]) -> np.ndarray:
+        return np.concatenate([of(heats), *(of(other)[:1] for other in others)])
+
+    def splits(name: str) -> dict[str, Split]:
+        def of(key: str) -> np.ndarray:
+            return cold(lambda h: getattr(h, name)[key][0])
+
+        return {key: (of(key), warm) for key, (_, warm) in getattr(heats, name).items()}
+
+    def drop(probe: str) -> np.ndarray:
+        return cold(lambda h: h.potentials[probe][1])
+
+    potentials = {
+        probe: (np.pad(shares, (0, len(others))), drop(probe), warm)
+        for probe, (shares, _, warm) in heats.potentials.items()
+    }
+    return {
+        "cold": cold(lambda h: h.cold), "cold_load": cold(lambda h: h.cold_load), "in_box": splits("in_box"),
+        "at_held": splits("at_held"), "potentials": potentials,
+    }  # fmt: skip
+
+
+def of_pairs(
+    conductor: Conductor, basis: np.ndarray, patterns: Sequence[Pattern], excess: np.ndarray | None = None
+) -> JouleHeat:
+    """The sums of `JouleHeat` for temperature fields (free nodes, r) and some current fields; those of a part of the
+    resistivity alone that is an ``excess`` (rows, points), as the cold ones.
 
     With J_i the current densities, v_k the temperature fields, l_c the lift of channel c and rho = cold + warm times
     the rise, the heat of the pair i, j at the point x of a body is J_i . J_j (cold + warm (sum_c g_c l_c + a . v)).
@@ -56,14 +84,16 @@ def of_pairs(conductor: Conductor, basis: np.ndarray, patterns: Sequence[Pattern
     fields = np.array([on.value(u) for u in heat.field(basis.T)]).reshape(r, *on.weights.shape)
     lifts = {c: on.value(heat.field(lift)) for c, lift in enumerate(heat.lifts) if lift.any()}
     held = {name: v for name, u in heat.held_fields.items() if (v := on.value(heat.field(u))).any()}
-    names = conductor.names
+    names, shape = conductor.names, on.weights.shape
+    resistivity = np.broadcast_to(conductor.cold if excess is None else excess, shape)
+    change = np.broadcast_to(conductor.warm if excess is None else 0.0, shape)
     for name in dict.fromkeys(names.tolist()):
         cells = slice(None) if (names == name).all() else names == name
         body = _Body(
             fields[:, cells].reshape(r, on.weights[cells].size),
             {c: lift[cells].ravel() for c, lift in lifts.items()}, channels,
-            (on.weights * conductor.cold / conductor.stands_for)[cells].ravel(),
-            (on.weights * conductor.warm / conductor.stands_for)[cells].ravel(),
+            (on.weights * resistivity / conductor.stands_for)[cells].ravel(),
+            (on.weights * change / conductor.stands_for)[cells].ravel(),
         )  # fmt: skip
         copies = float(conductor.stands_for[cells].flat[0])
         currents = densities[:, :, cells].reshape(m, densities.shape[1], -1)
@@ -82,7 +112,7 @@ def of_pairs(conductor: Conductor, basis: np.ndarray, patterns: Sequence[Pattern
             _, drop, warm_drop = heats.potentials.setdefault(probe, none)
             drop += copies * cold
             warm_drop += copies * warm
-    for t in conductor.terminals:
+    for t in conductor.terminals if excess is None else ():
         if t.conductance:
             through = np.array([p.currents[t.name] for p in patterns])
             heats.cold[0] += t.resistance * np.outer(through, through)

@@ -9,7 +9,7 @@ Linear Algebra Appl. 58, 1984.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -29,7 +29,8 @@ class Base:
     """What a transient starts from on one mesh: current patterns, temperature fields (free nodes, any number) that the
     space shall hold, and the loads (W, each all nodes) whose responses it shall hold.
 
-    ``size`` is the norm of the state that errors are relative to, where it is known.
+    ``size`` is the norm of the state that errors are relative to, where it is known. Where properties follow the
+    temperature by a law, ``heat`` is the exact problem, and ``steady`` its steady state, where that is known.
     """
 
     heat: HeatProblem
@@ -38,16 +39,29 @@ class Base:
     fields: np.ndarray
     loads: list[np.ndarray]
     size: float | None = None
+    steady: SteadyState | None = None
 
     @staticmethod
     def of_steady(state: SteadyState) -> Base:
         """The base of a response to a constant drive, whose steady state is known."""
         heat = state.heat
+        if heat.exact is not None:
+            return replace(Base.bare(heat.exact, state.conductor), steady=state)
         load = heat.loads[0].copy()
         if state.conductor is not None:
             load += state.conductor.joule_load(state.patterns[0].density, heat.lifts[0])
         own = (state.rise - heat.lifts[0])[: heat.free]
         return Base(heat, state.conductor, state.patterns, state.fields, _with_inertia(heat, [load]), heat.norm(own))
+
+    @staticmethod
+    def bare(heat: HeatProblem, conductor: Conductor | None) -> Base:
+        """That of which nothing is known beforehand."""
+        return Base(heat, conductor, [], np.empty((heat.free, 0)), [])
+
+    @property
+    def follows(self) -> bool:
+        """Whether a property follows the temperature by a law."""
+        return self.heat.follows or (self.conductor is not None and self.conductor.following is not None)
 
     def project(self, fields: np.ndarray) -> Reduced:
         """The reduced problem on the current patterns and some temperature fields."""
@@ -149,6 +163,7 @@ MOST = 1 / LEAST
 # Of the cold resistivity: as long as it is larger at all vertices, it is larger than the least between them, of fields
 # that hold what they should.
 ENOUGH = 0.8
+HOTTEST = 1e5  # K, beyond any solid: with a law of a property a state that hot counts as run away
 GONE = 1e-9  # a new field whose independent part is smaller than this, relatively, is taken for one that is there
 
 
@@ -165,8 +180,11 @@ def shift(slowest: float, earliest: float) -> float:
     return float(np.sqrt(earliest * max(slowest, earliest)))
 
 
-def march(base: Base, reduced: Reduced, end: float, accuracy: float, drop: int = 0) -> Transient:
-    """The response of a reduced problem up to ``end`` (s), without its last ``drop`` fields."""
+def march(
+    base: Base, reduced: Reduced, end: float, accuracy: float, drop: int = 0, graded: float = np.inf
+) -> Transient:
+    """The response of a reduced problem up to ``end`` (s), without its last ``drop`` fields; steps are ``graded`` as of
+    `integrate`."""
     kept = reduced.states - drop
     inner = reduced.stiffness[:kept, :kept]
     rates, modes = np.linalg.eigh((inner + inner.T) / 2)
@@ -178,7 +196,7 @@ def march(base: Base, reduced: Reduced, end: float, accuracy: float, drop: int =
     jumps = dict(zip(knots.tolist(), -inputs.jumps(knots) @ modal.inertia, strict=True))
     trajectory = integrate(
         rates, lambda since: _source(base, modal, since), end, accuracy, size, start=start, jumps=jumps,
-        holds=_Resistivity(base, modal),
+        holds=_Resistivity(base, modal), stiff=modal.laws is not None, graded=graded,
     )  # fmt: skip
     return Transient(base, modal, trajectory)
 
@@ -190,7 +208,10 @@ class _Resistivity:
     def __init__(self, base: Base, modal: Reduced) -> None:
         heat, own = base.heat, base.conductor
         self._base, self._modal = base, modal
-        change = np.zeros(1) if own is None else (own.warm / own.cold)[: len(own.cells), 0]
+        # A law has values at all temperatures.
+        linear = own is not None and own.following is None
+        change = (own.warm / own.cold)[: len(own.cells), 0] if own is not None and linear else np.zeros(1)
+        self._rises = heat.whole(modal.basis.T)[:, heat.unit == 1.0] if modal.laws else None
         parts: list[tuple[float, np.ndarray]] = []
         for each in np.unique(change[change != 0]):
             assert own is not None
@@ -201,6 +222,8 @@ class _Resistivity:
         self._change = np.hstack([each * fields[:, at] for each, at in parts]) if parts else None
 
     def __call__(self, time: float, state: np.ndarray) -> bool:
+        if self._rises is not None and np.abs(state @ self._rises).max(initial=0.0) > HOTTEST:
+            return False
         if self._change is None:
             return True
         heat, own = self._base.heat, self._base.conductor
@@ -223,9 +246,13 @@ def _source(base: Base, modal: Reduced, since: float) -> Source:
 
     def source(times: np.ndarray, states: np.ndarray) -> np.ndarray:
         # What is constant needs no inputs, which cost time thousands of times.
-        g = first + np.outer(times - since, slope) if len(first) > 1 else None
+        varies = len(first) > 1 or modal.laws is not None
+        g = first + np.outer(times - since, slope) if varies else None
         own = modal.source[0] if g is None else g @ modal.source - rate
         own = np.broadcast_to(own, states.shape)
+        if modal.laws is not None and g is not None:
+            own = own - modal.laws.outflow(states, g)
+            g = modal.wide(states, g)
         return own + modal.joule(states, modal.currents(states, g), g) if conducts else own
 
     return source
@@ -236,7 +263,7 @@ def _size(modal: Reduced, rates: np.ndarray, largest: np.ndarray, end: float) ->
     none = np.zeros(modal.states)
     load = largest @ np.abs(modal.source)
     if modal.supply.shape[1]:
-        c = modal.currents(none, largest)
-        load = load + np.abs(modal.joule(none, c, largest))
+        wide = modal.wide(none, largest)
+        load = load + np.abs(modal.joule(none, modal.currents(none, wide), wide))
     reached = load * np.minimum(1 / np.maximum(rates, 1e-300), end)
     return float(np.linalg.norm(reached) + np.linalg.norm(largest @ np.abs(modal.inertia))) or 1.0

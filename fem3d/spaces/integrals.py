@@ -225,8 +225,13 @@ class Cells:
         return self._space.mesh.mapping().F(self._rule.points, tind=self._cells)
 
     def value(self, u: np.ndarray) -> np.ndarray:
-        """(cells, points): a function (functions,)."""
-        return u[self.dofs] @ self._rule.values.T
+        """(..., cells, points): functions (..., functions)."""
+        return u[..., self.dofs] @ self._rule.values.T
+
+    def value_at(self, u: np.ndarray, cell: int, point: int) -> np.ndarray:
+        """(...,): functions (..., functions) at one of the points of one of the cells."""
+        found: np.ndarray = u[..., self.dofs[cell]] @ self._rule.values[point]
+        return found
 
     def gradient(self, u: np.ndarray) -> np.ndarray:
         """(3, cells, points): its gradient."""

@@ -9,7 +9,7 @@ import pytest
 from fem3d.runs import sink as sinks
 from fem3d.runs.scene import solve
 from fem3d.solution import newton
-from scenes.errors import RunawayError, SceneError
+from scenes.errors import RunawayError
 from scenes.free import from_dict
 from scenes.laws import PowerLaw, Table
 from scenes.plan import Request
@@ -238,15 +238,6 @@ def test_another_voltage_is_solved_anew():
     alone = sinks.solve(of_sink(FALLING, 2.0), STEADY).steady["peak_rise_K"]
     assert again == alone
     assert alone.value > 4.2 * first.steady["peak_rise_K"].value
-
-
-def test_over_time_a_law_is_refused():
-    with pytest.raises(SceneError, match="a property follows the temperature, and over time"):
-        sinks.solve(of_sink(FALLING), Request(models=("fem3d",)))
-    given = bar(POWER, hot=700.0, density=2330.0, specific_heat=700.0)
-    given["run"] = {"end_time": 1e-3, "output_times": [1e-3]}
-    with pytest.raises(SceneError, match="a property follows the temperature, and over time"):
-        solve(from_dict(given))
 
 
 def test_where_a_table_ends_a_warning_says_so():

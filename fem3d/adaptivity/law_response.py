@@ -1,0 +1,247 @@
+"""The response over time of a problem whose properties follow the temperature: rounds of reduced problems.
+
+Each round marches a reduced problem whose laws are interpolated between the states of the round before
+(`fem3d.solution.interpolated`), and holds the result against the full equations: at some instants t the residual
+
+    source(u) - outflow(u) - M du/dt,   with the current solved for and the laws by their quadrature,
+
+and what a step of the full problem makes of it, t (M + t K)^-1 times it. These corrections are fields of the next
+round. It ends where they are small; what the last round has changed of the traces is the error.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from fem3d.adaptivity import transient_base
+from fem3d.adaptivity.transient_base import Hot
+from fem3d.problems.current import Conductor, combined
+from fem3d.problems.heat import HeatProblem
+from fem3d.problems.linearized import linearized
+from fem3d.results.study import Study
+from fem3d.solution import transient
+from fem3d.solution.between_states import MOST, with_laws
+from fem3d.solution.reduced import Reduced
+from fem3d.solution.steady import SteadyState
+from fem3d.solution.transient import Base, Krylov, Transient
+from scenes import laws
+from scenes.errors import RunawayInTimeError
+from scenes.laws import Table
+
+GENERATIONS, MORE = 6, 4  # of Krylov fields to start with, and at a time where they don't do
+INSTANTS = 12  # at which the full equations are looked at
+STATES = 24  # between which laws are interpolated, to start with: tables bend, and take as many as there may be
+ROUNDS = 8
+LOOSE, TIGHT = 0.02, 0.005  # of the accuracy: the steps of the rounds, and of the last
+ENOUGH = 0.1  # of the accuracy, relative to the largest rise: corrections with which the rounds end
+KEPT = 0.01  # of the accuracy: corrections, relative to the largest state, that become fields
+INTERPOLATED = 0.01  # of the accuracy: what is left between states, relative to the property
+SAME_TIME = 0.05  # relative change of the time of a runaway from round to round, which counts as none
+FALLS = 0.25  # factor from round to round by which what is left should fall
+SURE = 0.05  # of the accuracy: what a finer quadrature of a law may change of the rise
+COARSE = 4.0  # factor between the steps that corrections are made with
+
+
+class Pair(NamedTuple):
+    """The response of the last round, and that of the one before, in fewer fields and longer steps."""
+
+    last: Transient
+    before: Transient
+
+
+def of(base: Base, shift: float, study: Study, generations: int = 0) -> Rounds:
+    """The rounds of a base for a study, whose first fields are ``generations``, or more, of a ``shift`` (s)."""
+    count = max(GENERATIONS + int(max(0.0, -np.log10(study.accuracy) - 3) * 2), generations)
+    return Rounds(base.heat, base.conductor, base.steady, shift, study.end, study.earliest, study.accuracy, count)
+
+
+@dataclass
+class Rounds:
+    """The rounds of one space: the exact problem, its ``base`` with the potentials of its patterns, ``generations`` of
+    Krylov fields, and the corrections, states and problem linearized about a ``hot`` state that are known so far."""
+
+    heat: HeatProblem
+    conductor: Conductor | None
+    steady: SteadyState | None
+    shift: float
+    end: float
+    earliest: float
+    accuracy: float
+    generations: int = GENERATIONS
+
+    def __post_init__(self) -> None:
+        heat = self.heat
+        self.base, self.potentials = transient_base.cold(heat, self.conductor)
+        self.hot = None if self.steady is None else self.steady.heat
+        if self.steady is not None:
+            own = (self.steady.rise - heat.lifts[0])[: heat.free]
+            self._join(Hot(self.steady.rise, heat.inputs.at(np.zeros(1))[0], True))
+            warm = Base(self.steady.heat, None, [], own[:, None], [heat.mass @ heat.whole(own)])
+            fields = Krylov(warm, self.shift).fields(GENERATIONS - 2)
+            self.base = replace(self.base, fields=np.column_stack([self.base.fields, fields]), size=heat.norm(own))
+        self.krylov = Krylov(self.base, self.shift)
+        self.corrections, self.states = np.empty((heat.free, 0)), np.empty((0, heat.size))
+        self.time, self.kept = np.inf, KEPT * self.accuracy
+        self.left, self.unsure, self.bends = np.inf, np.inf if heat.terms else 0.0, False
+
+    def run(self) -> Pair:
+        """The response up to the end. Raises RunawayInTimeError where it runs away."""
+        given = [each for m in self.heat.domain.materials for _, each in m.given()]
+        count = MOST if any(isinstance(law, Table) for each in given for law in laws.of(each)) else STATES
+        if not len(self.states):
+            self.states = self._guessed(self.march(self.base.project(self.fields), LOOSE)[0], count)
+        for _ in range(ROUNDS):
+            before, again = self.march(self.reduced(), LOOSE)
+            known, self.left = self.left, self.correct(before)
+            slow, most = self.left > FALLS * known, count == MOST
+            count = min(2 * count, MOST) if slow else count
+            self.states = before.rises(self.instants(count, before.end))
+            changed = abs(again - self.time) > SAME_TIME * again if again < np.inf else self.time < np.inf
+            self.time = again
+            if not changed and (self.left <= ENOUGH * self.accuracy or (slow and most)):
+                break
+        last = self._marched(self.reduced(), self.end, TIGHT)
+        return Pair(last, before)
+
+    def more(self) -> None:
+        """More fields for the next `run`: generations, and corrections that were left out."""
+        self.generations += MORE
+        self.kept /= COARSE
+
+    @property
+    def fields(self) -> np.ndarray:
+        """(free nodes, any number)."""
+        return np.column_stack([self.krylov.fields(self.generations), self.corrections])
+
+    def reduced(self) -> Reduced:
+        """The reduced problem in the fields that there are, its laws interpolated between the states that are known."""
+        states = self.states
+        if self.steady is not None:
+            states = np.vstack([states, self.steady.rise])
+        own = self.base.project(self.fields)
+        return with_laws(own, self.heat, self.conductor, self.base.patterns, states, INTERPOLATED * self.accuracy)
+
+    def march(self, reduced: Reduced, share: float) -> tuple[Transient, float]:
+        """The response up to the end, or to where it is about to run away, and when it does (s)."""
+        try:
+            return self._marched(reduced, self.end, share), np.inf
+        except RunawayInTimeError as runaway:
+            end = transient_base.BEFORE * runaway.time
+            return self._marched(reduced, end, share), runaway.time
+
+    def _marched(self, reduced: Reduced, end: float, share: float) -> Transient:
+        """The response up to an end (s). Where the conductivity follows the temperature, heat that enters after a jump
+        needs steps as short as what diffuses then."""
+        return transient.march(self.base, reduced, end, share * self.accuracy, graded=self.earliest)
+
+    def _guessed(self, linear: Transient, count: int) -> np.ndarray:
+        """States (k, all nodes) between which laws are interpolated first: those of the linear problem, as large as the
+        steady state in the end where that is known."""
+        states = linear.rises(self.instants(count, linear.end))
+        if self.steady is None:
+            return states
+        ratio = np.abs(self.steady.rise).max() / max(np.abs(states[-1]).max(), 1e-300)
+        return np.asarray(states * ratio)
+
+    def instants(self, count: int, end: float) -> np.ndarray:
+        """Some times (s) up to an end, close together after the start and after bends and jumps of the inputs."""
+        knots = np.append(0.0, self.heat.inputs.knots(end))
+        knots = knots[np.unique(np.linspace(0, len(knots) - 1, 8).astype(int))]
+        found, each = [], max(4, count // len(knots))
+        for knot, following in zip(knots, np.append(knots[1:], end), strict=True):
+            gap = following - knot
+            found.append(knot + np.geomspace(min(self.earliest, gap / 2), gap * (1 - 1e-9), each))
+        return np.concatenate(found)
+
+    def correct(self, answer: Transient) -> float:
+        """Adds to the fields what the full equations lack at some instants, and to the currents what they are there;
+        how large that is, relative to the largest rise."""
+        heat, conductor, inputs = self.heat, self.conductor, self.heat.inputs
+        times = self.instants(INSTANTS, answer.end)
+        (a, rates), g, changing = answer.states(times), inputs.at(times), inputs.rates(times)
+        rises = answer.rises(times)
+        speeds = heat.whole(rates @ answer.reduced.basis.T) + changing @ heat.lifts
+        largest = float(np.abs(rises[:, heat.unit == 1.0]).max(initial=1e-300))
+        loads, moved = g @ heat.loads, np.zeros(len(times))
+        most = 1e-300
+        finer, better = [np.zeros(heat.size) for _ in times], self._finer(rises)
+        for i, rise in enumerate(rises):
+            loads[i] -= heat.outflow(rise) + heat.mass @ speeds[i]
+            if better is not None:
+                finer[i] = heat.outflow(rise) - better.outflow(rise)
+            if conductor is None or not self.potentials or not conductor.conducts(rise):
+                continue
+            load = transient_base.heated(conductor, Hot(rise, g[i], False), self.potentials)[1]
+            c = answer.reduced.currents(a[i : i + 1], answer.reduced.wide(a[i : i + 1], g[i : i + 1]))[0]
+            told = conductor.joule_load(combined(self.base.patterns, c), rise)
+            most = max(most, float(np.abs(load).sum()))
+            moved[i] = np.abs(load - told).sum()
+            loads[i] += load
+        if self.hot is None:
+            self.hot = self._linearized(rises[int(np.abs(rises).max(axis=1).argmax())], g[-1])
+        both = self._stepped(np.tile(times, 2), np.tile(rises, (2, 1)), np.vstack([loads, finer])[:, : heat.free])
+        changes, off = both[: len(times)], both[len(times) :]
+        vertices = heat.unit[: heat.free] == 1.0
+        seen, unsure = (np.abs(x[:, vertices]).max(axis=1, initial=0.0) / largest for x in (changes, off))
+        gram = changes @ (heat.inner_mass @ changes.T)
+        sizes, turn = np.linalg.eigh((gram + gram.T) / 2)
+        size = max(heat.norm(rise[: heat.free]) for rise in rises) or 1.0
+        kept = np.sqrt(np.maximum(sizes, 0.0)) > self.kept * size
+        self.corrections = np.column_stack([self.corrections, changes.T @ turn[:, kept]])
+        if moved.max() > transient_base.SAME * self.accuracy * most:
+            worst = int(moved.argmax())
+            self._join(Hot(rises[worst], g[worst], True))
+        if better is not None:
+            self.unsure = float(unsure.max())
+            if self.unsure > SURE * self.accuracy:
+                self._take(better, rises[int(unsure.argmax())])
+        return float(seen.max()) + self.unsure
+
+    def _finer(self, rises: np.ndarray) -> HeatProblem | None:
+        """The problem by finer quadratures of its laws for some states; None where they are known to do: what bends
+        moves from round to round."""
+        heat = self.heat
+        if not heat.terms or (self.unsure <= SURE * self.accuracy and not self.bends):
+            return None
+        fields = list(heat.field(rises))
+        self.bends = any(term.bent(u).any() for term in heat.terms for u in fields)
+        return heat.with_terms(tuple(term.finer(*fields) for term in heat.terms))
+
+    def _take(self, better: HeatProblem, rise: np.ndarray) -> None:
+        """Takes a finer quadrature, of the resistivity one that is so for a rise."""
+        self.heat, self.conductor = better, self.conductor and self.conductor.finer(better.field(rise))
+        self.base = replace(self.base, heat=self.heat, conductor=self.conductor)
+
+    def _linearized(self, rise: np.ndarray, drive: np.ndarray) -> HeatProblem:
+        density = np.empty(0)
+        if self.conductor is not None:
+            density = self.conductor.solve(rise, drive @ self.conductor.voltages).density
+        return linearized(self.heat, self.conductor, rise, density)
+
+    def _stepped(self, times: np.ndarray, rises: np.ndarray, residuals: np.ndarray) -> np.ndarray:
+        """(times, free nodes): what one step of the full problem, as long as it is since the last knot, makes of
+        residuals: of the cold one or the hot, whichever is nearer."""
+        assert self.hot is not None
+        assert self.hot.about is not None
+        knots = np.append(0.0, self.heat.inputs.knots(self.end))
+        since = times - knots[np.searchsorted(knots, times, side="right") - 1]
+        steps = np.round(np.log(since) / np.log(COARSE)).astype(int)
+        warm = np.abs(rises).max(axis=1) > 0.5 * np.abs(self.heat.take(self.hot.about)).max()
+        found = np.empty_like(residuals)
+        for hot, step in sorted(set(zip(warm.tolist(), steps.tolist(), strict=True))):
+            at, length = (warm == hot) & (steps == step), COARSE**step
+            problem = self.hot if hot else self.heat
+            found[at] = length * problem.solve_shifted(length)(residuals[at])
+        for problem in (self.hot, self.heat):
+            problem.let_go()
+        return found
+
+    def _join(self, state: Hot) -> None:
+        """The currents of a state, and their Joule load, with those that are known."""
+        if self.conductor is None or not self.potentials:
+            return
+        hot, load = transient_base.heated(self.conductor, state, self.potentials)
+        self.base, self.potentials = transient_base.joined_by(self.base, self.potentials, state, hot, load)

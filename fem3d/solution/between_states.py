@@ -1,0 +1,130 @@
+"""The laws of a reduced problem (`fem3d.solution.interpolated`), made of states that are known: which of these are
+taken, and the integrals of what the laws add there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from fem3d.problems.current import Conductor, Pattern
+from fem3d.problems.following import Conduction
+from fem3d.problems.heat import HeatProblem
+from fem3d.solution import joule_tensors
+from fem3d.solution.interpolated import Conducted, Interpolation, Laws
+from fem3d.solution.reduced import Reduced
+
+MOST = 60  # states
+
+
+def with_laws(
+    reduced: Reduced,
+    heat: HeatProblem,
+    conductor: Conductor | None,
+    patterns: Sequence[Pattern],
+    states: np.ndarray,
+    tolerance: float,
+) -> Reduced:
+    """A reduced problem with the laws of its properties, between ``states`` (k, all nodes), to a relative ``tolerance``
+    of the properties there."""
+    fields = heat.field(np.concatenate([heat.whole(reduced.basis.T), heat.lifts]))
+    rises = heat.field(states)
+    conduction = [_conducted(term, fields, reduced.states, rises, tolerance)
+                  for term in heat.terms if isinstance(term, Conduction)]  # fmt: skip
+    resistivity = None
+    if conductor is not None and conductor.following is not None:
+        resistivity, tensors = _resisting(conductor, fields, reduced.basis, patterns, rises, tolerance)
+        reduced = replace(reduced, **joule_tensors.beside(reduced, tensors))
+        none = np.zeros((len(tensors), len(patterns)))
+        reduced = replace(
+            reduced, supply=np.vstack([reduced.supply, none]),
+            given=np.pad(reduced.given, [(0, len(tensors)), (0, 0)]),
+        )  # fmt: skip
+    return replace(reduced, laws=Laws(conduction[0] if conduction else None, resistivity))
+
+
+def _conducted(term: Conduction, fields: np.ndarray, r: int, states: np.ndarray, tolerance: float) -> Conducted:
+    excess, scales = [], []
+    for on, law, cold, _ in term.parts:
+        own = np.stack([law.value(rise) for rise in on.value(states)]) - cold
+        excess.append(own)
+        scales.append(np.broadcast_to(cold, own.shape[1:]).ravel())
+    flat = np.concatenate([e.reshape(len(states), -1) for e in excess], axis=1)
+    chosen, points = choose(flat / np.concatenate(scales), tolerance)
+    starts = np.cumsum([0, *(s.size for s in scales)])
+    rows, of_points = [], []
+    for point in points:
+        number = int(np.searchsorted(starts, point, side="right")) - 1
+        on, law, cold, _ = term.parts[number]
+        *axis, cell, at = np.unravel_index(point - starts[number], excess[number].shape[1:])
+        rows.append(on.value_at(fields, int(cell), int(at)))
+        one = law.of(int(cell))
+        of_points.append((one, float(cold[(*axis, cell, 0)]), tuple(int(d) for d in axis)))
+
+    def at_points(rises: np.ndarray) -> np.ndarray:
+        found = np.empty_like(rises)
+        for i, (one, cold, axis) in enumerate(of_points):
+            found[i] = one.value(rises[i][None])[(*axis, 0)] - cold
+        return found
+
+    matrices = np.zeros((len(chosen), r, len(fields)))
+    for (on, _, _, _), own in zip(term.parts, excess, strict=True):
+        slopes = np.array([on.gradient(u) for u in fields])
+        flat_slopes = slopes.reshape(len(fields), -1)
+        for matrix, s in zip(matrices, chosen, strict=True):
+            weighted = (np.broadcast_to(own[s], slopes.shape[1:]) * on.weights).ravel()
+            matrix += (flat_slopes[:r] * weighted) @ flat_slopes.T
+    inverse = np.linalg.inv(flat[np.ix_(chosen, points)]) if chosen else np.empty((0, 0))
+    interpolation = Interpolation(np.array(rows).reshape(len(points), len(fields)), at_points, inverse)
+    return Conducted(term, interpolation, matrices, states[chosen])
+
+
+def _resisting(
+    conductor: Conductor,
+    fields: np.ndarray,
+    basis: np.ndarray,
+    patterns: Sequence[Pattern],
+    states: np.ndarray,
+    tolerance: float,
+) -> tuple[Interpolation, list[joule_tensors.JouleHeat]]:
+    law, on = conductor.following, conductor.on
+    assert law is not None
+
+    def beyond(rise: np.ndarray, rows: slice | np.ndarray = slice(None)) -> np.ndarray:
+        return np.array(
+            conductor.stands_for[rows] * law.value(rise) - conductor.cold[rows] - conductor.warm[rows] * rise
+        )
+
+    excess = np.stack([beyond(rise) for rise in on.value(states)])
+    scale = np.broadcast_to(conductor.cold, excess.shape[1:])
+    chosen, points = choose((excess / scale).reshape(len(states), -1), tolerance)
+    places = [tuple(int(i) for i in np.unravel_index(p, scale.shape)) for p in points]
+    rows = [on.value_at(fields, cell, at) for cell, at in places]
+    own_laws = [law.of(cell) for cell, _ in places]
+
+    def at_points(rises: np.ndarray) -> np.ndarray:
+        found = np.empty_like(rises)
+        for i, (cell, _) in enumerate(places):
+            line = conductor.cold[cell, 0] + conductor.warm[cell, 0] * rises[i]
+            found[i] = conductor.stands_for[cell, 0] * own_laws[i].value(rises[i][None])[0] - line
+        return found
+
+    flat = excess.reshape(len(states), -1)
+    inverse = np.linalg.inv(flat[np.ix_(chosen, points)]) if chosen else np.empty((0, 0))
+    tensors = [joule_tensors.of_pairs(conductor, basis, patterns, excess[s]) for s in chosen]
+    return Interpolation(np.array(rows).reshape(len(points), len(fields)), at_points, inverse), tensors
+
+
+def choose(excess: np.ndarray, tolerance: float) -> tuple[list[int], list[int]]:
+    """Which rows (states) and columns (points) of a table interpolate it to a tolerance, at most `MOST` of each: in
+    turn where most is left, as in Gaussian elimination with full pivoting."""
+    left, states, points = excess.copy(), list[int](), list[int]()
+    while left.size and len(states) < min(MOST, len(excess)):
+        state, point = (int(i) for i in np.unravel_index(np.abs(left).argmax(), left.shape))
+        if not abs(left[state, point]) > tolerance:
+            break
+        states.append(state)
+        points.append(point)
+        left -= np.outer(left[:, point] / left[state, point], left[state])
+    return states, points

@@ -1,0 +1,159 @@
+"""Properties that follow the temperature, over time: against the method of lines of Kirchhoff's variable, a second path
+on scikit-fem's own elements, closed forms, and what is known of constant properties and of the steady state."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from fem3d.adaptivity.law_response import Rounds
+from fem3d.problems import conductors
+from fem3d.results import outputs
+from fem3d.runs import sink as sinks
+from fem3d.runs.scene import solve
+from fem3d.solution.between_states import choose
+from scenes.errors import RunawayInTimeError, SceneError
+from scenes.free import from_dict
+from scenes.laws import PowerLaw
+from scenes.plan import Request
+from scenes.sink import SILICON
+from tests.fem3d import bar as plain_bar
+from tests.fem3d import bar_grid, end, problem, whole
+from tests.fem3d.test_laws import COLD, FALLING, LENGTH, POWER, RHO, K, bar, of_sink
+from validate.verify import newton, newton_scene
+
+CAPACITY = {"density": 2330.0, "specific_heat": 700.0}
+SLOWEST = LENGTH**2 * 2330.0 * 700.0 / (np.pi**2 * K)
+
+
+def over(law, end_time, times=(), accuracy=1e-3, volts=None, source=0.0, **material):
+    """The bar of the steady tests, between cold ends, heated from time 0 on."""
+    given = bar(law, volts=volts, accuracy=accuracy, **(CAPACITY | material))
+    given["box"][0]["heat_source"] = source
+    given["run"] = {"end_time": end_time, "accuracy": accuracy}
+    if len(times):
+        given["run"]["output_times"] = [*times]
+    return given
+
+
+def at(found, name, times):
+    return np.interp(times, found.over_time.time, found.over_time.values[name])
+
+
+def lines(n, source, times, intervals=200):
+    """(times,): the temperature (K) in the middle of the bar by the method of lines, C dT/dt = theta_xx + q with theta
+    the integral of k = K (T/COLD)^n, on equal intervals of one half."""
+    h = LENGTH / 2 / intervals
+
+    def rate(_, rise):
+        theta = K * COLD / (n + 1) * (((COLD + rise) / COLD) ** (n + 1) - 1)
+        return (np.diff(theta, 2, prepend=0.0, append=theta[-2]) / h**2 + source) / (2330.0 * 700.0)
+
+    options = {"lband": 1, "uband": 1, "rtol": 1e-8, "atol": 1e-6}
+    return COLD + solve_ivp(rate, (0.0, times[-1]), np.zeros(intervals), "LSODA", times, **options).y[-1]
+
+
+@pytest.mark.parametrize("exponent", [-1.3, 2.0])
+def test_a_heated_bar_is_as_hot_as_kirchhoff_s_variable_has_it(exponent):
+    times, source = np.array([0.05, 0.3, 1.0, 4.0]) * SLOWEST, 2e13
+    found = solve(from_dict(over({**POWER, "exponent": exponent}, times[-1], times, source=source)))
+
+    error, exact = found.over_time.errors["at"], lines(exponent, source, times)
+    assert error < 1e-3 * (exact.max() - COLD)
+    assert np.abs(at(found, "at", times) - exact).max() <= error
+    assert np.abs(at(found, "at", times) - lines(1.01 * exponent, source, times)).max() > error
+    assert found.details["transient_imbalance"] < 1e-4
+
+
+def second_path(scene, grid, times, pieces):
+    """(times, 2): the mean rise and the current of a bar, by Newton's method on scikit-fem's elements."""
+    basis, owner, order = newton_scene.base(scene, grid)
+    problem = newton_scene.problem(scene, basis, owner, order)
+    steps = np.arange(1, pieces + 1) / pieces
+    instants = np.concatenate([[0.0], *(a + (b - a) * steps for a, b in pairwise([0.0, *times]))])
+    found = []
+    for i, (state, _) in enumerate(newton.transient(problem, instants)):
+        if i and i % pieces == 0:
+            mean = newton_scene.readings(scene, basis, state)["mean"]
+            found.append([mean - 293.0, newton.current(problem, state, problem.electrodes[0])])
+    return np.array(found)
+
+
+@pytest.mark.parametrize("exponent", [1.0, -0.5])
+def test_the_second_path_has_the_same_course_on_the_same_mesh(exponent):
+    """Conductivity and resistivity follow the temperature; the second path's steps are of order 3."""
+    law = PowerLaw(SILICON.resistivity, 293.0, exponent)
+    material = replace(SILICON, thermal_conductivity=FALLING, resistivity=law, temperature_coefficient=0.0)
+    ends = [end(s, kind, value) for s, volts in ((0, 6.0), (1, 0.0))
+            for kind, value in (("voltage", volts), ("temperature", 293.0))]  # fmt: skip
+    scene = plain_bar(material, *ends)
+    grid, times = bar_grid(scene, 8, 1), 2e-5 * 2.0 ** np.arange(5)
+    heat = problem(scene, grid)
+    rounds = Rounds(heat, conductors.find(heat), None, 1e-4, float(times[-1]), 2e-5, 1e-4)
+    out = outputs.of_transient(rounds.run().last, whole(scene), times)
+    ours = np.column_stack([out["probe:mean"], out["current:voltage-0"]])
+    assert ours[-1, 0] > 50.0
+    coarse, fine = (np.abs(second_path(scene, grid, times, n) / ours - 1).max() for n in (1, 2))
+    assert fine < 2e-4
+    assert coarse > 4 * fine
+
+
+def test_a_law_that_is_constant_changes_nothing():
+    """Two of them, beside a voltage that rises and a temperature that jumps."""
+    given = over(K, 2 * SLOWEST, [SLOWEST], volts=0.4)
+    given["boundary"][0]["temperature"] = {"times": [0.0, SLOWEST, SLOWEST, 1.0], "values": [COLD, COLD, 320.0, 320.0]}
+    given["boundary"][3]["voltage"] = {"times": [0.0, SLOWEST / 2, 1.0], "values": [0.0, 0.4, 0.4]}
+    known = solve(from_dict(given)).over_time
+    constant = {"value": 1.0, "at": COLD, "exponent": 0.0}
+    given["material"][0] |= {
+        "thermal_conductivity": constant | {"value": K}, "resistivity": constant | {"value": RHO},
+    }  # fmt: skip
+    found = solve(from_dict(given)).over_time
+    times = np.array([0.3, 0.6, 0.99, 1.3, 1.9]) * SLOWEST
+    for name, values in found.values.items():
+        mine, its = (np.interp(times, t.time, v) for t, v in ((found, values), (known, known.values[name])))
+        assert np.abs(mine - its).max() <= found.errors[name] + known.errors[name], name
+    given["material"][0]["thermal_conductivity"] = constant | {"value": K, "exponent": -2.0}
+    twin = solve(from_dict(given)).over_time
+    off = np.interp(times, twin.time, twin.values["at"]) - np.interp(times, known.time, known.values["at"])
+    assert np.abs(off).max() > twin.errors["at"] + known.errors["at"]
+
+
+def test_the_sink_ends_in_its_steady_state():
+    """Its peak rises by 21.2769 K at 1 V, as the second path has it."""
+    result = sinks.solve(replace(of_sink(FALLING), end_time=0.1, accuracy=1e-2), Request(models=("fem3d",)))
+    traces = result.over_time
+    assert abs(traces.values["peak_K"][-1] - 293.0 - 21.2769) <= traces.errors["peak_K"] < 0.2
+    assert abs(traces.values["peak_K"][-1] - 293.0 - 20.3324) > traces.errors["peak_K"]
+
+
+def test_a_resistivity_that_falls_with_the_square_of_the_temperature_runs_away_when_it_must():
+    """Of an insulated bar c dT/dt = H (T/T0)^2: T = T0 / (1 - H t / T0), which is 100,000 K hot just before T0 / H."""
+    given = over(K, 1.0, volts=1.0, resistivity={"value": RHO, "at": COLD, "exponent": -2.0})
+    given["boundary"] = [b for b in given["boundary"] if "temperature" not in b]
+    given["probe"] = [{"name": "at", "at": [LENGTH / 2, 0, 0]}]
+    time = COLD * RHO * LENGTH**2 * 2330.0 * 700.0
+    given["run"] = {"end_time": 5 * time, "accuracy": 1e-2}
+    with pytest.raises(RunawayInTimeError, match="the heating runs away at t = ") as caught:
+        solve(from_dict(given))
+    assert caught.value.time == pytest.approx(time, rel=5e-3)
+    assert caught.value.time != pytest.approx(1.01 * time, rel=5e-3)
+
+
+def test_what_is_not_solved_is_refused():
+    given = over(POWER, 1e-3, source=1e13, specific_heat={"value": 700.0, "at": 293.0, "exponent": 0.3})
+    with pytest.raises(SceneError, match='specific_heat of "m" follows the temperature, and the 3D solution takes'):
+        solve(from_dict(given))
+
+
+def test_states_and_points_are_chosen_where_most_is_left():
+    x, amplitudes = np.linspace(0.1, 1.0, 50), np.linspace(0.1, 3.0, 30)
+    table = np.exp(-np.outer(amplitudes, x)) - 1
+    states, points = choose(table, 1e-6)
+    assert 3 < len(states) < 12
+    shares = table[:, points] @ np.linalg.inv(table[np.ix_(states, points)])
+    assert np.abs(shares @ table[states] - table).max() <= 1e-6
+    few = table[:, points[:-1]] @ np.linalg.inv(table[np.ix_(states[:-1], points[:-1])])
+    assert np.abs(few @ table[states[:-1]] - table).max() > 1e-6
