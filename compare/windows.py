@@ -29,8 +29,8 @@ doubted sooner: to take what rows share for scatter makes an interval too narrow
 _PER_DEGREE = 35 / 18
 """Second differences share rows: so many of them tell of the scatter as one independent number does. It is the sum of
 the squares of their correlations, 1 + 2 (2/3)^2 + 2 (1/6)^2."""
-_SHARED = np.linspace(-6, 6, 241)
-"""Standard deviations that what is shared may be off by: the places of a sum in place of an integral."""
+_SHARED = np.linspace(0, 6, 121)
+"""Standard deviations that what is shared may be off by: the places of a sum in place of an integral, which is even."""
 _LEAST = 0.05
 """The smallest scatter that is reckoned with, as a part of u: a smaller one makes no difference, and the sum over
 shared errors would not resolve it."""
@@ -91,6 +91,7 @@ def factor(means: Sequence[Window], u: Sequence[float]) -> float:
     shared, scatter = (part[known > 0, None] / known[known > 0, None] for part in (shared, scatter))
     scatter, off = scatter.clip(min=_LEAST), shared * _SHARED
     weights = np.exp(-(_SHARED**2) / 2)
+    weights[0] /= 2
 
     def held(k: float) -> float:
         inside = ndtr((k - off) / scatter) - ndtr((-k - off) / scatter)

@@ -9,8 +9,9 @@ too rough for the degree alone, unless what passes hardly matters. Where two giv
 jumps (s = 0), and what a reading sees of it falls with the length of the first interval to the power of the exponent of
 the dual solution, as if both had half of that. Across a contact nothing passes at distances from its rim below its
 resistance times the conductivity, and as if it were perfect far beyond these: the smaller exponent of the two counts,
-and 1/2 where a contact ends inside. Sources: Grisvard, Elliptic Problems in Nonsmooth
-Domains, section 4.4; Kellogg, Applicable Analysis 4, 1975.
+and 1/2 where a contact ends inside. A quadrant for which that distance is beneath what is resolved counts as void in
+the former: as near to the rim as any cell comes it carries less around it than the contact passes. Sources: Grisvard,
+Elliptic Problems in Nonsmooth Domains, section 4.4; Kellogg, Applicable Analysis 4, 1975.
 """
 
 from __future__ import annotations
@@ -30,6 +31,7 @@ from scenes.model import Boundary, Box, Scene, Value, bends
 REGULAR = 0.95  # edges of this exponent or more are left to the degree, but for contradictions up to the next one
 RESONANT = 1.05
 ANGULAR = 8  # degree of the angular problem's elements, whose exponents are then exact to about 1e-8
+RESOLVED = 1e-3  # of the smallest extent: beneath, the rim of a contact is not looked at
 PASSES = 0.05  # Biot number of a film, with its box's extent across the edge, from which on it contradicts
 
 Numbers = tuple[float, float, float, float]
@@ -53,7 +55,9 @@ def edges(scene: Scene) -> list[dict[float, float]]:
     cuts = [_cuts(grid, table) for table in resistances(scene)] if scene.contacts else [_none(grid), _none(grid)]
     _collect(grid, k, held, found, _passing(grid, scene))
     if any(faces.any() for faces in cuts[THERMAL]):
-        _collect(grid, k, held, found, _passing(grid, scene), cuts[THERMAL])
+        largest = max(c.thermal_resistance for c in scene.contacts)
+        fine = RESOLVED * min(float(np.diff(b).min()) for b in grid.breaks)
+        _collect(grid, np.where(k * largest > fine, k, 0.0), held, found, _passing(grid, scene), cuts[THERMAL])
     if live.any():
         sigma = np.where(live, electric[:, grid.owner], 0.0)
         _collect(grid, sigma, _held(grid, scene, "voltage"), found)

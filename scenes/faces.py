@@ -21,16 +21,16 @@ def flux(boundary: Any, temperature: np.ndarray) -> np.ndarray:
     t, ambient = np.maximum(temperature, COLDEST), float(boundary.ambient)
     if boundary.kind == "radiation":
         # Straight on below the coldest temperature, so that the flux keeps to its slope.
-        left: np.ndarray = boundary.value * SIGMA * (t**4 - ambient**4)
-        return left + coefficient(boundary, t) * (temperature - t)
+        emitted: np.ndarray = boundary.value * SIGMA * (t**4 - ambient**4)
+        return emitted + coefficient(boundary, t) * (temperature - t)
     return np.asarray(boundary.value(t) * (temperature - ambient))
 
 
 def coefficient(boundary: Any, temperature: np.ndarray) -> np.ndarray:
     """The part of the flux's derivative that is above zero, in W/(m2 K): 4 eps sigma T^3, or h(T)."""
     t = np.maximum(temperature, COLDEST)
-    found: np.ndarray = 4 * boundary.value * SIGMA * t**3 if boundary.kind == "radiation" else boundary.value(t)
-    return found
+    slope: np.ndarray = 4 * boundary.value * SIGMA * t**3 if boundary.kind == "radiation" else boundary.value(t)
+    return slope
 
 
 def beyond(boundary: Any, temperature: np.ndarray) -> np.ndarray | None:

@@ -84,7 +84,7 @@ def skipped_together(kind: str, skipped: Mapping[str, str]) -> list[Step]:
     return lines
 
 
-def noted(plan: Iterable[Step], found: Iterable[Step]) -> tuple[Step, ...]:
+def noted(plan: Iterable[Step], changed: Iterable[Step]) -> tuple[Step, ...]:
     """A plan as it was carried out: with the lines that a run found otherwise, by their names."""
-    instead = {line.step: line for line in found}
+    instead = {line.step: line for line in changed}
     return tuple(instead.get(line.step, line) for line in plan)

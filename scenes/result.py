@@ -32,11 +32,11 @@ class Traces:
     def sure(self, times: np.ndarray) -> np.ndarray:
         """(n,): at which of some ``times`` (n,), in s, the errors hold. Between two jumps that are close to one
         another they do so from half way on at the latest."""
-        found = times >= self.since * (1 - 1e-9)
+        mask = times >= self.since * (1 - 1e-9)
         for jump, following in pairwise([*self.jumps, float(self.time[-1])]):
             until = jump + min(self.since, (following - jump) / 2) * (1 - 1e-9)
-            found &= ~((times >= jump) & (times < until))
-        return found
+            mask &= ~((times >= jump) & (times < until))
+        return mask
 
 
 @dataclass(frozen=True)

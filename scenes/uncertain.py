@@ -36,11 +36,11 @@ class Uncertain:
         import numpy as np
 
         keys, u = list(self.relative), np.array(list(self.relative.values()))
-        found = np.eye(len(keys))
+        correlation = np.eye(len(keys))
         for (a, b), r in self.correlations.items():
             i, j = keys.index(a), keys.index(b)
-            found[i, j] = found[j, i] = r
-        covariance: np.ndarray = found * np.outer(u, u)
+            correlation[i, j] = correlation[j, i] = r
+        covariance: np.ndarray = correlation * np.outer(u, u)
         return covariance
 
 
@@ -73,14 +73,14 @@ def read(scene: object, given: Sequence[str], correlated: Sequence[str] = ()) ->
             raise SceneError(f"--correlated {quoted(text)}: {missing} is not uncertain: give it with --uncertain, too")
         first, second = sorted(keys, key=list(relative).index)
         correlations[first, second] = r
-    found = Uncertain(relative, correlations, (*given, *correlated))
+    uncertain = Uncertain(relative, correlations, (*given, *correlated))
     if correlations:
         import numpy as np
 
-        own = found.covariance() / np.outer(list(relative.values()), list(relative.values()))
-        if np.linalg.eigvalsh(own).min() < -1e-9:
+        correlation = uncertain.covariance() / np.outer(list(relative.values()), list(relative.values()))
+        if np.linalg.eigvalsh(correlation).min() < -1e-9:
             raise SceneError("--correlated: these correlations contradict each other: no inputs can have all of them")
-    return found
+    return uncertain
 
 
 def path_of(scene: object, key: str, known: Mapping[str, float], option: str) -> str:
@@ -109,18 +109,18 @@ def _relative(scene: object, path: str, text: str, value: float) -> float:
         raise SceneError(f"--uncertain {path}={printable(text)}: {quoted(text)} {error}: {_FORM}") from None
     powers = kind.dimension.powers
     if text.endswith("%"):
-        found = number
+        relative = number
     elif unit is not None and unit.powers == powers:
         # Of a temperature in degrees Celsius it is a difference.
-        found = (number - 273.15 if unit.celsius else number) / abs(value)
+        relative = (number - 273.15 if unit.celsius else number) / abs(value)
     else:
         raise SceneError(f"--uncertain {path}={printable(text)} is neither in percent nor in the key's unit: {_FORM}")
-    if not 0 < found <= 1:
+    if not 0 < relative <= 1:
         raise SceneError(
             f"--uncertain {path}={printable(text)} is no standard uncertainty of {kind.show(value)}: give more than "
             "nothing, and at most all of it"
         )
-    return found
+    return relative
 
 
 def _number(text: str) -> float | None:

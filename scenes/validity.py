@@ -119,11 +119,6 @@ def _check_sizes(sink: Sink) -> None:
 def _check_gas(sink: Sink) -> None:
     if not sink.gap_gas_conductivity:
         return
-    if sink.contact_resistance is not None and sink.substrate_thickness is not None:
-        raise SceneError(
-            "anchor.contact_resistance beside environment.gap_gas_conductivity is not solved on a substrate yet: leave "
-            "out one of them, or substrate.thickness"
-        )
     if sink.spans > 1:
         raise SceneError(
             f"sink.spans = {sink.spans} makes a row, and no gas is solved under a row: give sink.spans = 1, or leave "

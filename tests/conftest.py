@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import signal
+import sys
 
 from validate.processes import one_thread
 
@@ -122,11 +124,16 @@ def plan_of_stand_in(sink: Sink, request: Request) -> tuple[Step, ...]:
     return (Step("stand-in", "done", "a fin in place of the 3D model"),)
 
 
-def pytest_configure() -> None:
+def pytest_configure(config: pytest.Config) -> None:
     """Ctrl-C reaches the commands that tests start, also where a shell runs the suite in the background, with it
-    ignored."""
+    ignored. And where Python is told to write no bytecode it goes to pytest's cache: else every process of the suite,
+    and every command that a test starts, compiles all modules again."""
     if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+    if sys.dont_write_bytecode:
+        sys.dont_write_bytecode, sys.pycache_prefix = False, str(config.rootpath / ".pytest_cache" / "bytecode")
+        os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+        os.environ["PYTHONPYCACHEPREFIX"] = sys.pycache_prefix
 
 
 @pytest.fixture(scope="session")

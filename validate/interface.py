@@ -293,12 +293,23 @@ def device(
 
     ``scene`` is what ``scenes.load`` returns, or takes; ``accuracy`` (in 3D where that is asked for) and
     ``overrides`` change it. ``options`` are ``in_3d``, ``scheme`` ("accurate" or "paper"), ``about`` (the figures it
-    is about), ``meter``, ``largest_voltage``, ``largest_power``, and as of `run` ``sensitivities`` and ``uncertain``.
+    is about), ``meter``, ``largest_voltage``, ``largest_power``, and as of `run` ``sensitivities``, ``left_out`` and
+    ``uncertain``.
     Only into the folder ``out`` is anything written. Raises SceneError for bad input, ArithmeticError where the
     numerics fail.
     """
     loaded = _scene(scene, Device, overrides, {f"run.accuracy{'_3d' * bool(options.get('in_3d'))}": accuracy})
-    known = ("in_3d", "sensitivities", "uncertain", "scheme", "about", "meter", "largest_voltage", "largest_power")
+    known = (
+        "in_3d",
+        "left_out",
+        "sensitivities",
+        "uncertain",
+        "scheme",
+        "about",
+        "meter",
+        "largest_voltage",
+        "largest_power",
+    )
     for name in options:
         if name not in known:
             raise SceneError(f"device takes no {quoted(name)}: give {', '.join(known)}{did_you_mean(name, known)}")

@@ -54,19 +54,19 @@ def _compact(scene: AnyScene, states: int | None, accuracy: float, say: Callable
         # Currents alone follow the voltages at once: their steady state is all.
         largest = {c.name: c.largest for c in channels(scene)}
         scene = replace(driven(scene, largest), steady=True, output_times=())
-    found = channels(scene)
-    truths = {name: _truth(other, found, accuracy, say) for name, other in scenarios(scene, found).items()}
+    inputs = channels(scene)
+    truths = {name: _truth(other, inputs, accuracy, say) for name, other in scenarios(scene, inputs).items()}
     reached = np.inf
     for turn in range(TURNS):
         say(f"compact model: mesh {turn + 1}")
         heat, conductor, part = problem(
-            scene, found, MESH * FINER**turn * accuracy, rise_of(scene, truths[OWN]), truths[OWN].scales
+            scene, inputs, MESH * FINER**turn * accuracy, rise_of(scene, truths[OWN]), truths[OWN].scales
         )
-        structure, rich = _rich(scene, found, heat, conductor, part, accuracy)
-        judge = Judge(scene, found, truths, structure, rich)
+        structure, rich = _rich(scene, inputs, heat, conductor, part, accuracy)
+        judge = Judge(scene, inputs, truths, structure, rich)
         if structure.places:
             structure = replace(structure, places=judge.places())
-            judge = Judge(scene, found, truths, structure, rich)
+            judge = Judge(scene, inputs, truths, structure, rich)
         reached = judge.worst(rich.states)
         if reached <= accuracy or isinstance(scene, MeshScene):
             break
@@ -101,47 +101,47 @@ def check(scene: AnyScene) -> None:
             )
 
 
-def _truth(scene: AnyScene, found: tuple[Channel, ...], accuracy: float, say: Callable[[str], None]) -> Truth:
+def _truth(scene: AnyScene, known: tuple[Channel, ...], accuracy: float, say: Callable[[str], None]) -> Truth:
     say("compact model: a run of the full model")
-    there = replace(scene, accuracy=max(TRUTH * accuracy, 1e-6))
-    inputs = {c.name: c.own for c in channels_of(there, found)}
+    finer = replace(scene, accuracy=max(TRUTH * accuracy, 1e-6))
+    inputs = {c.name: c.own for c in channels_of(finer, known)}
     if scene.steady:
-        return Truth(inputs, None, scene_run.solve(there))
-    settled = replace(there, steady=True, output_times=())
+        return Truth(inputs, None, scene_run.solve(finer))
+    settled = replace(finer, steady=True, output_times=())
     steady = None
     if not any(isinstance(v, Schedule) for v in inputs.values()):
         try:
             steady = scene_run.solve(settled)
         except (NumericsError, SceneError):
             steady = None  # there may be none, and over time there is no need for one
-    return Truth(inputs, scene_run.solve(there), steady)
+    return Truth(inputs, scene_run.solve(finer), steady)
 
 
-def channels_of(scene: AnyScene, found: tuple[Channel, ...]) -> tuple[Channel, ...]:
+def channels_of(scene: AnyScene, inputs: tuple[Channel, ...]) -> tuple[Channel, ...]:
     """The channels with what another scene of the same structure gives them; a source that is off has none of its
     own."""
-    own = {c.name: c for c in channels(scene)}
-    return tuple(own.get(c.name, replace(c, own=0.0)) for c in found)
+    by_name = {c.name: c for c in channels(scene)}
+    return tuple(by_name.get(c.name, replace(c, own=0.0)) for c in inputs)
 
 
 def _rich(
-    scene: AnyScene, found: tuple[Channel, ...], heat: Any, conductor: Any, part: Any, accuracy: float
+    scene: AnyScene, inputs: tuple[Channel, ...], heat: Any, conductor: Any, part: Any, accuracy: float
 ) -> tuple[Structure, Reduced]:
     """What a model is made of, and its problem in more fields than are needed, those first that matter most."""
     if not physics.heat(scene):
         none = np.empty((heat.free, 0))
         cold = [conductor.solve(np.zeros(heat.size), v) for v in conductor.voltages if v.any()]
         alone = Base(heat, conductor, independent(conductor, cold), none, [])
-        return Structure(alone, part, found, True, {}), alone.project(none)
+        return Structure(alone, part, inputs, True, {}), alone.project(none)
     slow = fields.slowest(heat)
     end = LONG * slow if scene.steady else scene.end_time
     earliest = slow if scene.steady else first_time(scene)
     base: Base = transient_base.of(heat, conductor, transient.shift(min(slow, end), earliest), end, accuracy)
-    steps = np.array([1.0, *(c.step for c in found)])
+    steps = np.array([1.0, *(c.step for c in inputs)])
     loads, jumps = [*fields.loads_of(base, steps), *base.loads], fields.jumps_of(heat, steps)
     times = None if scene.steady else (earliest, min(slow, end))
     reduced = base.project(fields.rational(heat, [*loads, *jumps], times, SPACE * accuracy))
-    structure = Structure(base, part, found, scene.steady, _guessed(heat, loads))
+    structure = Structure(base, part, inputs, scene.steady, _guessed(heat, loads))
     made = tensors(structure, reduced)
     states = _responses(reduced, loads, jumps, times)
     rows = made.matrices["Y"][:, len(steps) :] @ np.linalg.pinv(made.basis) @ reduced.basis
@@ -156,23 +156,23 @@ def _responses(
     rates, modes = np.linalg.eigh((reduced.stiffness + reduced.stiffness.T) / 2)
     rates = np.maximum(rates, 1e-12 * rates[-1])
 
-    def inner(of: list[np.ndarray]) -> np.ndarray:
-        kept = np.column_stack([v[:n] for v in of]) if of else np.empty((n, 0))
-        found: np.ndarray = modes.T @ (reduced.basis.T @ kept)
-        return found
+    def inner(vectors: list[np.ndarray]) -> np.ndarray:
+        kept = np.column_stack([v[:n] for v in vectors]) if vectors else np.empty((n, 0))
+        product: np.ndarray = modes.T @ (reduced.basis.T @ kept)
+        return product
 
     heating, decaying = inner(loads), inner(jumps)
-    found = [heating / rates[:, None]]
+    responses = [heating / rates[:, None]]
     for g in [] if times is None else np.geomspace(times[0] / fields.SOONER, max(times), 12):
-        found += [g * heating / (1 + g * rates)[:, None], decaying / (1 + g * rates)[:, None]]
-    return np.asarray(modes @ np.column_stack(found))
+        responses += [g * heating / (1 + g * rates)[:, None], decaying / (1 + g * rates)[:, None]]
+    return np.asarray(modes @ np.column_stack(responses))
 
 
 def _guessed(heat: Any, loads: list[np.ndarray]) -> dict[str, np.ndarray]:
     """For each probe of an extreme where it is in the steady response to each load."""
     rises = [heat.whole(heat.solve_steady(load[: heat.free])) for load in loads] + list(heat.lifts[1:])
-    found = {}
+    rows = {}
     for probe in heat.domain.scene.probes:
         if probe.quantity == "temperature" and reading(heat, probe).extreme is not None:
-            found[probe.name] = np.array([goal_row(heat, probe, u) for u in rises if u.any()][:MOST_PLACES])
-    return found
+            rows[probe.name] = np.array([goal_row(heat, probe, u) for u in rises if u.any()][:MOST_PLACES])
+    return rows

@@ -92,17 +92,17 @@ class Structure:
             coefficient.append(a)
             shape.append(mean / root)
             external.append(given)
-            own = modal.warm_load[e, e] / (a * power) - np.outer(mean, mean)
+            local = modal.warm_load[e, e] / (a * power) - np.outer(mean, mean)
             lifted = modal.cold_load[channels, e, e] / (a * power) - np.outer(given, mean)
-            covariance.append((own / self.copies, lifted / root))
+            covariance.append((local / self.copies, lifted / root))
         jump = root * modal.inertia[channels]
         film, allowed = [0, 1], DEPARTS * accuracy
         excited = _excited(rates, np.array(shape), jump)
-        for e, (own, lifted) in enumerate(covariance):
-            found = _departures(own, excited, np.array(shape[e]), allowed / (coefficient[e] * device.set_rise))
-            shape += list(found)
-            external += list(np.linalg.lstsq(found.T, lifted.T, rcond=None)[0]) if len(found) else []
-            film += [e] * len(found)
+        for e, (local, lifted) in enumerate(covariance):
+            departures = _departures(local, excited, np.array(shape[e]), allowed / (coefficient[e] * device.set_rise))
+            shape += list(departures)
+            external += list(np.linalg.lstsq(departures.T, lifted.T, rcond=None)[0]) if len(departures) else []
+            film += [e] * len(departures)
         rows = self.polymer
         per_rise, per_rate = (self.copies / root * (r[:, : heat.free] @ modal.basis) for r in rows)
         inlets = np.array(shape)
@@ -143,8 +143,8 @@ def _excited(rates: np.ndarray, shape: np.ndarray, jump: np.ndarray) -> np.ndarr
     gramian = (inputs.T @ inputs) / (rates[:, None] + rates)
     values, vectors = np.linalg.eigh(gramian)
     kept = values > 1e-14 * values[-1]
-    found: np.ndarray = vectors[:, kept] * np.sqrt(values[kept])
-    return found
+    root: np.ndarray = vectors[:, kept] * np.sqrt(values[kept])
+    return root
 
 
 def _departures(covariance: np.ndarray, excited: np.ndarray, mean: np.ndarray, least: float) -> np.ndarray:
@@ -153,8 +153,8 @@ def _departures(covariance: np.ndarray, excited: np.ndarray, mean: np.ndarray, l
     values, vectors = np.linalg.eigh(excited.T @ covariance @ excited)
     size = float(((mean @ excited) ** 2).sum())
     kept = values > least**2 * size
-    found: np.ndarray = (covariance @ excited @ vectors[:, kept] / np.sqrt(values[kept])).T
-    return found
+    departures: np.ndarray = (covariance @ excited @ vectors[:, kept] / np.sqrt(values[kept])).T
+    return departures
 
 
 @dataclass(frozen=True, eq=False)

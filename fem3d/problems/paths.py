@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.sparse import csc_array
 
 from fem3d.spaces.domain import Domain
 from fem3d.spaces.integrals import Cells, Faces
@@ -97,6 +98,11 @@ class Paths:
             for face in crossing.warmed:
                 load += face.load(part / len(crossing.warmed))
         return load
+
+    def mass_of(self, density: np.ndarray) -> csc_array:
+        """(functions, functions) of the temperature's: the integral of a density (rows, 1 or points) times u v, of
+        cells alone: nothing follows the temperature at a contact."""
+        return self._warmed.mass_of(self._parts(density)[0])
 
     def gradient(self, u: np.ndarray) -> np.ndarray:
         """(3, rows, points): the gradient of a function of the potential's, of contacts the jump."""

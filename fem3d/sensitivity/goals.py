@@ -59,8 +59,8 @@ class Goals:
         if boundary in heat.held_fields:
             return replace(self._none, heat=heat.field(heat.held_fields[boundary]))
         if facets is None:
-            own = next(b for b in self._domain.scene.boundaries if b.name == boundary)
-            facets = np.ones(len(self._domain.on(own)))
+            condition = next(b for b in self._domain.scene.boundaries if b.name == boundary)
+            facets = np.ones(len(self._domain.on(condition)))
         return replace(self._none, films={boundary: facets})
 
     def _probe(self, name: str) -> Goal:
@@ -78,8 +78,8 @@ class Goals:
     def _temperature(self, probe: Any) -> Goal:
         domain, rise = self._domain, self._linearized.rise
         if probe.reduce == "mean":
-            own = domain.mean(probe)
-            return replace(self._none, row=own, own=((1.0, lambda by: float(moved_mean(domain, probe, by, rise))),))
+            row = domain.mean(probe)
+            return replace(self._none, row=row, own=((1.0, lambda by: float(moved_mean(domain, probe, by, rise))),))
         place = reading(self._state.heat, probe).extreme.where(rise)  # type: ignore[union-attr]
         return replace(
             self._none,
@@ -97,7 +97,7 @@ class Goals:
             place = probes.extreme(domain, probe, meter.inside).where(phi)
             row = place.row(domain.space)
 
-        def own(by: Motion) -> float:
+        def follows(by: Motion) -> float:
             if place is None:
                 moved = float(moved_mean(domain, probe, by, phi, meter.inside))
             else:
@@ -107,27 +107,27 @@ class Goals:
         still = np.zeros(len(row), bool)
         for unit, _ in meter.still:
             still |= unit > 0
-        return replace(self._none, charges=np.where(still, 0.0, row), own=((1.0, own),))
+        return replace(self._none, charges=np.where(still, 0.0, row), own=((1.0, follows),))
 
     def _heat(self, probe: Any) -> Goal:
         domain, how = self._domain, reading(self._state.heat, probe)
         if how.gradient:
             conductivity, rise = domain.per_cell("thermal_conductivity"), self._linearized.rise
 
-            def own(by: Motion) -> float:
+            def follows(by: Motion) -> float:
                 changed = conductivity * _shrinks(domain, probe, by) + by.conductivity
                 return float(probes.gradient(domain, probe, probes.cell_by_cell(changed)) @ rise)
 
             return replace(
-                self._none, row=probes.gradient(domain, probe, probes.cell_by_cell(conductivity)), own=((1.0, own),)
+                self._none, row=probes.gradient(domain, probe, probes.cell_by_cell(conductivity)), own=((1.0, follows),)
             )
-        found, facets = self._none, domain.facets(probe)
+        goal, facets = self._none, domain.facets(probe)
         for boundary in domain.scene.boundaries:
             if boundary.kind != "voltage":
                 covered = np.isin(domain.on(boundary), facets)
                 if covered.any():
-                    found = found.plus(1.0, self._flow(boundary.name, covered.astype(float)))
-        return found
+                    goal = goal.plus(1.0, self._flow(boundary.name, covered.astype(float)))
+        return goal
 
     def _current(self, probe: Any) -> Goal:
         conductor, how, none = self._state.conductor, reading(self._state.heat, probe), self._none
@@ -146,7 +146,7 @@ class Goals:
             row += sign * faces.load(warm / rho**2 * faces.slope(phi))
             sides.append((faces, sign, cells, at, rho))
 
-        def own(by: Motion) -> float:
+        def follows(by: Motion) -> float:
             total, shrinks = 0.0, _shrinks(domain, probe, by)
             for faces, sign, cells, at, rho in sides:
                 grown = shrinks[cells]
@@ -154,7 +154,7 @@ class Goals:
                 total += sign * float(faces.flux(grown[:, None] / rho - resisted / rho**2) @ phi)
             return total
 
-        return replace(none, row=row, charges=charges, own=((1.0, own),))
+        return replace(none, row=row, charges=charges, own=((1.0, follows),))
 
 
 def _shrinks(domain: Any, probe: Any, by: Motion) -> np.ndarray:
@@ -162,8 +162,8 @@ def _shrinks(domain: Any, probe: Any, by: Motion) -> np.ndarray:
     probe."""
     if not by.moves:
         return np.zeros(by.stretch.shape[1])
-    found: np.ndarray = by.volume - 2 * by.stretch[domain.across(probe)]
-    return found
+    change: np.ndarray = by.volume - 2 * by.stretch[domain.across(probe)]
+    return change
 
 
 def moved_mean(domain: Any, probe: Any, by: Motion, fields: np.ndarray, inside: np.ndarray | None = None) -> np.ndarray:
@@ -181,8 +181,8 @@ def moved_mean(domain: Any, probe: Any, by: Motion, fields: np.ndarray, inside: 
     row = (rows[0] - rows[1]) / (2 * MOVED)
     if inside is not None:
         row = np.where(space.of(inside), row, 0.0)
-    found: np.ndarray = fields @ row
-    return found
+    change: np.ndarray = fields @ row
+    return change
 
 
 def _moved_place(domain: Any, probe: Any, place: Place, by: Motion, field: np.ndarray) -> float:
@@ -190,13 +190,13 @@ def _moved_place(domain: Any, probe: Any, place: Place, by: Motion, field: np.nd
     or lies in a plane of the mesh, which goes along."""
     if not by.moves:
         return 0.0
-    space, found = domain.space, 0.0
-    own = field[space.dofs[:, place.cell]]
+    space, change = domain.space, 0.0
+    local = field[space.dofs[:, place.cell]]
     for d in range(3):
         if probe.lower[d] < probe.upper[d]:
             continue
         i, x, ahead = space.ijk[d, place.cell], place.point[d], MOVED * np.eye(3)[d]
         speed = by.probes[probe.name][0][d] - (1 - x) * by.breaks[d][i] - x * by.breaks[d][i + 1]
-        above, below = (space.at((place.point + step)[:, None])[0] @ own for step in (ahead, -ahead))
-        found += float(speed * (above - below) / (2 * MOVED * space.h[d, place.cell]))
-    return found
+        above, below = (space.at((place.point + step)[:, None])[0] @ local for step in (ahead, -ahead))
+        change += float(speed * (above - below) / (2 * MOVED * space.h[d, place.cell]))
+    return change

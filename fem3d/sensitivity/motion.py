@@ -54,57 +54,57 @@ class Motion:
 
     def of_voltage(self, voltage: Value) -> float:
         """Of the voltage of electrodes that have this one."""
-        found = [change for value, change in self.electrodes if value == voltage]
-        return sum(found) / max(len(found), 1)
+        changes = [change for value, change in self.electrodes if value == voltage]
+        return sum(changes) / max(len(changes), 1)
 
     @property
     def volume(self) -> np.ndarray:
         """(cells,): of the logarithms of the cells' volumes."""
-        found: np.ndarray = self.stretch.sum(axis=0)
-        return found
+        volume: np.ndarray = self.stretch.sum(axis=0)
+        return volume
 
 
 def motion(domain: Any, part: Symmetry, other: Symmetry, step: float) -> Motion:
     """The motion of a domain between the part of a scene that is solved and that of another, whose key is larger by a
     relative ``step``. On a mesh file nothing moves. Raises SceneError where the one can't move into the other, as on
     tetrahedra of boxes."""
-    here, there = part.scene, other.scene
+    scene, changed = part.scene, other.scene
     _check_alike(part, other)
     space = domain.space
-    start = here.initial_temperature, there.initial_temperature
+    start = scene.initial_temperature, changed.initial_temperature
     rises, voltages = np.zeros(space.size), np.zeros(space.size)
     films, electrodes = {}, []
-    for a, b in zip(here.boundaries, there.boundaries, strict=True):
+    for a, b in zip(scene.boundaries, changed.boundaries, strict=True):
         if a.kind == "temperature":
-            own = domain.fixed[a.name]
-            rises[own] = space.unit[own] * (_number(b.value) - start[1] - _number(a.value) + start[0]) / step
+            indices = domain.fixed[a.name]
+            rises[indices] = space.unit[indices] * (_number(b.value) - start[1] - _number(a.value) + start[0]) / step
         elif a.kind == "voltage":
-            own, more = domain.fixed[a.name], (_number(b.value) - _number(a.value)) / step
-            voltages[own] = space.unit[own] * more
+            indices, more = domain.fixed[a.name], (_number(b.value) - _number(a.value)) / step
+            voltages[indices] = space.unit[indices] * more
             electrodes.append((_number(a.value), more))
         else:
             films[a.name] = _difference(_film(a, start[0]), _film(b, start[1]), step)
-    owner = list(zip(physics.materials(here), physics.materials(there), strict=True))
-    own = domain.body
+    owner = list(zip(physics.materials(scene), physics.materials(changed), strict=True))
+    indices = domain.body
 
     conductivity = [(q.thermal_conductivity - p.thermal_conductivity) / step for p, q in owner]
     laws = np.array([_difference(_law(p, start[0]), _law(q, start[1]), step) for p, q in owner])
-    laws = (laws * domain.stands_for[:, None])[own]
+    laws = (laws * domain.stands_for[:, None])[indices]
     breaks: tuple[np.ndarray, ...] = ()
-    stretch, probes = np.zeros((3, len(own))), dict[str, tuple[np.ndarray, np.ndarray]]()
+    stretch, probes = np.zeros((3, len(indices))), dict[str, tuple[np.ndarray, np.ndarray]]()
     if isinstance(domain, BoxCells):
         _check_stays(part, other)
-    elif isinstance(here, Scene) and isinstance(there, Scene):
-        breaks = speeds(domain, here, there, step)
+    elif isinstance(scene, Scene) and isinstance(changed, Scene):
+        breaks = speeds(domain, scene, changed, step)
         sides = (np.diff(v)[i] / h for v, i, h in zip(breaks, space.ijk, space.h, strict=True))
         stretch = np.array(list(sides))
         probes = {
             p.name: (np.subtract(q.lower, p.lower) / step, np.subtract(q.upper, p.upper) / step)
-            for p, q in zip(here.probes, there.probes, strict=True)
+            for p, q in zip(scene.probes, changed.probes, strict=True)
         }
     return Motion(
-        breaks, stretch, np.array(conductivity)[own], laws[:, 0], laws[:, 1], rises,
-        voltages, _sources(here, there, step), films, probes, tuple(electrodes),
+        breaks, stretch, np.array(conductivity)[indices], laws[:, 0], laws[:, 1], rises,
+        voltages, _sources(scene, changed, step), films, probes, tuple(electrodes),
     )  # fmt: skip
 
 
@@ -119,12 +119,12 @@ def moved(domain: Any, part: Symmetry, other: Symmetry, step: float) -> Domain:
         return box_cells(other.scene, domain.space.mesh)
     grid, by = domain.space.grid, speeds(domain, part.scene, other.scene, step)
     breaks = tuple(b + step * v for b, v in zip(grid.breaks, by, strict=True))
-    there = replace(grid, breaks=breaks, boxes=other.scene.boxes)
+    moved_grid = replace(grid, breaks=breaks, boxes=other.scene.boxes)
     if _voltages(part.scene) != _voltages(other.scene):
-        return boxes(other.scene, there)  # which cells carry current may change
+        return boxes(other.scene, moved_grid)  # which cells carry current may change
     owned = (b.heat_source for b in other.scene.boxes if b.heat_source)
     return replace(
-        domain, scene=other.scene, space=domain.space.moved(there),
+        domain, scene=other.scene, space=domain.space.moved(moved_grid),
         materials=tuple(b.material for b in other.scene.boxes),
         sources=tuple((value, cells) for value, (_, cells) in zip(owned, domain.sources, strict=True)),
     )  # fmt: skip
@@ -147,26 +147,26 @@ def _check_stays(part: Symmetry, other: Symmetry) -> None:
         raise SceneError('a part of the scene moves, which tetrahedra don\'t follow; run.mesh = "bricks" does')
 
 
-def speeds(domain: Any, here: Scene, there: Scene, step: float) -> tuple[np.ndarray, ...]:
+def speeds(domain: Any, scene: Scene, changed: Scene, step: float) -> tuple[np.ndarray, ...]:
     """(breakpoints,) per axis: how the planes of the mesh move from a scene to another, over the ``step`` between.
     Raises SceneError where planes of one place move apart."""
-    return tuple(np.interp(at, *_planes(here, there, d, step)) for d, at in enumerate(domain.space.grid.breaks))
+    return tuple(np.interp(at, *_planes(scene, changed, d, step)) for d, at in enumerate(domain.space.grid.breaks))
 
 
-def _sources(here: AnyScene, there: AnyScene, step: float) -> tuple[float, ...]:
+def _sources(scene: AnyScene, changed: AnyScene, step: float) -> tuple[float, ...]:
     """How the sources change that a domain has."""
-    pairs = zip(physics.heat_sources(here), physics.heat_sources(there), strict=True)
+    pairs = zip(physics.heat_sources(scene), physics.heat_sources(changed), strict=True)
     # A source of a mesh's group is one even where it is nothing; a box that is not heated has none.
-    every = here.heated[0] == "source"
+    every = scene.heated[0] == "source"
     return tuple((_number(q) - _number(p)) / step for (_, p), (_, q) in pairs if every or p)
 
 
-def _planes(here: Scene, there: Scene, axis: int, step: float) -> tuple[list[float], list[float]]:
+def _planes(scene: Scene, changed: Scene, axis: int, step: float) -> tuple[list[float], list[float]]:
     """Coordinates (m) of the planes of a scene across an axis, ascending, and how they move."""
-    found = sorted(_moving(here, there, axis, step))
-    low, high = found[0][0], found[-1][0]
-    at, by = [found[0][0]], [found[0][1]]
-    for coordinate, speed in found[1:]:
+    planes = sorted(_moving(scene, changed, axis, step))
+    low, high = planes[0][0], planes[-1][0]
+    at, by = [planes[0][0]], [planes[0][1]]
+    for coordinate, speed in planes[1:]:
         if coordinate - at[-1] > APART * (high - low):
             at.append(coordinate)
             by.append(speed)
@@ -178,13 +178,15 @@ def _planes(here: Scene, there: Scene, axis: int, step: float) -> tuple[list[flo
     return at, by
 
 
-def _moving(here: Scene, there: Scene, axis: int, step: float) -> Iterator[tuple[float, float]]:
+def _moving(scene: Scene, changed: Scene, axis: int, step: float) -> Iterator[tuple[float, float]]:
     """Every coordinate along an axis that is a plane of the mesh, and how it moves."""
-    extent = [c for box in here.boxes for c in (box.lower[axis], box.upper[axis])]
+    extent = [c for box in scene.boxes for c in (box.lower[axis], box.upper[axis])]
     low, high = min(extent), max(extent)
-    extended = [(p, q) for p, q in zip(here.probes, there.probes, strict=True) if p.lower != p.upper]
+    extended = [(p, q) for p, q in zip(scene.probes, changed.probes, strict=True) if p.lower != p.upper]
     both: list[tuple[Any, Any]] = [
-        *zip(here.boxes, there.boxes, strict=True), *zip(here.boundaries, there.boundaries, strict=True), *extended,
+        *zip(scene.boxes, changed.boxes, strict=True),
+        *zip(scene.boundaries, changed.boundaries, strict=True),
+        *extended,
     ]  # fmt: skip
     small = APART * (high - low)
     for a, b in both:

@@ -52,54 +52,54 @@ class Beside:
         patterns: Callable[[HeatProblem, Conductor], Sequence[Pattern]],
     ) -> None:
         self._heat, self._conductor, self._basis, self._patterns = heat, conductor, basis, patterns
-        found = patterns(heat, conductor) if conductor else []
-        self.own = Projected(heat, conductor, found, on_basis(heat, conductor, basis, found), self._mass(heat))
+        currents = patterns(heat, conductor) if conductor else []
+        self.own = Projected(heat, conductor, currents, on_basis(heat, conductor, basis, currents), self._mass(heat))
 
     def projected(self, domain: Domain, conductor: Conductor | None = None) -> Projected:
         """The problem of a domain that is this one's, moved; perhaps with the ``conductor`` of other functions on it
         (`Domain`)."""
-        own, heat = self.own, self._heat_of(domain)
-        mass = own.mass if heat.mass is own.heat.mass else self._mass(heat)
-        stiffness = own.reduced.stiffness if heat.stiffness is own.heat.stiffness else None
+        original, heat = self.own, self._heat_of(domain)
+        mass = original.mass if heat.mass is original.heat.mass else self._mass(heat)
+        stiffness = original.reduced.stiffness if heat.stiffness is original.heat.stiffness else None
         alike = self._conducts_alike(heat)
-        found = self._conductor_of(heat, own.conductor if alike else conductor or conductors.find(heat))
-        patterns = own.patterns if alike else self._patterns(heat, found) if found else []
-        reduced = on_basis(heat, found, self._basis, patterns, own.reduced if alike else None, stiffness)
-        return Projected(heat, found, patterns, reduced, mass)
+        moved_conductor = self._conductor_of(heat, original.conductor if alike else conductor or conductors.find(heat))
+        patterns = original.patterns if alike else self._patterns(heat, moved_conductor) if moved_conductor else []
+        reduced = on_basis(heat, moved_conductor, self._basis, patterns, original.reduced if alike else None, stiffness)
+        return Projected(heat, moved_conductor, patterns, reduced, mass)
 
     def _mass(self, heat: HeatProblem) -> np.ndarray:
-        found: np.ndarray = self._basis.T @ (heat.inner_mass @ self._basis)
-        return found
+        mass: np.ndarray = self._basis.T @ (heat.inner_mass @ self._basis)
+        return mass
 
     def _heat_of(self, domain: Domain) -> HeatProblem:
         near, n = self._heat, self._heat.free
         if isinstance(domain, Boxes):
-            found = assemble(domain, near.order, partial(self._matrices, domain))
+            heat = assemble(domain, near.order, partial(self._matrices, domain))
         else:
-            found = assemble(domain)
-            found = found if found.size == near.size else found.lower(self._level)
-        same_stiffness = found.stiffness is near.stiffness
-        if found.mass is near.mass:
-            found.kept.tell(inner_mass=near.inner_mass)
+            heat = assemble(domain)
+            heat = heat if heat.size == near.size else heat.lower(self._level)
+        same_stiffness = heat.stiffness is near.stiffness
+        if heat.mass is near.mass:
+            heat.kept.tell(inner_mass=near.inner_mass)
         if same_stiffness:
-            found.kept.tell(inner_stiffness=near.inner_stiffness)
-        same_factors = same_stiffness and found.anchored
-        solve = near.solve_steady if same_factors else _refined(found.steady_matrix, near.solve_steady)
-        found.kept.tell(solve_steady=solve)
-        if same_factors and np.array_equal(found.given, near.given):
-            found.kept.tell(lifts=near.lifts)
-        elif found.anchored:
+            heat.kept.tell(inner_stiffness=near.inner_stiffness)
+        same_factors = same_stiffness and heat.anchored
+        solve = near.solve_steady if same_factors else _refined(heat.steady_matrix, near.solve_steady)
+        heat.kept.tell(solve_steady=solve)
+        if same_factors and np.array_equal(heat.given, near.given):
+            heat.kept.tell(lifts=near.lifts)
+        elif heat.anchored:
             lifts = near.lifts.copy()
-            lifts[:, n:] = found.given
+            lifts[:, n:] = heat.given
             for lift in lifts:
                 for _ in range(ROUNDS if lift.any() else 0):
-                    lift[:n] -= near.solve_steady((found.stiffness @ lift)[:n])
-            found.kept.tell(lifts=lifts)
-        return found
+                    lift[:n] -= near.solve_steady((heat.stiffness @ lift)[:n])
+            heat.kept.tell(lifts=lifts)
+        return heat
 
     @property
     def _level(self) -> int:
-        return [int(own.sum()) for own in self._heat.domain.space.nested].index(self._heat.size)
+        return [int(mask.sum()) for mask in self._heat.domain.space.nested].index(self._heat.size)
 
     def _matrices(self, domain: Boxes, cooling: csc_array) -> list[csc_array]:
         """Stiffness, with what films (functions, functions) add to it, and mass."""
@@ -109,26 +109,28 @@ class Beside:
         both = [(d.per_cell("thermal_conductivity"), d.per_cell("heat_capacity")) for d in (near.domain, domain)]
         (k, c), (other_k, other_c) = both
         changes = space.changes(before, (k, other_k), (c, other_c))
-        found = []
+        matrices = []
         for matrix, change in zip((near.stiffness, near.mass), changes, strict=True):
-            own = change[pattern.data] if change.any() else change
-            if not own.any():
-                found.append(matrix)
+            entries = change[pattern.data] if change.any() else change
+            if not entries.any():
+                matrices.append(matrix)
             elif matrix.nnz == pattern.nnz and (matrix.indices == pattern.indices).all():
-                found.append(csc_array((matrix.data + own, matrix.indices, matrix.indptr), matrix.shape))
+                matrices.append(csc_array((matrix.data + entries, matrix.indices, matrix.indptr), matrix.shape))
             else:
-                found.append(csc_array(matrix + csc_array((own, pattern.indices, pattern.indptr), pattern.shape)))
+                matrices.append(
+                    csc_array(matrix + csc_array((entries, pattern.indices, pattern.indptr), pattern.shape))
+                )
         if cooling.nnz + self._cooling.nnz and (warmer := csc_array(cooling - self._cooling)).nnz:
-            found[0] = csc_array(found[0] + part(warmer, near.order))
-        return found
+            matrices[0] = csc_array(matrices[0] + part(warmer, near.order))
+        return matrices
 
     @cached_property
     def _pattern(self) -> csc_array:
         space: Any = self._heat.domain.space
-        found = part(space.pattern[0], self._heat.order)
-        for matrix in (found, self._heat.stiffness, self._heat.mass):
+        pattern = part(space.pattern[0], self._heat.order)
+        for matrix in (pattern, self._heat.stiffness, self._heat.mass):
             matrix.sort_indices()
-        return found
+        return pattern
 
     @cached_property
     def _cooling(self) -> csc_array:
@@ -140,26 +142,26 @@ class Beside:
 
     def _conducts_alike(self, heat: HeatProblem) -> bool:
         """Whether neither conductor nor what its currents meet changes."""
-        here, there, own = self._heat.domain, heat.domain, self._conductor
-        if own is None or own.influences or not np.array_equal(heat.lifts, self._heat.lifts):
+        near, other, conductor = self._heat.domain, heat.domain, self._conductor
+        if conductor is None or conductor.influences or not np.array_equal(heat.lifts, self._heat.lifts):
             return False
         if any(not np.array_equal(held, heat.held[name]) for name, held in self._heat.held.items()):
             return False
-        sides = [d.space.h[:, here.live] if isinstance(d, Boxes) else np.ones(1) for d in (here, there)]
-        both = [(_laws(d), [b.value for b in d.scene.boundaries if b.kind == "voltage"]) for d in (here, there)]
+        sides = [d.space.h[:, near.live] if isinstance(d, Boxes) else np.ones(1) for d in (near, other)]
+        both = [(_laws(d), [b.value for b in d.scene.boundaries if b.kind == "voltage"]) for d in (near, other)]
         return (
-            both[0] == both[1] and np.array_equal(here.live, there.live) and np.allclose(sides[0], sides[1], SAME, 0.0)
+            both[0] == both[1] and np.array_equal(near.live, other.live) and np.allclose(sides[0], sides[1], SAME, 0.0)
         )
 
-    def _conductor_of(self, heat: HeatProblem, found: Conductor | None) -> Conductor | None:
-        own = self._conductor
-        if found is None or own is None or len(found.cells) != len(own.cells):
-            return found and found.lower(self._level, heat)
-        found = replace(found, heat=heat, free=own.free, solved=own.solved)
-        alike = found.matrix is own.matrix
-        solve = own.solve_cold if alike else _refined(part(found.matrix, found.free), own.solve_cold)
-        found.kept.tell(solve_cold=solve, preconditioner=own.solve_cold)
-        return found
+    def _conductor_of(self, heat: HeatProblem, other: Conductor | None) -> Conductor | None:
+        near = self._conductor
+        if other is None or near is None or len(other.cells) != len(near.cells):
+            return other and other.lower(self._level, heat)
+        other = replace(other, heat=heat, free=near.free, solved=near.solved)
+        alike = other.matrix is near.matrix
+        solve = near.solve_cold if alike else _refined(part(other.matrix, other.free), near.solve_cold)
+        other.kept.tell(solve_cold=solve, preconditioner=near.solve_cold)
+        return other
 
 
 def _laws(domain: Domain) -> list[tuple[float, float] | None]:

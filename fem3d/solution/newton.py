@@ -136,9 +136,9 @@ class Newton:
             new = self.at(rise, drive, point.volts)
             if new is None:
                 continue
-            left = _largest(tangent.solve_steady(new.residual))
-            if left < (1 - factor / 4) * size or left < 1e-9 * _largest(rise):
-                self.off = left / size if left > 1e-9 * _largest(rise) else 0.0
+            remaining = _largest(tangent.solve_steady(new.residual))
+            if remaining < (1 - factor / 4) * size or remaining < 1e-9 * _largest(rise):
+                self.off = remaining / size if remaining > 1e-9 * _largest(rise) else 0.0
                 return new
         return None
 

@@ -56,13 +56,13 @@ class BrickSpace(Space):
 
     def moved(self, grid: Grid) -> BrickSpace:
         """The same functions on a grid whose planes are elsewhere."""
-        found, mesh = copy(self), copy(self.mesh)
+        space, mesh = copy(self), copy(self.mesh)
         at = [np.searchsorted(b, x) for b, x in zip(self.grid.breaks, self.mesh.p, strict=True)]
         vars(mesh).pop("_cached_mapping", None)
         mesh.doflocs = np.array([b[i] for b, i in zip(grid.breaks, at, strict=True)])
-        found.grid, found.mesh = grid, mesh
-        found.h = np.array([np.diff(b)[i] for b, i in zip(grid.breaks, self.ijk, strict=True)])
-        return found
+        space.grid, space.mesh = grid, mesh
+        space.h = np.array([np.diff(b)[i] for b, i in zip(grid.breaks, self.ijk, strict=True)])
+        return space
 
     @cached_property
     def depth(self) -> np.ndarray:
@@ -70,11 +70,11 @@ class BrickSpace(Space):
         the degrees of their intervals leave out, and more than any degree for vertices."""
         (axes, at), k = self.along, np.zeros((self.size, 3), int)
         k[self.dofs] = modes(self.p)[:, None]
-        for own, partners in self.beyond.values():
-            k[partners] = k[own]
-        own = np.array([d[i] for d, i in zip(self.grid.degrees, at.T, strict=True)]).T
-        slack = np.where(axes, own - k, self.p + 1).min(axis=1)
-        together = np.where(axes, own, 0).max(axis=1) - np.where(axes, k, 0).sum(axis=1)
+        for functions, partners in self.beyond.values():
+            k[partners] = k[functions]
+        degrees = np.array([d[i] for d, i in zip(self.grid.degrees, at.T, strict=True)]).T
+        slack = np.where(axes, degrees - k, self.p + 1).min(axis=1)
+        together = np.where(axes, degrees, 0).max(axis=1) - np.where(axes, k, 0).sum(axis=1)
         return np.where(axes.any(axis=1), np.minimum(slack, together), slack)
 
     @cached_property
@@ -83,11 +83,11 @@ class BrickSpace(Space):
 
     @cached_property
     def unit(self) -> np.ndarray:
-        found = np.zeros(self.size)
-        found[self.dofs[:8]] = 1.0
-        for own, partners in self.beyond.values():
-            found[partners] = found[own]
-        return found
+        unit = np.zeros(self.size)
+        unit[self.dofs[:8]] = 1.0
+        for functions, partners in self.beyond.values():
+            unit[partners] = unit[functions]
+        return unit
 
     @cached_property
     def along(self) -> tuple[np.ndarray, np.ndarray]:
@@ -95,8 +95,8 @@ class BrickSpace(Space):
         axes, at = np.zeros((self.size, 3), bool), np.zeros((self.size, 3), int)
         axes[self.dofs] = (modes(self.p) > 1)[:, None]
         at[self.dofs] = self.ijk.T[None]
-        for own, partners in self.beyond.values():
-            axes[partners], at[partners] = axes[own], at[own]
+        for functions, partners in self.beyond.values():
+            axes[partners], at[partners] = axes[functions], at[functions]
         return axes, at
 
     def spread(self, functions: np.ndarray, parts: np.ndarray) -> list[np.ndarray]:
@@ -126,13 +126,13 @@ class BrickSpace(Space):
         change = new - old
         places, count = before.pattern[1], before.pattern[0].nnz
         both = np.zeros(count), np.zeros(count)
-        for (degrees, of), place in zip(self._classes, places, strict=True):
+        for (degrees, cells), place in zip(self._classes, places, strict=True):
             entries = local(self.p, degrees).entries
-            for found, parts in zip(both, (slice(0, 3), slice(3, 4)), strict=True):
-                at = np.flatnonzero(change[parts][:, of].any(axis=0))
+            for sums, parts in zip(both, (slice(0, 3), slice(3, 4)), strict=True):
+                at = np.flatnonzero(change[parts][:, cells].any(axis=0))
                 if len(at):
-                    own = entries[parts].T @ change[parts][:, of[at]]
-                    found += np.bincount(place[:, at].ravel(), own.ravel(), count)
+                    added = entries[parts].T @ change[parts][:, cells[at]]
+                    sums += np.bincount(place[:, at].ravel(), added.ravel(), count)
         return both
 
     @cached_property
@@ -140,8 +140,8 @@ class BrickSpace(Space):
         """The pattern of the matrices, its entries numbered; and which of these (entries of a cell, cells) those of
         the cells add to, class by class."""
         at = [
-            (self.dofs[:, of][local(self.p, d).rows], self.dofs[:, of][local(self.p, d).columns])
-            for d, of in self._classes
+            (self.dofs[:, cells][local(self.p, d).rows], self.dofs[:, cells][local(self.p, d).columns])
+            for d, cells in self._classes
         ]
         keys = [columns.astype(np.int64) * self.size + rows for rows, columns in at]
         every, places = np.unique(np.concatenate([key.ravel() for key in keys]), return_inverse=True)
@@ -159,11 +159,14 @@ class BrickSpace(Space):
         chosen[cells] = True
         scale = self._scale(k, c)
         rows, columns, data = [], [], []
-        for degrees, of in self._classes:
-            here = of[chosen[of]]
-            one, at = local(self.p, degrees), self.dofs[:, here]
-            both = np.empty((len(one.rows), len(here)), complex)
-            both.real, both.imag = one.entries[:3].T @ scale[:3, here], np.outer(one.entries[3], scale[3, here])
+        for degrees, class_cells in self._classes:
+            chosen_cells = class_cells[chosen[class_cells]]
+            one, at = local(self.p, degrees), self.dofs[:, chosen_cells]
+            both = np.empty((len(one.rows), len(chosen_cells)), complex)
+            both.real, both.imag = (
+                one.entries[:3].T @ scale[:3, chosen_cells],
+                np.outer(one.entries[3], scale[3, chosen_cells]),
+            )
             rows.append(at[one.rows].ravel())
             columns.append(at[one.columns].ravel())
             data.append(both.ravel())
@@ -171,7 +174,7 @@ class BrickSpace(Space):
         return csc_array(coo_array(joined, shape=(self.size, self.size)))
 
     def alike(self, cells: np.ndarray) -> list[np.ndarray]:
-        return [own for _, of in self._classes if len(own := np.intersect1d(of, cells))]
+        return [shared for _, members in self._classes if len(shared := np.intersect1d(members, cells))]
 
     def varying(
         self, cells: np.ndarray, rule: Rule, inverse: np.ndarray, k: np.ndarray, drift: np.ndarray, ratio: float
@@ -180,7 +183,7 @@ class BrickSpace(Space):
         one = coefficient.reference(self.p, (x, y, z), degree)
         modes = [coefficient.coefficients(f * s, rule.points, degree) for f, s in ((k, inverse**2), (drift, inverse))]
         return tuple(  # type: ignore[return-value]
-            sum(c @ own for c, own in zip(each, table, strict=True)).reshape(-1, n, n)
+            sum(c @ terms for c, terms in zip(each, table, strict=True)).reshape(-1, n, n)
             for each, table in zip(modes, one, strict=True)
         )
 
@@ -204,12 +207,12 @@ class BrickSpace(Space):
         What is outside of the solid means nothing."""
         tables = [self._table(d, at, d == slope) for d, at in enumerate((x, y, z))]
         many = u.reshape(-1, self.size)
-        found = np.zeros((len(many), len(x), len(y), len(z)))
-        for v, into in zip(many, found, strict=True):
+        samples = np.zeros((len(many), len(x), len(y), len(z)))
+        for v, into in zip(many, samples, strict=True):
             whole = np.zeros([t.shape[1] for t in tables])
             whole[tuple(self._factors[0])] = v[self._factors[1]]
             into[...] = np.einsum("xi,yj,zk,ijk->xyz", *tables, whole, optimize=True)
-        return found.reshape(*u.shape[:-1], *found.shape[1:])
+        return samples.reshape(*u.shape[:-1], *samples.shape[1:])
 
     def ceiling(self, u: np.ndarray) -> float:
         """What fields (..., functions) exceed nowhere: the corners' functions of a cell add up to one, and each other
@@ -221,7 +224,7 @@ class BrickSpace(Space):
     def mean(self, lower: Point, upper: Point) -> np.ndarray:
         """(functions,): what each adds to the mean over a point, a line, a flat box or a box inside the solid, the
         last three with corners on breakpoints."""
-        found = np.ones(self.size)
+        mean = np.ones(self.size)
         for d in range(3):
             breaks = self.grid.breaks[d]
             i, j = self.grid.span(d, lower[d], upper[d])
@@ -233,8 +236,8 @@ class BrickSpace(Space):
                 for n in range(i, j):
                     row[n : n + 2] += h[n] * one[:2]
                     row[self._bubbles(d, n)] = h[n] * one[2:]
-            found *= row[self._factors[0][d]]
-        return found
+            mean *= row[self._factors[0][d]]
+        return mean
 
     @property
     def torn_planes(self) -> list[tuple[int, ...]]:
@@ -246,13 +249,13 @@ class BrickSpace(Space):
         """Per axis (breakpoints,) twice: which function of the coordinate the intervals below and above a breakpoint
         have there: the same but where functions of the space jump."""
         cells = self.ijk[:, self.mesh.f2t[:, self.torn]]
-        found = []
+        numbers = []
         for breaks, (first, second) in zip(self.grid.breaks, cells, strict=True):
             below, at = np.arange(len(breaks)), np.unique(np.maximum(first, second)[first != second])
             above = below.copy()
             above[at] = len(breaks) + np.arange(len(at))
-            found.append((below, above))
-        return found
+            numbers.append((below, above))
+        return numbers
 
     def _count(self, d: int) -> int:
         return self._bubbles(d, len(self.grid.degrees[d])).start
@@ -265,16 +268,16 @@ class BrickSpace(Space):
     def _factors(self) -> tuple[np.ndarray, np.ndarray]:
         """(3, n): which functions of one coordinate each is a product of, those of breakpoints first; and (n,): the
         function that each product is, or is on one side of a plane at which functions jump."""
-        k, found = modes(self.p), np.empty((3, *self.dofs.shape), int)
+        k, numbers = modes(self.p), np.empty((3, *self.dofs.shape), int)
         for d in range(3):
-            at, own, (below, above) = self.ijk[d], k[:, d, None], self._at_breaks[d]
-            bubble = self._bubbles(d, 0).start + at * (self.p - 1) + own - 2
-            found[d] = np.where(own == 0, above[at], np.where(own == 1, below[at + 1], bubble))
+            at, factor, (below, above) = self.ijk[d], k[:, d, None], self._at_breaks[d]
+            bubble = self._bubbles(d, 0).start + at * (self.p - 1) + factor - 2
+            numbers[d] = np.where(factor == 0, above[at], np.where(factor == 1, below[at + 1], bubble))
         if self.plain:
             each = np.empty((3, self.size), int)
-            each[:, self.dofs] = found
+            each[:, self.dofs] = numbers
             return each, np.arange(self.size)
-        flat = found.reshape(3, -1)
+        flat = numbers.reshape(3, -1)
         _, first = np.unique(np.ravel_multi_index(tuple(flat), [self._count(d) for d in range(3)]), return_index=True)
         return flat[:, first], self.dofs.ravel()[first]
 
@@ -284,17 +287,19 @@ class BrickSpace(Space):
         n = np.clip(np.searchsorted(breaks, at, side="right") - 1, 0, len(breaks) - 2)
         h = np.diff(breaks)[n]
         values = line(self.p, (at - breaks[n]) / h)[1 if slope else 0] / (h if slope else 1.0)
-        found = np.zeros((len(at), self._count(d)))
+        table = np.zeros((len(at), self._count(d)))
         rows, (below, above) = np.arange(len(at)), self._at_breaks[d]
-        found[rows, above[n]], found[rows, below[n + 1]] = values[0], values[1]
+        table[rows, above[n]], table[rows, below[n + 1]] = values[0], values[1]
         bubbles = self._bubbles(d, 0).start + n * (self.p - 1)
-        found[rows[:, None], bubbles[:, None] + np.arange(self.p - 1)] = values[2:].T
-        return found
+        table[rows[:, None], bubbles[:, None] + np.arange(self.p - 1)] = values[2:].T
+        return table
 
 
 def _values(p: int, X: np.ndarray, along: int | None = None) -> np.ndarray:
     """(points, functions): values at reference points (3, points), or slopes along an axis."""
-    lines = [line(p, x)[1 if d == along else 0][own] for d, (x, own) in enumerate(zip(X, modes(p).T, strict=True))]
+    lines = [
+        line(p, x)[1 if d == along else 0][chosen] for d, (x, chosen) in enumerate(zip(X, modes(p).T, strict=True))
+    ]
     return (lines[0] * lines[1] * lines[2]).T
 
 

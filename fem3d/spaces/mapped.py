@@ -76,11 +76,11 @@ class MappedSpace(Space):
     @cached_property
     def depth(self) -> np.ndarray:
         """(functions,): the highest degree less that of each; more than any degree for vertices."""
-        found = np.zeros(self.size, int)
-        found[self.numbering.nodal_dofs] = self.p + 1
+        depth = np.zeros(self.size, int)
+        depth[self.numbering.nodal_dofs] = self.p + 1
         if self._simplex:
-            found[self.numbering.edge_dofs[0]] = 1
-        return found
+            depth[self.numbering.edge_dofs[0]] = 1
+        return depth
 
     @cached_property
     def nested(self) -> tuple[np.ndarray, ...]:
@@ -93,8 +93,8 @@ class MappedSpace(Space):
     def spread(self, functions: np.ndarray, parts: np.ndarray) -> list[np.ndarray]:
         """What functions (n,) miss, in equal parts on the cells that they stand on: one array (cells,). Absolute values
         are added, as `BrickSpace.spread` says."""
-        own = np.bincount(functions, np.abs(parts), self.size) / np.bincount(self.dofs.ravel(), minlength=self.size)
-        return [own[self.dofs].sum(axis=0)]
+        shares = np.bincount(functions, np.abs(parts), self.size) / np.bincount(self.dofs.ravel(), minlength=self.size)
+        return [shares[self.dofs].sum(axis=0)]
 
     def matrices(self, k: np.ndarray, c: np.ndarray) -> tuple[csc_array, csc_array]:
         # Of one pattern, which one order of elimination suits.
@@ -107,24 +107,26 @@ class MappedSpace(Space):
         """The integrals of k grad u . grad v and, as the imaginary part, of c u v, over some cells, for k (of
         them,), or (3, of them) along the axes, and c (of them,)."""
         k = np.broadcast_to(k, (3, len(cells)))
-        own, n = self.rule(cells, 0), len(self.dofs)
+        quadrature, n = self.rule(cells, 0), len(self.dofs)
         blocks = np.empty((len(cells), n, n), complex)
-        weights, slopes = own.weights, own.slopes
+        weights, slopes = quadrature.weights, quadrature.slopes
         step = len(cells) if self._straight else AT_ONCE
         for some in (slice(i, i + step) for i in range(0, len(cells), max(step, 1))):
-            inverse, sizes = self.jacobian(cells[some], own.points[:, :1] if self._straight else own.points)
+            inverse, sizes = self.jacobian(
+                cells[some], quadrature.points[:, :1] if self._straight else quadrature.points
+            )
             if self._straight:
                 # Each is the reference one's, whose parts are weighted by the map's derivative.
                 metric = np.einsum("iac,jac,ac->cij", inverse[..., 0], inverse[..., 0], k[:, some] * sizes[:, 0])
                 parts = np.einsum("p,ipu,jpv->ijuv", weights, slopes, slopes).reshape(9, n * n)
                 blocks.real[some] = (metric.reshape(-1, 9) @ parts).reshape(-1, n, n)
-                one = own.values.T @ (weights[:, None] * own.values)
+                one = quadrature.values.T @ (weights[:, None] * quadrature.values)
                 blocks.imag[some] = (c[some] * sizes[:, 0])[:, None, None] * one
             else:
                 at = np.einsum("iacp,ipu->cpau", inverse, slopes).reshape(len(sizes), -1, n)
                 by = ((weights * sizes)[..., None] * k[:, some].T[:, None]).reshape(len(sizes), -1, 1)
                 blocks.real[some] = np.matmul(np.swapaxes(at, 1, 2), by * at)
-                mass = np.matmul(own.values.T, (weights * sizes)[..., None] * own.values)
+                mass = np.matmul(quadrature.values.T, (weights * sizes)[..., None] * quadrature.values)
                 blocks.imag[some] = c[some, None, None] * mass
         # To the last digit, so that entries that cancel are there on neither side of the diagonal or on both.
         blocks = (blocks + np.swapaxes(blocks, 1, 2)) / 2
@@ -186,10 +188,10 @@ def _values(simplex: bool, X: np.ndarray, along: int | None = None) -> np.ndarra
         others = (np.prod(corner[[*factors[:i], *factors[i + 1 :]]], axis=0) for i in range(len(factors)))
         return sum((slope[f] * other for f, other in zip(factors, others, strict=True)), np.zeros(X.shape[1]))
 
-    found = [product(a) for a in range(4)]
+    values = [product(a) for a in range(4)]
     for a, b in _EDGES.tolist():
-        found += [4 * product(a, b), product(a, b, b) - product(a, a, b)]
-    return np.array([*found, *(27 * product(*face) for face in _FACES.tolist())]).T
+        values += [4 * product(a, b), product(a, b, b) - product(a, a, b)]
+    return np.array([*values, *(27 * product(*face) for face in _FACES.tolist())]).T
 
 
 @lru_cache

@@ -69,7 +69,7 @@ def _refuse(mesh: GroupedMesh, path: str, group: str, kinds: tuple[str, ...]) ->
     if any(group in has[kind] for kind in kinds):
         return
     wanted = " or ".join(kinds)
-    if group in mesh.others or any(group in own for own in has.values()):
+    if group in mesh.others or any(group in groups for groups in has.values()):
         what = mesh.others.get(group) or ("a volume group" if group in mesh.volumes else "a surface group")
         raise SceneError(f"{path} = {quoted(group)} is {what}, not a {wanted} group: {_known(mesh, kinds)}")
     names = [name for kind in kinds for name in has[kind]]
@@ -196,23 +196,23 @@ def _conducts(placed: Placed, probe: GroupProbe, inside: np.ndarray) -> bool:
     mesh, group = placed.mesh, probe.group or ""
     if probe.quantity == "potential" and group in mesh.volumes:
         return bool(inside[mesh.volumes[group]].all())
-    found = len(mesh.borders(placed.facets(probe), inside))
-    return found == len(placed.facets(probe)) if probe.quantity == "potential" else found > 0
+    covered = len(mesh.borders(placed.facets(probe), inside))
+    return covered == len(placed.facets(probe)) if probe.quantity == "potential" else covered > 0
 
 
 def _refuse_mixed(placed: Placed, probe: GroupProbe) -> None:
     mesh = placed.mesh
-    own = placed.facets(probe)
-    left = ~mesh.exposed(own)
+    facets = placed.facets(probe)
+    uncovered = ~mesh.exposed(facets)
     for b in placed.covered(probe):
-        there = placed.acting(b)
-        if not np.isin(there, own).all():
+        acting = placed.acting(b)
+        if not np.isin(acting, facets).all():
             raise SceneError(
                 f"probe {quoted(probe.name)} covers boundary {quoted(b.name)} in part: give a surface group with all "
                 "of its faces or none"
             )
-        left &= ~np.isin(own, there)
-    if left.any() and placed.covered(probe):
+        uncovered &= ~np.isin(facets, acting)
+    if uncovered.any() and placed.covered(probe):
         raise SceneError(
             f"probe {quoted(probe.name)} lies partly inside the solid, where it counts along its normals, and partly "
             f"on boundary {quoted(placed.covered(probe)[0].name)}, where it counts into the solid: give one probe each"
@@ -243,7 +243,7 @@ def parts(placed: Placed) -> None:
 def _refuse_parts(placed: Placed, labels: np.ndarray, fine: set[int], why: tuple[str, str]) -> None:
     for part in range(1, int(labels.max(initial=0)) + 1):
         if part not in fine:
-            own = labels == part
-            names = [name for name, cells in placed.mesh.volumes.items() if own[cells].any()]
+            members = labels == part
+            names = [name for name, cells in placed.mesh.volumes.items() if members[cells].any()]
             said = why[0].split("|")[0]
-            raise SceneError(f"a part of {int(own.sum())} cells of group {listed(names)} {said}: {why[1]}")
+            raise SceneError(f"a part of {int(members.sum())} cells of group {listed(names)} {said}: {why[1]}")

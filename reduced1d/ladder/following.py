@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,12 +18,14 @@ import scipy.linalg
 from reduced1d.ladder.layer import Both, Layer
 from reduced1d.radau import radau
 from scenes.errors import RunawayError
+from scenes.laws import Law
 from scenes.sink import Drive
 
 HOTTEST = 1e5
 """K, beyond any solid: a state that hot counts as none."""
 MOST_STEPS, HALVINGS = 40, 4
 SETTLED = 1e-11  # of the rise: the change that ends Newton's method
+SETTLED_STEP = 1e-9  # the same of a step in time, far below what steps twice as long change
 SLOW = 0.2  # of a change, above which the next one asks for a tangent of its own
 SHORTEST = 1e-4  # step of the drive, relative, at which its largest value counts as found
 
@@ -126,7 +129,7 @@ class Following:
             alone = Following(self.layer, (replace(part, of=None),), 1)
             return alone.flows(part.amplitudes(states))[0][..., 0]
         rise = part.rise(states)
-        found: np.ndarray = (part.above * self.layer.down(rise)[0] + self._up(part, rise)[0]).sum(axis=-1)
+        found: np.ndarray = (self._down(part, rise)[0] + self._up(part, rise)[0]).sum(axis=-1)
         return found
 
     def allowed(self, states: np.ndarray) -> bool:
@@ -144,8 +147,8 @@ class Following:
         found = []
         for part in self.parts:
             rise, amplitudes = part.rise(states), part.amplitudes(states)
-            k = part.area * self.layer.along(rise, part.along)[0]
-            outflow = (part.above * self.layer.down(rise)[0] + self._up(part, rise)[0]) @ part.values
+            k = part.area * self.layer.conducts(rise, part.along)
+            outflow = (self._down(part, rise)[0] + self._up(part, rise)[0]) @ part.values
             for slopes in part.slopes:
                 outflow = outflow + (k * (slopes @ amplitudes.T).T) @ slopes
             heat = part.heat * self.layer.resistivity(rise)[0]
@@ -163,20 +166,34 @@ class Following:
         """What a part has of the derivatives."""
         layer, rise, values = self.layer, part.rise(state), part.values
         k, k_slope = (part.area * each for each in layer.along(rise, part.along))
-        outflow = _product(values, part.above * layer.down(rise)[1] + self._up(part, rise)[1], values)
+        outflow = _product(values, self._down(part, rise)[1] + self._up(part, rise)[1], values)
         for slopes in part.slopes:
             outflow = outflow + _product(slopes, k, slopes)
             outflow = outflow + _product(slopes, k_slope * (slopes @ part.amplitudes(state)), values)
         heat = part.heat * layer.resistivity(rise)[1]
         return part.both(outflow), part.both(_product(values, heat, values)), part.seen(heat @ values)
 
+    def _down(self, part: Points, rise: np.ndarray) -> Both:
+        """What goes through the oxide, in W."""
+        found = np.zeros_like(rise), np.zeros_like(rise)
+        on = part.above > 0
+        for whole, each in zip(found, self.layer.down(rise[..., on]), strict=True):
+            whole[..., on] = part.above[on] * each
+        return found
+
     def _up(self, part: Points, rise: np.ndarray) -> Both:
         """What goes to air and gas, and is radiated, in W."""
+        sink = self.layer.sink
+        if not (sink.convection_coefficient or sink.emissivity or self.layer.gas):
+            return np.zeros_like(rise), np.zeros_like(rise)
         (up, slope), (off, off_slope), gas = self.layer.up(rise), self.layer.radiates(rise), part.gap * self.layer.gas
         return part.area * up + part.bare * off + gas * rise, part.area * slope + part.bare * off_slope + gas
 
     def held(self, states: np.ndarray, rates: np.ndarray) -> np.ndarray:
         """C at states (..., n) times some rates (..., n)."""
+        if self._fixed_capacity is not None:
+            fixed: np.ndarray = rates @ self._fixed_capacity
+            return fixed
         found = np.zeros_like(states)
         for part in self.parts:
             holds = self.layer.holds(part.rise(states), part.silicon, part.oxide)[0]
@@ -185,6 +202,18 @@ class Following:
 
     def capacity(self, state: np.ndarray, rates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """C (n, n) in J/K at a state, and the derivative by the states of C applied to some ``rates`` (n,)."""
+        if self._fixed_capacity is not None:
+            return self._fixed_capacity, np.zeros_like(self._fixed_capacity)
+        return self._capacity(state, rates)
+
+    @cached_property
+    def _fixed_capacity(self) -> np.ndarray | None:
+        """C where no specific heat has a law."""
+        sink, cold = self.layer.sink, np.zeros(self.states)
+        has = any(isinstance(m.specific_heat, Law) for m in (sink.silicon, sink.oxide))
+        return None if has else self._capacity(cold, cold)[0]
+
+    def _capacity(self, state: np.ndarray, rates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         whole, slope = np.zeros((self.states, self.states)), np.zeros((self.states, self.states))
         for part in self.parts:
             holds, change = self.layer.holds(part.rise(state), part.silicon, part.oxide)
@@ -329,7 +358,7 @@ def step(model: Following, drive: Drive, state: np.ndarray, length: float, point
         step = scipy.linalg.lu_solve(factors, residual.ravel(), check_finite=False).reshape(points, n)
         rates, moved = rates + step, float(np.abs(matrix @ step).max())
         values = state + matrix @ rates
-        if moved <= SETTLED * np.abs(values).max():
+        if moved <= SETTLED_STEP * np.abs(values).max():
             return np.column_stack([state, values.T])
         if not moved < SLOW * before:
             factors = None

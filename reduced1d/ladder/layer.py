@@ -48,9 +48,19 @@ class Layer:
     def along(self, rise: np.ndarray, oxide: np.ndarray) -> Both:
         """What conducts along the layer (W/K), above ``oxide`` where that is 1 and not where it is 0."""
         sink, share = self.sink, oxide * self.sink.oxide_thickness * self.stored
-        k, k_slope = self._valued(sink.silicon.thermal_conductivity, rise)
-        lower, slope = self._valued(sink.oxide.thermal_conductivity, rise / 2)
-        return sink.thickness * k + share * lower, sink.thickness * k_slope + share * slope / 2
+        _, k_slope = self._valued(sink.silicon.thermal_conductivity, rise)
+        _, slope = self._valued(sink.oxide.thermal_conductivity, rise / 2)
+        return self.conducts(rise, oxide), sink.thickness * k_slope + share * slope / 2
+
+    def conducts(self, rise: np.ndarray, oxide: np.ndarray) -> np.ndarray:
+        """The value of `along` alone."""
+        sink, share = self.sink, oxide * self.sink.oxide_thickness * self.stored
+        k, lower = sink.silicon.thermal_conductivity, sink.oxide.thermal_conductivity
+        temperature = sink.room_temperature + rise
+        k = k(temperature) if isinstance(k, Law) else k
+        lower = lower(temperature - rise / 2) if isinstance(lower, Law) else lower
+        found: np.ndarray = sink.thickness * k + share * lower + 0.0 * rise
+        return found
 
     def down(self, rise: np.ndarray) -> Both:
         """The flux q (W/m2) through the oxide."""

@@ -125,11 +125,13 @@ class Layout:
         """Where something begins or ends along a line (m), its own ends first and last, in order."""
         joints = (t for j in (*self.joints, *self.wires) for t in (j.one, j.other))
         touches = [*joints, *(c.touch for c in (*self.conditions, *self.electrodes))]
-        own = self.lines[line]
-        axis = own.axis
-        probes = [x for p in self.scene.probes for x in (p.lower[axis], p.upper[axis]) if own.start < x < own.stop]
+        segment = self.lines[line]
+        axis = segment.axis
+        probes = [
+            x for p in self.scene.probes for x in (p.lower[axis], p.upper[axis]) if segment.start < x < segment.stop
+        ]
         covered = [x for t in touches if t.line == line and t.end is None for x in (t.start, t.stop)]
-        return sorted({own.start, own.stop, *covered, *probes})
+        return sorted({segment.start, segment.stop, *covered, *probes})
 
 
 def layout(scene: AnyScene) -> Layout:
@@ -163,13 +165,13 @@ def without(box: Cells, other: Cells, order: tuple[int, ...] = (0, 1, 2)) -> lis
     shared = overlap(box, other)
     if shared is None or any(low == high and a < b for (low, high), (a, b) in zip(shared, box, strict=True)):
         return [box]
-    found, rest = [], list(box)
+    pieces, rest = [], list(box)
     for axis in order:
         for part in pairwise((rest[axis][0], *shared[axis], rest[axis][1])):
             if part[0] < part[1] and part != shared[axis]:
-                found.append((*rest[:axis], part, *rest[axis + 1 :]))
+                pieces.append((*rest[:axis], part, *rest[axis + 1 :]))
         rest[axis] = shared[axis]
-    return [(x, y, z) for x, y, z in found]
+    return [(x, y, z) for x, y, z in pieces]
 
 
 class _Cutting:
@@ -225,7 +227,7 @@ class _Cutting:
 
     def _contacts(self) -> list[tuple[int, int, int, Cells]]:
         """The numbers of two parts that touch with a face, the axis across it, and the face."""
-        found = []
+        contacts = []
         low, high = (np.array([[p[d][side] for d in range(3)] for _, p in self.parts]) for side in (0, 1))
         for axis in range(3):
             others = [d for d in range(3) if d != axis]
@@ -235,8 +237,8 @@ class _Cutting:
             for i, j in np.argwhere(meets).tolist():
                 pairs = zip(self.parts[i][1], self.parts[j][1], strict=True)
                 x, y, z = ((max(a, c), min(b, d)) for (a, b), (c, d) in pairs)
-                found.append((i, j, axis, (x, y, z)))
-        return found
+                contacts.append((i, j, axis, (x, y, z)))
+        return contacts
 
     def _area(self, face: Cells, normal: int) -> float:
         one, other = (self._length(face, d) for d in range(3) if d != normal)
@@ -263,7 +265,7 @@ class _Cutting:
 
     def _as_neighbours(self, choices: list[list[int]]) -> list[int]:
         """One axis of those that each part may have: that of the neighbours it touches most of those that have one."""
-        while open_ := [i for i, own in enumerate(choices) if len(own) > 1]:
+        while open_ := [i for i, axes in enumerate(choices) if len(axes) > 1]:
             shares = {}
             for i in open_:
                 by_axis = dict.fromkeys(choices[i], 0.0)
@@ -274,7 +276,7 @@ class _Cutting:
                 shares[i] = by_axis
             i = max(open_, key=lambda i: max(shares[i].values()))
             choices[i] = [max(choices[i], key=lambda axis: shares[i][axis])]
-        return [own[0] for own in choices]
+        return [axes[0] for axes in choices]
 
     def _corner(self, part: Cells, side: int) -> Point:
         x, y, z = (float(self.grid.planes[d][part[d][side]]) for d in range(3))
@@ -282,13 +284,13 @@ class _Cutting:
 
     def _lines(self) -> tuple[Line, ...]:
         numbers = [n for n, _ in self.parts]
-        found = []
+        lines = []
         for i, (number, part) in enumerate(self.parts):
             box = self.scene.boxes[number]
             rank = f" {1 + numbers[:i].count(number)}" if numbers.count(number) > 1 else ""
             corners = self._corner(part, 0), self._corner(part, 1)
-            found.append(Line(f"{box.name}{rank}", box, self.axes[i], *corners))
-        return tuple(found)
+            lines.append(Line(f"{box.name}{rank}", box, self.axes[i], *corners))
+        return tuple(lines)
 
     def _touch(self, i: int, face: Cells, normal: int) -> Touch:
         axis, part = self.axes[i], self.parts[i][1]
@@ -298,7 +300,7 @@ class _Cutting:
         return Touch(i, lower, upper, normal, end, lower[axis], upper[axis], self._area(face, normal), half)
 
     def _joints(self, contacts: list[tuple[int, int, int, Cells]], cuts: list[Cells]) -> tuple[Joint, ...]:
-        found = []
+        joints = []
         for i, j, axis, face in contacts:
             rest = [face]
             for cut in cuts:
@@ -307,36 +309,36 @@ class _Cutting:
                 one, other = self._touch(i, part, axis), self._touch(j, part, axis)
                 ends = (one.end is None) + (other.end is None)
                 kind = "ends" if not ends else "along" if ends == 2 and self.axes[i] == self.axes[j] else "means"
-                found.append(Joint(one, other, kind))
-        return tuple(found)
+                joints.append(Joint(one, other, kind))
+        return tuple(joints)
 
     def _conditions(self, held: list[Cells]) -> tuple[Condition, ...]:
         """Temperatures on either side of where they are given, the first of several that overlap; fluxes and films
         where a face is bare and no temperature is given."""
-        found, taken = [], list[Cells]()
+        conditions, taken = [], list[Cells]()
         for number, (sheet, b) in enumerate(zip(self.sheets, self.scene.boundaries, strict=True)):
             if b.kind == "temperature":
-                found += self._acting(number, sheet, taken)
+                conditions += self._acting(number, sheet, taken)
                 taken.append(sheet)
             elif b.kind != "voltage":
-                found += self._acting(number, sheet, [*held, *(c[3] for c in self.contacts)])
-        return tuple(found)
+                conditions += self._acting(number, sheet, [*held, *(c[3] for c in self.contacts)])
+        return tuple(conditions)
 
     def _electrodes(self) -> tuple[Condition, ...]:
-        found, taken = [], list[Cells]()
+        electrodes, taken = [], list[Cells]()
         for number, (sheet, b) in enumerate(zip(self.sheets, self.scene.boundaries, strict=True)):
             if b.kind == "voltage":
-                found += [c for c in self._acting(number, sheet, taken) if self.conducts[c.touch.line]]
+                electrodes += [c for c in self._acting(number, sheet, taken) if self.conducts[c.touch.line]]
                 taken.append(sheet)
-        return tuple(found)
+        return tuple(electrodes)
 
     def _acting(self, number: int, sheet: Cells, but: list[Cells]) -> list[Condition]:
         normal = next(d for d in range(3) if sheet[d][0] == sheet[d][1])
-        found = []
+        conditions = []
         for i, (_, part) in enumerate(self.parts):
             shared = overlap(part, sheet)
             rest = [shared] if shared and sheet[normal][0] in part[normal] else []
             for other in but:
                 rest = [r for face in rest for r in without(face, other)]
-            found += [Condition(number, self._touch(i, face, normal)) for face in rest]
-        return found
+            conditions += [Condition(number, self._touch(i, face, normal)) for face in rest]
+        return conditions

@@ -125,9 +125,9 @@ class Grid:
         given, sides = self.owner if values is None else values, []
         for cell in (spans[axis][0] - 1, spans[axis][0]):
             ranges[axis] = np.array([cell])
-            there = 0 <= cell < given.shape[axis]
-            found = given[np.ix_(*ranges)] if there else np.full([len(r) for r in ranges], VOID)
-            sides.append(found.squeeze(axis))
+            inside = 0 <= cell < given.shape[axis]
+            owners = given[np.ix_(*ranges)] if inside else np.full([len(r) for r in ranges], VOID)
+            sides.append(owners.squeeze(axis))
         corners = [np.arange(r[0], r[-1] + 2) if len(r) else np.array([0]) for r in ranges]
         corners[axis] = ranges[axis]
         vertices = np.ravel_multi_index(np.ix_(*corners), [len(p) for p in self.planes]).squeeze(axis)
@@ -188,11 +188,11 @@ class Grid:
 
     def joined(self) -> dict[int, set[str]]:
         """The names of the electrodes that each label of `electrified` touches."""
-        labels, found = self.electrified()[0], dict[int, set[str]]()
+        labels, names = self.electrified()[0], dict[int, set[str]]()
         for b in self.scene.boundaries:
             for label in self.parts_at(labels, b) if b.kind == "voltage" else ():
-                found.setdefault(label, set()).add(b.name)
-        return found
+                names.setdefault(label, set()).add(b.name)
+        return names
 
     @cached_property
     def fixed(self) -> np.ndarray:
@@ -218,12 +218,12 @@ def grid_of(scene: Scene) -> Grid:
 
 def planes_of(scene: Scene, axis: int) -> list[float]:
     """Where cells end along an axis (m): at faces of boxes, conditions and extended probes."""
-    found = [c for b in scene.boxes for c in (b.lower[axis], b.upper[axis])]
-    low, high = min(found), max(found)
+    planes = [c for b in scene.boxes for c in (b.lower[axis], b.upper[axis])]
+    low, high = min(planes), max(planes)
     others = [(b.lower, b.upper) for b in scene.boundaries]
     others += [(p.lower, p.upper) for p in scene.probes if p.lower != p.upper]
-    found += [corner[axis] for pair in others for corner in pair if low < corner[axis] < high]
-    return distinct(found, ROUNDING * (high - low))
+    planes += [corner[axis] for pair in others for corner in pair if low < corner[axis] < high]
+    return distinct(planes, ROUNDING * (high - low))
 
 
 def distinct(coordinates: Sequence[float], small: float) -> list[float]:

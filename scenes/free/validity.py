@@ -146,9 +146,9 @@ def _contradicting(
     taken: list[tuple[Boundary, set[int]]] = []
     for boundary, sheet, acts in sheets:
         if boundary.kind == kind:
-            own = places(sheet, acts)
-            yield from ((other, boundary) for other, its in taken if other.value != boundary.value and own & its)
-            taken.append((boundary, own))
+            covered = places(sheet, acts)
+            yield from ((other, boundary) for other, its in taken if other.value != boundary.value and covered & its)
+            taken.append((boundary, covered))
 
 
 def _shown(value: Value, unit: str) -> str:
@@ -172,12 +172,12 @@ def _check_probe(grid: Grid, probe: Probe) -> None:
             _refuse_insulated(probe, "a power")
         return
     # A temperature or a potential is needed everywhere in the probe.
-    there, owners = grid.inside(probe.lower, probe.upper), grid.cells(probe.lower, probe.upper)
+    inside, owners = grid.inside(probe.lower, probe.upper), grid.cells(probe.lower, probe.upper)
     flat = grid.flat(probe.lower, probe.upper)
-    found = grid.solid[owners].any(axis=flat)
-    if not there or not found.all():
+    solid = grid.solid[owners].any(axis=flat)
+    if not inside or not solid.all():
         where = f"at {point(probe.lower)}" if len(flat) == 3 else "everywhere in its box"
-        some = "lies outside the solid" if not there or not found.any() else "reaches outside the solid"
+        some = "lies outside the solid" if not inside or not solid.any() else "reaches outside the solid"
         raise SceneError(f"probe {quoted(probe.name)} {some}: there has to be solid {where}")
     _check_side(grid, probe)
     if probe.quantity == "potential" and not grid.conducting[owners].any(axis=flat).all():
@@ -202,14 +202,14 @@ def _check_side(grid: Grid, probe: Probe) -> None:
             f"probe {quoted(probe.name)}.box = {quoted(probe.box)} is no box of the scene: give "
             f"{', '.join(map(quoted, names[:20]))}{did_you_mean(probe.box, names)}"
         )
-    own = np.array([*(name == probe.box for name in names), False])
+    mask = np.array([*(name == probe.box for name in names), False])
     owners = grid.cells(probe.lower, probe.upper)
-    if not own[owners].any(axis=grid.flat(probe.lower, probe.upper)).all():
+    if not mask[owners].any(axis=grid.flat(probe.lower, probe.upper)).all():
         raise SceneError(
             f"probe {quoted(probe.name)}.box = {quoted(probe.box)} isn't everywhere in the probe's box: give a place "
             "in it or on its faces"
         )
-    if probe.quantity == "potential" and not (own & grid.conducting).any():
+    if probe.quantity == "potential" and not (mask & grid.conducting).any():
         _refuse_insulated(probe, "the potential")
 
 

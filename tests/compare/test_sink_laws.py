@@ -6,7 +6,7 @@ import pytest
 
 from compare.made import made_checks
 from reduced1d import ladder
-from scenes.laws import PowerLaw
+from scenes.laws import PowerLaw, Table
 from scenes.plan import Request
 from scenes.sink import Sink
 from validate.run.pipeline import answer
@@ -45,3 +45,16 @@ def test_the_ladder_starts_anywhere():
     assert "constant conductivity" not in [rung.blame for rung in rungs(Levels(SINK.plain), "paper")]
     radiating = [rung.blame for rung in rungs(Levels(Sink(emissivity=0.7)), "paper")]
     assert radiating[-2:] == ["radiation", "rest (thin plate)"]
+
+
+def test_a_table_that_1d_gets_out_of_is_said():
+    table = Table((293.0, 350.0), (130.0, 100.0))
+    sink = replace(SINK, silicon=replace(SINK.silicon, thermal_conductivity=table))
+
+    def said(sink, reduction):
+        return answer(sink, Request(models=("reduced1d",), reduction=reduction, transient=False)).warnings
+
+    (left,) = (text for text in said(sink, "fin") if "is a table" in text)
+    assert "from 293 to 350 K, and 293 to 388 K are reached" in left
+    assert not said(sink, "paper")
+    assert not said(replace(sink, voltage=1.0), "fin")

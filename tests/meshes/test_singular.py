@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
+from meshes import singular
 from meshes.singular import edges, exponent
 from scenes.model import Boundary, Box, Material, Scene
+from scenes.sink import Sink
 
 
 @pytest.mark.parametrize(
@@ -103,3 +105,13 @@ def test_where_given_temperatures_differ_the_solution_jumps(side, expected):
     )
     exponents = edges(Scene("corner", (box,), boundaries, (), 300.0))
     assert [{at: round(s, 3) for at, s in found.items()} for found in exponents[:2]] == [expected, expected]
+
+
+def test_gas_around_the_rim_of_a_contact_is_void_where_nothing_resolves_what_it_carries(monkeypatch):
+    """A film of gas beside oxide under a contact: its quadrant carries a hundred-thousandth, and alone would tie
+    sides together with an exponent of a hundredth."""
+    scene = Sink(contact_resistance=2e-8, gap_gas_conductivity=0.026, substrate_thickness=0.5e-3).scene()
+    sharpest = min(s for axis in edges(scene) for s in axis.values())
+    assert sharpest > 0.3
+    monkeypatch.setattr(singular, "RESOLVED", 0.0)
+    assert min(s for axis in edges(scene) for s in axis.values()) < 0.05

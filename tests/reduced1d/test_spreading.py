@@ -1,6 +1,7 @@
 """The spreading resistance of a plate: its limits, and what a sink's 1D models make of it."""
 
 from dataclasses import replace
+from functools import cache
 
 import pytest
 
@@ -35,11 +36,16 @@ def test_two_sources_heat_each_other_alike():
     assert 0 < there < 0.1 * plate_resistance(plate, block, a, K)
 
 
+@cache
+def end_in_3d(sink):
+    return solve_3d(sink, Request(transient=False)).steady["end_rise_K"]
+
+
 @pytest.mark.parametrize("name", ["fin", "plate"])
 def test_models_on_the_plate_rise_by_what_3d_does(name):
     bare, on = Sink(accuracy=3e-4), replace(ON, accuracy=3e-4)
     rises = [ladder.solve(sink, name, steady_only=True).steady["end_rise_K"].value for sink in (bare, on)]
-    in_3d = [solve_3d(sink, Request(transient=False)).steady["end_rise_K"] for sink in (bare, on)]
+    in_3d = [end_in_3d(sink) for sink in (bare, on)]
     added = in_3d[1].value - in_3d[0].value
     # 1D overstates it: a resistance for each place under the oxide, where more heat flows near the beam, is the mean
     # of the flux's square, and the series is of an even flux, 7 % above that of an even temperature.

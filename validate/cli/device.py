@@ -4,6 +4,7 @@ controllers, and say what of Figures 9 to 14 comes out; with the limits of gains
 examples:
   validate device
   validate device --3d --accuracy 1e-4
+  validate device --left-out
   validate device --figure 11 --set control.sample_time=2ms
   validate device --scheme paper --figure 9
   validate device --3d --uncertain materials --uncertain pdms.thermal_conductivity=5%
@@ -29,6 +30,7 @@ OPTIONS = {
     **common.of_run("device", "control.sample_time=1ms",
                     "accuracy of the temperatures, relative to the set rise; with --3d that of the 3D model"),
     "--3d": "in 3D too, and how far 1D is off",
+    "--left-out": "what both models leave out, each solved in 3D, and all at once: the gas below and others",
     "--figure {9,10,11,12,13,14} ...": "this figure and its checks only, as often as needed",
     "--scheme {accurate,paper}": "the accurate scheme (default), or the paper's own and how far it is off",
     "--meter {PXI-4070,MAX1367}": "round the resistances to what a meter resolves",

@@ -1,4 +1,5 @@
-"""What both models leave out: the sink in 3D once without and once with each effect, at a magnitude with a source.
+"""What both models leave out: sink or device in 3D once without and once with each effect, at a magnitude with a
+source.
 
 A *change* is a quantity with the effect over that without, less one. Both steady states are solved more closely than
 the effects are small, to `CLOSE` or better. ``together`` has all at once: what it is off from their sum is how they
@@ -10,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from compare.verdict import relative, spread
 from fem3d.runs.sink import solve as solve_3d
@@ -20,11 +21,17 @@ from scenes.formats import percent, quantity
 from scenes.plan import Request
 from scenes.result import Estimate, Result
 from scenes.sink import OF_A_SINK, Sink
+from scenes.units import THERMAL_CONTACT
 from scenes.validity import check
 from validate.inputs.air import CONDUCTIVITY, conduction
 
+if TYPE_CHECKING:
+    from scenes.device import Device
+
 CLOSE = 1e-4
 """The accuracy of both solutions is this or better, as the smallest effects are half a percent."""
+ALL = 1e-3
+"""That with all of them: with the gas a tenth of the rise is left, so that the change is as close."""
 TOGETHER = "together"
 RANKED = "peak_rise_K"
 MOST_OF_IT = 0.5
@@ -48,6 +55,9 @@ class Effect:
     changed: Callable[[Sink], dict[str, Any]]
 
 
+CONTACT = 2e-8
+"""m2 K/W, of each face of an oxide."""
+EMISSIVITY = 0.7
 EXPONENT = -1.3
 """Exponent of silicon's conductivity as a power of the temperature, from 300 to 1400 K, right within a tenth."""
 
@@ -72,11 +82,23 @@ EFFECTS = {
         lambda sink: f"that of room temperature times (T/{sink.room_temperature:g} K)^{EXPONENT:g}",
         _falling,
     ),
+    "contact": Effect(
+        "the contacts of the oxide",
+        "of films of SiO2 on silicon: Lee and Cahill, J. Appl. Phys. 81, 2590 (1997)",
+        lambda sink: f"{THERMAL_CONTACT.show(CONTACT)} at both faces of the oxide",
+        lambda sink: {} if sink.contact_resistance is not None else {"contact_resistance": CONTACT},
+    ),
     "gap_gas": Effect(
         "the gas under it",
         "air at 300 K: Carroll et al., J. Chem. Eng. Data 13 (1968)",
         lambda sink: f"{CONDUCTIVITY:g} W/(m K) under beam and pads, {1e6 * sink.oxide_thickness:.3g} um high",
         lambda sink: {} if sink.gap_gas_conductivity else {"gap_gas_conductivity": CONDUCTIVITY},
+    ),
+    "radiation": Effect(
+        "radiation",
+        "silicon has 0.42 to 0.78 from 880 to 1550 K: Jain et al., J. Phys. D 4, 1207 (1971)",
+        lambda sink: f"emissivity {EMISSIVITY:g} of all bare faces of beam and pads",
+        lambda sink: {} if sink.emissivity else {"emissivity": EMISSIVITY},
     ),
     "substrate": Effect(
         "the substrate's own resistance",
@@ -92,8 +114,6 @@ EFFECTS = {
     ),
 }
 """By name, as summary.json has them."""
-UNSOLVED = "contacts and radiation"
-"""What both models leave out and isn't ranked: no magnitude with a source stands for it here."""
 IN_AIR = ("gap_gas", "air")
 """The effects that are absent in a vacuum."""
 
@@ -109,21 +129,19 @@ class Found:
     changes: dict[str, Estimate]
     share: float | None = None
 
-    @property
-    def size(self) -> float:
-        return abs(self.changes[RANKED].value) if self.changes else float("inf")
-
 
 @dataclass(frozen=True)
 class LeftOut:
     """By effect what it does, the largest first, all of them ``together``, and the ``sum`` of the changes of each
-    quantity; why others were not made (``skipped``); the ``sentence`` of what decides."""
+    quantity; why others were not made (``skipped``); the ``sentence`` of what decides; what quantities are
+    ``called``."""
 
     found: dict[str, Found]
     together: Found | None
     sum: dict[str, float]
     skipped: dict[str, str]
     sentence: str
+    called: dict[str, str]
 
     def document(self) -> dict[str, Any]:
         def one(each: Found) -> dict[str, Any]:
@@ -134,25 +152,67 @@ class LeftOut:
         return {name: one(each) for name, each in (self.found | whole).items()}
 
 
+@dataclass(frozen=True)
+class _Subject:
+    """What effects are asked of: a ``sink``, how another sink in its place is solved (``solve``), by quantity what that
+    is ``called``, which they are ``ranked`` by, and the ``effects``."""
+
+    sink: Sink
+    solve: Callable[[Sink], Result]
+    called: dict[str, str]
+    ranked: str
+    effects: dict[str, Effect]
+
+    def changes(self, bare: Result, with_it: Result) -> dict[str, Estimate]:
+        """By quantity the change from one result to another."""
+        changes = {}
+        for name in self.called:
+            inputs = {"predicted": with_it.steady[name], "measured": bare.steady[name]}
+            changes[name] = Estimate(relative(*(e.value for e in inputs.values())), spread(relative, inputs))
+        return changes
+
+
 def of_sink(sink: Sink, say: Callable[[str], None]) -> LeftOut:
     """What each effect changes of a sink. Raises RunawayError where there is no steady state without any of them."""
-    sink = replace(sink, accuracy=min(sink.accuracy, CLOSE))
+    called = {each.steady: each.called for each in OF_A_SINK.values()}
+    close = replace(sink, accuracy=min(sink.accuracy, CLOSE))
+    return _of(_Subject(close, lambda other: solve_3d(check(other), _STEADY), called, RANKED, EFFECTS), say)
+
+
+def of_device(device: Device, say: Callable[[str], None]) -> LeftOut:
+    """What each effect changes of a device, of which the polymer is above the sink, not the air. Raises SceneError for
+    what its 3D model doesn't take, ArithmeticError where the numerics fail."""
+    from fem3d.device.solve import model
+    from reduced1d.slopes import OF_DEVICE
+
+    def solve(sink: Sink) -> Result:
+        other = check(replace(device, sink=sink))
+        states = model(other, other.accuracy_3d)
+        steady, errors = states.steady(other), states.steady_errors(other)
+        return Result("fem3d", {name: Estimate(getattr(steady, name), errors[name]) for name in OF_DEVICE}, None, {})
+
+    effects = {name: effect for name, effect in EFFECTS.items() if name != "air"}
+    return _of(_Subject(device.sink, solve, dict(OF_DEVICE), "sink_power_W", effects), say)
+
+
+def _of(subject: _Subject, say: Callable[[str], None]) -> LeftOut:
+    sink = subject.sink
     say("without what is left out")
-    bare = solve_3d(sink, _STEADY)
+    bare = subject.solve(sink)
     effects: dict[str, Found] = {}
     skipped: dict[str, str] = {}
-    everything: dict[str, Any] = {}
-    for number, (name, effect) in enumerate(EFFECTS.items(), 1):
+    everything: dict[str, Any] = {"accuracy": max(sink.accuracy, ALL)}
+    for number, (name, effect) in enumerate(subject.effects.items(), 1):
         changed = effect.changed(sink)
         if not changed:
             skipped[name] = "the scene has it"
             continue
-        say(f"with what is left out, {number} of {len(EFFECTS)}: {effect.what}")
+        say(f"with what is left out, {number} of {len(subject.effects)}: {effect.what}")
         try:
-            effects[name] = _found(effect.what, effect.assumed(sink), effect.source, bare, changed)
-            if name == "gap_gas":
+            effects[name] = _found(subject, effect.what, effect.assumed(sink), effect.source, bare, changed)
+            if name == "gap_gas" and subject.ranked == RANKED:
                 say(f"from which pressure on {effect.what} matters")
-                effects[name] = _with_pressure(effects[name], bare)
+                effects[name] = _with_pressure(subject, effects[name], bare)
         except (SceneError, NumericsError) as error:
             skipped[name] = str(error)
             continue
@@ -161,45 +221,43 @@ def of_sink(sink: Sink, say: Callable[[str], None]) -> LeftOut:
     if len(effects) > 1:
         say("with all of that together")
         try:
-            together = _found("all together", f"{', '.join(effects)} at once", "", bare, everything)
+            together = _found(subject, "all together", f"{', '.join(effects)} at once", "", bare, everything)
         except (SceneError, NumericsError) as error:
             skipped[TOGETHER] = str(error)
-    ranked = dict(sorted(effects.items(), key=lambda item: -item[1].size))
-    quantities = [each.steady for each in OF_A_SINK.values()]
-    added = {q: sum(f.changes[q].value for f in effects.values() if f.changes) for q in quantities}
-    return LeftOut(ranked, together, added, skipped, _sentence(ranked))
+
+    def size(each: Found) -> float:
+        return abs(each.changes[subject.ranked].value) if each.changes else math.inf
+
+    ranked = dict(sorted(effects.items(), key=lambda item: -size(item[1])))
+    added = {q: sum(f.changes[q].value for f in effects.values() if f.changes) for q in subject.called}
+    return LeftOut(ranked, together, added, skipped, _sentence(subject, ranked), subject.called)
 
 
-def _found(what: str, assumed: str, source: str, bare: Result, changed: dict[str, Any]) -> Found:
-    """What some changed keywords do to the sink of a result."""
+def _found(
+    subject: _Subject, what: str, assumed: str, source: str, bare: Result, changed: dict[str, Any]
+) -> Found:  # fmt: skip
+    """What some changed keywords do to the sink whose result without them is ``bare``."""
     try:
-        with_it = solve_3d(check(replace(bare.details["sink"], **changed)), _STEADY)
+        with_it = subject.solve(replace(subject.sink, **changed))
     except RunawayError:
         return Found(what, assumed, source, {})
-    return Found(what, assumed, source, _changes(bare, with_it), _share(with_it))
-
-
-def _changes(bare: Result, with_it: Result) -> dict[str, Estimate]:
-    """By quantity the change from one result to another."""
-    changes = {}
-    for name in (entry.steady for entry in OF_A_SINK.values()):
-        inputs = {"predicted": with_it.steady[name], "measured": bare.steady[name]}
-        changes[name] = Estimate(relative(*(e.value for e in inputs.values())), spread(relative, inputs))
-    return changes
+    return Found(what, assumed, source, subject.changes(bare, with_it), _share(with_it))
 
 
 def _share(with_it: Result) -> float | None:
     """What a gas in the gap takes of all the heat, where that goes to room temperature."""
+    if "answer" not in with_it.details:
+        return None
     flows = with_it.details["answer"].fine.out
     gas = [float(flow) for name, flow in flows.items() if name.startswith("flow:substrate-gas")]
     return -sum(gas) / float(flows["power"]) if gas else None
 
 
-def _with_pressure(effect: Found, bare: Result) -> Found:
+def _with_pressure(subject: _Subject, effect: Found, bare: Result) -> Found:
     """With the pressure from which on the gas changes the peak by more than its tolerance, that of the check fig4. In a
     gap d it conducts k / (1 + 2 g / d), g being its `jump` at each wall; the conductivity at which the peak is off by
     the tolerance is searched in 3D."""
-    sink, change = bare.details["sink"], effect.changes
+    sink, change = subject.sink, effect.changes
     tolerance = sink.tolerance("fig4")
     if not change or abs(change[RANKED].value) <= tolerance:
         return replace(effect, assumed=f"{effect.assumed}; within {percent(tolerance)} at any pressure")
@@ -207,7 +265,7 @@ def _with_pressure(effect: Found, bare: Result) -> Found:
     for _ in range(MOST_TRIALS):
         # One over the peak, over that without gas, less one, goes with k where that is little.
         k *= (1 / (1 + wanted) - 1) / (1 / (1 + size) - 1)
-        size = _changes(bare, solve_3d(check(replace(sink, gap_gas_conductivity=k)), _STEADY))[RANKED].value
+        size = subject.changes(bare, subject.solve(replace(sink, gap_gas_conductivity=k)))[RANKED].value
         if abs(size / wanted - 1) < KNOWN:
             break
     pressure = 2 * jump(1.0) / sink.oxide_thickness / (CONDUCTIVITY / k - 1)
@@ -223,25 +281,26 @@ def jump(pressure: float) -> float:
     return math.sqrt(2 * math.pi * GAS_CONSTANT * TEMPERATURE) / ((RATIO + 1) * HEAT) * CONDUCTIVITY / pressure
 
 
-def _sentence(ranked: dict[str, Found]) -> str:
+def _sentence(subject: _Subject, ranked: dict[str, Found]) -> str:
     """What decides, of all that is solved: the largest effect in air, and the largest one in vacuum."""
     if not ranked:
-        return f"Of what both models leave out the scene has all that can be solved; not solved: {UNSOLVED}."
+        return "Of what both models leave out the scene has all that can be solved."
     said = []
     for where, inside in (("In air", True), ("In vacuum", False)):
         those = [each for name, each in ranked.items() if (name in IN_AIR) is inside]
         if those:
-            said.append(f"{where} {_does(those[0], len(those))}.")
+            said.append(f"{where} {_does(subject, those[0], len(those))}.")
     return " ".join(said)
 
 
-def _does(effect: Found, count: int) -> str:
+def _does(subject: _Subject, effect: Found, count: int) -> str:
     """What the largest of ``count`` effects does."""
     if not effect.changes:
         return f"{effect.what} makes it run away"
     if effect.share is not None and effect.share > MOST_OF_IT:
         return f"the sink would not work: {effect.what} takes {percent(effect.share)} of the heat"
-    change = percent(effect.changes[RANKED].value, sign=True)
+    change = percent(effect.changes[subject.ranked].value, sign=True)
+    peak = subject.ranked == RANKED
     if count > 1:
-        return f"{effect.what} matters most, {change} at the peak"
-    return f"{effect.what} changes the peak by {change}"
+        return f"{effect.what} matters most, {change} {'at the peak' if peak else 'of the power that the sink takes'}"
+    return f"{effect.what} changes {'the peak' if peak else 'the power that the sink takes'} by {change}"

@@ -264,29 +264,25 @@ def air(losses: Air, outcome: Outcome[Any], style: Style) -> Section:
 
 def left_out(effects: LeftOut, outcome: Outcome[Any], style: Style) -> Section:
     """By effect the changes of the steady state, the largest first; what decides is the first line of the run."""
-    from scenes.sink import OF_A_SINK
-    from validate.inputs.left_out import UNSOLVED
-
-    shown = [q for q in OF_A_SINK.values() if style.page or q.steady in kinds.of(outcome.scene).SHOWN]
+    shown = [q for q in effects.called if style.page or q in kinds.of(outcome.scene).SHOWN]
 
     def row(called: str, each: Found) -> Row:
         if not each.changes:
             return Row([called, *["runs away"] * len(shown)], below=each.assumed)
-        cells = (difference_text(c.value, c.error, style.plus_minus) for c in (each.changes[q.steady] for q in shown))
+        cells = (difference_text(c.value, c.error, style.plus_minus) for c in (each.changes[q] for q in shown))
         said = f"{each.assumed}; {each.source}" if each.source and style.page else each.assumed
         return Row([called, *cells], below=said)
 
     rows = [row(name.replace("_", " "), each) for name, each in effects.found.items()]
     if effects.together is not None:
         rows.append(row("together", effects.together))
-        rows.append(Row(["their sum", *(percent(effects.sum[q.steady], sign=True) for q in shown)]))
+        rows.append(Row(["their sum", *(percent(effects.sum[q], sign=True) for q in shown)]))
     skipped = [f"{name.replace('_', ' ')} is not here: {why}" for name, why in effects.skipped.items()]
     parts: list[Table | str | Sequence[str]] = []
     if rows:
-        parts.append(Table(("left out", *(q.called for q in shown)), rows))
+        parts.append(Table(("left out", *(effects.called[q] for q in shown)), rows))
         parts.append("Changes of the 3D steady state with each effect, over that without.")
-    unsolved = f"Not among these, so that it may matter more: {UNSOLVED}."
-    return Section("What both models leave out", [*parts, sentences(skipped), unsolved], headed=True)
+    return Section("What both models leave out", [*parts, sentences(skipped)], headed=True)
 
 
 def why(causes: Budget, outcome: Outcome[Any], style: Style) -> Section:

@@ -36,6 +36,7 @@ FIGURES = {
     "figure14": "ground_figure.shared",
     "shielding": "shielding_figure.over_time",
     "sensitivity": "analysis_figures.sensitivity",
+    "left_out": "left_out_figure.draw",
 }
 FIELD_FIGURE = ""
 FRACTIONS = (0.05, 0.01, 1e-3, 1e-4)
@@ -55,6 +56,8 @@ def headline(outcome: Outcome[Device], contrary: Sequence[Check], style: Style) 
     by = ", by the paper's scheme," if outcome.request.scheme == "paper" else ""
     in_3d = "" if outcome.device_3d is None else f"{_in_3d(outcome.checks)} "
     said = f"{outcome.scene.name}: {when}{by} {_happens(run)}. {in_3d}{_claims(outcome, contrary, not style.page)}"
+    if outcome.left_out is not None:
+        said = f"{outcome.left_out.sentence} {said}"
     return style.paint(wrapped(said), "heading")
 
 

@@ -78,7 +78,7 @@ def folder_of(scene: Any, request: Request, settings: Sequence[str] = (), data: 
         words += against
     else:
         words = ["3d"] * request.in_3d + ["paper"] * (request.scheme == "paper")
-        words += [*request.about, request.meter or "", *options]
+        words += [*request.about, request.meter or "", *["left-out"] * request.left_out, *options]
         limits = (request.largest_voltage, VOLTAGE), (request.largest_power, POWER)
         words += [f"max{known.show(limit)}".replace(" ", "") for limit, known in limits if limit < float("inf")]
     # Overrides of what the checks are held to, which the scene's own text leaves out.

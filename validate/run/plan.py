@@ -39,6 +39,7 @@ _NO_FIGURES = "no figures were asked for"
 _STEADY = "only the steady state was asked for"
 _NO_FIELD = "there is no 3D field"
 _FIELD_FILES = "fem3d.pvd with its .vtu files, and fem3d.vtkhdf where VTK can"
+LEFT_OUT = Step("left_out", "done", "3D again with each effect that both models leave out, and with all")
 ONLY_1D = Step("3D model", "skipped", "only the 1D model was asked for")
 
 
@@ -80,7 +81,7 @@ def of_sink(sink: Sink, request: Request, solver: tuple[Step, ...], data: Data |
     if request.air:
         steps.append(step("air", "3D at coefficients from 0 to 1e5 W/(m2 K), and where the limits are"))
     if request.left_out:
-        steps.append(step("left_out", "3D again with each effect that both models leave out, and with all"))
+        steps.append(LEFT_OUT)
     if request.sensitivities:
         of = "by dual solutions in 3D, by the formulas in 1D" if len(request.models) > 1 else "of one model"
         steps.append(step("sensitivity", f"how quantities follow each key, {of}"))
@@ -122,6 +123,8 @@ def of_device(device: Device, request: Request) -> tuple[Step, ...]:
         found.append(step("checks of 3D", ", ".join(made)))
     if "dev3d_shielding" in made:
         found.append(step("shielding", "what 1 K of the substrate does to both powers, steady and after a step"))
+    if request.left_out:
+        found.append(LEFT_OUT)
     found += _figures(DEVICE_FIGURES, left)
     found.append(step("traces.csv", "a row per controller sample"))
     found.append(step("designer's questions", "largest gains, range and resolution", design_reason(request)))

@@ -28,8 +28,8 @@ def rows() -> Iterator[Row]:
     level, from the first mesh to the last."""
     uniform = levels(lambda search, mesh, verdict: mesh.raised())[-2:]
     local = levels(lambda search, mesh, it: mesh.refined(it.goals, it.falls, it.worst, search.enough))
-    for named, theory, found in (("uniformly halved", 4 / 9, uniform), ("halved where it is missed", 4 / 3, local)):
-        (few, coarse), (many, fine) = found[0], found[-1]
+    for named, theory, series in (("uniformly halved", 4 / 9, uniform), ("halved where it is missed", 4 / 3, local)):
+        (few, coarse), (many, fine) = series[0], series[-1]
         order = observed_order([coarse, fine], many / few)
         yield order_row(FAMILY, CASE, f"current by unknowns, {named}", theory, order, "a square corner: 1 - 2 ln2/pi")
 
@@ -51,12 +51,12 @@ def levels(finer: Finer) -> list[tuple[int, float]]:
     scene = Scene("L", boxes, ends, probes, accuracy=1e-9, steady=True, mesh="tetrahedra")
     exact = WIDTH / 1e-6 / (2 * ARM + 1 - 2 * np.log(2) / np.pi)
     study, mesh = scene_run.start(scene)
-    search, found = Search(study, True, False, lambda _: None), list[tuple[int, float]]()
-    while mesh is not None and (not found or found[-1][0] < MOST):
-        verdict = search.judge(mesh, len(found))
+    search, levels = Search(study, True, False, lambda _: None), list[tuple[int, float]]()
+    while mesh is not None and (not levels or levels[-1][0] < MOST):
+        verdict = search.judge(mesh, len(levels))
         assert verdict.answer is not None
         assert verdict.answer.steady is not None
         current = float(verdict.answer.steady.quantities["current"])
-        found.append((verdict.answer.heat.size, abs(current / exact - 1)))
+        levels.append((verdict.answer.heat.size, abs(current / exact - 1)))
         mesh = finer(search, mesh, verdict)
-    return found
+    return levels

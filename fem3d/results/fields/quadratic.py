@@ -110,9 +110,9 @@ class Quadratic(Whole):
     @cached_property
     def _live(self) -> np.ndarray:
         """(nx, ny, nz): the cells of the grid that carry current."""
-        found = np.zeros(self._grid.owner.shape, bool)
-        found[tuple(self._space.ijk[:, self._heat.domain.live])] = True
-        return found
+        live = np.zeros(self._grid.owner.shape, bool)
+        live[tuple(self._space.ijk[:, self._heat.domain.live])] = True
+        return live
 
     def snapshot(self, k: int) -> Snapshot:
         """The fields of the k-th state."""
@@ -163,10 +163,10 @@ class Quadratic(Whole):
     @cached_property
     def _each(self) -> np.ndarray:
         """How many such pieces in series each one stands for: the potential falls by that of all."""
-        found: np.ndarray = np.array([*(b.stands_for for b in self._grid.boxes), 1.0])[
+        pieces: np.ndarray = np.array([*(b.stands_for for b in self._grid.boxes), 1.0])[
             with_none(self._grid.owner, VOID)[self._at]
         ]
-        return found
+        return pieces
 
     def _resistivity(self, rise: np.ndarray) -> np.ndarray:
         """The resistivity at the Gauss points, at a rise there; 0 in insulators."""
@@ -175,12 +175,12 @@ class Quadratic(Whole):
         lines = [law(m, initial) if m.resistivity else (0.0, 0.0) for m in materials]
         owner = _at_gauss(with_none(self._grid.owner, VOID)[self._at])
         at_room, per_kelvin = np.moveaxis(np.array([*lines, (0.0, 0.0)])[owner], -1, 0)
-        found = at_room + per_kelvin * rise
+        resistivity = at_room + per_kelvin * rise
         for n, material in enumerate(materials):
             if isinstance(material.resistivity, laws.Law):
-                found[owner == n] = material.resistivity(np.maximum(initial + rise[owner == n], COLDEST))
+                resistivity[owner == n] = material.resistivity(np.maximum(initial + rise[owner == n], COLDEST))
         each: np.ndarray = _at_gauss(self._each)
-        return found * each
+        return resistivity * each
 
 
 def _at_gauss(of_pieces: np.ndarray) -> np.ndarray:

@@ -86,7 +86,7 @@ name = "half way"
 quantity = "potential"
 at = ["200 um", "5 um", "5 um"]
 """
-ACCURACY = 2e-2
+ACCURACY = 5e-2
 Traces = dict[str, Any]
 
 

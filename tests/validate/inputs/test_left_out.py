@@ -14,7 +14,8 @@ import pytest
 
 import compare
 from fem3d.runs.sink import solve
-from scenes.errors import RunawayError
+from reduced1d.slopes import OF_DEVICE
+from scenes.errors import NumericsError, RunawayError
 from scenes.plan import Request
 from scenes.result import Result
 from scenes.sink import OF_A_SINK, Sink
@@ -118,13 +119,45 @@ def test_an_effect_with_which_the_sink_runs_away_decides(monkeypatch: pytest.Mon
     assert not found.together.changes
 
 
+@pytest.mark.usefixtures("no_field")
 def test_it_is_told_kept_and_drawn(tmp_path: Path) -> None:
     run = compare.run(SINK, steady=True, left_out=True, out=tmp_path / "run", figures=True)
     summary = json.loads((tmp_path / "run" / "summary.json").read_text())
-    assert {*summary["left_out"]} == {"conductivity", "gap_gas", "substrate", "air", "together"}
+    assert {*summary["left_out"]} == {*left_out.EFFECTS, "together"}
+    assert {*left_out.EFFECTS} == {"conductivity", "contact", "gap_gas", "radiation", "substrate", "air"}
     assert (tmp_path / "run" / "left_out.png").exists()
     assert summary["answer"].startswith("In air ")
     assert run.outcome.left_out is not None
     page = (tmp_path / "run" / "report.html").read_text()
     assert page.index("What both models leave out") < page.index("their sum")
     assert any(step["step"] == "left_out" for step in summary["plan"])
+
+
+def test_of_a_device_it_is_the_power_that_its_sink_takes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With its states of 3D taken from 1D, which has gas and air as a sink does."""
+    from fem3d.device import solve as of_3d
+    from reduced1d.device.lumped import steady as in_1d
+    from scenes.device import Device
+
+    class Model:
+        def __init__(self, device: Device, accuracy: float) -> None:
+            if device.sink.substrate_thickness is not None:
+                raise NumericsError("no steady state was found")
+
+        def steady(self, device: Device) -> object:
+            return in_1d(device)
+
+        def steady_errors(self, device: Device) -> dict[str, float]:
+            return dict.fromkeys(OF_DEVICE, 0.0)
+
+    monkeypatch.setattr(of_3d, "model", Model)
+    found = left_out.of_device(Device(), lambda _: None)
+    gas = in_1d(replace(Device(), sink=replace(Sink(), gap_gas_conductivity=CONDUCTIVITY))).sink_power_W
+    change = found.found["gap_gas"].changes["sink_power_W"].value
+    assert change == pytest.approx(gas / in_1d(Device()).sink_power_W - 1, rel=1e-12)
+    assert change > 1.0
+    assert "air" not in found.found
+    assert found.skipped["substrate"] == "no steady state was found"
+    assert found.sentence.startswith(
+        f"In air the gas under it changes the power that the sink takes by +{100 * change:.0f}"
+    )

@@ -169,7 +169,7 @@ def test_from_python_and_in_a_test() -> None:
 @pytest.mark.parametrize("key", ["sink.length", "environment.convection_coefficient"])
 def test_the_profile_is_followed(key: str) -> None:
     """fig5's difference, against that of whole runs."""
-    sink, step = Sink(convection_coefficient=2e4, accuracy=1e-4), 0.02
+    sink, step = Sink(convection_coefficient=2e4, accuracy=3e-4), 0.02
     request = Request(transient=False)
 
     def at(other: Sink) -> float:
@@ -177,7 +177,7 @@ def test_the_profile_is_followed(key: str) -> None:
 
     found = sensitivities.of_sink(sink, sink_run.solve(sink, request), None, True).misfit[key]
     expected = (at(varied(sink, key, 1 + step)) - at(varied(sink, key, 1 - step))) / (2 * step)
-    # Runs known to 1e-4, over the difference of their keys; central differences are off by the square of that.
+    # Runs known to 3e-4, over the difference of their keys; central differences are off by the square of that.
     assert found == pytest.approx(expected, rel=2e-2)
 
 

@@ -124,6 +124,7 @@ def test_the_command(
     assert checks["against_tip"]["verdict"] == "agrees"
 
 
+@pytest.mark.usefixtures("no_field")
 def test_the_figure(transient: Path, steady: Path) -> None:
     for scene, times in ((transient, TIMES), (steady, quantities.AT_REST)):
         file = written(scene.parent / "mine.csv", times, K, 2.0)

@@ -49,6 +49,7 @@ def test_the_papers_model_as_a_function_is_judged_as_the_papers(tmp_path: Path) 
     assert own.outcome.scene.expected_to_differ is None
 
 
+@pytest.mark.usefixtures("no_field")
 def test_a_model_of_one_number(tmp_path: Path) -> None:
     """Checks of what it doesn't say are not made, pictures and files are."""
     out = tmp_path / "run"

@@ -119,8 +119,8 @@ def test_overrides_name_the_folder_and_reach_the_scene(capsys: pytest.CaptureFix
     assert found["run"] == {"steady": True, "accuracy": 1e-4}
 
 
-def test_files_of_an_earlier_run_are_replaced_and_others_kept(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("validate.report.figures.render.Renderer.start", lambda self: None)
+@pytest.mark.usefixtures("no_field")
+def test_files_of_an_earlier_run_are_replaced_and_others_kept() -> None:
     solve("hotplate", "--out", "here", figures=True)
     files = {entry.name for entry in Path("here").iterdir()}
     assert {"figure_traces.png", "figure_traces.svg", "traces.csv", "summary.json"} <= files

@@ -2,40 +2,40 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullLocator
 
-from scenes.formats import sink_text
-from scenes.sink import OF_A_SINK, Sink
-from validate.inputs.left_out import UNSOLVED
 from validate.report.figures import INK, LINES
 from validate.report.figures.drawing import legend, new_figure
+from validate.run import kinds
 from validate.run.outcome import Outcome
 
 _LEAST = 0.1
 """Percent below which the axis is linear."""
-_COLOURS = {"peak": LINES["peak_K"], "end": LINES["end_K"], "current": INK}
+_COLOURS = LINES["peak_K"], LINES["end_K"], INK
 _BAR = 0.26
 
 
-def draw(outcome: Outcome[Sink]) -> Figure:
+def draw(outcome: Outcome[Any]) -> Figure:
     """A row of bars for each effect, the largest first, with the numerical error of each; all together at the foot."""
     left_out = outcome.left_out
     assert left_out is not None
     effects = dict(left_out.found) | ({} if left_out.together is None else {"together": left_out.together})
     height = 2.4 + 0.62 * len(effects)
-    text = f"What both models leave out, {sink_text(outcome.scene)}"
-    said = [left_out.sentence, f"Not among these, so that it may matter more: {UNSOLVED}."]
+    kind = kinds.of(outcome.scene)
+    text = f"What both models leave out, {kind.text(outcome.scene)}"
+    said = [left_out.sentence]
     figure = new_figure(8.5, height, text, said, bottom=1.0, left=1.5)
     ax = figure.subplots()
-    for n, (name, colour) in enumerate(_COLOURS.items()):
-        key = OF_A_SINK[name].steady
+    for n, (key, colour) in enumerate(zip(kind.SHOWN, _COLOURS, strict=True)):
         made = [(place, each.changes[key]) for place, each in enumerate(effects.values()) if each.changes]
         values = np.array([100 * change.value for _, change in made])
         errors = np.array([100 * change.error for _, change in made])
         places = np.array([place for place, _ in made]) + (n - 1) * _BAR
-        ax.barh(places, values, 0.9 * _BAR, color=colour, label=OF_A_SINK[name].called)
+        ax.barh(places, values, 0.9 * _BAR, color=colour, label=left_out.called[key])
         ax.errorbar(values, places, xerr=errors, fmt="none", ecolor="#777777", elinewidth=1.0, capsize=2)
     for place, each in enumerate(effects.values()):
         if not each.changes:

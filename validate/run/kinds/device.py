@@ -57,9 +57,16 @@ def answer(run: Run, data: object) -> Outcome[Device]:
         run.say("answering a designer's questions")
         with clock.stage("design"):
             answers = design.answer(device, request.largest_voltage, request.largest_power)
+    left_out = None
+    if request.left_out:
+        from validate.inputs.left_out import of_device as left_out_of
+
+        with clock.stage("left out"):
+            left_out = left_out_of(device, run.say)
     outcome = Outcome(
         device, request, plans.of_device(device, request), checks=checks, simulated=made, device_3d=solved,
         warnings=hottest.of_device(device, made.base.result), design=answers,
+        left_out=left_out,
     )  # fmt: skip
     return inputs.told(run, outcome)
 
