@@ -7,7 +7,7 @@ import time
 from fractions import Fraction
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from scenes.expressions import Measure, measured
@@ -45,6 +45,7 @@ def test_sums_of_decimals_are_the_doubles_of_the_decimals() -> None:
     assert measured("w*3 - 20 um", NAMES)[0] == 10e-6
 
 
+@settings(deadline=None)
 @given(st.fractions(-1000, 1000, max_denominator=1000), st.fractions(1, 1000, max_denominator=1000))
 def test_sums_and_quotients_are_exact(a: Fraction, b: Fraction) -> None:
     names = {"a": Measure(a, PLAIN), "b": Measure(b, PLAIN)}

@@ -8,7 +8,7 @@ import tomllib
 from dataclasses import replace
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from scenes.checks import DEFAULT_TOLERANCES
@@ -217,6 +217,7 @@ def test_a_long_text_is_cut_and_still_distinguishes():
     assert one != other
 
 
+@settings(deadline=None)
 @given(st.floats(1e-9, 1.0), st.floats(1e-9, 1.0))
 def test_different_sizes_have_different_safe_texts(a, b):
     one, other = distinguishes(Sink(width=a)), distinguishes(Sink(width=b))

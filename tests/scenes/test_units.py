@@ -1,7 +1,7 @@
 """Quantities: every unit against an independent number, and the way there and back."""
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from scenes import units as d
@@ -63,6 +63,7 @@ def test_an_example_is_of_its_dimension(dimension):
     assert Quantity(dimension, 1e-12, 1e12).read("key", dimension.example) > 0
 
 
+@settings(deadline=None)
 @given(
     value=st.floats(1e-300, 1e300).flatmap(lambda x: st.sampled_from([x, -x])), dimension=st.sampled_from(d.DIMENSIONS)
 )

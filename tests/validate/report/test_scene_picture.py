@@ -9,7 +9,7 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.path import Path as Outline
@@ -97,6 +97,7 @@ def test_sheets_know_whether_they_are_turned_to_the_eye() -> None:
     assert found.facing(front, beam.upper)
 
 
+@settings(deadline=None)
 @given(st.lists(st.floats(-1, 1), min_size=1, max_size=12), st.floats(0.01, 0.1))
 def test_heights_are_apart_within_bounds_and_no_worse_than_others(wanted: list[float], apart: float) -> None:
     wanted = sorted(wanted, reverse=True)
