@@ -17,10 +17,8 @@ from scenes.errors import NumericsError
 
 MOST = 80  # steps of GMRES
 SOLVED = 1e-6  # relative residual of a dual solution
-EXACT, ROUNDS = (
-    1e-11,
-    8,
-)  # relative residual of a solution by the factors of a matrix next to it, and its rounds at most
+EXACT = 1e-11  # relative residual of a solution by the factors of a matrix next to its own
+ROUNDS = 8  # at most, of corrections by those factors
 Solve = Callable[[np.ndarray], np.ndarray]
 
 

@@ -69,11 +69,12 @@ def _steady(scene: AnyScene, result: Result, others: Mapping[str, AnyScene]) -> 
     zero = {key: dict.fromkeys(rises, by_key) for key, by_key in moved.items()}
     # The voltage across a resistance is over the current, whatever else a key moves.
     out = result.details["solution"].out
-    for name, pair in readouts.pairs(scene).items():
-        current = float(out[f"current:{pair[0].name}"])
-        for key, other in others.items():
-            beside = readouts.pairs(other)[name]
-            zero[key][name] = (readouts.given(pair, out) - readouts.given(beside, out)) / STEP / current
+    pairs = readouts.pairs(scene)
+    for key, other in others.items() if pairs else ():
+        beside = readouts.pairs(other)
+        for name, pair in pairs.items():
+            change = readouts.given(pair, out) - readouts.given(beside[name], out)
+            zero[key][name] = float(change / STEP / out[f"current:{pair[0].name}"])
     table, without = steady_slopes.steady_table(study, state, Known(known, zero), by)
     return Slopes(table, known, left_out | none | {f"probe {quoted(n)}": why for n, why in without.items()})
 
