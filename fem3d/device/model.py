@@ -7,7 +7,7 @@ by: with the current densities J uniform in temperature, heat rho J^2 and resist
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -110,10 +110,16 @@ class Structure:
             Inlet(rises, jumps, self.copies * rows[0] @ heat.lifts[channel])
             for rises, jumps, channel in zip(np.array(external).T, jump, channels, strict=True)
         )
+        below = replace(below, taken=float(below.flux[0]) + self._to_air(heat.lifts[self.below]))
         return Modal(
             rates, inlets, np.array(film), np.array(resistance), np.array(coefficient), outside.external, outside.jump,
             per_rise - per_rate * rates, outside.flux, per_rate @ inlets.T, below,
         )  # fmt: skip
+
+    def _to_air(self, rise: np.ndarray) -> float:
+        """The heat (W) that leaves through films other than the substrate's at a rise (all nodes)."""
+        films = (film for name, film in self.heat.films.items() if not name.startswith(SUBSTRATE))
+        return -self.copies * float(sum(film.per_kelvin @ rise for film in films))
 
     @cached_property
     def polymer(self) -> tuple[np.ndarray, np.ndarray]:

@@ -151,7 +151,10 @@ def modes(lumped: Lumped, degree: int, grids: tuple[np.ndarray, np.ndarray] = GR
         rates, phi[films], np.array([0, 1]), lumped.resistance, lumped.coefficient, w[films],
         phi.T @ (mass[np.ix_(free, free)] @ (w - _step(line, degree))[free]),
         (into_polymer[free] @ phi)[None], np.array([into_polymer @ w]), np.zeros((1, 2)),
-        Inlet(below[films], phi.T @ (mass[np.ix_(free, free)] @ below[free]), np.array([into_polymer @ below])),
+        Inlet(
+            below[films], phi.T @ (mass[np.ix_(free, free)] @ below[free]), np.array([into_polymer @ below]),
+            lumped.conductance * (1 - float(below[0])),
+        ),
     )  # fmt: skip
     return Modes(modal, content[free] @ phi, float(content @ w))
 
