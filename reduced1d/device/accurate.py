@@ -64,7 +64,7 @@ def solve_accurate(
 ) -> DeviceResult:  # fmt: skip
     """Traces of a device, to its ``accuracy`` where that can be reached.
 
-    Three resolutions run side by side: the answer, one with elements of a degree LESS, and one with two powers
+    Three resolutions run side by side: the answer, one with elements of a degree LESS lower, and one with two powers
     fewer between samples. The differences estimate the error in space and in time (of the coarser ones, so generously)
     and whatever exceeds the accuracy is refined, as long as that helps. ``meter`` is the resolution in ohm to which the
     resistances of (sink, sensor) are measured, 0 for an ideal meter. ``start`` "settled" begins in the steady state at

@@ -13,8 +13,8 @@ import numpy as np
 
 
 def error_of(measured: np.ndarray, resistance: np.ndarray, change: np.ndarray) -> np.ndarray:
-    """(R_req - R)/(R_req - R_0), no unit, of ``measured`` resistances R (ohm): R_0 is the ``resistance`` at no rise, and
-    R_req that at the set rise, where it has changed by the part ``change``."""
+    """(R_req - R)/(R_req - R_0), no unit, of ``measured`` resistances R (ohm): R_0 is the ``resistance`` at no rise,
+    and R_req that at the set rise, where it has changed by the part ``change``."""
     return np.asarray(1 - (measured / resistance - 1) / change)
 
 

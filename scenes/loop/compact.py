@@ -146,7 +146,7 @@ class _Maker:
         modal, pairs = self.modal, np.zeros((3, self.size))
         y = np.zeros(self.size)
         y[GIVEN:] = -modal.rates * inlet.jump
-        outer, below = self.inlets
+        below = self.modal.substrate
         for column, other in zip(self.columns, self.inlets, strict=True):
             # What a kelvin of one draws at the other is the same both ways.
             conducted = inlet.taken if other is inlet else -float(below.flux[0])

@@ -29,8 +29,8 @@ LOOP = "closed loop"
 VOLTAGES = tuple(f"{film}_V" for film in FILMS)
 INSTANTS = 40
 """At so many times a step is compared, from the sample time to the end, in equal ratios."""
-CLOSELY = 1e-8
-"""The tolerance of each step of the whole model's own runs."""
+CLOSELY, LEAST = 1e-2, 1e-8
+"""The tolerance of each time step of the whole model's own runs, as a part of the accuracy; and the least."""
 SHIFTS, SOONER = 12, 0.3
 """Times (s) at which the states' responses are taken, from this part of the sample time to the slowest one's."""
 MORE = 1.25
@@ -56,29 +56,32 @@ def compact(
 ) -> dict[str, Any]:
     """The document of a device's model (`scenes.compact.runtime`) of a number of states, or as many as an accuracy
     takes. Raises NumericsError where that isn't reached, or the closed loop can't be followed to its end."""
-    device, judge = whole.device, _Judge(whole)
+    judge = _Judge(whole, max(CLOSELY * accuracy, LEAST))
     if whole.result.details.get("stopped"):
         raise NumericsError("the closed loop runs away, and no model of few states is held against that: no --export")
     most = whole.modal.count
     say("compact model: states")
-    count = min(states, most) if states is not None else fewest(most, judge.of_steps, accuracy)
-    while True:
-        say(f"compact model: the closed loop with {count} states")
-        made = judge.document(count)
-        worst = max(e["relative"] for run in made["error"].values() for kind in run.values() for e in kind.values())
-        if states is not None or worst <= accuracy:
-            return made
-        if count == most:
-            raise NumericsError(
-                f"no model of few states is known to be within {accuracy:g} of the device's, only within {worst:.3g}: "
-                f"give a larger --model-accuracy ({device.control.sample_time:g} s is from sample to sample)"
-            )
-        count = min(int(np.ceil(MORE * count)), most)
+    worst = judge.of_steps(most)
+    if states is not None or worst <= accuracy:
+        count = min(states, most) if states is not None else fewest(most, judge.of_steps, accuracy)
+        while True:
+            say(f"compact model: the closed loop with {count} states")
+            made = judge.document(count)
+            worst = max(e["relative"] for run in made["error"].values() for kind in run.values() for e in kind.values())
+            if states is not None or worst <= accuracy:
+                return made
+            if count == most:
+                break
+            count = min(int(np.ceil(MORE * count)), most)
+    raise NumericsError(
+        f"no model of few states is known to be within {accuracy:g} of the device's, only within {worst:.3g}: give a "
+        "larger --model-accuracy"
+    )
 
 
 class _Judge:
-    def __init__(self, whole: Whole) -> None:
-        self.whole, self.device, self.modal = whole, whole.device, whole.modal
+    def __init__(self, whole: Whole, tolerance: float) -> None:
+        self.whole, self.device, self.modal, self.tolerance = whole, whole.device, whole.modal, tolerance
         self.room = self.device.sink.room_temperature
         self.times = np.geomspace(self.device.control.sample_time, self.device.end_time, INSTANTS)
 
@@ -88,9 +91,9 @@ class _Judge:
         model = CompactModel(made)
         errors = {LOOP: self._closed(model)} | self._steps(model)
         text = [
+            "Rise: the set temperature's, and what that changes a resistance by; else the largest of the closed loop.",
             "Estimated: the distance from the closed loop as the whole model runs it, and from the whole model for a "
-            "step of each input alone from rest, with that model's own error; relative to the set temperature's rise, "
-            "to what that changes a resistance by, and to the largest voltage, current and power of the closed loop.",
+            "step of each input alone from rest, with that model's own error.",
         ]
         if self.device.control.ground_resistance:
             text.append("A measured resistance is that behind the common lead to ground.")
@@ -124,8 +127,8 @@ class _Judge:
 
     @cached_property
     def inputs(self) -> dict[str, dict[str, Any]]:
-        """What is said of each input: its own value is that of the steady state after the outer step, and a step that of
-        a voltage which alone brings its film to the set rise, or the largest of the outer temperature."""
+        """What is said of each input: its own value, of a voltage that in the steady state after the outer step; and a
+        step, of a voltage that which alone brings its film to the set rise, else the outer temperature's largest."""
         modal, result, device = self.modal, self.whole.result, self.device
         external, room = device.external, self.room
         alone = np.einsum("en,n,en->e", modal.shape[:2], 1 / modal.rates, modal.shape[:2])
@@ -139,10 +142,14 @@ class _Judge:
             inputs[f"{film}.voltage"] = {"value": value, "rest": 0.0, "step": step, "range": [min(given), max(given)]}
         outer = [external.initial_temperature, external.final_temperature]
         step = max((t - room for t in outer), key=abs) or 1.0
-        for name, value, change in (("outside", outer[1], step), ("substrate", room, abs(step))):
-            given = (room, room + change, value, *(outer if name == "outside" else ()))
+        own = {"times": [external.step_time] * 2, "values": outer}
+        for name, value, change in (("outside", own, step), ("substrate", room, abs(step))):
+            given = (room, room + change, *(outer if name == "outside" else ()))
             inputs[f"{name}.temperature"] = {
-                "value": value, "rest": room, "step": change, "range": [min(given), max(given)]
+                "value": value,
+                "rest": room,
+                "step": change,
+                "range": [min(given), max(given)],
             }
         return inputs
 
@@ -152,7 +159,7 @@ class _Judge:
         result, modal, device = self.whole.result, self.modal, self.device
         change = modal.resistance * modal.coefficient * device.set_rise
         current = self._derived(*self._loop)["A"]
-        scales = {}
+        scales = dict[str, float]()
         for e, film in enumerate(FILMS):
             scales |= {f"{film}_K": device.set_rise, f"{film}_ohm": abs(float(change[e]))}
             scales[f"{film}_A"] = float(np.abs(current[:, e]).max())
@@ -174,7 +181,7 @@ class _Judge:
         )
 
     def _derived(self, voltage: np.ndarray, temperature: np.ndarray) -> dict[str, np.ndarray]:
-        """(samples, 2): the currents from each sample on, and the resistances measured there, by the voltages before."""
+        """(samples, 2): the currents from each sample on, and the resistances measured there at the voltages before."""
         modal, ground = self.modal, self.device.control.ground_resistance
         resistance = modal.resistance * (1 + modal.coefficient * (temperature - self.room))
         held = np.vstack([np.zeros(2), voltage[:-1]])
@@ -207,14 +214,11 @@ class _Judge:
             error = float(off[what][:, e].max()) if what in off else errors[name]
             over[name] = self._both(name, float(np.abs(rows[name] - true).max()) + error)
         after, steady = result.after, {}
-        at_rest = model.steady(self._at_rest())
+        at_rest = model.steady()
         for name in (f"{film}_{what}" for film in FILMS for what in ("K", "power_W")):
             error = self.whole.steady_errors.get(name, 0.0)
             steady[name] = self._both(name, abs(at_rest[name] - getattr(after, name)) + error)
         return {"steady": steady, "over time": over}
-
-    def _at_rest(self) -> dict[str, float]:
-        return {name: entry["value"] for name, entry in self.inputs.items()}
 
     def _steps(self, model: CompactModel) -> dict[str, Any]:
         """The errors of a model for a step of each input alone from rest."""
@@ -236,7 +240,7 @@ class _Judge:
         truths = {}
         for name in INPUTS:
             drive = {n: entry["rest"] + entry["step"] * (n == name) for n, entry in self.inputs.items()}
-            first, *others = [self._answers(model, drive, CLOSELY) for model in models]
+            first, *others = [self._answers(model, drive, self.tolerance) for model in models]
             each = []
             for kind, exact in first.items():
                 off = {
@@ -254,7 +258,7 @@ class _Judge:
         self, model: CompactModel, drive: Mapping[str, float], tolerance: float = 1e-6
     ) -> dict[str, dict[str, Any]]:
         """What a model makes of constant inputs from rest."""
-        return {"steady": model.steady(drive), "over time": model.simulate(self.times, drive, tolerance)}
+        return {"steady": model.steady(drive), "over time": model.simulate(self.times.tolist(), drive, tolerance)}
 
     def _both(self, name: str, error: float) -> dict[str, float]:
         return {"error": error, "relative": error / self._scales[name]}

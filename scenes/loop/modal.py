@@ -26,8 +26,8 @@ import numpy as np
 @dataclass(frozen=True, eq=False)
 class Inlet:
     """A temperature that a model is given, per kelvin: the rises ``external`` (m,) that it keeps up, the heat flows
-    ``flux`` (k,) in W/K, by what ``jump`` (n,) a step of it changes the modes, and the heat that is ``taken`` in where it
-    is given (W/K)."""
+    ``flux`` (k,) in W/K, by what ``jump`` (n,) a step of it changes the modes, and the heat (W/K) that is ``taken`` in
+    where it is given."""
 
     external: np.ndarray
     jump: np.ndarray
