@@ -27,7 +27,7 @@ from scenes.loop.result import DeviceResult
 
 LOOP = "closed loop"
 VOLTAGES = tuple(f"{film}_V" for film in FILMS)
-INSTANTS = 40
+INSTANTS = 20
 """At so many times a step is compared, from the sample time to the end, in equal ratios."""
 CLOSELY, LEAST = 1e-2, 1e-8
 """The tolerance of each time step of the whole model's own runs, as a part of the accuracy; and the least."""
