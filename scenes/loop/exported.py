@@ -134,7 +134,7 @@ class _Judge:
         alone = np.einsum("en,n,en->e", modal.shape[:2], 1 / modal.rates, modal.shape[:2])
         hot = modal.resistance * (1 + modal.coefficient * device.set_rise)
         volts = np.sqrt(device.set_rise / alone * (hot + device.control.ground_resistance))
-        inputs = {}
+        inputs = dict[str, dict[str, Any]]()
         for e, film in enumerate(FILMS):
             trace = result.trace(f"{film}_V")
             value, step = float(getattr(result.after, f"{film}_V")), float(volts[e])
@@ -142,7 +142,7 @@ class _Judge:
             inputs[f"{film}.voltage"] = {"value": value, "rest": 0.0, "step": step, "range": [min(given), max(given)]}
         outer = [external.initial_temperature, external.final_temperature]
         step = max((t - room for t in outer), key=abs) or 1.0
-        own = {"times": [external.step_time] * 2, "values": outer}
+        own: Any = {"times": [external.step_time] * 2, "values": outer}
         for name, value, change in (("outside", own, step), ("substrate", room, abs(step))):
             given = (room, room + change, *(outer if name == "outside" else ()))
             inputs[f"{name}.temperature"] = {
