@@ -20,18 +20,19 @@ from typing import Any
 import numpy as np
 
 from fem3d.adaptivity.estimate import left
+from fem3d.problems.following import Conduction, OfCells
 from fem3d.results.outputs import of_steady
 from fem3d.results.study import Study
-from fem3d.sensitivity.adjoint import Goal, Linearized
+from fem3d.sensitivity.adjoint import FILMS, Goal, Linearized
 from fem3d.sensitivity.goals import Goals
 from fem3d.sensitivity.motion import STEP, Motion, motion
-from fem3d.solution import steady
+from fem3d.solution import newton, steady
 from fem3d.solution.steady import SteadyState
 from fem3d.spaces.domain import Domain
 from meshes import grading
-from scenes import physics
+from scenes import faces, physics
 from scenes.errors import SceneError
-from scenes.model import Scene
+from scenes.model import Scene, bends
 from scenes.result import Estimate
 
 COMPLEX = 1e-30  # the step of a derivative by a complex number: its square is nothing beside 1
@@ -50,6 +51,10 @@ class _Parts:
     resisted: np.ndarray  # (2, live cells): by the cold and by the warm part of the resistivity
     sources: list[np.ndarray]  # (cells of each,)
     films: dict[str, tuple[np.ndarray, np.ndarray]]  # (facets,): of the test, of the test times the rise
+    # What is no number is told at points, where the integrand is this over what a key changes.
+    conducted: list[np.ndarray]  # (3, cells, points) of each part of a conductivity by a law
+    pressed: np.ndarray  # (live cells, points): of a resistivity by a law
+    faces: dict[str, np.ndarray]  # (facets, points): of a film that is no straight line of the temperature
     of_rise: np.ndarray  # (functions,)
     of_potential: np.ndarray
 
@@ -95,30 +100,42 @@ class Tangent:
         whole[heat.order] = of_rise
         k = domain.per_cell("thermal_conductivity")
         conduction = k * (self._everywhere.weights * self._slopes * self._everywhere.gradient(z)).sum(axis=-1)
-        heating, resisted = np.zeros((3, 0)), np.zeros((2, 0))
+        conducted = [on.weights * on.gradient(lin.rise) * on.gradient(z) for on, _, _, _ in self._by_law]
+        for (on, law, _, cells), each in zip(self._by_law, conducted, strict=True):
+            conduction[:, cells] = (law.value(on.value(lin.rise)) * each).sum(axis=-1)
+        heating, resisted, pressed = np.zeros((3, 0)), np.zeros((2, 0)), np.zeros((0, 0))
         if conductor is not None:
             on, rho = conductor.on, lin.rho
             each = lin.slope * (lin.slope * lin.tested(z, goal.boxes) - on.gradient(w)) * on.weights / rho
-            per_rho = each.sum(axis=0) / rho
+            pressed = each.sum(axis=0) / rho
             heating = each.sum(axis=-1)
-            resisted = np.array([per_rho.sum(axis=-1), (per_rho * on.value(lin.rise)).sum(axis=-1)])
+            resisted = np.array([pressed.sum(axis=-1), (pressed * on.value(lin.rise)).sum(axis=-1)])
         sources = []
         for _, cells in domain.sources:
             on_source = domain.space.on(cells)
             sources.append((on_source.value(z) * on_source.weights).sum(axis=-1))
-        films = {}
+        films, at_points = {}, {}
         for boundary in domain.scene.boundaries:
-            if boundary.kind in ("convection", "heat_flux"):
-                faces = self._films[boundary.name]
-                tested = (faces.value(z) + _each(goal.films.get(boundary.name))) * faces.areas
-                films[boundary.name] = tested.sum(axis=-1), (tested * faces.value(lin.rise)).sum(axis=-1)
-        return _Parts(conduction, heating, resisted, sources, films, whole, of_potential)
+            if boundary.name in self._films:
+                face = self._films[boundary.name]
+                tested = (face.value(z) + _each(goal.films.get(boundary.name))) * face.areas
+                if bends(boundary):
+                    at_points[boundary.name] = tested
+                else:
+                    films[boundary.name] = tested.sum(axis=-1), (tested * face.value(lin.rise)).sum(axis=-1)
+        return _Parts(conduction, heating, resisted, sources, films, conducted, pressed, at_points, whole, of_potential)
 
     @cached_property
     def _films(self) -> dict[str, Any]:
         """The facets of each film."""
-        kinds = ("convection", "heat_flux")
-        return {b.name: self.domain.faces(b) for b in self.domain.scene.boundaries if b.kind in kinds}
+        kinds = (*FILMS, "heat_flux")
+        return {b.name: self.linearized.face(b) for b in self.domain.scene.boundaries if b.kind in kinds}
+
+    @property
+    def _by_law(self) -> list[tuple[Any, OfCells, np.ndarray, np.ndarray]]:
+        """`Conduction.parts` of what has a conductivity by a law."""
+        exact = self.state.heat.exact
+        return [part for t in (exact.terms if exact else ()) if isinstance(t, Conduction) for part in t.parts]
 
     @cached_property
     def _everywhere(self) -> Any:
@@ -144,16 +161,25 @@ class Tangent:
         grown = by.volume - 2 * by.stretch
         k = domain.per_cell("thermal_conductivity")
         derivative = -float((parts.conduction * (grown + by.conductivity / k)).sum())
+        for (on, _, _, cells), each in zip(self._by_law, parts.conducted, strict=True):
+            rise = on.value(self.linearized.rise)
+            derivative -= float((each * by.of_law(domain, "thermal_conductivity", cells, rise)).sum())
         derivative += float(parts.of_rise @ by.rises + parts.of_potential @ by.voltages)
         if conductor is not None:
             live = conductor.cells
             derivative += float((parts.heating * grown[:, live]).sum())
-            derivative -= float(parts.resisted[0] @ by.cold[live] + parts.resisted[1] @ by.warm[live])
+            if conductor.following is None:
+                derivative -= float(parts.resisted[0] @ by.cold[live] + parts.resisted[1] @ by.warm[live])
+            else:
+                change = by.of_law(domain, "resistivity", live, conductor.on.value(self.linearized.rise))
+                derivative -= float((parts.pressed * conductor.stands_for * change).sum())
         for (q, cells), change, tested in zip(domain.sources, by.sources, parts.sources, strict=True):
             derivative += float(tested @ (change + q * by.volume[cells]))
         for boundary in domain.scene.boundaries:
             if boundary.name in parts.films:
                 derivative += self._film(boundary, *parts.films[boundary.name], by)
+            elif boundary.name in parts.faces:
+                derivative -= self._face(boundary, parts.faces[boundary.name], by)
         return derivative + sum(weight * term(by) for weight, term in goal.own)
 
     def _film(self, boundary: Any, tested: np.ndarray, warmed: np.ndarray, by: Motion) -> float:
@@ -163,6 +189,15 @@ class Tangent:
             return float((tested * (flux + boundary.value * grown)).sum())
         loss = warmed - (boundary.ambient - self.domain.scene.initial_temperature) * tested
         return float(boundary.value * air * tested.sum() - (loss * (h + boundary.value * grown)).sum())
+
+    def _face(self, boundary: Any, tested: np.ndarray, by: Motion) -> float:
+        """What leaves more by a film that is no straight line of the temperature, as it is tested at points."""
+        face = self._films[boundary.name]
+        temperature = self.linearized.temperature(face)
+        change = by.of_face(self.domain.scene, boundary, temperature)
+        if by.moves:
+            change = change + faces.flux(boundary, temperature) * face.along(by.stretch)[:, None]
+        return float((tested * change).sum())
 
 
 def _each(weights: np.ndarray | None) -> np.ndarray | float:
@@ -207,10 +242,14 @@ def steady_table(
     tangent = Tangent(study, state, known.rows)
     fine = tangent.table(known.values, by)
     scene, level = study.part.scene, len(state.heat.domain.space.nested) - 2
-    heat = state.heat.lower(level)
+    heat = (state.heat.exact or state.heat).lower(level)
     conductor = state.conductor and state.conductor.lower(level, heat)
-    thermal = physics.heat(scene)
-    below = steady.coupled(heat, conductor, thermal, study.voltage, study.accuracy, state.follows_pattern)
+    if state.heat.exact is None:
+        thermal = physics.heat(scene)
+        below = steady.coupled(heat, conductor, thermal, study.voltage, study.accuracy, state.follows_pattern)
+    else:
+        start = heat.take(state.heat.field(state.rise))
+        below = newton.coupled(heat, conductor, study.voltage, study.accuracy, start, finer=False)
     low = Tangent(study, below, known.rows).table(known.values, by)
     rest = 1.0
     if isinstance(scene, Scene):

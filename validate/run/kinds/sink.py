@@ -10,7 +10,7 @@ from scenes.array import ONE_SINK
 from scenes.errors import SceneError, listed
 from scenes.formats import sink_text
 from scenes.model import AnyScene, Probe
-from scenes.physics import refuse_laws, refuse_terminals
+from scenes.physics import refuse_terminals
 from scenes.plan import Request, Step, noted
 from scenes.sink import OF_A_SINK, Sink
 from validate.run import plan as plans
@@ -54,10 +54,8 @@ def _refuse(sink: Sink, request: Request) -> None:
     if "reduced1d" in request.models and not request.model:
         refuse(sink, request.reduction)
     if inputs.differentiated(request):
-        refuse_laws((sink.silicon, sink.oxide), "a sensitivity")
         refuse_terminals(sink.scene(), "a sensitivity")
         _refuse_contacts(sink, "a sensitivity")
-        _refuse_radiation(sink, "a sensitivity")
 
 
 def _refuse_contacts(sink: Sink, what: str) -> None:
