@@ -58,4 +58,5 @@ def towards(boundary: Any, other: Any, temperature: np.ndarray) -> np.ndarray:
     if boundary.kind == "radiation":
         emitted: np.ndarray = (other.value - boundary.value) * SIGMA * (t**4 - ambient**4)
         return emitted - 4 * boundary.value * SIGMA * ambient**3 * warmer
-    return np.asarray(laws.towards(boundary.value, other.value, t) * (temperature - ambient) - boundary.value(t) * warmer)
+    change = laws.towards(boundary.value, other.value, t)
+    return np.asarray(change * (temperature - ambient) - boundary.value(t) * warmer)

@@ -1,6 +1,7 @@
 """Dual solutions of the coupled steady state: how an output follows the residuals of heat and of current.
 
-With rise u, potential phi, conductivity k(u) and resistivity rho(u), the state solves, for all tests z, w that vanish at given values,
+With rise u, potential phi, conductivity k(u) and resistivity rho(u), the state solves, for all tests z, w that vanish
+at given values,
 
     R_T(z) = int k(u) grad u . grad z + films - int q z - int |grad phi|^2 / (n rho(u)) z = 0
     R_E(w) = int grad phi . grad w / rho(u) = 0

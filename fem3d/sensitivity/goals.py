@@ -157,11 +157,11 @@ class Goals:
         domain, rise, phi = self._domain, self._linearized.rise, self._state.hot_potential
         row, charges, sides = np.zeros(len(phi)), np.zeros(len(phi)), []
         section, beside = conductor.sections[probe.name], domain.sides(probe, domain.live)
-        following_law = conductor.following is not None
-        for (faces, warmed, sign, cold, warm, resistivity), (_, _, cells) in zip(section, beside, strict=True):
+        by_law = conductor.following is not None
+        for (faces, warmed, sign, _, warm, resistivity), (_, _, cells) in zip(section, beside, strict=True):
             at = warmed.value(rise)
             rho = resistivity(at)
-            if following_law:
+            if by_law:
                 warm = domain.stands_for[domain.body[cells], None] * OfCells(domain, "resistivity", cells).slope(at)
             charges += sign * faces.flux(1 / rho)
             row += sign * faces.load(warm / rho**2 * faces.slope(phi))
@@ -171,7 +171,7 @@ class Goals:
             total, shrinks = 0.0, _shrinks(domain, probe, by)
             for faces, sign, cells, at, rho in sides:
                 grown = shrinks[cells]
-                if following_law:
+                if by_law:
                     copies = domain.stands_for[domain.body[cells], None]
                     resisted = copies * by.of_law(domain, "resistivity", cells, at)
                 else:

@@ -32,11 +32,12 @@ APART = 1e-9  # faces nearer to each other than this fraction of a scene's exten
 @dataclass(frozen=True, eq=False)
 class Motion:
     """Derivatives by the logarithm of a key. ``breaks``: of the grid's breakpoints (m), per axis; ``stretch`` (3,
-    cells): of the logarithms of the cells' sides; ``conductivity``, ``cold`` and ``warm`` (cells,): of the
-    properties where these are numbers, the former along the axes, the latter the two parts of the resistivity; ``rises`` and ``voltages`` (functions,):
-    of what is given; ``sources``: of the heat sources, as the domain has them; ``films``: of flux, coefficient and the
-    air's rise, by boundary; ``probes``: of corners; ``electrodes``: their voltages, with how they change. What a law of
-    the temperature does is told at the points of integrals, from the scene that is ``changed`` by a ``step``."""
+    cells): of the logarithms of the cells' sides; ``conductivity`` (3, cells), ``cold`` and ``warm`` (cells,): of the
+    properties where these are numbers, the latter the two parts of the resistivity; ``rises`` and ``voltages``
+    (functions,): of what is given; ``sources``: of the heat sources, as the domain has them; ``films``: of flux,
+    coefficient and the air's rise, by boundary; ``probes``: of corners; ``electrodes``: their voltages, with how they
+    change. What a law of the temperature does is told at the points of integrals, from the scene that is ``changed`` by
+    a ``step``."""
 
     breaks: tuple[np.ndarray, ...]
     stretch: np.ndarray
@@ -51,6 +52,12 @@ class Motion:
     electrodes: tuple[tuple[float, float], ...]
     changed: AnyScene
     step: float
+
+    def bends(self, domain: Domain, key: str) -> bool:
+        """Whether a property by its key changes where the temperature is what it was above the initial one."""
+        pairs = zip(domain.materials, physics.materials(self.changed), strict=True)
+        moved = self.changed.initial_temperature != domain.scene.initial_temperature
+        return moved or any(p.law(key) != q.law(key) for p, q in pairs)
 
     def of_law(self, domain: Domain, key: str, cells: np.ndarray, rise: np.ndarray) -> np.ndarray:
         """Of a property by its key on some cells, as `OfCells.value` of a rise (K) has it."""
@@ -233,9 +240,9 @@ def _film(boundary: Any, start: float) -> tuple[float, float, float]:
 
 
 def _change(given: Property, other: Property, step: float) -> list[float]:
-    """Of a property along x, y and z; nothing where it is a law."""
+    """Of a property along x, y and z; nothing where it follows the temperature."""
     pairs = zip(laws.along(given), laws.along(other), strict=True)
-    return [0.0 if isinstance(p, laws.Law) else (q - p) / step for p, q in pairs]
+    return [0.0] * 3 if laws.varies(given) else [(q - p) / step for p, q in pairs]
 
 
 def _law(material: Material, start: float) -> tuple[float, float]:

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from fem3d.adaptivity.estimate import left
-from fem3d.problems.following import Conduction, OfCells
+from fem3d.problems.following import Conduction
 from fem3d.results.outputs import of_steady
 from fem3d.results.study import Study
 from fem3d.sensitivity.adjoint import FILMS, Goal, Linearized
@@ -36,6 +36,7 @@ from scenes.model import Scene, bends
 from scenes.result import Estimate
 
 COMPLEX = 1e-30  # the step of a derivative by a complex number: its square is nothing beside 1
+K, RHO = "thermal_conductivity", "resistivity"
 ROUNDING = 1e-8  # relative error that the dual solutions leave in a derivative
 
 Table = dict[str, dict[str, Estimate]]
@@ -57,6 +58,27 @@ class _Parts:
     faces: dict[str, np.ndarray]  # (facets, points): of a film that is no straight line of the temperature
     of_rise: np.ndarray  # (functions,)
     of_potential: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class _ByLaw:
+    """Some ``cells`` with a conductivity by a law, at the points (cells, points) that integrals are ``on``: the rise
+    (K), the conductivity there, and the ``slopes`` (3, cells, points) of the rise times the weights."""
+
+    on: Any
+    cells: np.ndarray
+    rise: np.ndarray
+    conductivity: np.ndarray
+    slopes: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class _Bent:
+    """What a key changes at points: of the ``conductivity`` of each `_ByLaw`, of the ``resistivity``; nothing where no
+    law changes."""
+
+    conductivity: list[np.ndarray]
+    resistivity: np.ndarray | None
 
 
 class Tangent:
@@ -98,11 +120,11 @@ class Tangent:
         of_rise, of_potential = lin.gradient(goal, z, w)
         whole = np.zeros(domain.space.size)
         whole[heat.order] = of_rise
-        k = domain.per_cell("thermal_conductivity")
+        k = domain.per_cell(K)
         conduction = k * (self._everywhere.weights * self._slopes * self._everywhere.gradient(z)).sum(axis=-1)
-        conducted = [on.weights * on.gradient(lin.rise) * on.gradient(z) for on, _, _, _ in self._by_law]
-        for (on, law, _, cells), each in zip(self._by_law, conducted, strict=True):
-            conduction[:, cells] = (law.value(on.value(lin.rise)) * each).sum(axis=-1)
+        conducted = [law.slopes * law.on.gradient(z) for law in self._by_law]
+        for law, each in zip(self._by_law, conducted, strict=True):
+            conduction[:, law.cells] = (law.conductivity * each).sum(axis=-1)
         heating, resisted, pressed = np.zeros((3, 0)), np.zeros((2, 0)), np.zeros((0, 0))
         if conductor is not None:
             on, rho = conductor.on, lin.rho
@@ -131,11 +153,26 @@ class Tangent:
         kinds = (*FILMS, "heat_flux")
         return {b.name: self.linearized.face(b) for b in self.domain.scene.boundaries if b.kind in kinds}
 
-    @property
-    def _by_law(self) -> list[tuple[Any, OfCells, np.ndarray, np.ndarray]]:
-        """`Conduction.parts` of what has a conductivity by a law."""
-        exact = self.state.heat.exact
-        return [part for t in (exact.terms if exact else ()) if isinstance(t, Conduction) for part in t.parts]
+    @cached_property
+    def _by_law(self) -> list[_ByLaw]:
+        """Where the conductivity is one by a law."""
+        exact, found = self.state.heat.exact, []
+        for term in exact.terms if exact else ():
+            for on, law, _, cells in term.parts if isinstance(term, Conduction) else ():
+                rise, slopes = on.value(self.linearized.rise), on.weights * on.gradient(self.linearized.rise)
+                found.append(_ByLaw(on, cells, rise, law.value(rise), slopes))
+        return found
+
+    def _bent(self, by: Motion) -> _Bent:
+        """What a motion changes of properties by laws."""
+        domain, conductor = self.domain, self.state.conductor
+        conductivity, resistivity = [], None
+        if self._by_law and by.bends(domain, K):
+            conductivity = [by.of_law(domain, K, law.cells, law.rise) for law in self._by_law]
+        if conductor is not None and conductor.following is not None and by.bends(domain, RHO):
+            rise = conductor.on.value(self.linearized.rise)
+            resistivity = conductor.stands_for * by.of_law(domain, RHO, conductor.cells, rise)
+        return _Bent(conductivity, resistivity)
 
     @cached_property
     def _everywhere(self) -> Any:
@@ -149,30 +186,29 @@ class Tangent:
     def table(self, names: Iterable[str], motions: Mapping[str, Motion]) -> dict[str, dict[str, float]]:
         """d quantity / d ln key, by key and quantity."""
         table: dict[str, dict[str, float]] = {key: {} for key in motions}
+        bent = {key: self._bent(by) for key, by in motions.items()}
         for name, goal in self.goals(names).items():
             parts = self.parts(goal)
             for key, by in motions.items():
-                table[key][name] = self.derivative(goal, parts, by)
+                table[key][name] = self.derivative(goal, parts, by, bent[key])
         return table
 
-    def derivative(self, goal: Goal, parts: _Parts, by: Motion) -> float:
+    def derivative(self, goal: Goal, parts: _Parts, by: Motion, bent: _Bent) -> float:
         """dJ / d ln key."""
         domain, conductor = self.domain, self.state.conductor
         grown = by.volume - 2 * by.stretch
-        k = domain.per_cell("thermal_conductivity")
+        k = domain.per_cell(K)
         derivative = -float((parts.conduction * (grown + by.conductivity / k)).sum())
-        for (on, _, _, cells), each in zip(self._by_law, parts.conducted, strict=True):
-            rise = on.value(self.linearized.rise)
-            derivative -= float((each * by.of_law(domain, "thermal_conductivity", cells, rise)).sum())
+        for change, tested in zip(bent.conductivity, parts.conducted, strict=False):
+            derivative -= float((tested * change).sum())
         derivative += float(parts.of_rise @ by.rises + parts.of_potential @ by.voltages)
         if conductor is not None:
             live = conductor.cells
             derivative += float((parts.heating * grown[:, live]).sum())
             if conductor.following is None:
                 derivative -= float(parts.resisted[0] @ by.cold[live] + parts.resisted[1] @ by.warm[live])
-            else:
-                change = by.of_law(domain, "resistivity", live, conductor.on.value(self.linearized.rise))
-                derivative -= float((parts.pressed * conductor.stands_for * change).sum())
+            elif bent.resistivity is not None:
+                derivative -= float((parts.pressed * bent.resistivity).sum())
         for (q, cells), change, tested in zip(domain.sources, by.sources, parts.sources, strict=True):
             derivative += float(tested @ (change + q * by.volume[cells]))
         for boundary in domain.scene.boundaries:
