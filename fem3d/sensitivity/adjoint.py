@@ -157,9 +157,7 @@ class Linearized:
             return gradient, goal.charges.copy()
         of_phi = goal.charges + self._charge(z, w, goal.boxes)
         if self._conductor.warms:
-            gradient -= heat.take(
-                self._conductor.on.load(self._steepness / self.rho * self.pressed(z, w, goal.boxes))
-            )
+            gradient -= heat.take(self._conductor.on.load(self._steepness / self.rho * self.pressed(z, w, goal.boxes)))
         return gradient, of_phi
 
     def _charge(self, z: np.ndarray, w: np.ndarray, boxes: np.ndarray | float) -> np.ndarray:

@@ -199,8 +199,8 @@ class Tangent:
         grown = by.volume - 2 * by.stretch
         k = domain.per_cell(K)
         derivative = -float((parts.conduction * (grown + by.conductivity / k)).sum())
-        for change, tested in zip(bent.conductivity, parts.conducted, strict=False):
-            derivative -= float((tested * change).sum())
+        for moved, tested in zip(bent.conductivity, parts.conducted, strict=False):
+            derivative -= float((tested * moved).sum())
         derivative += float(parts.of_rise @ by.rises + parts.of_potential @ by.voltages)
         if conductor is not None:
             live = conductor.cells
