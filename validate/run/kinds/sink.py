@@ -53,6 +53,10 @@ def _refuse(sink: Sink, request: Request) -> None:
         raise SceneError(ONE_SINK.format(sink, "rows of sinks are a scenes.array.SinkArray"))
     if "reduced1d" in request.models and not request.model:
         refuse(sink, request.reduction)
+    if request.model == "network":
+        from reduced1d.network.sink import lines_of
+
+        lines_of(sink)
     if inputs.differentiated(request):
         refuse_terminals(sink.scene(), "a sensitivity")
         _refuse_contacts(sink, "a sensitivity")
