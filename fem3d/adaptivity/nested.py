@@ -21,7 +21,6 @@ from fem3d.problems import conductors
 from fem3d.problems.assembly import assemble
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
-from fem3d.problems.rest import next_to
 from fem3d.results.outputs import Outputs, of_steady
 from fem3d.results.study import Quantities, Study
 from fem3d.solution import newton, steady
@@ -42,6 +41,8 @@ class Problems:
     domain: Domain
     heats: tuple[HeatProblem, ...]
     conductors: tuple[Conductor | None, ...]
+    start: np.ndarray | None = None
+    """(functions,): a rise that may be near the steady state, of a nonlinear problem."""
     states: dict[int, SteadyState] = field(default_factory=dict)
     """Of a nonlinear problem the steady states that are known, by the number of the space."""
 
@@ -70,13 +71,7 @@ class Problems:
         """The problems linearized as that of the highest space is, where it is."""
         if heat.about is None:
             return self
-        lower = [heat.lower(k) for k in range(len(self.heats) - 1)]
-        for k, own in enumerate(lower):
-            if k in self.states:
-                # The tangent at the state of that space is next to it.
-                near, anew = self.states[k].heat.solve_steady, own.factors
-                own.kept.tell(solve_steady=next_to(own.inner_stiffness, near, anew))
-        return replace(self, heats=(*lower, heat))
+        return replace(self, heats=(*(heat.lower(k) for k in range(len(self.heats) - 1)), heat))
 
     def lifted(self, rise: np.ndarray, level: int) -> np.ndarray:
         """(..., all nodes of the highest space): fields of a lower one."""
@@ -156,7 +151,7 @@ def solution(study: Study, given: Problems, level: int = -1, follow: bool | None
     """The steady state in one of the nested spaces, by default the highest; ``follow`` as of `steady.coupled`."""
     heat, conductor = given.heats[level], given.conductors[level]
     thermal = physics.heat(given.domain.scene)
-    if thermal and given.follows:
+    if thermal and (given.follows or heat.about is not None):
         state = _nonlinear(study, given, range(len(given.heats))[level])
     else:
         state = steady.coupled(heat, conductor, thermal, study.voltage, study.accuracy, follow)
@@ -165,21 +160,27 @@ def solution(study: Study, given: Problems, level: int = -1, follow: bool | None
 
 
 def _nonlinear(study: Study, given: Problems, space: int) -> SteadyState:
-    """The steady state of a nonlinear problem in a space by its number, from that of the next lower one."""
+    """The steady state of a nonlinear problem in a space by its number: from the start that is given, or that in the
+    lowest space; where the problems are linearized about the state of the highest space, from that."""
     if space in given.states:
         return given.states[space]
-    heat, start = given.heats[space], None
+    heat, conductor, top = given.heats[space], given.conductors[space], len(given.heats) - 1
     if heat.about is not None:
-        raise NumericsError("a lower space has no steady state")
-    if space:
-        try:
-            below = _nonlinear(study, given, space - 1)
-            start = heat.take(below.heat.field(below.rise))
-        except NumericsError:
-            pass
-    state = newton.coupled(
-        heat, given.conductors[space], study.voltage, study.accuracy, start, space + 1 == len(given.heats)
-    )
+        near = given.states[top]
+        if near.conductor is not None and near.conductor is not given.conductor:
+            assert heat.exact is not None
+            conductor = near.conductor.lower(space, heat.exact)
+        state = newton.within(near, heat, conductor, study.voltage, study.accuracy)
+    else:
+        start = given.start
+        if start is None and space:
+            try:
+                lowest = _nonlinear(study, given, 0)
+                start = lowest.heat.field(lowest.rise)
+            except NumericsError:
+                pass
+        start = None if start is None else heat.take(start)
+        state = newton.coupled(heat, conductor, study.voltage, study.accuracy, start, space == top)
     given.states[space] = state
     return state
 
