@@ -7,7 +7,7 @@ raise it a little everywhere, or to ask another mesh whether heating really runs
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -94,8 +94,8 @@ def solve(
 @dataclass
 class Search:
     """What one level hands to the next: the limit of the last mesh's runaway, whether a transient ran away, and the
-    slowest time constant (s) and the generations of fields of a transient without steady state; a steady state ``near``
-    that of the next mesh."""
+    slowest time constant (s) and the generations of fields of a transient without steady state; on
+    bricks, of a nonlinear problem, the steady state ``near`` that of the next mesh."""
 
     study: Study
     with_steady: bool
@@ -119,10 +119,8 @@ class Search:
         fine = level = response = None
         try:
             if self.with_steady:
-                if problems.follows:
-                    problems = replace(problems, start=suited.started(problems.domain.space, self.near))
-                fine = nested.solution(self.study, problems)
-                self.near = fine.state
+                fine = nested.solution(self.study, problems, near=self.near)
+                self.near = fine.state if self.near else None
                 level = mesh.examined(self.study, problems, fine)
             self.progress(f"level {number}: {problems.heat.size} unknowns")
             if self.with_steady and level is None:

@@ -41,8 +41,6 @@ class Problems:
     domain: Domain
     heats: tuple[HeatProblem, ...]
     conductors: tuple[Conductor | None, ...]
-    start: np.ndarray | None = None
-    """(functions,): a rise that may be near the steady state, of a nonlinear problem."""
     states: dict[int, SteadyState] = field(default_factory=dict)
     """Of a nonlinear problem the steady states that are known, by the number of the space."""
 
@@ -147,42 +145,50 @@ class Solution:
     quantities: Quantities
 
 
-def solution(study: Study, given: Problems, level: int = -1, follow: bool | None = None) -> Solution:
-    """The steady state in one of the nested spaces, by default the highest; ``follow`` as of `steady.coupled`."""
+def solution(
+    study: Study, given: Problems, level: int = -1, follow: bool | None = None, near: SteadyState | None = None
+) -> Solution:
+    """The steady state in one of the nested spaces, by default the highest; ``follow`` as of `steady.coupled`; ``near``
+    it may be that of another mesh, where a nonlinear problem is solved from."""
     heat, conductor = given.heats[level], given.conductors[level]
     thermal = physics.heat(given.domain.scene)
     if thermal and (given.follows or heat.about is not None):
-        state = _nonlinear(study, given, range(len(given.heats))[level])
+        state = _nonlinear(study, given, range(len(given.heats))[level], near)
     else:
         state = steady.coupled(heat, conductor, thermal, study.voltage, study.accuracy, follow)
     out = of_steady(state, study.part)
     return Solution(state, out, study.steady(out))
 
 
-def _nonlinear(study: Study, given: Problems, space: int) -> SteadyState:
-    """The steady state of a nonlinear problem in a space by its number: from the start that is given, or that in the
+def _nonlinear(study: Study, given: Problems, space: int, near: SteadyState | None = None) -> SteadyState:
+    """The steady state of a nonlinear problem in a space by its number: from one near it on other bricks, or that in the
     lowest space; where the problems are linearized about the state of the highest space, from that."""
     if space in given.states:
         return given.states[space]
     heat, conductor, top = given.heats[space], given.conductors[space], len(given.heats) - 1
     if heat.about is not None:
-        near = given.states[top]
-        if near.conductor is not None and near.conductor is not given.conductor:
+        fine = given.states[top]
+        if fine.conductor is not None and fine.conductor is not given.conductor:
             assert heat.exact is not None
-            conductor = near.conductor.lower(space, heat.exact)
-        state = newton.within(near, heat, conductor, study.voltage, study.accuracy)
+            conductor = fine.conductor.lower(space, heat.exact)
+        state = newton.within(fine, heat, conductor, study.voltage, study.accuracy)
     else:
-        start = given.start
+        start = near and heat.take(_on(given.domain.space, near))
         if start is None and space:
             try:
                 lowest = _nonlinear(study, given, 0)
-                start = lowest.heat.field(lowest.rise)
+                start = heat.take(lowest.heat.field(lowest.rise))
             except NumericsError:
                 pass
-        start = None if start is None else heat.take(start)
         state = newton.coupled(heat, conductor, study.voltage, study.accuracy, start, space == top)
     given.states[space] = state
     return state
+
+
+def _on(space: Any, near: SteadyState) -> np.ndarray:
+    """(functions,): the rise of a state on other bricks in a space."""
+    found: np.ndarray = space.interpolated(near.heat.domain.space, near.heat.field(near.rise))
+    return found
 
 
 def free_functions(given: Problems) -> list[np.ndarray]:

@@ -27,7 +27,7 @@ from scenes import physics
 from scenes.errors import NumericsError
 
 LOWER = 2  # degrees by which those of the rough state are lower
-ROUGH = 0.1  # its accuracy, to which its iteration is solved
+ROUGH = 1.0  # its accuracy, to which its iteration is solved
 SHARE = 0.5  # of the accuracy: what d^p may be, as of the last degree some is left
 MOST_PIECES = 4  # of an interval
 MOST_GROWTH = 2.0  # of the unknowns
@@ -42,7 +42,7 @@ def suited(mesh: Bricks, study: Study) -> tuple[Bricks, SteadyState | None]:
     rough = grid.with_axes(grid.breaks, [np.maximum(d - LOWER, 1) for d in grid.degrees])
     heat = assemble(boxes(scene, rough))
     try:
-        state = newton.coupled(heat, conductors.find(heat, nested.SOLVED * ROUGH), study.voltage, ROUGH, finer=False)
+        state = newton.coupled(heat, conductors.find(heat, nested.SOLVED), study.voltage, ROUGH, finer=False)
     except NumericsError:
         return mesh, None
     pieces = _pieces(state, grid.degrees, study.accuracy)
@@ -74,14 +74,3 @@ def _pieces(state: SteadyState, degrees: tuple[np.ndarray, ...], accuracy: float
                 np.maximum.at(change, at[cells], own)
     most = [4 * np.arctanh((SHARE * accuracy) ** (1 / np.maximum(p, 2))) for p in degrees]
     return [np.clip(np.ceil(c / m), 1, MOST_PIECES).astype(int) for c, m in zip(changes, most, strict=True)]
-
-
-def started(space: object, state: SteadyState | None) -> np.ndarray | None:
-    """(functions,): the rise of a state on another grid of the same scene in a space; None where both aren't of
-    bricks."""
-    if state is None:
-        return None
-    before = state.heat.domain.space
-    if not (isinstance(space, BrickSpace) and isinstance(before, BrickSpace)):
-        return None
-    return space.interpolated(before, state.heat.field(state.rise))

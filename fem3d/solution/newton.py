@@ -21,6 +21,7 @@ from scenes.errors import NumericsError, RunawayError
 MOST_STEPS = 30  # of Newton's method at one drive
 # So many steps shrink to half at least: those from far above to a face that radiates shrink to (3/4)^5.
 STALLED = 5
+ENDS = 1e-6  # of the accuracy: what the next step would be, relatively, with which a state counts as found
 INNER = 1e-4  # to which each step's linear system is solved, relatively
 HALVINGS = 3  # of a step that doesn't bring the state nearer
 SHORTEST = 1e-3  # step of the drive, relative, at which its largest value counts as found
@@ -103,7 +104,7 @@ class Newton:
             if point is None:
                 return None
             self.ahead = longer * self.off * sizes[-1] / (_largest(point.rise) or 1.0)
-            if self.ahead < max(CONVERGED * self.accuracy, enough):
+            if self.ahead < max(ENDS * self.accuracy, enough):
                 return point
         return None
 
@@ -181,13 +182,15 @@ def coupled(
     return _state(newton, point, off)
 
 
-def within(near: SteadyState, tangent: HeatProblem, conductor: Conductor | None, voltage: float, accuracy: float) -> SteadyState:
+def within(
+    near: SteadyState, tangent: HeatProblem, conductor: Conductor | None, voltage: float, accuracy: float
+) -> SteadyState:
     """The steady state in a space that the one of a state ``near`` it holds: of the problem of which ``tangent`` is the
     one linearized about that state. Raises as `coupled` does."""
     assert tangent.exact is not None
     newton = Newton(tangent.exact, conductor, accuracy, tangent=tangent)
     start = tangent.take(near.heat.field(near.rise))
-    point = newton.solve(1.0, start, near.potential, off=0.0)
+    point = newton.solve(1.0, start, near.potential, CONVERGED * accuracy, 0.0)
     return _state(newton, point or _driven(newton, voltage), 0.0)
 
 
