@@ -161,8 +161,8 @@ def solution(
 
 
 def _nonlinear(study: Study, given: Problems, space: int, near: SteadyState | None = None) -> SteadyState:
-    """The steady state of a nonlinear problem in a space by its number: from one near it on other bricks, or that in the
-    lowest space; where the problems are linearized about the state of the highest space, from that."""
+    """The steady state of a nonlinear problem in a space by its number: from one near it on other bricks, or that in
+    the lowest space; where the problems are linearized about the state of the highest space, from that."""
     if space in given.states:
         return given.states[space]
     heat, conductor, top = given.heats[space], given.conductors[space], len(given.heats) - 1
@@ -173,7 +173,7 @@ def _nonlinear(study: Study, given: Problems, space: int, near: SteadyState | No
             conductor = fine.conductor.lower(space, heat.exact)
         state = newton.within(fine, heat, conductor, study.voltage, study.accuracy)
     else:
-        start = near and heat.take(_on(given.domain.space, near))
+        start = None if near is None else heat.take(_on(given.domain.space, near))
         if start is None and space:
             try:
                 lowest = _nonlinear(study, given, 0)

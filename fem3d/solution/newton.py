@@ -81,9 +81,9 @@ class Newton:
     def solve(
         self, drive: float, start: np.ndarray, near: np.ndarray | None, enough: float = 0.0, off: float = np.inf
     ) -> Point | None:
-        """The state at a fraction of the drive, from a rise near it, until the next step would be ``enough`` or as small
-        as the accuracy asks for; None where the iteration leads nowhere. ``off`` is what the tangent that there is is
-        off by there."""
+        """The state at a fraction of the drive, from a rise near it, until the next step would be ``enough`` or as
+        small as the accuracy asks for; None where the iteration leads nowhere. ``off`` is what the tangent that there
+        is is off by there."""
         heat = self.heat
         start = np.concatenate([start[: heat.free], drive * heat.given[0]])
         point, self.off = self.at(start, drive, near), off

@@ -286,8 +286,8 @@ class Cells:
 
     def tangent(self, k: np.ndarray, field: np.ndarray, ratio: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(cells, n, n) twice: the integrals of k grad u . grad v and of u field . grad v in each cell, for k (cells,
-        points), or with axes in front, and a field (3, cells, points); rows are v. ``ratio`` (cells,): of the largest to
-        the smallest value of what k comes from in each, by which bricks see how finely they must take it."""
+        points), or with axes in front, and a field (3, cells, points); rows are v. ``ratio`` (cells,): of the largest
+        to the smallest value of what k comes from in each, by which bricks see how finely they must take it."""
         along, drift = np.broadcast_to(k, field.shape) * self.weights, field * self.weights
         return self._space.varying(self._cells, self._rule, self._inverse, along, drift, ratio)
 
