@@ -142,8 +142,9 @@ def _map(table: Table, reduction: str) -> Figure:
     unsure_there = unsure[net.triangles].any(axis=1)
     for ax in axes:
         for mask, line in ((unsure_there, "-"), (~unsure_there, (0, (2, 1.5)))) if crossed else ():
-            part = Triangulation(across, up, net.triangles, mask | ~known[net.triangles].all(axis=1))
-            if not part.mask.all():
+            hidden = mask | ~known[net.triangles].all(axis=1)
+            part = Triangulation(across, up, net.triangles, hidden)
+            if not hidden.all():
                 ax.tricontour(part, percents, levels=[100 * tolerance], colors=[INK], linewidths=2.4, linestyles=[line])
         if molten:
             colder = np.where(np.isfinite(excess), excess, -1.0)
