@@ -31,7 +31,7 @@ class Request:
     (``why``), how both models follow each key (``sensitivities``), what leaving out the ``air`` does, what else both
     models leave out (``left_out``), how well the keys are known (``uncertain``) and how many samples of that
     are solved (``monte_carlo``), and what the data are known to (``data_uncertainty``), and which keys are fitted to
-    them (``calibrate``). Of a sink or a free scene the compact model (``export``). Of a device:
+    them (``calibrate``). The compact model (``export``). Of a device:
     whether it is solved ``in_3d`` too, the ``scheme``, the figures that the run is ``about`` (all where none are
     named), the ``meter`` in the loop, the sensor's ``largest_voltage`` (V) and ``largest_power`` (W).
     """

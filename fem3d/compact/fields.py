@@ -95,15 +95,3 @@ def _residual(heat: HeatProblem, basis: np.ndarray, loads: list[np.ndarray], shi
     solution = np.linalg.solve(basis.T @ product, tested)
     residual = F - product @ solution
     return float(np.sqrt(((weight[:, None] * residual**2).sum(axis=0) / (tested * solution).sum(axis=0)).max()))
-
-
-def leading(states: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """(n, n): sums of states, orthonormal and those first that matter most to some responses (n, any) in their own
-    size and in what ``rows`` (outputs, n) read, each relative to its largest."""
-    size = np.abs(rows @ states).max(axis=1, initial=0.0)
-    read = rows[size > 0] / size[size > 0, None]
-    whole = float(np.linalg.norm(states, axis=0).max(initial=1e-300))
-    weighed = np.linalg.cholesky(np.eye(len(states)) / whole**2 + read.T @ read)
-    first = np.linalg.svd(weighed.T @ states, full_matrices=True)[0]
-    sums: np.ndarray = np.linalg.qr(np.linalg.solve(weighed.T, first))[0]
-    return sums

@@ -22,6 +22,7 @@ from fem3d.solution.reduced import Reduced
 from fem3d.solution.transient import Base
 from scenes import physics
 from scenes.compact.channels import OWN, Channel, channels, driven, scenarios
+from scenes.compact.few import fewest, leading
 from scenes.errors import NumericsError, SceneError, quoted
 from scenes.model import DERIVED, AnyScene, MeshScene, Schedule
 
@@ -76,7 +77,7 @@ def _compact(scene: AnyScene, states: int | None, accuracy: float, say: Callable
             "give a larger --model-accuracy"
         )
     say("compact model: states")
-    count = judge.fewest(accuracy) if states is None else min(states, rich.states)
+    count = fewest(rich.states, judge.worst, accuracy) if states is None else min(states, rich.states)
     return judge.document(count)
 
 
@@ -145,7 +146,7 @@ def _rich(
     made = tensors(structure, reduced)
     states = _responses(reduced, loads, jumps, times)
     rows = made.matrices["Y"][:, len(steps) :] @ np.linalg.pinv(made.basis) @ reduced.basis
-    return structure, reduced.changed(fields.leading(states, rows))
+    return structure, reduced.changed(leading(states, rows))
 
 
 def _responses(

@@ -15,6 +15,7 @@ from fem3d.runs.probe_quantities import EARLY, LATE, OF_FLOW
 from fem3d.solution.reduced import Reduced
 from scenes import physics
 from scenes.compact.channels import OWN, UNITS, Channel, channels
+from scenes.compact.facts import EQUATIONS
 from scenes.compact.runtime import CompactModel
 from scenes.model import UNITS as PROBE_UNITS
 from scenes.model import AnyScene, Schedule, Value
@@ -23,11 +24,6 @@ from scenes.result import Result
 INSTANTS = 60  # number of instants of each run at which a model is compared
 # Places of an extreme at most, and by what fraction of a run's scale a place may miss the extreme.
 MOST_PLACES, NEAR = 12, 1e-4
-EQUATIONS = [
-    "z = (1, inputs g, states b), b = 0 at t = 0; (A z) c = S z for the current fields c",
-    "db/dt = F z + sum over pairs i <= j of c_i c_j Q_ij z (twice for i < j); 0 where steady_only",
-    "rows = Y z + W dg/dt + sum_i c_i U_i z + sum over pairs of c_i c_j P_ij z; an output is the max, min or mean",
-]
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,22 +166,6 @@ class Judge:
     def worst(self, count: int) -> float:
         """The largest relative error."""
         return max(e["relative"] for run in self.errors(count).values() for kind in run.values() for e in kind.values())
-
-    def fewest(self, accuracy: float) -> int:
-        """The smallest number of states that is found to hold an accuracy."""
-        low, high = 0, min(1, self.rich.states)
-        while high < self.rich.states and self._exceeds(high, accuracy):
-            low, high = high, min(2 * high, self.rich.states)
-        while high - low > 1:
-            middle = (low + high) // 2
-            low, high = (middle, high) if self._exceeds(middle, accuracy) else (low, middle)
-        return high
-
-    def _exceeds(self, count: int, accuracy: float) -> bool:
-        try:
-            return self.worst(count) > accuracy
-        except (ArithmeticError, np.linalg.LinAlgError):
-            return True
 
     def places(self) -> dict[str, np.ndarray]:
         """For each probe of an extreme the rows of where it is in the runs."""

@@ -7,7 +7,7 @@ by: with the current densities J uniform in temperature, heat rho J^2 and resist
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -65,6 +65,7 @@ class Structure:
         heat, conductor, n, patterns = self.heat, self.conductor, self.heat.free, self.patterns
         none = np.zeros(heat.size)
         lifts = [heat.lifts[channel] for channel in (self.outside, self.below)]
+        below = heat.loads[self.below]
         loads = [conductor.joule_load(p.density, none) for p in patterns]
         steady = [heat.solve_steady(load[:n]) for load in loads]
         local = [
@@ -72,6 +73,9 @@ class Structure:
             for p, load in zip(patterns, loads, strict=True)
             for rise in (*(heat.whole(u) for u in steady), *lifts)
         ]
+        if below.any():
+            # Through a gas in the gap.
+            loads, steady = [*loads, below], [*steady, heat.solve_steady(below[:n])]
         fields = [*steady, *(heat.solve_steady(load[:n]) for load in local)]
         return Base(heat, conductor, patterns, np.column_stack(fields), [*loads, *(heat.mass @ lift for lift in lifts)])
 
@@ -106,14 +110,22 @@ class Structure:
         rows = self.polymer
         per_rise, per_rate = (self.copies / root * (r[:, : heat.free] @ modal.basis) for r in rows)
         inlets = np.array(shape)
+        # A temperature acts through films too, on top of what it keeps up where it is given.
+        filmed = [root * modal.source[channel] / rates for channel in channels]
         outside, below = (
-            Inlet(rises, jumps, self.copies * rows[0] @ heat.lifts[channel])
-            for rises, jumps, channel in zip(np.array(external).T, jump, channels, strict=True)
+            Inlet(rises + inlets @ film, jumps + film, self.copies * rows[0] @ heat.lifts[channel] + per_rise @ film)
+            for rises, jumps, channel, film in zip(np.array(external).T, jump, channels, filmed, strict=True)
         )
+        below = replace(below, taken=float(below.flux[0]) + self.to_air(heat.lifts[self.below]))
         return Modal(
             rates, inlets, np.array(film), np.array(resistance), np.array(coefficient), outside.external, outside.jump,
             per_rise - per_rate * rates, outside.flux, per_rate @ inlets.T, below,
         )  # fmt: skip
+
+    def to_air(self, rise: np.ndarray) -> float:
+        """The heat (W) that leaves through films other than the substrate's at a rise (all nodes)."""
+        films = (film for name, film in self.heat.films.items() if not name.startswith(SUBSTRATE))
+        return -self.copies * float(sum(film.per_kelvin @ rise for film in films))
 
     @cached_property
     def polymer(self) -> tuple[np.ndarray, np.ndarray]:

@@ -9,6 +9,7 @@ from typing import Literal
 
 from fem3d.device.solve import Model, model
 from scenes.device import Device
+from scenes.loop.exported import Whole
 from scenes.loop.ground import Shared
 from scenes.loop.result import Run, Runs, with_others
 from scenes.loop.shielding import Response, Shielding
@@ -30,6 +31,15 @@ class Solved:
     def response(self) -> Response:
         """The response to a step of the substrate's temperature (`Model.response`)."""
         return self.model.response(self.runs.base.device)
+
+    @property
+    def exported(self) -> Whole:
+        """What a compact model of the device is made of and held against."""
+        model, base = self.model, self.runs.base
+        others = [(model.low, max(model.edges, *model.left.values())), (model.fewer, 1.0)]
+        return Whole(
+            f"{base.device.name}, in 3D", base.device, model.fine, base.result, model.steady_errors(base.device), others
+        )
 
     @cached_property
     def ground(self) -> list[tuple[Shared, dict[str, float]]]:

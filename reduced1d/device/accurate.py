@@ -16,6 +16,8 @@ from scenes.loop.march import March
 from scenes.loop.result import QUANTITIES, DeviceResult, device_result
 
 ROUNDS, LARGEST_DEGREE, LARGEST_NODES = 4, 36, 18
+LESS = 3
+"""By how many degrees lower the elements are that tell the error in space."""
 
 
 class Resolution(NamedTuple):
@@ -62,7 +64,7 @@ def solve_accurate(
 ) -> DeviceResult:  # fmt: skip
     """Traces of a device, to its ``accuracy`` where that can be reached.
 
-    Three resolutions run side by side: the answer, one with elements three degrees lower, and one with two powers
+    Three resolutions run side by side: the answer, one with elements of a degree LESS lower, and one with two powers
     fewer between samples. The differences estimate the error in space and in time (of the coarser ones, so generously)
     and whatever exceeds the accuracy is refined, as long as that helps. ``meter`` is the resolution in ohm to which the
     resistances of (sink, sensor) are measured, 0 for an ideal meter. ``start`` "settled" begins in the steady state at
@@ -74,7 +76,7 @@ def solve_accurate(
     resolution, before = FIRST, math.inf
     for attempt in range(ROUNDS):
         degree, nodes = resolution
-        ladder = (resolution, Resolution(degree - 3, nodes), Resolution(degree, nodes - 2))
+        ladder = (resolution, Resolution(degree - LESS, nodes), Resolution(degree, nodes - 2))
         spectrum, run = march(device, ladder, min(1e-4 * goal, 1e-8), meter, start)
         parts = {name: run.apart(0, i) for i, name in ((1, "space"), (2, "time"))}
         space, time = (max(part["sink_K"], part["sensor_K"]) for part in parts.values())

@@ -28,6 +28,7 @@ import scipy.linalg
 from reduced1d.equations import resistance, room_resistivity
 from reduced1d.line import Line, reference
 from reduced1d.line import modes as modes_of
+from reduced1d.sink import air_conductance
 from reduced1d.sink import lump as lump_sink
 from scenes.device import Device
 from scenes.loop.modal import Inlet, Modal
@@ -63,11 +64,12 @@ class Lumped:
 
     Of (sink, sensor), thermally thin heated films, (2,) each: ``capacity`` in J/K; R of eq 7 at room temperature,
     ``resistance`` in ohm, and its relative change per kelvin, ``coefficient``. ``conductance`` (W/K) is the sink's to
-    room temperature.
+    room temperature, of which ``to_air`` is that to the air, the rest that to the substrate.
     """
 
     capacity: np.ndarray
     conductance: float
+    to_air: float
     resistance: np.ndarray
     coefficient: np.ndarray
     insulator: Slab
@@ -88,7 +90,7 @@ def lump(device: Device) -> Lumped:
     film = resistance(0.0, resistivity, change, sink.length, section)
     return Lumped(
         np.array([alone.capacity, gold.heat_capacity * section * sink.length]), alone.conductance,
-        np.array([alone.resistance, film]), np.array([alone.coefficient, change]),
+        air_conductance(sink), np.array([alone.resistance, film]), np.array([alone.coefficient, change]),
         Slab(device.insulator_thickness, area, pdms.thermal_conductivity, pdms.heat_capacity),
         Slab(device.polymer_thickness, area, pdms.thermal_conductivity, pdms.heat_capacity),
         device.set_rise,
@@ -142,7 +144,8 @@ def modes(lumped: Lumped, degree: int, grids: tuple[np.ndarray, np.ndarray] = GR
     w[outer] = 1.0
     w[free] = -scipy.linalg.solve(K, stiffness[free, outer], assume_a="pos")
     below = np.zeros(line.size)
-    below[free] = scipy.linalg.solve(K, lumped.conductance * np.eye(line.size)[0][free], assume_a="pos")
+    down = lumped.conductance - lumped.to_air
+    below[free] = scipy.linalg.solve(K, down * np.eye(line.size)[0][free], assume_a="pos")
     rates, phi = modes_of(mass[np.ix_(free, free)], K)
     into_polymer = -conductivity[-1] * line.at(cuts[0], -1.0)[1]
     content = line.integral(capacity * (np.arange(outer) < cuts[0]))
@@ -151,7 +154,10 @@ def modes(lumped: Lumped, degree: int, grids: tuple[np.ndarray, np.ndarray] = GR
         rates, phi[films], np.array([0, 1]), lumped.resistance, lumped.coefficient, w[films],
         phi.T @ (mass[np.ix_(free, free)] @ (w - _step(line, degree))[free]),
         (into_polymer[free] @ phi)[None], np.array([into_polymer @ w]), np.zeros((1, 2)),
-        Inlet(below[films], phi.T @ (mass[np.ix_(free, free)] @ below[free]), np.array([into_polymer @ below])),
+        Inlet(
+            below[films], phi.T @ (mass[np.ix_(free, free)] @ below[free]), np.array([into_polymer @ below]),
+            down * (1 - float(below[0])),
+        ),
     )  # fmt: skip
     return Modes(modal, content[free] @ phi, float(content @ w))
 

@@ -6,12 +6,14 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Literal
 
-from reduced1d.device.accurate import solve_accurate
+from reduced1d.device.accurate import LESS, solve_accurate
 from reduced1d.device.design import METERS, Meter, in_the_loop, too_coarse
+from reduced1d.device.lumped import lump, modes
 from reduced1d.device.paper import UnstableStepError, solve_paper
 from reduced1d.device.stability import largest_eigenvalue
 from scenes.device import Device
 from scenes.errors import SceneError
+from scenes.loop.exported import Whole
 from scenes.loop.result import DeviceResult, Run, Runs, with_others
 
 
@@ -48,6 +50,13 @@ def make(
         raise
     except ValueError as error:
         raise SceneError(str(error)) from None
+
+
+def exported(run: Run) -> Whole:
+    """What a compact model of a device is made of and held against, from a run of the accurate scheme."""
+    device, degree = run.device, run.result.details["degree"]
+    fine, lower = (modes(lump(device), d).modal for d in (degree, degree - LESS))
+    return Whole(f"{device.name}, in 1D", device, fine, run.result, {}, [(lower, 1.0)])
 
 
 def solve(

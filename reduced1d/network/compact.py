@@ -23,12 +23,12 @@ from reduced1d.network.solution import EARLY, measures, of_layout, refined, spre
 from reduced1d.network.steady import steady
 from scenes import physics
 from scenes.compact.channels import OWN, UNITS, Channel, channels, scenarios
+from scenes.compact.facts import EQUATIONS
 from scenes.compact.runtime import CompactModel
 from scenes.errors import NumericsError, SceneError
 from scenes.model import UNITS as OF_PROBES
 from scenes.model import AnyScene, Probe, Scene, Schedule, Value
 
-EQUATIONS = ["of scenes.compact.runtime: (A z) c = S z, db/dt = F z + sum c_i c_j Q_ij z, rows = Y z + sum c_i U_i z"]
 COUNTS = (2, 4, 6, 8, 12, 16, 24, 32, 48)
 """Numbers of states that are tried in turn."""
 RATES, APART, INSTANTS = 12, 1e-7, 40

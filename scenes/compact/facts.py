@@ -7,6 +7,13 @@ from typing import Any
 
 from scenes.units import TIME
 
+EQUATIONS = [
+    "z = (1, inputs g, states b), b = 0 at t = 0; (A z) c = S z for the current fields c",
+    "db/dt = F z + sum over pairs i <= j of c_i c_j Q_ij z (twice for i < j); 0 where steady_only",
+    "rows = Y z + W dg/dt + sum_i c_i U_i z + sum over pairs of c_i c_j P_ij z; an output is the max, min or mean",
+]
+"""Those of `scenes.compact.runtime`, as a document says them."""
+
 
 def facts(document: Mapping[str, Any]) -> list[str]:
     """Lines for the head of a file."""

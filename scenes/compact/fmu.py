@@ -1,6 +1,7 @@
-"""A compact model as an FMU (FMI 2.0, co-simulation), made by pythonfmu of the model's own Python file.
+"""A compact model, and the sampled controllers of a device, as FMUs (FMI 2.0, co-simulation), made by pythonfmu of
+their own Python files.
 
-Inputs hold from one communication point to the next. It runs in any importer, with a Python that has numpy.
+Inputs hold from one communication point to the next. They run in any importer, with a Python that has numpy.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from scenes.compact import names
-from scenes.compact.python import as_python
+from scenes.compact.python import as_python, controllers_as_python
 
 MISSING = "no FMU, which takes pythonfmu: pip install 'heated-microstructure-validation[fmu]'"
 
@@ -21,6 +22,7 @@ _UNITS: dict[str, dict[str, int]] = {
     "K": {"K": 1},
     "V": {"kg": 1, "m": 2, "s": -3, "A": -1},
     "A": {"A": 1},
+    "ohm": {"kg": 1, "m": 2, "s": -3, "A": -2},
     "W": {"kg": 1, "m": 2, "s": -3},
     "W/m2": {"kg": 1, "s": -3},
     "W/m3": {"kg": 1, "m": -1, "s": -3},
@@ -34,52 +36,79 @@ from xml.etree.ElementTree import Element, SubElement
 from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, Real
 
 
-class CompactSlave(Fmi2Slave):
-    """The model with its inputs and outputs as variables."""
+class {name}(Fmi2Slave):
+    """Inputs and outputs as variables, of (name, description, unit) each."""
 
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
         self.description = {description!r}
-        self.g, self.b = model.inputs_at(None, 0.0), np.zeros(model.states)
-        inputs, outputs = {names!r}
-        for k, (variable, entry) in enumerate(zip(inputs, model.inputs.values())):
-            self._register(variable, entry, Fmi2Causality.input, lambda k=k: float(self.g[k]), k)
-        for variable, (name, entry) in zip(outputs, model.outputs.items()):
-            self._register(variable, entry, Fmi2Causality.output, lambda name=name: self._read()[name], None)
+        self.given, self.units = [], []
+        self.declare()
 
-    def _register(self, variable, entry, causality, getter, k):
+    def add(self, variable, read, start=None):
+        """A variable that is an output as ``read`` () says, or with a start value the next input."""
+        name, description, unit = variable
+        number = len(self.given)
+
         def setter(value):
-            self.g[k] = value
+            self.given[number] = value
 
-        start = None if k is None else float(self.g[k])
+        if start is not None:
+            self.given.append(start)
+        causality = Fmi2Causality.output if start is None else Fmi2Causality.input
+        self.units.append(unit)
         self.register_variable(Real(
-            variable, start=start, causality=causality, getter=getter,
-            setter=None if k is None else setter, description=f"{{entry['name']}} in {{entry['unit']}}",
+            name, start=start, causality=causality, getter=read or (lambda: float(self.given[number])),
+            setter=None if start is None else setter, description=f"{{description}} in {{unit}}",
             variability=Fmi2Variability.continuous,
         ))
 
     def to_xml(self, *args, **kwargs):
         """With the units of the variables, which pythonfmu leaves out."""
         root = super().to_xml(*args, **kwargs)
-        entries = [*model.inputs.values(), *model.outputs.values()]
         units = Element("UnitDefinitions")
-        for unit in dict.fromkeys(entry["unit"] for entry in entries):
+        for unit in dict.fromkeys(self.units):
             powers = {{base: str(power) for base, power in {units!r}.get(unit, {{}}).items()}}
             SubElement(SubElement(units, "Unit", name=unit), "BaseUnit", powers)
         root.insert([element.tag for element in root].index("CoSimulation") + 1, units)
-        for variable, entry in zip(root.iter("ScalarVariable"), entries):
-            variable.find("Real").set("unit", entry["unit"])
+        for variable, unit in zip(root.iter("ScalarVariable"), self.units):
+            variable.find("Real").set("unit", unit)
         return root
+'''
+
+_MODEL = """
+    def declare(self):
+        self.b, inputs, outputs = np.zeros(model.states), *{names!r}
+        starts = model.inputs_at(None, 0.0)
+        for variable, entry, start in zip(inputs, model.inputs.values(), starts):
+            self.add((variable, entry["name"], entry["unit"]), None, float(start))
+        for variable, (name, entry) in zip(outputs, model.outputs.items()):
+            self.add((variable, name, entry["unit"]), lambda name=name: self._read()[name])
 
     def _read(self):
-        states = model.rest(self.g) if model.document["steady_only"] else self.b
-        return model.named(model.read(self.g, np.zeros_like(self.g), states))
+        g = np.array(self.given)
+        states = model.rest(g) if model.document["steady_only"] else self.b
+        return model.named(model.read(g, np.zeros_like(g), states))
 
     def do_step(self, current_time, step_size):
         if not model.document["steady_only"]:
-            self.b = model.step(self.b, self.g, step_size)
+            self.b = model.step(self.b, np.array(self.given), step_size)
         return True
-'''
+"""
+
+_CONTROLLERS = """
+    def declare(self):
+        films = "sink", "sensor"
+        for film, start in zip(films, controllers.resistance):
+            self.add((film + "_ohm", "measured resistance of the " + film, "ohm"), None, float(start))
+        for e, film in enumerate(films):
+            self.add((film + "_V", "voltage of the " + film, "V"), lambda e=e: float(controllers.voltage[e]))
+
+    def do_step(self, current_time, step_size):
+        # A sample at the start of a step, or within it, is of what is given now.
+        controllers.until(current_time + step_size, self.given)
+        return True
+"""
 
 
 def available() -> bool:
@@ -88,16 +117,25 @@ def available() -> bool:
 
 
 def write_fmu(document: Mapping[str, Any], path: Path) -> None:
-    """Writes the FMU. Raises OSError where that can't be done."""
+    """Writes the FMU of a model. Raises OSError where that can't be done."""
+    description = f'Compact model of "{document["scene"]}" of {document["states"]} states'
+    _build("CompactSlave", as_python(document), description, _MODEL.format(names=names.fmu(document)), path)
+
+
+def write_controllers(document: Mapping[str, Any], path: Path) -> None:
+    """Writes that of the controllers of a device's model."""
+    description = f'Sampled controllers of "{document["scene"]}"'
+    _build("ControllersSlave", controllers_as_python(document), description, _CONTROLLERS, path)
+
+
+def _build(name: str, code: str, description: str, methods: str, path: Path) -> None:
     from pythonfmu.builder import FmuBuilder
 
     before = sys.path.copy()
     with tempfile.TemporaryDirectory() as folder:
-        script = Path(folder) / "compact_model_slave.py"
-        description = f'Compact model of "{document["scene"]}" of {document["states"]} states'
-        slave = _SLAVE.format(description=description, names=names.fmu(document), units=_UNITS)
-        text = as_python(document) + slave
-        script.write_text(text, encoding="utf-8")
+        script = Path(folder) / f"{path.stem}_slave.py"
+        slave = _SLAVE.format(name=name, description=description, units=_UNITS)
+        script.write_text(code + slave + methods, encoding="utf-8")
         try:
             FmuBuilder.build_FMU(script, dest=path)
         finally:

@@ -17,11 +17,32 @@ An input is a number or (times, values), linear between; those not given are the
 """
 
 
+CONTROLLERS = """
+Use: from controllers import controllers
+     controllers.sample([300.1, 1.12])    the next sample: both voltages of both measured resistances (sink, sensor)
+"""
+
+
 def as_python(document: Mapping[str, Any]) -> str:
-    """The file's text."""
-    code = files("scenes.compact").joinpath("runtime.py").read_text(encoding="utf-8")
+    """The model's file, its text."""
+    code = _code("runtime.py", [*facts(document), USE]).replace("import warnings", "import json\nimport warnings", 1)
+    return f"{code}\n\nmodel = CompactModel(json.loads({_text(document)!r}))\n"
+
+
+def controllers_as_python(document: Mapping[str, Any]) -> str:
+    """The file of a device's controllers, its text."""
+    head = [f'Sampled controllers of "{document["scene"]}".', CONTROLLERS]
+    code = _code("controllers.py", head).replace("from collections.abc", "import json\nfrom collections.abc", 1)
+    return f"{code}\n\ncontrollers = Controllers(json.loads({_text(document['controllers'])!r}))\n"
+
+
+def _code(module: str, head: list[str]) -> str:
+    """The code of a module here, with a head on its own docstring."""
+    code = files("scenes.compact").joinpath(module).read_text(encoding="utf-8")
     _, about, rest = code.split('"""', 2)
-    head = "\n".join([*facts(document), USE, about.strip()]).replace("\\", "/").replace('"""', "'''")
-    text = json.dumps(document, separators=(",", ":"), allow_nan=False)
-    rest = rest.replace("import warnings\n", "import json\nimport warnings\n", 1)
-    return f'"""{head}\n"""{rest}\n\nmodel = CompactModel(json.loads({text!r}))\n'
+    said = "\n".join([*head, about.strip()]).replace("\\", "/").replace('"""', "'''")
+    return f'"""{said}\n"""{rest}'
+
+
+def _text(document: Mapping[str, Any]) -> str:
+    return json.dumps(document, separators=(",", ":"), allow_nan=False)

@@ -18,6 +18,8 @@ import numpy as np
 
 Given = float | tuple[Sequence[float], Sequence[float]]
 """A number, or (times, values): linear between the times (s), constant outside; two equal times make a jump."""
+KEPT = 64
+"""Lengths of steps whose propagators are kept."""
 
 
 class CompactModel:
@@ -36,6 +38,7 @@ class CompactModel:
         columns = slice(1 + len(self.inputs), None)
         self.decay = -np.diagonal(self.F[:, columns]).copy()
         self._own = columns
+        self._known: dict[float, tuple[np.ndarray, ...]] = {}
 
     def simulate(
         self, times: Sequence[float], inputs: Mapping[str, Given] | None = None, tolerance: float = 1e-6
@@ -133,7 +136,7 @@ class CompactModel:
 
     def named(self, row: np.ndarray) -> dict[str, float]:
         """What is read by the outputs' names."""
-        reduce: dict[str, Any] = {"max": np.max, "min": np.min, "mean": np.mean}
+        reduce: dict[str, Any] = {"max": np.max, "min": np.min, "mean": np.mean, "measured": _measured}
         return {name: float(reduce[o["reduce"]](row[o["rows"]])) for name, o in self.outputs.items()}
 
     def _named(self, rows: np.ndarray, inputs: np.ndarray) -> dict[str, np.ndarray]:
@@ -185,16 +188,25 @@ class CompactModel:
 
     def _step(self, b: np.ndarray, g: np.ndarray, slope: np.ndarray, h: float) -> tuple[np.ndarray, float]:
         """The states after a step (s), and how far a step of order 2 is from that."""
-        x = self.decay * h
-        p1, p2, p3 = _phi(x)
-        end = np.exp(-x) * b
+        p1, p2, p3, whole, first, to_half = self._propagators(h)
+        end = whole * b
         n0 = self._source(g, b)
-        half = np.exp(-x / 2) * b + h / 2 * _phi(x / 2)[0] * n0
+        half = to_half * b + h / 2 * first * n0
         n1 = self._source(g + slope * (h / 2), half)
         n2 = self._source(g + slope * h, end + h * p1 * (2 * n1 - n0))
         new = end + h * ((p1 - 3 * p2 + 4 * p3) * n0 + (4 * p2 - 8 * p3) * n1 + (4 * p3 - p2) * n2)
         lower = end + h * (p1 * n0 + 2 * p2 * (n1 - n0))
         return new, float(np.abs(new - lower).max(initial=0.0))
+
+    def _propagators(self, h: float) -> tuple[np.ndarray, ...]:
+        """phi_1 to phi_3 and the decay over a step (s), phi_1 and the decay over half of it; kept for a few steps, as
+        steps are often alike."""
+        if h not in self._known:
+            if len(self._known) >= KEPT:
+                self._known.clear()
+            x = self.decay * h
+            self._known[h] = (*_phi(x), np.exp(-x), _phi(x / 2)[0], np.exp(-x / 2))
+        return self._known[h]
 
     def _linearised(self, g: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """db/dt (n,) and its derivative (n, n)."""
@@ -223,6 +235,13 @@ def _drive(tables: list[tuple[np.ndarray, np.ndarray]], t: float) -> tuple[np.nd
         values.append(y[max(after - 1, 0)] + (slope * (t - x[after - 1]) if inside else 0.0))
         slopes.append(slope)
     return np.array(values), np.array(slopes)
+
+
+def _measured(rows: np.ndarray) -> float:
+    """A resistance behind a lead that another current shares (ohm): what is in series, and the other's drop in the lead
+    (V) over the current (A); without a current forward, of the voltage's sign, what is in series alone."""
+    series, drop, current, voltage = rows.tolist()
+    return float(series + (drop / current if current * voltage > 0 else 0.0))
 
 
 def _phi(x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -106,6 +106,9 @@ class _Netlist:
 
     def _reduced(self, entry: Mapping[str, Any]) -> str:
         rows = [self._row(row) for row in entry["rows"]]
+        if entry["reduce"] == "measured":
+            series, drop, current, voltage = rows
+            return f"{series}+(({current})*({voltage}) > 0 ? ({drop})*({current})/max(({current})**2, 1e-40) : 0)"
         expression = rows[0]
         for other in rows[1:]:
             expression = f"{entry['reduce']}({expression}, {other})"

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from scenes.compact.controllers import error_of
 from scenes.device import Device
 from scenes.loop.circuit import measured
 
@@ -43,7 +44,7 @@ class Law:
         step = np.where(self.resolution > 0, self.resolution, 1.0)
         resistance = measured(voltage, self.resistance * (1 + self.coefficient * rise), self.ground)
         read = np.where(self.resolution > 0, np.rint(resistance / step) * step, resistance)
-        return 1 - (read / self.resistance - 1) / (self.coefficient * self.set_rise)
+        return error_of(read, self.resistance, self.coefficient * self.set_rise)
 
     def next_voltage(self, voltage: np.ndarray, rise: np.ndarray) -> np.ndarray:
         """The voltage from this sample on, in V: V(t) = V(t - T_s) + gain * error, not below ``lowest``.

@@ -26,11 +26,13 @@ import numpy as np
 @dataclass(frozen=True, eq=False)
 class Inlet:
     """A temperature that a model is given, per kelvin: the rises ``external`` (m,) that it keeps up, the heat flows
-    ``flux`` (k,) in W/K, and by what ``jump`` (n,) a step of it changes the modes."""
+    ``flux`` (k,) in W/K, by what ``jump`` (n,) a step of it changes the modes, and the heat (W/K) that is ``taken`` in
+    where it is given."""
 
     external: np.ndarray
     jump: np.ndarray
     flux: np.ndarray
+    taken: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,12 +58,26 @@ class Modal:
     offset: np.ndarray | float = 0.0
     flux_offset: np.ndarray | float = 0.0
 
+    @property
+    def outside(self) -> Inlet:
+        """The outer temperature as an input: what leaves the polymer at rest enters nowhere else."""
+        return Inlet(self.external, self.jump, self.flux_external, -float(self.flux_external[0]))
+
     def above_substrate(self, outer: float) -> Modal:
         """The model whose outer rise stays (K), and whose input is the substrate's temperature instead."""
         given = self.substrate
         return replace(
             self, external=given.external, jump=given.jump, flux_external=given.flux,
             offset=self.offset + outer * self.external, flux_offset=self.flux_offset + outer * self.flux_external,
+        )  # fmt: skip
+
+    def within(self, sums: np.ndarray) -> Modal:
+        """The model of some ``sums`` (n, k) of its modes, which are orthonormal, in modes of its own."""
+        rates, vectors = np.linalg.eigh(sums.T @ (self.rates[:, None] * sums))
+        basis, given = sums @ vectors, self.substrate
+        return replace(
+            self, rates=rates, shape=self.shape @ basis, jump=self.jump @ basis, flux=self.flux @ basis,
+            substrate=replace(given, jump=given.jump @ basis),
         )  # fmt: skip
 
     @property

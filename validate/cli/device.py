@@ -9,6 +9,7 @@ examples:
   validate device --scheme paper --figure 9
   validate device --3d --uncertain materials --uncertain pdms.thermal_conductivity=5%
   validate device --max-power 20mW --meter PXI-4070
+  validate device --export my-sensor
 
 results: summary.json, traces.csv and figures in results/<scene>-<what distinguishes it>/
 exit status: 0 every check came out as the scene declares, 1 one did not, 2 bad input, 3 the numerics failed
@@ -37,9 +38,16 @@ OPTIONS = {
     "--sensitivities": "how the steady state follows each key: d ln Q / d ln key",
     **common.of_inputs("oxide_thickness=0.1um, pdms.thermal_conductivity=5%%; or materials",
                        "pad_width,oxide_width=0.9"),
+    **common.OF_MODEL,
+    "--export DIR": "write a compact model, of 3D with --3d, and its controllers to DIR: JSON, Python, SPICE, FMU",
+    "--model-accuracy A": "with --export, the relative accuracy of the model (default: twice the run's)",
     "--max-voltage V": "the sensor's largest voltage, for the range: 100mV",
     "--max-power W": "the sensor's largest power, for the range: 20mW",
 }  # fmt: skip
+
+OF_THE_EXPORTED = 2.0
+"""An exported model's accuracy where none is given, over that of the run: one is the run's own, one what few states
+leave out."""
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -63,8 +71,10 @@ def _request(arguments: argparse.Namespace, device: Device) -> Request:
         float("inf") if given is None else Quantity(dimension, 1e-12, 1e6).read(option, given) or 0.0
         for option, (given, dimension) in limits.items()
     )
+    in_3d = vars(arguments)["3d"]
+    known = device.accuracy_3d if in_3d else device.accuracy
     request = common.request(
-        arguments, device, device.accuracy, in_3d=vars(arguments)["3d"], scheme=arguments.scheme or "accurate",
+        arguments, device, OF_THE_EXPORTED * known, in_3d=in_3d, scheme=arguments.scheme or "accurate",
         about=tuple(name for name in DEVICE_FIGURES if name.removeprefix("figure") in arguments.figure),
         largest_voltage=voltage, largest_power=power,
     )  # fmt: skip
@@ -72,6 +82,16 @@ def _request(arguments: argparse.Namespace, device: Device) -> Request:
         if given is not None and design_reason(request):
             other = "--figure" if request.about else "--scheme paper"
             raise SceneError(f"{option} is of the range, which {other} leaves out: give one of them")
+    if request.export is not None:
+        option = f"--model-accuracy {arguments.model_accuracy}"
+        common.refuse(
+            (request.scheme == "paper", "--export writes a model of the accurate scheme: leave out --scheme paper"),
+            (request.meter, f"--export writes controllers that measure exactly: leave out --meter {request.meter}"),
+            (
+                request.export.states is None and request.export.accuracy < known,
+                f"{option} is closer than what it is made of is known, {known:g}: give --accuracy, too",
+            ),
+        )
     late = [name for name in request.about if request.scheme == "paper" and name in LATE]
     if late:
         raise SceneError(f"--figure {late[0].removeprefix('figure')} needs the accurate scheme")

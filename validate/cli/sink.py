@@ -39,7 +39,7 @@ OPTIONS = {
     "--steady": "",
     "--only {3d,1d}": "one model only",
     "--reduction R": f"the 1D model: {_FIRST} (default), {', '.join(_BETWEEN)} or {_LAST}[:N]; or one of your own, "
-    "FILE.py:FUNCTION, FILE.cir, FILE.fmu or FILE.csv",
+    "FILE.py:FUNCTION, FILE.cir, FILE.fmu, FILE.csv, or network",
     "--why": "split the 1D model's differences from 3D by the assumptions behind them",
     "--air": "up to which coefficient losses to the air may be left out, and what a lumped term gives",
     "--left-out": "what both models leave out, each solved in 3D, and all at once: the gas below and others",

@@ -40,8 +40,9 @@ def shared(vary: str) -> dict[str, str]:
         "--accuracy A": f"relative, of each 3D solution (default {ACCURACY}); open verdicts are solved again more "
         "accurately",
         "--voltage V": "the voltage at every point; for --set drive.voltage=V",
-        "--reduction R,R...": "the 1D models: paper (default), anchored, fin ...; blame is of the first",
-        "--model M": "a 1D model of one's own, of a free scene: FILE.py:FUNCTION, FILE.cir, FILE.fmu, network, scene",
+        "--reduction R,R...": "the sink's 1D models: paper (default), anchored, fin ...; blame is of the first. Or one "
+        "of your own: FILE.py:FUNCTION, FILE.cir, FILE.fmu, FILE.csv, network",
+        "--model M": "a 1D model of your own, of any other scene: the same, or scene",
         "--workers N": "processes (default: one a processor)",
         "--scheduler ADDRESS": "a Dask cluster that is there, such as tcp://127.0.0.1:8786",
         "--point-timeout T": "stop a point after so long, 30s; it becomes a row that says so",
@@ -92,21 +93,22 @@ def scene(arguments: argparse.Namespace) -> Base:
     return scene
 
 
-def model(arguments: argparse.Namespace, base: Base) -> str:
-    """The user's own model, by a path that holds wherever points are solved; empty where there is none. Raises
-    SceneError for what is none, as a run would."""
-    if not arguments.model:
-        return ""
+def models_of(arguments: argparse.Namespace, base: Base) -> tuple[tuple[str, ...], str]:
+    """The names of the models, and the path of the user's own, if it is one, that holds wherever points are solved.
+    Raises SceneError for what is none, as a run would."""
     from scenes.plan import Request
     from validate import models
     from validate.run.plan import own_model
+
+    if not arguments.model:
+        return models.of_reductions([name.strip() for name in (arguments.reduction or "paper").split(",")])
 
     source = own_model(cast("AnyScene", base.at(())), Request(model=arguments.model))
     assert source is not None
     given, folder = str(source[0]), source[1]
     whole = given if given == "network" else str((Path(folder) / given).resolve())
     models.opened(whole)
-    return whole
+    return (Path(whole).name,), whole
 
 
 def _settings(arguments: argparse.Namespace) -> list[str]:
@@ -117,7 +119,6 @@ def execute(
     arguments: argparse.Namespace, base: Base, design: Design, steady: bool, solves: int | None = None
 ) -> int:  # fmt: skip
     """Runs a job and reports on it; both commands end here."""
-    from reduced1d.ladder import canonical
     from scenes.kinds import Quantity
     from scenes.units import TIME
     from validate.report.folder import folder_of_sweep
@@ -131,10 +132,8 @@ def execute(
     for key in design.keys:
         if fixed & set(key.split("+")):
             raise SceneError(f"{key} is varied and set: give it one of the two")
-    own_model = model(arguments, base)
-    reductions = dict.fromkeys(canonical(name.strip()) for name in (arguments.reduction or "paper").split(","))
-    check = checked(base, arguments.check, steady, design.keys, next(iter(reductions)), own_model)
-    names = (Path(own_model).name,) if own_model else tuple(reductions)
+    names, own_model = models_of(arguments, base)
+    check = checked(base, arguments.check, steady, design.keys, names[0], own_model)
     job = Job(base, design, Scope(names, steady, check, arguments.blame, solves is None, own_model), solves)
     if arguments.scheduler is not None and arguments.workers is not None:
         raise SceneError("--workers are those of this machine, and a --scheduler has its own: give one of the two")
@@ -145,7 +144,7 @@ def execute(
     # results/<scene>-sweep-<what varies>, with what else is asked for.
     options = ("sample", "seed", "cells", "check", "tolerance", "solves")
     words = [f"{name}{value}" for name in options if (value := getattr(arguments, name, None)) is not None]
-    words += ["model", arguments.model] if own_model else []
+    words += ["model", arguments.model] if arguments.model else []
     words += ["steady"] * getattr(arguments, "steady", False) + [(arguments.reduction or "").replace(",", "-")]
     kind = "sweep" if solves is None else "map"
     folder = common.out(arguments) or folder_of_sweep(base.name, kind, [*arguments.vary, *_settings(arguments)], *words)

@@ -7,7 +7,7 @@ describe a circuit is refused; a Python file and an FMU are programs, which run 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -67,10 +67,27 @@ def of_reduction(given: str | Callable[..., Any]) -> tuple[str, str | Callable[.
 
     if not callable(given):
         file = given.rpartition(":")[0] or given
-        if is_one(given) or Path(file).suffix.lower() not in _KINDS:
-            return canonical(given), ""
+        if is_one(given) or (given != "network" and Path(file).suffix.lower() not in _KINDS):
+            try:
+                return canonical(given), ""
+            except SceneError as error:
+                raise SceneError(f"{error}; or network, FILE.py:FUNCTION, FILE.cir, FILE.fmu, FILE.csv") from None
         kind_of(given)
     return named(given), given
+
+
+def of_reductions(given: Sequence[str]) -> tuple[tuple[str, ...], str]:
+    """The names of some reductions of a sink, and the path of the user's own model that is the only one of them, ""
+    where all are this program's. Raises SceneError for what is neither, and for an own one beside others."""
+    each = [of_reduction(text) for text in given]
+    own_models = [str(model) for _, model in each if model]
+    if own_models and len(each) > 1:
+        raise SceneError(f"--reduction {quoted(own_models[0])} is judged alone: leave the others out")
+    model = "".join(own_models)
+    path = model if model in ("", "network") else str(Path(model).resolve())
+    if path:
+        opened(path)
+    return tuple(dict.fromkeys(name for name, _ in each)), path
 
 
 def kind_of(given: str) -> str:

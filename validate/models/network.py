@@ -8,7 +8,10 @@ import numpy as np
 
 from reduced1d.network import solve
 from scenes.free import from_dict
-from scenes.model import AnyScene
+from scenes.keys import SINK
+from scenes.loading import from_dict as from_parametric
+from scenes.loading import type_of_file
+from scenes.result import Result
 from validate.models import Answer, Asked
 
 NAME = "network"
@@ -25,11 +28,11 @@ class Network:
         return np.empty(0)
 
     def steady(self, asked: Asked) -> Answer:
-        estimates = solve(_scene(asked)).steady
+        estimates = _solved(asked).steady
         return {name: e.value for name, e in estimates.items()}, {name: e.error for name, e in estimates.items()}
 
     def over_time(self, asked: Asked, times: np.ndarray) -> Answer:
-        traces = solve(_scene(asked), times, steady_too=False).over_time
+        traces = _solved(asked, times).over_time
         return traces.values, traces.errors
 
 
@@ -38,5 +41,10 @@ def opened(given: str, folder: str) -> Network:
     return Network()
 
 
-def _scene(asked: Asked) -> AnyScene:
-    return from_dict(asked.document, asked.name)
+def _solved(asked: Asked, times: np.ndarray | None = None) -> Result:
+    """Of a sink by its quantities, of a scene of boxes by its probes; the steady state, or at ``times`` alone."""
+    if type_of_file(asked.document) is SINK:
+        from reduced1d.network import sink
+
+        return sink.solve(from_parametric(asked.document), times)
+    return solve(from_dict(asked.document, asked.name), times, steady_too=False)

@@ -27,6 +27,10 @@ SMOOTH = 1e-2
 """The part of a slope that differences over h and over 2h may be apart by before a longer step is tried."""
 NOTHING = 1e-9
 """A slope smaller than this part of the quantity counts as none."""
+BENT = 0.1
+"""A relative slope that changes by more than this at the key's value is no slope: with f the quantity,
+|f(h) - 2 f(0) + f(-h)| is then above 0.1 h f, while that of a power f = key^n is only n (n - 1) h^2 f. A network jumps
+where another side of a box becomes its longest."""
 
 
 @dataclass(frozen=True)
@@ -52,16 +56,27 @@ def follow(
         return {name: np.asarray(value, float) for name, value in answer.items()}
 
     followed, smooth = Followed({}, {}), getattr(model, "smooth", False)
+    base: dict[str, np.ndarray] = {}
     for key in keys:
         say(f"asking {model.name} beside {key}")
         for h in STEPS:
             try:
+                base = base or at(key, 0.0)
                 moved = {step: at(key, step) for step in ((h, -h) if smooth else (h, -h, 2 * h, -2 * h))}
             except SceneError as error:
                 followed.left_out[key] = f"{model.name} has no answer beside it ({error})"
                 break
             near = {name: (moved[h][name] - moved[-h][name]) / (2 * h) for name in moved[h]}
-            followed.slopes[key] = near
+            bent = (
+                np.abs(moved[h][name] - 2 * base[name] + moved[-h][name]).max() > BENT * h * np.abs(base[name]).max()
+                for name in near
+            )
+            if any(bent):
+                followed.left_out[key] = f"{model.name} jumps or bends at the very value that it has"
+                followed.slopes.pop(key, None)
+            else:
+                followed.left_out.pop(key, None)
+                followed.slopes[key] = near
             if smooth:
                 break
             far = {name: (moved[2 * h][name] - moved[-2 * h][name]) / (4 * h) for name in moved[h]}

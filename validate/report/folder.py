@@ -31,8 +31,8 @@ RUN = Content(
 )  # fmt: skip
 
 MODEL = Content(
-    "a model of this program", "export", "--export", re.compile(r"model\.(json|cir|py|fmu)|__pycache__"), "model.json",
-    ("scene", "matrices"),
+    "a model of this program", "export", "--export",
+    re.compile(r"model\.(json|cir|py|fmu)|controllers\.(py|fmu)|__pycache__"), "model.json", ("scene", "matrices"),
 )  # fmt: skip
 
 

@@ -6,7 +6,7 @@ first.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +16,6 @@ from validate.run.outcome import Clock, Exported, Outcome, Run
 
 if TYPE_CHECKING:
     from compare.against import Data
-    from scenes.model import AnyScene
 
 
 def plan(scene: Any, request: Request, data: Data | None = None) -> tuple[Step, ...]:
@@ -37,27 +36,19 @@ def answer(
     """
     run, kind = Run(scene, request, progress or (lambda _: None), clock or Clock()), kinds.of(scene)
     if request.export is not None:
-        from fem3d.compact.find import check
-
-        check(kind.exported(scene, request))
+        kind.exportable(scene, request)
     outcome: Outcome[Any] = kind.answer(run, data)
     if request.export is not None:
         with run.clock.stage("export"):
-            of_network = request.model == "network"
-            exported = _exported(kind.exported(outcome.scene, request), request.export, run.say, of_network)
-        outcome = replace(outcome, exported=exported)
+            outcome = replace(outcome, exported=_exported(kind.exported(outcome, run.say), request.export))
     return replace(outcome, timing=run.clock.all())
 
 
-def _exported(scene: AnyScene, export: Export, say: Callable[[str], None], of_network: bool) -> Exported:
-    """The compact model of 3D, or of the network, and its own words."""
-    if of_network:
-        from reduced1d.network.compact import compact
-    else:
-        from fem3d.compact.find import compact
+def _exported(document: Mapping[str, Any], export: Export) -> Exported:
+    """A compact model and its own words."""
     from scenes.compact import fmu
     from scenes.compact.facts import validity
 
-    document = compact(scene, export.states, export.accuracy, say)
     without = "" if fmu.available() else f"; {fmu.MISSING}"
-    return Exported(f"a compact model ({validity(document)}{without})", document, export.folder)
+    what = "a compact model and its controllers" if "controllers" in document else "a compact model"
+    return Exported(f"{what} ({validity(document)}{without})", document, export.folder)

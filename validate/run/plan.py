@@ -127,6 +127,7 @@ def of_device(device: Device, request: Request) -> tuple[Step, ...]:
         found.append(LEFT_OUT)
     found += _figures(DEVICE_FIGURES, left)
     found.append(step("traces.csv", "a row per controller sample"))
+    found += _export(request)
     found.append(step("designer's questions", "largest gains, range and resolution", design_reason(request)))
     return tuple(found)
 

@@ -40,8 +40,8 @@ BLAMED = {"fig4": ("steady", "peak"), "fig6_peak": ("transient", "peak"), "fig6_
 @dataclass(frozen=True)
 class Scope:
     """What is wanted at every point: ``check`` is the one that is blamed on assumptions, ``all_checks`` whether every
-    verdict that the error leaves open is solved again more accurately, or that one's alone. ``model`` is the user's
-    own, of a free scene, whose name then stands among the ``reductions``."""
+    verdict that the error leaves open is solved again more accurately, or that one's alone. ``model`` is the path of
+    the user's own, whose name is then the only one of the ``reductions``."""
 
     reductions: tuple[str, ...] = ("paper",)
     steady: bool = False
@@ -134,7 +134,7 @@ def checked(
     scene: Any = base.at(())
     free = base.kind == "free"
     known = [probe.name for probe in scene.probes] if free else [*DEFAULT_TOLERANCES, *ISLAND_TOLERANCES]
-    if model:
+    if model and free:
         from validate.run.kinds.free import varies
 
         at_rest, over_time = known, [f"{name}{OVER_TIME}" for name in known]
@@ -218,7 +218,7 @@ def _sink(
     from validate.run import hottest
     from validate.run.kinds.sink import compared
 
-    request = Request(transient=not scope.steady, figures=False, reduction=scope.reductions[0])
+    request = Request(transient=not scope.steady, figures=False, reduction=scope.reductions[0], model=scope.model)
     # Which part is the largest the coarser models of the ladder tell; a reduction that stands on it needs both.
     rough = scope.reductions == ("paper",)
     first: Result | None = None
@@ -248,7 +248,7 @@ def _sink(
     top = sink.room_temperature + fem3d.steady["peak_rise_K"].value
     # Nothing is hotter than the peak, and a step's response nowhere hotter than the steady state.
     hot = hottest.excess(sink.materials, top, lambda: fem3d.details["fields"].distinct, np.empty(0))
-    parts = _parts(sink, scope, fem3d, levels) if scope.blame else None
+    parts = _parts(sink, scope, fem3d, levels) if scope.blame and not scope.model else None
     return values | too_hot(*hot) | blame(parts) | {"accuracy": sink.accuracy}, parts, first
 
 

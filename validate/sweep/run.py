@@ -252,7 +252,7 @@ def sweep(
     s; ``workers`` are processes, one a processor if not given. Raises SceneError for bad input, ArithmeticError where a
     cluster is lost, ImportError without xarray.
     """
-    from reduced1d.ladder import canonical
+    from validate.models import of_reductions
 
     try:
         import xarray
@@ -269,10 +269,9 @@ def sweep(
         for key, given in (vary or {}).items()
     ]
     design = Design(tuple(axes), sample, seed)
-    names = tuple(map(canonical, [reduction] if isinstance(reduction, str) else reduction))
-    model_path = str(Path(model).resolve()) if model and model != "network" else model
+    names, model_path = of_reductions([model or reduction] if isinstance(reduction, str) else reduction)
     check = checked(scene_base, check, steady, design.keys, names[0], model_path)
-    scope = Scope((Path(model_path).name,) if model_path else names, steady, check, blame, model=model_path)
+    scope = Scope(names, steady, check, blame, model=model_path)
     job, say = Job(scene_base, design, scope), progress or (lambda _: None)
     question, count = job.document(), job.design.count
     with TemporaryDirectory() as folder, Store(Path(out or Path(folder, "sweep")), question, fresh, count) as store:

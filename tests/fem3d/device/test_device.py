@@ -7,12 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fem3d.device.runs import Solved
 from fem3d.device.solve import model
 from reduced1d.device.accurate import solve_accurate
 from reduced1d.device.shielding import over_time
+from scenes.compact.runtime import CompactModel
 from scenes.device import Device
+from scenes.loop.exported import closed_loop, compact
 from scenes.loop.ground import grounded
 from scenes.loop.march import Resolution, march
+from scenes.loop.result import Run, Runs
 from tests.fem3d.device.full_order import above_a_warmer_substrate, simulate
 
 ACCURACY = 1e-3
@@ -109,6 +113,37 @@ def test_the_sink_shields_the_sensor_from_the_substrate(states):
     assert found.sink_power_per_room_W_per_K == pytest.approx(found.sink_power_per_substrate_W_per_K, rel=1e-9)
     shared, _ = states.shielding(grounded(Device(), 1e-3))
     assert abs(shared.sensor_power_per_substrate_W_per_K) > 1e-6
+
+
+def test_exported_it_is_within_what_it_states(states, short):
+    """The few states of the file against the 3D model's own run, with its error in what is stated; the 1D model is
+    further off than that."""
+    result, lower = states.solve(short)
+    runs = Runs(Run(short, result, states.largest_eigenvalue, reference=lower), None, ())
+    made = compact(Solved(states, runs).exported, None, 4 * ACCURACY)
+    assert made["states"] < states.fine.count
+    exported, stated = CompactModel(made), made["error"]["closed loop"]["over time"]
+    rows = closed_loop(exported, short, len(result.time_s))
+    for name in ("sink_K", "sensor_K", "sensor_power_W"):
+        assert np.abs(rows[name] - result.trace(name)).max() + result.errors[name] <= stated[name]["error"] * (1 + 1e-9)
+        assert np.abs(rows[name] - solve_accurate(short).trace(name)).max() > 3 * stated[name]["error"]
+    g = np.array([0.5, 0.05, 300.0, 285.0])
+    read = exported.read(g, np.zeros(4), exported.rest(g))
+    films = sum(exported.named(read)[f"{film}_power_W"] for film in ("sink", "sensor"))
+    entering = [read[entry["port"]["row"]] for entry in made["inputs"][2:]]
+    # As little as the few states leave of the heat at rest.
+    assert sum(entering) == pytest.approx(-films, abs=1e-6 * films)
+
+
+def test_what_the_gas_takes_is_the_substrates_and_what_the_air_takes_nobodys():
+    """With the gas and all else a kelvin warmer both films are; the air takes what its film does."""
+    sink = replace(Device().sink, gap_gas_conductivity=0.026, convection_coefficient=1000.0)
+    gassy = model(replace(Device(), sink=sink), 3e-2)
+    modal, structure = gassy.fine, gassy.structures[0]
+    to_air = 1 - modal.external[:2] - modal.substrate.external[:2]
+    assert (to_air > 3e-3).all()
+    taken = modal.outside.taken - modal.substrate.flux[0]
+    assert taken == pytest.approx(structure.to_air(structure.heat.lifts[structure.outside]), rel=1e-6)
 
 
 def test_a_warmer_substrate_over_time_is_that_of_every_unknown_stepped_on_another_mesh(states):

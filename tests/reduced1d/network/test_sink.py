@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from reduced1d.equations import room_resistivity
@@ -12,21 +13,18 @@ from reduced1d.ladder.anchor import Anchor
 from reduced1d.ladder.few_states import steady
 from reduced1d.ladder.fin import fin
 from reduced1d.network import solve
+from reduced1d.network.sink import solve as by_lines
+from scenes.errors import SceneError
 from scenes.loading import load
-from scenes.model import Probe
-from scenes.sink import Sink, face
+from scenes.sink import Sink
 
 
 def test_the_anchor_and_the_rises_of_the_fin_on_it() -> None:
     sink = load("sink")
     assert isinstance(sink, Sink)
-    scene = sink.scene()
-    boxes = {box.name: box for box in scene.boxes}
-    through = Probe("down", *face(boxes["oxide-0"], 2, 0), "heat_flow")
-    current = Probe("current", *face(boxes["beam"], 1, 0), "current")
-    found = solve(replace(scene, probes=(*scene.probes, through, current), steady=True)).steady
-    rise = {name: found[name].value - sink.room_temperature for name in ("end", "peak", "mean")}
-    resistance = rise["end"] / -found["down"].value
+    steady_state = by_lines(sink).steady
+    rise = {name: steady_state[f"{name}_rise_K"].value for name in ("end", "peak", "mean")}
+    resistance = steady_state["anchor_resistance_K_per_W"].value
 
     k, width, thick = sink.silicon.thermal_conductivity, sink.pad_width, sink.thickness
     along = sink.anchor_distance / (k * width * thick)
@@ -46,7 +44,29 @@ def test_the_anchor_and_the_rises_of_the_fin_on_it() -> None:
     for name in ("end", "peak", "mean"):
         assert rise[name] == pytest.approx(by_fin[f"{name}_rise_K"], rel=1e-3)
         assert rise[name] != pytest.approx(by_fin[f"{name}_rise_K"] * (1 + 2e-3), rel=1e-3)
-    assert found["current"].value == pytest.approx(by_fin["current_A"], rel=1e-5)
+    assert steady_state["current_A"].value == pytest.approx(by_fin["current_A"], rel=1e-5)
+    # All heat that the current makes (1 V) leaves by the oxide.
+    for name in ("power_W", "heat_out_W"):
+        assert steady_state[name].value == pytest.approx(steady_state["current_A"].value, rel=1e-9)
+
+
+def test_traces_end_in_the_steady_state() -> None:
+    """After some twenty-five of the slowest time constants, 1.6 ms; after a part of one they have not."""
+    sink = replace(load("sink"), end_time=40e-3)
+    traces = by_lines(sink, np.array([0.0, 0.6e-3, 40e-3])).over_time
+    steady_state = by_lines(sink).steady
+    for name in ("peak", "end", "mean"):
+        rises = traces.values[f"{name}_K"] - sink.room_temperature
+        assert rises[0] == 0
+        assert rises[-1] == pytest.approx(steady_state[f"{name}_rise_K"].value, rel=1e-5)
+        assert rises[1] < 0.9 * rises[-1]
+    for name in ("current_A", "power_W"):
+        assert traces.values[name][-1] == pytest.approx(steady_state[name].value, rel=1e-6)
+
+
+def test_a_row_of_spans_is_refused() -> None:
+    with pytest.raises(SceneError, match=r"sink\.spans is 3"):
+        by_lines(replace(load("sink"), spans=3))
 
 
 def test_pads_lie_along_the_beam() -> None:

@@ -89,6 +89,22 @@ def test_traces_have_a_row_per_sample_and_obey_eq_21() -> None:
     assert columns["reduced1d_sensor_power_W"] == pytest.approx(volts**2 / resistance, rel=1e-12)
 
 
+def test_what_is_exported_is_said_and_kept(capsys: pytest.CaptureFixture[str]) -> None:
+    options = ("--set", "run.end_time=30ms", "--set", "external.step_time=20ms", "--figure", "10", "--no-figures")
+    assert device(*QUICK, *options, "--export", "my-sensor", "--states", "9", "--out", "one") in (0, 1)
+    said = " ".join(capsys.readouterr().out.split())
+    assert "Exported a compact model and its controllers (9 states, within " in said
+    assert "outside.temperature outside_temperature outside_temperature" in said
+    kept = {entry.name for entry in Path("my-sensor").iterdir()} - {"__pycache__"}
+    assert kept - {"model.fmu", "controllers.fmu"} == {"model.json", "model.py", "model.cir", "controllers.py"}
+    made = json.loads(Path("my-sensor/model.json").read_text())
+    assert made["controllers"]["gain_V"] == [0.5, 0.05]
+    worst = made["error"]["closed loop"]["over time"]["sensor_K"]
+    assert worst["error"] == pytest.approx(17.5 * worst["relative"])
+    steps = [step for step in summary("one")["plan"] if step["step"] == "export"]
+    assert steps[0]["reason"].startswith("a compact model of 9 states")
+
+
 def test_the_default_scene_comes_out_as_it_declares(capsys: pytest.CaptureFixture[str]) -> None:
     assert device("--strict", "--figure", "9", "--figure", "10", "--no-figures", "--quiet") == 0
     assert "as the scene declares" in " ".join(capsys.readouterr().out.split())

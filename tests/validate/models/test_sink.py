@@ -14,6 +14,9 @@ from reduced1d.sink import solve
 from scenes.errors import SceneError
 from scenes.loading import from_dict
 from validate.cli import main
+from validate.models import asked
+from validate.models.network import Network
+from validate.models.slopes import follow
 
 OF_ONE = ("fig4", "fig6_peak", "fig6_end", "fig7_current")
 
@@ -74,11 +77,26 @@ def test_a_table_of_values(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -
     assert "rest.csv is 1.6" in capsys.readouterr().out
 
 
+def test_the_network_is_judged_and_has_no_slope_where_it_jumps() -> None:
+    """Pads and oxide are square: with another side the longest they lie another way, so that there is no slope."""
+    run = compare.run("sink", reduction="network", accuracy=1e-2, steady=True)
+    assert run.check("fig4").difference == pytest.approx(19.6395 / 20.3323 - 1, abs=run.check("fig4").u_num + 1e-5)
+    sink, three = run.outcome.scene, run.outcome.fem3d
+    assert three is not None
+    keys = ["anchor.pad_width", "anchor.oxide_length", "drive.voltage"]
+    followed = follow(Network(), sink, keys, None, lambda _: None, lambda beside: asked.of_sink(beside, three))
+    assert set(followed.left_out) == {"anchor.pad_width", "anchor.oxide_length"}
+    assert all("jumps or bends" in why for why in followed.left_out.values())
+    by_voltage = followed.slopes["drive.voltage"]["peak_rise_K"] / 19.6395
+    assert float(by_voltage) == pytest.approx(1.988, abs=1e-3)
+
+
 @pytest.mark.parametrize(("reduction", "more", "said"), [
     ("own.py:sink", ["--why"], "leave out --why"),
     ("own.py:sink", ["--only", "1d"], "leave out --only 1d"),
     ("own.py:sink", ["--monte-carlo", "20", "--uncertain", "width=1%"], "leave out --monte-carlo"),
-    ("own.py:other", [], "has no function"), ("none.py:sink", [], "is no file"), ("network", [], "no reduction"),
+    ("own.py:other", [], "has no function"), ("none.py:sink", [], "is no file"), ("netwrk", [], "no reduction"),
+    ("network", ["--set", "spans=3"], "sink.spans is 3"), ("network", ["--set", "emissivity=0.7"], "radiates"),
     ("own.py:wrong", ["--accuracy", "1e-2"], "line 5: ZeroDivisionError"),
 ])  # fmt: skip
 def test_refused(

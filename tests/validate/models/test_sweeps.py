@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import compare
 from validate.cli import main
 
 K, G = "material.film.thermal_conductivity", "box.bar.heat_source"
@@ -69,6 +70,20 @@ def test_a_point_that_sleeps_is_ended_and_the_others_are_judged(steady: Path, be
     assert said.startswith("the model bent.py:asleep is within 5 % of 3D at tip in 1 of 3 designs")
 
 
+def test_a_sinks_own_model_at_a_design(tmp_path: Path) -> None:
+    """It is judged in the paper's place as it is in a run, and nothing is blamed on the paper's assumptions."""
+    model = f"{tmp_path / 'own.py'}:sink"
+    (tmp_path / "own.py").write_text(
+        "def sink(scene, times):\n    return {'peak_rise_K': 20 * scene['drive']['voltage']}\n"
+    )
+    asked = ["sweep", "sink", "--reduction", model, "--vary", "drive.voltage=2", "--steady", "--workers", "1"]
+    assert main([*asked, "--out", str(tmp_path / "s"), "--no-figures", "--quiet"]) == 0
+    (row,) = csv.DictReader((tmp_path / "s" / "points.csv").open())
+    alone = compare.run("sink", voltage=2, reduction=model, steady=True, accuracy=1e-2)
+    assert float(row["fig4_difference"]) == pytest.approx(alone.check("fig4").difference, rel=1e-6)
+    assert (float(row["reduced1d_peak_rise_K"]), row["blame"]) == (40.0, "")
+
+
 @pytest.mark.parametrize(
     ("arguments", "why"),
     [
@@ -78,6 +93,8 @@ def test_a_point_that_sleeps_is_ended_and_the_others_are_judged(steady: Path, be
             'did you mean "tip"',
         ),
         (["sweep", "sink", "--model", "{file}:tip", "--vary", "sink.width=10um,20um"], "--reduction"),
+        (["sweep", "sink", "--reduction", "paper,{file}:tip", "--vary", "sink.width=10um,20um"], "is judged alone"),
+        (["sweep", "sink", "--reduction", "network", "--check", "eq14", "--vary", "sink.width=10um"], "no use of"),
         (["map", "{scene}", "--check", "tip", "--vary", f"{K}=40:50", "--vary", f"{G}=1:2"], "give --model"),
     ],
 )

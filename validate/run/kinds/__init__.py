@@ -4,7 +4,7 @@
     text(scene)       what figures call it
     plan, answer      what a run does (scene, request, data), and does (run, data)
     skipped_figures   the figures that a run doesn't draw, each with the reason
-    exported          the scene of boxes that a compact model is of
+    exportable        refuses a scene that has no compact model; exported: the document of an outcome's
     quantities        of an outcome: what is followed and uncertain, by name what it is called and its unit; ``SHOWN``
     are those that a terminal has room for (empty: as many as fit)
     sensitivities     how the quantities follow the keys, or some of them; steady: their values in 3D and in 1D

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from scenes.device import Device
 from scenes.plan import Request, Step
@@ -76,6 +76,21 @@ def simulated(device: Device, request: Request, say: Callable[[str], None] = lam
 
     slow, steps = plans.needs(device, request, "figure11"), plans.needs(device, request, "figure12", "figure13")
     return runs.make(device, request.scheme, request.meter, slow, steps, say)
+
+
+def exportable(device: Device, request: Request) -> None:
+    """All are that a run takes."""
+
+
+def exported(outcome: Outcome[Device], say: Callable[[str], None]) -> dict[str, Any]:
+    """The document of its compact model: of the 3D one where that was asked for, else of the 1D one."""
+    from reduced1d.device import runs
+    from scenes.loop.exported import compact
+
+    export, solved = outcome.request.export, outcome.device_3d
+    assert export is not None
+    whole = runs.exported(outcome.runs.base) if solved is None else solved.exported
+    return compact(whole, export.states, export.accuracy, say)
 
 
 def quantities(outcome: Outcome[Device]) -> dict[str, tuple[str, str]]:

@@ -10,6 +10,7 @@ from scenes import physics
 from scenes.errors import NumericsError, RunawayInTimeError, SceneError, listed
 from scenes.model import UNITS, AnyScene, Schedule
 from scenes.plan import Request, Step
+from validate.run import of_boxes
 from validate.run import plan as plans
 from validate.run.kinds import inputs
 from validate.run.outcome import Outcome, Run
@@ -56,9 +57,14 @@ def _refuse(scene: AnyScene, request: Request) -> None:
         physics.refuse_contacts(scene, "a sensitivity doesn't follow the jump at a contact yet")
 
 
-def exported(scene: AnyScene, request: Request) -> AnyScene:
-    """What a compact model is of."""
-    return scene
+def exportable(scene: AnyScene, request: Request) -> None:
+    """SceneError for a scene that has no compact model."""
+    of_boxes.check(scene)
+
+
+def exported(outcome: Outcome[AnyScene], say: Callable[[str], None]) -> dict[str, Any]:
+    """The document of its compact model."""
+    return of_boxes.document(outcome.scene, outcome.request, say)
 
 
 def answer(run: Run, data: Data | None) -> Outcome[AnyScene]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from scenes.array import ONE_SINK
 from scenes.errors import SceneError, listed
@@ -13,6 +13,7 @@ from scenes.model import AnyScene, Probe
 from scenes.physics import nonlinear, refuse_terminals
 from scenes.plan import Request, Step, noted
 from scenes.sink import OF_A_SINK, Sink
+from validate.run import of_boxes
 from validate.run import plan as plans
 from validate.run.kinds import inputs
 from validate.run.outcome import Outcome, Run
@@ -53,6 +54,10 @@ def _refuse(sink: Sink, request: Request) -> None:
         raise SceneError(ONE_SINK.format(sink, "rows of sinks are a scenes.array.SinkArray"))
     if "reduced1d" in request.models and not request.model:
         refuse(sink, request.reduction)
+    if request.model == "network":
+        from reduced1d.network.sink import lines_of
+
+        lines_of(sink)
     if inputs.differentiated(request):
         refuse_terminals(sink.scene(), "a sensitivity")
         _refuse_contacts(sink, "a sensitivity")
@@ -70,7 +75,17 @@ def _refuse_radiation(sink: Sink, what: str) -> None:
         raise SceneError(f"{what} has no radiation: give environment.emissivity = 0, or leave it out")
 
 
-def exported(sink: Sink, request: Request) -> AnyScene:
+def exportable(sink: Sink, request: Request) -> None:
+    """SceneError for a sink that has no compact model."""
+    of_boxes.check(_modelled(sink, request))
+
+
+def exported(outcome: Outcome[Sink], say: Callable[[str], None]) -> dict[str, Any]:
+    """The document of its compact model."""
+    return of_boxes.document(_modelled(outcome.scene, outcome.request), outcome.request, say)
+
+
+def _modelled(sink: Sink, request: Request) -> AnyScene:
     """What a compact model is of: the 3D problem, with the current as a probe too."""
     _refuse_contacts(sink, "a compact model")
     _refuse_radiation(sink, "a compact model")

@@ -1,0 +1,163 @@
+"""The device as a part of somebody's system: a `Modal` and the circuit of its films as the matrices of
+`scenes.compact.runtime`, and the numbers of its controllers.
+
+Inputs g are both voltages, the outer and the substrate's temperature T (K); the current fields are those of sink and
+sensor, so that A c = S g is the circuit with its common lead, and c_e^2 R_e a film's power. The states are b plus the
+jumps of both temperatures, so that no input is differentiated:
+
+    db/dt = -rates (b - jump T) + shape^T u,      rises = shape (b - jump T) + external T.
+
+What takes heat where a temperature is given is found by testing the heat equation with the steady rise w that a kelvin
+there keeps up: the heat that enters is the rate of what is stored, weighed with w, and what w conducts, less the films'
+heat weighed with w.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from scenes.compact.facts import EQUATIONS
+from scenes.device import Device
+from scenes.loop.controller import law
+from scenes.loop.modal import Inlet, Modal
+
+INPUTS = {
+    "sink.voltage": ("V", "voltage"), "sensor.voltage": ("V", "voltage"),
+    "outside.temperature": ("K", "temperature"), "substrate.temperature": ("K", "temperature"),
+}  # fmt: skip
+"""The unit and the kind of each input."""
+FILMS = ("sink", "sensor")
+OUTPUTS = {
+    **{f"{film}_K": "K" for film in FILMS}, **{f"{film}_ohm": "ohm" for film in FILMS},
+    **{f"{film}_A": "A" for film in FILMS}, **{f"{film}_power_W": "W" for film in FILMS},
+}  # fmt: skip
+"""The unit of each output: mean temperatures, resistances as they are measured, currents, powers in the films."""
+GIVEN = 1 + len(INPUTS)
+"""How many entries of z = (1, inputs, states) come before the states."""
+
+
+def document(modal: Modal, device: Device, name: str, inputs: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
+    """The document of a model, without its errors; ``inputs`` has what is said of each: value, rest, step, range."""
+    return _Maker(modal, device).document(name, inputs)
+
+
+def controllers(modal: Modal, device: Device) -> dict[str, Any]:
+    """The document of the controllers (`scenes.compact.controllers`)."""
+    control = law(device, modal.resistance, modal.coefficient)
+    return {
+        "sample_time_s": device.control.sample_time, "gain_V": control.gain.tolist(),
+        "resistance_ohm": modal.resistance.tolist(),
+        "change_at_set_temperature": (modal.coefficient * device.set_rise).tolist(),
+        "lowest_V": None if np.isinf(control.lowest) else control.lowest,
+    }  # fmt: skip
+
+
+class _Maker:
+    """Rows of z, with temperatures as rises above room until `_in_kelvin`."""
+
+    def __init__(self, modal: Modal, device: Device) -> None:
+        self.modal, self.device = modal, device
+        self.size = GIVEN + modal.count
+        self.inlets = [modal.outside, modal.substrate]
+        self.columns = [GIVEN - 2, GIVEN - 1]
+        rises = np.zeros((modal.responses, self.size))
+        rises[:, GIVEN:] = modal.shape
+        for column, inlet in zip(self.columns, self.inlets, strict=True):
+            rises[:, column] = inlet.external - modal.shape @ inlet.jump
+        one = np.eye(self.size)[0]
+        # A film's resistance, and the heat of each response per current squared, which is affine like it.
+        cold, change = modal.resistance[modal.film][:, None], modal.coefficient[modal.film][:, None]
+        self.rises, self.heats = rises, cold * change * rises
+        self.heats[:2] += cold[:2] * one
+
+    def document(self, name: str, inputs: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
+        modal, device, ground = self.modal, self.device, self.device.control.ground_resistance
+        F, Q = np.zeros((modal.count, self.size)), np.zeros((3, modal.count, self.size))
+        F[:, GIVEN:] = -np.diag(modal.rates)
+        for column, inlet in zip(self.columns, self.inlets, strict=True):
+            F[:, column] = modal.rates * inlet.jump
+        for response, film in enumerate(modal.film):
+            Q[2 * film] += modal.shape[response][:, None] * self.heats[response]
+        A, S = np.zeros((2, 2, self.size)), np.zeros((2, self.size))
+        A[..., 0] = ground
+        for e in (0, 1):
+            A[e, e] += self.heats[e]
+            S[e, 1 + e] = 1.0
+        rows, outputs = self._rows(ground)
+        ports = [len(rows) + k for k in range(len(INPUTS))]
+        rows += [rows[outputs[f"{film}_A"][0]] for film in FILMS] + [self._entering(inlet) for inlet in self.inlets]
+        matrices = {
+            "A": A, "S": S, "F": F, "Q": Q, "Y": np.array([y for y, _, _ in rows]), "W": np.zeros((len(rows), 4)),
+            "U": np.stack([u for _, u, _ in rows], axis=1), "P": np.stack([p for _, _, p in rows], axis=1),
+        }  # fmt: skip
+        self._in_kelvin(matrices)
+        room, sink = device.sink.room_temperature, device.sink
+        kelvin = [row for n, at in outputs.items() if OUTPUTS[n] == "K" for row in at]
+        matrices["Y"][kelvin, 0] += room
+        valid = [m.valid_to for m in (sink.silicon, sink.oxide, device.gold, device.pdms) if m.valid_to is not None]
+        return {
+            "schema": 1, "equations": EQUATIONS, "scene": name, "steady_only": False, "initial_temperature_K": room,
+            "states": modal.count,
+            "inputs": [
+                {"name": n, "unit": unit, "kind": kind, "of": n.partition(".")[0], **inputs[n],
+                 "port": {"row": row, "unit": "A" if kind == "voltage" else "W", "size": 1.0}}
+                for (n, (unit, kind)), row in zip(INPUTS.items(), ports, strict=True)
+            ],
+            "outputs": [
+                {"name": n, "unit": OUTPUTS[n], "rows": at, "reduce": "mean" if len(at) == 1 else "measured"}
+                for n, at in outputs.items()
+            ],
+            "range": {
+                "from_s": device.control.sample_time, "to_s": device.end_time,
+                "highest_temperature_K": min(valid, default=None),
+            },
+            "controllers": controllers(modal, device),
+            "matrices": {n: {"shape": [*m.shape], "values": m.ravel().tolist()} for n, m in matrices.items()},
+        }  # fmt: skip
+
+    def _row(self, y: Any = 0.0, u: Any = 0.0, p: Any = 0.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """What a row reads: of z, per current field (2, z), and per pair of these (3, z)."""
+        return np.zeros(self.size) + y, np.zeros((2, self.size)) + u, np.zeros((3, self.size)) + p
+
+    def _rows(self, ground: float) -> tuple[list[tuple[np.ndarray, np.ndarray, np.ndarray]], dict[str, list[int]]]:
+        """The rows of the outputs, and which are whose: a measured resistance with a common lead is made of four."""
+        one, rows = np.eye(self.size)[0], list[tuple[np.ndarray, np.ndarray, np.ndarray]]()
+        outputs = dict[str, list[int]]()
+
+        def current(film: int, factor: float = 1.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+            return self._row(u=factor * np.outer(np.eye(2)[film], one))
+
+        for e, film in enumerate(FILMS):
+            parts = {"K": [self._row(self.rises[e])], "A": [current(e)],
+                     "power_W": [self._row(p=np.outer(np.eye(3)[2 * e], self.heats[e]))],
+                     "ohm": [self._row(self.heats[e] + ground * one)]}  # fmt: skip
+            if ground:
+                parts["ohm"] += [current(1 - e, ground), current(e), self._row(np.eye(self.size)[1 + e])]
+            for unit, each in parts.items():
+                outputs[f"{film}_{unit}"] = list(range(len(rows), len(rows) + len(each)))
+                rows += each
+        return rows, {name: outputs[name] for name in OUTPUTS}
+
+    def _entering(self, inlet: Inlet) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The heat (W) that enters where a temperature is given."""
+        modal, pairs = self.modal, np.zeros((3, self.size))
+        y = np.zeros(self.size)
+        y[GIVEN:] = -modal.rates * inlet.jump
+        below = self.modal.substrate
+        for column, other in zip(self.columns, self.inlets, strict=True):
+            # What a kelvin of one draws at the other is the same both ways.
+            conducted = inlet.taken if other is inlet else -float(below.flux[0])
+            y[column] = inlet.jump @ (modal.rates * other.jump) + conducted
+        for response, film in enumerate(modal.film):
+            weight = float(modal.shape[response] @ inlet.jump - inlet.external[response])
+            pairs[2 * film] += weight * self.heats[response]
+        return self._row(y, p=pairs)
+
+    def _in_kelvin(self, matrices: Mapping[str, np.ndarray]) -> None:
+        """Inputs are in kelvin, what is above in rises."""
+        room = self.device.sink.room_temperature
+        for name in ("A", "F", "Q", "Y", "U", "P"):
+            matrices[name][..., 0] -= room * matrices[name][..., self.columns].sum(axis=-1)

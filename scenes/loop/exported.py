@@ -1,0 +1,292 @@
+"""A device's compact model with as few states as hold an accuracy, and its error: held against the closed loop as the
+whole model runs it, and against the whole model for a step of every input alone.
+
+Errors are relative to the set temperature's rise, to what that changes a resistance by, and to the largest voltage,
+current and power of the closed loop. Between samples the voltages hold, as the sampled controllers hold them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from scenes.compact.controllers import Controllers
+from scenes.compact.few import fewest, leading
+from scenes.compact.runtime import CompactModel
+from scenes.device import Device
+from scenes.errors import NumericsError
+from scenes.loop import circuit
+from scenes.loop.compact import FILMS, INPUTS, OUTPUTS, document
+from scenes.loop.controller import timetable
+from scenes.loop.modal import Modal
+from scenes.loop.result import DeviceResult
+
+LOOP = "closed loop"
+VOLTAGES = tuple(f"{film}_V" for film in FILMS)
+INSTANTS = 20
+"""At so many times a step is compared, from the sample time to the end, in equal ratios."""
+CLOSELY, LEAST = 1e-2, 1e-8
+"""The tolerance of each time step of the whole model's own runs, as a part of the accuracy; and the least."""
+SHIFTS, SOONER = 12, 0.3
+"""Times (s) at which the states' responses are taken, from this part of the sample time to the slowest one's."""
+MORE = 1.25
+"""Times as many states where the closed loop wants more than the steps do."""
+
+
+@dataclass(frozen=True, eq=False)
+class Whole:
+    """The model that is exported: its modes, what its closed loop does (``result``), the errors of the steady state
+    after the outer step by quantity, and ``others`` by which its own error is known: the distance to each, times a
+    factor. ``name`` is what the files call it."""
+
+    name: str
+    device: Device
+    modal: Modal
+    result: DeviceResult
+    steady_errors: Mapping[str, float]
+    others: Sequence[tuple[Modal, float]]
+
+
+def compact(
+    whole: Whole, states: int | None, accuracy: float, say: Callable[[str], None] = lambda _: None
+) -> dict[str, Any]:
+    """The document of a device's model (`scenes.compact.runtime`) of a number of states, or as many as an accuracy
+    takes. Raises NumericsError where that isn't reached, or the closed loop can't be followed to its end."""
+    judge = _Judge(whole, max(CLOSELY * accuracy, LEAST))
+    if whole.result.details.get("stopped"):
+        raise NumericsError("the closed loop runs away, and no model of few states is held against that: no --export")
+    most = whole.modal.count
+    say("compact model: states")
+    worst = judge.of_steps(most)
+    if states is not None or worst <= accuracy:
+        count = min(states, most) if states is not None else fewest(most, judge.of_steps, accuracy)
+        while True:
+            say(f"compact model: the closed loop with {count} states")
+            made = judge.document(count)
+            worst = max(e["relative"] for run in made["error"].values() for kind in run.values() for e in kind.values())
+            if states is not None or worst <= accuracy:
+                return made
+            if count == most:
+                break
+            count = min(int(np.ceil(MORE * count)), most)
+    raise NumericsError(
+        f"no model of few states is known to be within {accuracy:g} of the device's, only within {worst:.3g}: give a "
+        "larger --model-accuracy"
+    )
+
+
+class _Judge:
+    def __init__(self, whole: Whole, tolerance: float) -> None:
+        self.whole, self.device, self.modal, self.tolerance = whole, whole.device, whole.modal, tolerance
+        self.room = self.device.sink.room_temperature
+        self.times = np.geomspace(self.device.control.sample_time, self.device.end_time, INSTANTS)
+
+    def document(self, count: int) -> dict[str, Any]:
+        """The model of some states, with its errors and how they were found."""
+        made = self._described(self._few(count))
+        model = CompactModel(made)
+        errors = {LOOP: self._closed(model)} | self._steps(model)
+        text = [
+            "Rise: the set temperature's, and what that changes a resistance by; else the largest of the closed loop.",
+            "Estimated: the distance from the closed loop as the whole model runs it, and from the whole model for a "
+            "step of each input alone from rest, with that model's own error.",
+        ]
+        if self.device.control.ground_resistance:
+            text.append("A measured resistance is that behind the common lead to ground.")
+        made |= {"error": errors, "estimated": {"runs": len(errors), "more_states": self.modal.count, "text": text}}
+        return made
+
+    def of_steps(self, count: int) -> float:
+        """The largest relative error of a model of some states for steps."""
+        each = self._steps(CompactModel(self._described(self._few(count)))).values()
+        return max(e["relative"] for run in each for kind in run.values() for e in kind.values())
+
+    @cached_property
+    def _sums(self) -> np.ndarray:
+        """(n, n): the sums of modes that the inputs move, those first that matter most to both films' temperatures."""
+        modal, h = self.modal, self.device.control.sample_time
+        heating, decaying = modal.shape.T, np.column_stack([modal.jump, modal.substrate.jump])
+        rates = modal.rates[:, None]
+        responses = [heating / rates]
+        for g in np.geomspace(SOONER * h, max(1 / modal.rates[0], h), SHIFTS).tolist():
+            responses += [g * heating / (1 + g * rates), decaying / (1 + g * rates)]
+        every = np.column_stack(responses)
+        # Each alike, whatever its unit.
+        return leading(every / np.abs(modal.shape[:2] @ every).max(axis=0), modal.shape)
+
+    def _few(self, count: int) -> Modal:
+        """The model of the first of those sums."""
+        return self.modal if count == self.modal.count else self.modal.within(self._sums[:, :count])
+
+    def _described(self, modal: Modal) -> dict[str, Any]:
+        return document(modal, self.device, self.whole.name, self.inputs)
+
+    @cached_property
+    def inputs(self) -> dict[str, dict[str, Any]]:
+        """What is said of each input: its own value, of a voltage that in the steady state after the outer step; and a
+        step, of a voltage that which alone brings its film to the set rise, else the outer temperature's largest."""
+        modal, result, device = self.modal, self.whole.result, self.device
+        external, room = device.external, self.room
+        alone = np.einsum("en,n,en->e", modal.shape[:2], 1 / modal.rates, modal.shape[:2])
+        hot = modal.resistance * (1 + modal.coefficient * device.set_rise)
+        volts = np.sqrt(device.set_rise / alone * (hot + device.control.ground_resistance))
+        inputs = dict[str, dict[str, Any]]()
+        for e, film in enumerate(FILMS):
+            trace = result.trace(f"{film}_V")
+            value, step = float(getattr(result.after, f"{film}_V")), float(volts[e])
+            given = (0.0, step, value, float(trace.min()), float(trace.max()))
+            inputs[f"{film}.voltage"] = {"value": value, "rest": 0.0, "step": step, "range": [min(given), max(given)]}
+        outer = [external.initial_temperature, external.final_temperature]
+        step = max((t - room for t in outer), key=abs) or 1.0
+        own: Any = {"times": [external.step_time] * 2, "values": outer}
+        for name, value, change in (("outside", own, step), ("substrate", room, abs(step))):
+            given = (room, room + change, *(outer if name == "outside" else ()))
+            inputs[f"{name}.temperature"] = {
+                "value": value,
+                "rest": room,
+                "step": change,
+                "range": [min(given), max(given)],
+            }
+        return inputs
+
+    @cached_property
+    def _scales(self) -> dict[str, float]:
+        """What an error of each output is relative to."""
+        result, modal, device = self.whole.result, self.modal, self.device
+        change = modal.resistance * modal.coefficient * device.set_rise
+        current = self._derived(*self._loop)["A"]
+        scales = dict[str, float]()
+        for e, film in enumerate(FILMS):
+            scales |= {f"{film}_K": device.set_rise, f"{film}_ohm": abs(float(change[e]))}
+            scales[f"{film}_A"] = float(np.abs(current[:, e]).max())
+            for name in (f"{film}_power_W", f"{film}_V"):
+                scales[name] = float(np.abs(result.trace(name)).max())
+        # A film that never has any power: what the other one's are relative to.
+        for what in ("A", "power_W", "V"):
+            most = max(scales[f"{film}_{what}"] for film in FILMS) or 1.0
+            scales |= {f"{film}_{what}": scales[f"{film}_{what}"] or most for film in FILMS}
+        return scales
+
+    @property
+    def _loop(self) -> tuple[np.ndarray, np.ndarray]:
+        """(samples, 2) twice: the voltages (V) from each sample on, and the temperatures (K) there."""
+        result = self.whole.result
+        return (
+            np.column_stack([result.sink_V, result.sensor_V]),
+            np.column_stack([result.sink_K, result.sensor_K]),
+        )
+
+    def _derived(self, voltage: np.ndarray, temperature: np.ndarray) -> dict[str, np.ndarray]:
+        """(samples, 2): the currents from each sample on, and the resistances measured there at the voltages before."""
+        modal, ground = self.modal, self.device.control.ground_resistance
+        resistance = modal.resistance * (1 + modal.coefficient * (temperature - self.room))
+        held = np.vstack([np.zeros(2), voltage[:-1]])
+        return {
+            "A": circuit.currents(voltage, resistance, ground),
+            "ohm": circuit.measured(held, resistance, ground),
+        }
+
+    def _closed(self, model: CompactModel) -> dict[str, Any]:
+        """The errors in the closed loop, which the model and the controllers run as their FMUs do."""
+        result, errors = self.whole.result, self.whole.result.errors
+        rows = closed_loop(model, self.device, len(result.time_s))
+        voltage, temperature = self._loop
+        exact = self._derived(voltage, temperature)
+        # What the loop's own errors make of currents and resistances, one after the other.
+        off = {name: np.zeros_like(values) for name, values in exact.items()}
+        for e, film in enumerate(FILMS):
+            one = np.eye(2)[e]
+            changed = (
+                self._derived(voltage + errors[f"{film}_V"] * one, temperature),
+                self._derived(voltage, temperature + errors[f"{film}_K"] * one),
+            )
+            for name in off:
+                off[name] += sum(np.abs(other[name] - exact[name]) for other in changed)
+        over = {}
+        for name in (*OUTPUTS, *VOLTAGES):
+            film, _, what = name.partition("_")
+            e = FILMS.index(film)
+            true = exact[what][:, e] if what in exact else result.trace(name)
+            error = float(off[what][:, e].max()) if what in off else errors[name]
+            over[name] = self._both(name, float(np.abs(rows[name] - true).max()) + error)
+        after, steady = result.after, {}
+        at_rest = model.steady()
+        for name in (f"{film}_{what}" for film in FILMS for what in ("K", "power_W")):
+            error = self.whole.steady_errors.get(name, 0.0)
+            steady[name] = self._both(name, abs(at_rest[name] - getattr(after, name)) + error)
+        return {"steady": steady, "over time": over}
+
+    def _steps(self, model: CompactModel) -> dict[str, Any]:
+        """The errors of a model for a step of each input alone from rest."""
+        runs: dict[str, Any] = {}
+        for name, (drive, *truths) in self._truths.items():
+            values = self._answers(model, drive)
+            runs[f"step of {name}"] = kinds = {}
+            for kind, (exact, off) in zip(("steady", "over time"), truths, strict=True):
+                kinds[kind] = {
+                    n: self._both(n, float(np.abs(values[kind][n] - exact[n]).max()) + off[n]) for n in OUTPUTS
+                }
+        return runs
+
+    @cached_property
+    def _truths(self) -> dict[str, Any]:
+        """By input the drive of its step, and twice (in the steady state, over time) what the whole model makes of it
+        and the error of that, for each output."""
+        models = [CompactModel(self._described(modal)) for modal in (self.modal, *(m for m, _ in self.whole.others))]
+        truths = {}
+        for name in INPUTS:
+            drive = {n: entry["rest"] + entry["step"] * (n == name) for n, entry in self.inputs.items()}
+            first, *others = [self._answers(model, drive, self.tolerance) for model in models]
+            each = []
+            for kind, exact in first.items():
+                off = {
+                    n: sum(
+                        factor * float(np.abs(other[kind][n] - exact[n]).max())
+                        for other, (_, factor) in zip(others, self.whole.others, strict=True)
+                    )
+                    for n in OUTPUTS
+                }
+                each.append((exact, off))
+            truths[name] = (drive, *each)
+        return truths
+
+    def _answers(
+        self, model: CompactModel, drive: Mapping[str, float], tolerance: float = 1e-6
+    ) -> dict[str, dict[str, Any]]:
+        """What a model makes of constant inputs from rest."""
+        return {"steady": model.steady(drive), "over time": model.simulate(self.times.tolist(), drive, tolerance)}
+
+    def _both(self, name: str, error: float) -> dict[str, float]:
+        return {"error": error, "relative": error / self._scales[name]}
+
+
+def closed_loop(model: CompactModel, device: Device, samples: int) -> dict[str, np.ndarray]:
+    """(samples,) of each output and voltage: a compact model under its controllers, by the device's outer steps.
+
+    At each sample temperatures and resistances are read, the voltages follow, and then currents and powers are read.
+    """
+    control = Controllers(model.document["controllers"])
+    g = model.inputs_at({"outside.temperature": device.sink.room_temperature}, 0.0)
+    g[:2] = 0.0
+    b, still, room = np.zeros(model.states), np.zeros(len(g)), device.sink.room_temperature
+    rows = {name: np.zeros(samples) for name in (*OUTPUTS, *VOLTAGES)}
+    for k, measure, outer, length in timetable(device).stretches():
+        if k >= samples:
+            break
+        if measure:
+            before = model.named(model.read(g, still, b))
+            g[:2] = control.sample([before[f"{film}_ohm"] for film in FILMS])
+            after = model.named(model.read(g, still, b))
+            for name in OUTPUTS:
+                rows[name][k] = (before if name.endswith(("_K", "_ohm")) else after)[name]
+            for e, name in enumerate(VOLTAGES):
+                rows[name][k] = g[e]
+        if outer is not None:
+            g[2] = room + outer
+        if length:
+            b = model.step(b, g, length)
+    return rows
