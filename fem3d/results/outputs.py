@@ -137,9 +137,11 @@ def of_states(
     for name, film in heat.films.items():
         flows[name] = g @ film.entering + along(film.per_kelvin, a, g)
     for of in leaving:
-        for b in of.term.boundaries if isinstance(of.term, Surface) else ():
-            on = of.term.on_one(heat.domain.on(b))
-            flows[b.name] -= weighted(of, [heat.take(of.term.through(on, u)) for u in of.fields], a, g)
+        if not isinstance(term := of.term, Surface):
+            continue
+        for b in term.boundaries:
+            on = term.on_one(heat.domain.on(b))
+            flows[b.name] -= weighted(of, [heat.take(term.through(on, u)) for u in of.fields], a, g)
     names = base.patterns[0].currents if base.patterns else {}
     currents = {name: c @ np.array([p.currents[name] for p in base.patterns]) for name in names}
     heats = {name: joule(tested, c, a, wide) for name, tested in reduced.in_box.items()}
