@@ -57,12 +57,12 @@ class Level:
 def examined(study: Study, given: Problems, fine: Solution, judge: Estimator) -> Level | None:
     """The level of a fine solution, of whose mesh ``judge`` knows how errors fall; None where a lower space has no
     steady state although the fine one has."""
+    given = given.about(fine.state.heat)
     # Low degrees follow a current's pattern badly: only where the fine solution does is there an error in that.
     try:
         low = solution(study, given, 1, fine.state.follows_pattern)
     except NumericsError:
         return None
-    given = given.about(fine.state.heat)
     judge = judge.bending(given.bent())
     scales = study.steady_scales(fine.out)
     own = of_part(study.part, study.goals, scales)

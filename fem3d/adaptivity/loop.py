@@ -12,7 +12,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from fem3d.adaptivity import field_error, nested, transient_base
+from fem3d.adaptivity import field_error, nested, suited, transient_base
 from fem3d.adaptivity.brick_mesh import Bricks
 from fem3d.adaptivity.estimate import Spread
 from fem3d.adaptivity.goal_errors import Level
@@ -22,6 +22,7 @@ from fem3d.adaptivity.reach import not_reached
 from fem3d.adaptivity.trace_errors import ROW_SHARE, Response
 from fem3d.results.study import Study
 from fem3d.solution import transient
+from fem3d.solution.steady import SteadyState
 from fem3d.solution.transient import Base
 from scenes.errors import RunawayError, RunawayInTimeError
 
@@ -62,6 +63,8 @@ def solve(
     """
     search = Search(study, with_steady, with_transient, progress)
     mesh = mesh or Bricks.of(study, over_time=not with_steady)
+    if with_steady and isinstance(mesh, Bricks):
+        mesh, search.near = suited.suited(mesh, study)
     for number in range(1, MOST_LEVELS):
         verdict = search.judge(mesh, number)
         if verdict.action == "accept":
@@ -91,7 +94,8 @@ def solve(
 @dataclass
 class Search:
     """What one level hands to the next: the limit of the last mesh's runaway, whether a transient ran away, and the
-    slowest time constant (s) and the generations of fields of a transient without steady state."""
+    slowest time constant (s) and the generations of fields of a transient without steady state; on
+    bricks, of a nonlinear problem, the steady state ``near`` that of the next mesh."""
 
     study: Study
     with_steady: bool
@@ -101,6 +105,7 @@ class Search:
     ran_away: bool = False
     slowest: float = np.inf
     generations: int = 0
+    near: SteadyState | None = None
 
     @property
     def enough(self) -> float:
@@ -114,7 +119,8 @@ class Search:
         fine = level = response = None
         try:
             if self.with_steady:
-                fine = nested.solution(self.study, problems)
+                fine = nested.solution(self.study, problems, near=self.near)
+                self.near = fine.state if self.near else None
                 level = mesh.examined(self.study, problems, fine)
             self.progress(f"level {number}: {problems.heat.size} unknowns")
             if self.with_steady and level is None:

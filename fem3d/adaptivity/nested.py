@@ -21,7 +21,6 @@ from fem3d.problems import conductors
 from fem3d.problems.assembly import assemble
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
-from fem3d.problems.rest import next_to
 from fem3d.results.outputs import Outputs, of_steady
 from fem3d.results.study import Quantities, Study
 from fem3d.solution import newton, steady
@@ -70,13 +69,7 @@ class Problems:
         """The problems linearized as that of the highest space is, where it is."""
         if heat.about is None:
             return self
-        lower = [heat.lower(k) for k in range(len(self.heats) - 1)]
-        for k, own in enumerate(lower):
-            if k in self.states:
-                # The tangent at the state of that space is next to it.
-                near, anew = self.states[k].heat.solve_steady, own.factors
-                own.kept.tell(solve_steady=next_to(own.inner_stiffness, near, anew))
-        return replace(self, heats=(*lower, heat))
+        return replace(self, heats=(*(heat.lower(k) for k in range(len(self.heats) - 1)), heat))
 
     def lifted(self, rise: np.ndarray, level: int) -> np.ndarray:
         """(..., all nodes of the highest space): fields of a lower one."""
@@ -152,36 +145,50 @@ class Solution:
     quantities: Quantities
 
 
-def solution(study: Study, given: Problems, level: int = -1, follow: bool | None = None) -> Solution:
-    """The steady state in one of the nested spaces, by default the highest; ``follow`` as of `steady.coupled`."""
+def solution(
+    study: Study, given: Problems, level: int = -1, follow: bool | None = None, near: SteadyState | None = None
+) -> Solution:
+    """The steady state in one of the nested spaces, by default the highest; ``follow`` as of `steady.coupled`; ``near``
+    it may be that of another mesh, where a nonlinear problem is solved from."""
     heat, conductor = given.heats[level], given.conductors[level]
     thermal = physics.heat(given.domain.scene)
-    if thermal and given.follows:
-        state = _nonlinear(study, given, range(len(given.heats))[level])
+    if thermal and (given.follows or heat.about is not None):
+        state = _nonlinear(study, given, range(len(given.heats))[level], near)
     else:
         state = steady.coupled(heat, conductor, thermal, study.voltage, study.accuracy, follow)
     out = of_steady(state, study.part)
     return Solution(state, out, study.steady(out))
 
 
-def _nonlinear(study: Study, given: Problems, space: int) -> SteadyState:
-    """The steady state of a nonlinear problem in a space by its number, from that of the next lower one."""
+def _nonlinear(study: Study, given: Problems, space: int, near: SteadyState | None = None) -> SteadyState:
+    """The steady state of a nonlinear problem in a space by its number: from one near it on other bricks, or that in
+    the lowest space; where the problems are linearized about the state of the highest space, from that."""
     if space in given.states:
         return given.states[space]
-    heat, start = given.heats[space], None
+    heat, conductor, top = given.heats[space], given.conductors[space], len(given.heats) - 1
     if heat.about is not None:
-        raise NumericsError("a lower space has no steady state")
-    if space:
-        try:
-            below = _nonlinear(study, given, space - 1)
-            start = heat.take(below.heat.field(below.rise))
-        except NumericsError:
-            pass
-    state = newton.coupled(
-        heat, given.conductors[space], study.voltage, study.accuracy, start, space + 1 == len(given.heats)
-    )
+        fine = given.states[top]
+        if fine.conductor is not None and fine.conductor is not given.conductor:
+            assert heat.exact is not None
+            conductor = fine.conductor.lower(space, heat.exact)
+        state = newton.within(fine, heat, conductor, study.voltage, study.accuracy)
+    else:
+        start = None if near is None else heat.take(_on(given.domain.space, near))
+        if start is None and space:
+            try:
+                lowest = _nonlinear(study, given, 0)
+                start = heat.take(lowest.heat.field(lowest.rise))
+            except NumericsError:
+                pass
+        state = newton.coupled(heat, conductor, study.voltage, study.accuracy, start, space == top)
     given.states[space] = state
     return state
+
+
+def _on(space: Any, near: SteadyState) -> np.ndarray:
+    """(functions,): the rise of a state on other bricks in a space."""
+    found: np.ndarray = space.interpolated(near.heat.domain.space, near.heat.field(near.rise))
+    return found
 
 
 def free_functions(given: Problems) -> list[np.ndarray]:

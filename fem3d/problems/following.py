@@ -169,7 +169,7 @@ class Conduction:
         for on, law, cold, _ in self.parts:
             rise = on.value(u)
             k = law.value(rise)
-            ratio = float((k.max(axis=-1) / k.min(axis=-1)).max())
+            ratio = (k.max(axis=-1) / k.min(axis=-1)).reshape(-1, len(on.dofs)).max(axis=0)
             one, other = on.tangent(k - cold, law.slope(rise) * on.gradient(u), ratio)
             both.append((one.ravel(), other.ravel()))
         pattern, places = self._pattern

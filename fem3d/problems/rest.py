@@ -12,14 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csc_array
 
-from fem3d.problems.cholesky import Factors, part
+from fem3d.problems.cholesky import part
 from scenes.errors import NumericsError
 
 MOST = 80  # steps of GMRES
 SOLVED = 1e-6  # relative residual of a dual solution
-EXACT = 1e-11  # relative residual of a solution by the factors of a matrix next to its own
-ROUNDS = 8  # at most, of corrections by those factors
-Solve = Callable[[np.ndarray], np.ndarray]
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,26 +72,6 @@ class Rest:
                 return found
             basis.append(new / np.where(left > 1e-300, left, 1.0)[:, None])
         raise NumericsError("the problem linearized about a state is singular, or close to it")
-
-
-def next_to(matrix: csc_array, near: Solve, factors: Callable[[csc_array], Factors]) -> Solve:
-    """What solves with a symmetric ``matrix`` (n, n), for loads (..., n), by what solves with one ``near`` to it; by
-    ``factors`` of its own from where that takes more than a few rounds."""
-    own: list[Solve] = []
-
-    def solve(load: np.ndarray) -> np.ndarray:
-        found = own[0](load) if own else near(load)
-        for _ in range(0 if own else ROUNDS):
-            left = load - (matrix @ found.T).T
-            if np.abs(left).max(initial=0.0) <= EXACT * np.abs(load).max(initial=0.0):
-                return found
-            found = found + near(left)
-        if not own:
-            own.append(factors(matrix).solve)
-            found = own[0](load)
-        return found
-
-    return solve
 
 
 def _least(matrices: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

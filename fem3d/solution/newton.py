@@ -21,6 +21,7 @@ from scenes.errors import NumericsError, RunawayError
 MOST_STEPS = 30  # of Newton's method at one drive
 # So many steps shrink to half at least: those from far above to a face that radiates shrink to (3/4)^5.
 STALLED = 5
+ENDS = 1e-6  # of the accuracy: what the next step would be, relatively, with which a state counts as found
 INNER = 1e-4  # to which each step's linear system is solved, relatively
 HALVINGS = 3  # of a step that doesn't bring the state nearer
 SHORTEST = 1e-3  # step of the drive, relative, at which its largest value counts as found
@@ -52,13 +53,13 @@ class Point:
 @dataclass
 class Newton:
     """The states of a nonlinear problem at fractions of what drives it: how many ``steps`` they took, the relative size
-    of the ``last`` one, and a ``tangent``, by which the next step would be ``off`` times that."""
+    ``ahead`` of the one that would be next, and a ``tangent``, by which that is ``off`` times the last one."""
 
     heat: HeatProblem
     conductor: Conductor | None
     accuracy: float
     steps: int = 0
-    last: float = np.inf
+    ahead: float = np.inf
     off: float = np.inf
     tangent: HeatProblem | None = field(default=None, repr=False)
 
@@ -80,9 +81,9 @@ class Newton:
     def solve(
         self, drive: float, start: np.ndarray, near: np.ndarray | None, enough: float = 0.0, off: float = np.inf
     ) -> Point | None:
-        """The state at a fraction of the drive, from a rise near it, until a step is ``enough`` or as small as the
-        accuracy asks for; None where the iteration leads nowhere. ``off`` is what the tangent that there is is off by
-        there."""
+        """The state at a fraction of the drive, from a rise near it, until the next step would be ``enough`` or as
+        small as the accuracy asks for; None where the iteration leads nowhere. ``off`` is what the tangent that there
+        is is off by there."""
         heat = self.heat
         start = np.concatenate([start[: heat.free], drive * heat.given[0]])
         point, self.off = self.at(start, drive, near), off
@@ -97,12 +98,13 @@ class Newton:
             except NumericsError:
                 return None
             sizes.append(_largest(direction))
-            moved = sizes[-1] / (_largest(point.rise[: heat.free] + direction) or 1.0)
-            new = self._along(point, tangent, direction, drive)
-            if new is None:
+            # Near a runaway the rest of the tangent makes steps longer than the stiffness alone has them.
+            longer = max(1.0, sizes[-1] / (_largest(tangent.solve_steady(point.residual)) or 1.0))
+            point = self._along(point, tangent, direction, drive)
+            if point is None:
                 return None
-            point, self.last = new, moved
-            if moved < max(CONVERGED * self.accuracy, enough):
+            self.ahead = longer * self.off * sizes[-1] / (_largest(point.rise) or 1.0)
+            if self.ahead < max(ENDS * self.accuracy, enough):
                 return point
         return None
 
@@ -153,8 +155,7 @@ def coupled(
 ) -> SteadyState:
     """The steady state at constant inputs; ``start`` is a rise (all nodes) that may be near it. The heat problem of the
     state is the one linearized about it, by a quadrature that is made ``finer`` until its error hardly counts, as far
-    as that goes.
-    ``voltage`` (V) names the drive in messages.
+    as that goes. ``voltage`` (V) names the drive in messages.
 
     Raises RunawayError where no steady state exists, NumericsError where the iteration fails.
     """
@@ -179,6 +180,18 @@ def coupled(
         point = again
     # A finer mesh may do better; what is left stands in the errors.
     return _state(newton, point, off)
+
+
+def within(
+    near: SteadyState, tangent: HeatProblem, conductor: Conductor | None, voltage: float, accuracy: float
+) -> SteadyState:
+    """The steady state in a space that the one of a state ``near`` it holds: of the problem of which ``tangent`` is the
+    one linearized about that state. Raises as `coupled` does."""
+    assert tangent.exact is not None
+    newton = Newton(tangent.exact, conductor, accuracy, tangent=tangent)
+    start = tangent.take(near.heat.field(near.rise))
+    point = newton.solve(1.0, start, near.potential, CONVERGED * accuracy, 0.0)
+    return _state(newton, point or _driven(newton, voltage), 0.0)
 
 
 def _driven(newton: Newton, voltage: float) -> Point:
@@ -247,7 +260,7 @@ def _state(newton: Newton, point: Point, off: float) -> SteadyState:
     source = point.source + heat.stiffness @ point.rise - newton.heat.outflow(point.rise)
     lift = heat.lifts[0]
     fields = (point.rise - lift)[: heat.free, None]
-    unsettled = newton.last + off
+    unsettled = newton.ahead + off
     if conductor is None or potential is None:
         return SteadyState(
             heat, None, point.rise, source, {}, {}, 0.0, None, fields, [], 0.0, False, newton.steps,

@@ -177,15 +177,16 @@ class BrickSpace(Space):
         return [shared for _, members in self._classes if len(shared := np.intersect1d(members, cells))]
 
     def varying(
-        self, cells: np.ndarray, rule: Rule, inverse: np.ndarray, k: np.ndarray, drift: np.ndarray, ratio: float
+        self, cells: np.ndarray, rule: Rule, inverse: np.ndarray, k: np.ndarray, drift: np.ndarray, ratio: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        (x, y, z), n, degree = self.degrees[:, cells[0]].tolist(), len(rule.there), coefficient.degree_for(ratio)
-        one = coefficient.reference(self.p, (x, y, z), degree)
-        modes = [coefficient.coefficients(f * s, rule.points, degree) for f, s in ((k, inverse**2), (drift, inverse))]
-        return tuple(  # type: ignore[return-value]
-            sum(c @ terms for c, terms in zip(each, table, strict=True)).reshape(-1, n, n)
-            for each, table in zip(modes, one, strict=True)
-        )
+        (x, y, z), n = self.degrees[:, cells[0]].tolist(), len(rule.there)
+        both = np.empty((2, len(cells), n, n))
+        for degree, at in coefficient.by_degree(ratio):
+            scaled = k[:, at] * inverse[:, at] ** 2, drift[:, at] * inverse[:, at]
+            for found, field, table in zip(both, scaled, coefficient.reference(self.p, (x, y, z), degree), strict=True):
+                modes = coefficient.coefficients(field, rule.points, degree)
+                found[at] = sum(c @ terms for c, terms in zip(modes, table, strict=True)).reshape(-1, n, n)
+        return both[0], both[1]
 
     def rule(self, cells: np.ndarray, more: int, pieces: Pieces = WHOLE) -> Rule:
         """Gauss's rule of as many points along each axis as the highest degree of the cells there plus one."""
@@ -256,6 +257,20 @@ class BrickSpace(Space):
             above[at] = len(breaks) + np.arange(len(at))
             numbers.append((below, above))
         return numbers
+
+    def interpolated(self, other: BrickSpace, u: np.ndarray) -> np.ndarray:
+        """(functions,): a field u (functions) of another grid of the same scene, which each cell has at its points of
+        Gauss, as far as its functions go."""
+        x = gauss(self.p + 1)[0]
+        places = [(b[:-1, None] + np.diff(b)[:, None] * x).ravel() for b in self.grid.breaks]
+        values = other.sample(u, *places).reshape([n for b in self.grid.breaks for n in (len(b) - 1, len(x))])
+        own = values.transpose(0, 2, 4, 1, 3, 5)[tuple(self.ijk)]
+        inverse = np.linalg.inv(line(self.p, x)[0].T)
+        coefficients = np.einsum("cxyz,ix,jy,kz->cijk", own, inverse, inverse, inverse, optimize=True)
+        found = np.zeros(self.size)
+        found[self.dofs] = coefficients[:, *modes(self.p).T].T
+        found[self.depth < 0] = 0.0
+        return found
 
     def _count(self, d: int) -> int:
         return self._bubbles(d, len(self.grid.degrees[d])).start

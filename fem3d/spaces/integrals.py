@@ -181,7 +181,7 @@ class Space(ABC):
         size of its determinant (cells, points or 1)."""
 
     def varying(
-        self, cells: np.ndarray, rule: Rule, inverse: np.ndarray, k: np.ndarray, drift: np.ndarray, ratio: float
+        self, cells: np.ndarray, rule: Rule, inverse: np.ndarray, k: np.ndarray, drift: np.ndarray, ratio: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """`Cells.tangent`, for k and drift (3, cells, points) times the weights; ``inverse`` as of `jacobian`."""
         one = other = np.zeros(())
@@ -284,10 +284,10 @@ class Cells:
         rows, columns = (np.broadcast_to(d, blocks.shape)[found] for d in (dofs[:, :, None], dofs[:, None]))
         return csc_array(coo_array((blocks[found], (rows, columns)), shape=(size, size)))
 
-    def tangent(self, k: np.ndarray, field: np.ndarray, ratio: float) -> tuple[np.ndarray, np.ndarray]:
+    def tangent(self, k: np.ndarray, field: np.ndarray, ratio: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(cells, n, n) twice: the integrals of k grad u . grad v and of u field . grad v in each cell, for k (cells,
-        points), or with axes in front, and a field (3, cells, points); rows are v. ``ratio``: of the largest to the
-        smallest value of what k comes from in a cell, by which bricks see how finely they must take it."""
+        points), or with axes in front, and a field (3, cells, points); rows are v. ``ratio`` (cells,): of the largest
+        to the smallest value of what k comes from in each, by which bricks see how finely they must take it."""
         along, drift = np.broadcast_to(k, field.shape) * self.weights, field * self.weights
         return self._space.varying(self._cells, self._rule, self._inverse, along, drift, ratio)
 

@@ -18,12 +18,14 @@ from fem3d.spaces.element import Degrees, active, gauss, line, modes
 
 # Degrees, with the ratio of the largest to the smallest coefficient in a cell up to which each serves: of a power law
 # over such a ratio it leaves some 1e-2, and Newton's steps converge like the powers of that.
-DEGREES = ((2.0, 3), (8.0, 6), (np.inf, 9))
+DEGREES = ((1.1, 1), (2.0, 3), (8.0, 6), (np.inf, 9))
 
 
-def degree_for(ratio: float) -> int:
-    """The degree for coefficients whose largest is so many times the smallest in a cell."""
-    return next(degree for most, degree in DEGREES if ratio <= most)
+def by_degree(ratio: np.ndarray) -> list[tuple[int, np.ndarray]]:
+    """The degrees for coefficients whose largest is so many times (cells,) the smallest in a cell, each with its
+    cells."""
+    at = np.searchsorted([most for most, _ in DEGREES], ratio)
+    return [(DEGREES[i][1], np.flatnonzero(at == i)) for i in np.unique(at).tolist()]
 
 
 @lru_cache

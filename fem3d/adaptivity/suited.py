@@ -1,0 +1,76 @@
+"""The first grid of bricks of a scene whose conductivity follows the temperature, suited to a rough steady state.
+
+A rise that is nearly a polynomial where k is constant is none where k follows it: by a law of one sign its coefficients
+of degree p over an interval fall like d^p, d = (r^1/2 - 1) / (r^1/2 + 1) = tanh(c / 4), where k changes by a factor r =
+e^c (its square root is to 1 what the Bernstein ellipse of 1/k is to the interval). Long intervals that a linear problem
+is happy with are cut until that suits the accuracy. The rough state, of lower degrees, is also where Newton starts.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from fem3d.adaptivity import nested
+from fem3d.adaptivity.brick_mesh import Bricks
+from fem3d.problems import conductors
+from fem3d.problems.assembly import assemble
+from fem3d.problems.following import Conduction
+from fem3d.results.study import Study
+from fem3d.solution import newton
+from fem3d.solution.steady import SteadyState
+from fem3d.spaces.bricks import BrickSpace
+from fem3d.spaces.domain import boxes
+from fem3d.spaces.size import foreseen
+from scenes import physics
+from scenes.errors import NumericsError
+
+LOWER = 2  # degrees by which those of the rough state are lower
+ROUGH = 1.0  # its accuracy, to which its iteration is solved
+SHARE = 0.5  # of the accuracy: what d^p may be, as of the last degree some is left
+MOST_PIECES = 4  # of an interval
+MOST_GROWTH = 2.0  # of the unknowns
+
+
+def suited(mesh: Bricks, study: Study) -> tuple[Bricks, SteadyState | None]:
+    """The first grid suited to the conductivity of a rough steady state, and that state; the grid as it is, and None,
+    where no property follows the temperature by a law, or there is no such state."""
+    scene, grid = mesh.scene, mesh.grid
+    if not (physics.heat(scene) and physics.nonlinear(scene, False)):
+        return mesh, None
+    rough = grid.with_axes(grid.breaks, [np.maximum(d - LOWER, 1) for d in grid.degrees])
+    heat = assemble(boxes(scene, rough))
+    try:
+        state = newton.coupled(heat, conductors.find(heat, nested.SOLVED), study.voltage, ROUGH, finer=False)
+    except NumericsError:
+        return mesh, None
+    pieces = _pieces(state, grid.degrees, study.accuracy)
+    breaks = [np.append(_cut(b, n), b[-1]) for b, n in zip(grid.breaks, pieces, strict=True)]
+    finer = grid.with_axes(breaks, [np.repeat(d, n) for d, n in zip(grid.degrees, pieces, strict=True)])
+    if foreseen(scene, finer).unknowns > MOST_GROWTH * foreseen(scene, grid).unknowns:
+        return mesh, state
+    return replace(mesh, grid=finer), state
+
+
+def _cut(breaks: np.ndarray, pieces: np.ndarray) -> np.ndarray:
+    """All breakpoints but the last, of intervals in so many equal pieces."""
+    within = np.arange(pieces.sum()) - np.repeat(np.cumsum(pieces) - pieces, pieces)
+    found: np.ndarray = np.repeat(breaks[:-1], pieces) + within * np.repeat(np.diff(breaks) / pieces, pieces)
+    return found
+
+
+def _pieces(state: SteadyState, degrees: tuple[np.ndarray, ...], accuracy: float) -> list[np.ndarray]:
+    """Per axis into how many pieces each interval is cut."""
+    heat = state.heat.exact or state.heat
+    space, u = heat.domain.space, heat.field(state.rise)
+    assert isinstance(space, BrickSpace)
+    changes = [np.zeros(len(d)) for d in degrees]
+    for term in heat.terms:
+        for on, law, _, cells in term.parts if isinstance(term, Conduction) else ():
+            rise = on.value(u)
+            steepness = np.abs(law.slope(rise) / law.value(rise)).max(axis=-1).reshape(-1, len(cells)).max(axis=0)
+            for change, at, own in zip(changes, space.ijk, steepness * on.within(on.gradient(u)), strict=True):
+                np.maximum.at(change, at[cells], own)
+    most = [4 * np.arctanh((SHARE * accuracy) ** (1 / np.maximum(p, 2))) for p in degrees]
+    return [np.clip(np.ceil(c / m), 1, MOST_PIECES).astype(int) for c, m in zip(changes, most, strict=True)]
