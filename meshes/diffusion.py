@@ -6,8 +6,8 @@ import numpy as np
 
 from meshes.grading import RATIO
 from meshes.grid import Grid
-from scenes import laws
-from scenes.model import Boundary, Box, Scene, Schedule
+from scenes import faces, laws
+from scenes.model import Boundary, Box, Scene, Schedule, bends
 
 REACH = 3.0  # the first interval at a face is at most this many diffusion lengths long
 DEGREE = 4  # least degree of the layers
@@ -42,6 +42,8 @@ def _jumps(b: Boundary, initial: float, conductance: float) -> bool:
     if b.kind == "temperature":
         steps = isinstance(b.value, Schedule) and any(np.diff(b.value.times) == 0)
         return steps or _at_start(b.value) != initial
+    if bends(b):
+        return bool(faces.coefficient(b, np.array(max(initial, _at_start(b.ambient)))) > FIRM * conductance)
     return b.kind == "convection" and _at_start(b.value) > FIRM * conductance
 
 

@@ -15,6 +15,7 @@ from scenes import laws
 
 SIGMA = 5.670374419e-8
 """Stefan's and Boltzmann's constant, W/(m2 K4): CODATA 2018, exact in the SI."""
+NEAR = 1e-6  # of a temperature: two that are closer are one, and a difference of a law there is rounding
 COLDEST = 1.0  # K: a state on the way to the solution may lie below, where nothing has a coefficient
 
 
@@ -60,3 +61,16 @@ def towards(boundary: Any, other: Any, temperature: np.ndarray) -> np.ndarray:
         return emitted - 4 * boundary.value * SIGMA * ambient**3 * warmer
     change = laws.towards(boundary.value, other.value, t)
     return np.asarray(change * (temperature - ambient) - boundary.value(t) * warmer)
+
+
+def secant(boundary: Any, start: float, rise: np.ndarray) -> np.ndarray:
+    """What the flux grows by from a temperature (K) to a ``rise`` above it, over that rise, in W/(m2 K)."""
+    t = np.maximum(start + rise, COLDEST)
+    if boundary.kind == "radiation":
+        found: np.ndarray = boundary.value * SIGMA * (t + start) * (t**2 + start**2)
+        return found
+    law, near = boundary.value, np.abs(rise) < NEAR * start
+    # (h(T) - h(T_0)) / (T - T_0), where the two are close the slope between them.
+    apart = np.where(near, 1.0, t - start)
+    steep = np.where(near, law.slope(start + rise / 2), (law(t) - law(np.array(start))) / apart)
+    return np.asarray(law(t) + (start - float(boundary.ambient)) * steep)

@@ -13,7 +13,9 @@ from typing import Any
 import numpy as np
 
 from fem3d.problems.current import Conductor
+from fem3d.problems.faces import film
 from fem3d.problems.heat import HeatProblem
+from scenes.model import bends
 
 Tested = Callable[[np.ndarray], np.ndarray]
 """From a dual solution (functions,) to the absolute product of each cell (cells,)."""
@@ -30,10 +32,11 @@ def heat(problem: HeatProblem, change: np.ndarray, time: float | None) -> Tested
         stored = domain.per_cell("heat_capacity")[:, None] * on.weights * on.value(change) / time
     films = []
     for b in domain.scene.boundaries:
-        if b.kind == "convection" and b.value:
+        h = film(domain, b)[0] if bends(b) else b.value if b.kind == "convection" else 0.0
+        if h:
             facets = domain.on(b)
             faces = domain.faces(b)
-            films.append((faces, domain.space.mesh.f2t[0, facets], float(b.value) * faces.areas * faces.value(change)))
+            films.append((faces, domain.space.mesh.f2t[0, facets], h * faces.areas * faces.value(change)))
 
     def tested(dual: np.ndarray) -> np.ndarray:
         products = (flux * on.gradient(dual)).sum(axis=(0, 2))

@@ -20,7 +20,7 @@ from fem3d.adaptivity import transient_base
 from fem3d.adaptivity.transient_base import Hot
 from fem3d.problems.current import Conductor, combined
 from fem3d.problems.heat import HeatProblem
-from fem3d.problems.linearized import linearized
+from fem3d.problems.linearized import at_films, linearized
 from fem3d.results.study import Study
 from fem3d.solution import transient
 from fem3d.solution.between_states import MOST, with_laws
@@ -30,6 +30,7 @@ from fem3d.solution.transient import Base, Krylov, Transient
 from scenes import laws
 from scenes.errors import RunawayInTimeError
 from scenes.laws import Table
+from scenes.model import bends
 
 GENERATIONS, MORE = 6, 4  # of Krylov fields to start with, and at a time where they don't do
 INSTANTS = 12  # at which the full equations are looked at
@@ -92,7 +93,9 @@ class Rounds:
 
     def run(self) -> Pair:
         """The response up to the end. Raises RunawayInTimeError where it runs away."""
-        given = [each for m in self.heat.domain.materials for _, each in m.given()]
+        domain = self.heat.domain
+        given = [each for m in domain.materials for _, each in m.given()]
+        given += [b.value for b in domain.scene.boundaries if bends(b)]
         count = MOST if any(isinstance(law, Table) for each in given for law in laws.of(each)) else STATES
         if not len(self.states):
             self.states = self._guessed(self.march(self.base.project(self.fields), LOOSE)[0], count)
@@ -222,7 +225,7 @@ class Rounds:
         density = np.empty(0)
         if self.conductor is not None:
             density = self.conductor.solve(rise, drive @ self.conductor.voltages).density
-        return linearized(self.heat, self.conductor, rise, density)
+        return at_films(linearized(self.heat, self.conductor, rise, density), self.heat.field(rise))
 
     def _stepped(self, times: np.ndarray, rises: np.ndarray, residuals: np.ndarray) -> np.ndarray:
         """(times, free nodes): what one step of the full problem, as long as it is since the last knot, makes of

@@ -18,7 +18,7 @@ from scipy.sparse import csc_array
 
 from fem3d.problems.following import OUTSIDE
 from fem3d.spaces.domain import Domain
-from fem3d.spaces.integrals import Faces
+from fem3d.spaces.integrals import Cells, Faces
 from scenes import faces
 from scenes.laws import Table
 from scenes.model import bends
@@ -30,6 +30,23 @@ def film(domain: Domain, boundary: Any) -> tuple[float, float]:
     start = domain.scene.initial_temperature
     near = np.array(max(start, float(boundary.ambient)))
     return float(faces.coefficient(boundary, near)), -float(faces.flux(boundary, np.array(start)))
+
+
+@dataclass(frozen=True, eq=False)
+class Secant:
+    """The coefficient (W/(m2 K)) by which a rise (K) makes what leaves by a boundary grow from the initial temperature,
+    as `OfCells` has a property."""
+
+    boundary: Any
+    start: float
+
+    def value(self, rise: np.ndarray) -> np.ndarray:
+        """That at a rise."""
+        return faces.secant(self.boundary, self.start, rise)
+
+    def of(self, _: int) -> Secant:
+        """That of one of the facets, by its place among them."""
+        return self
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +62,26 @@ class Surface:
         """The faces of all, with the points of the quadrature."""
         facets = np.concatenate([self.domain.on(b) for b in self.boundaries])
         return self.domain.seen(facets).finer(self.more)
+
+    @cached_property
+    def parts(self) -> list[tuple[Cells, Secant, np.ndarray, float]]:
+        """The facets of each side of a cell with their quadrature, what leaves per rise, and the film's (facets, 1)."""
+        own, h = Secant(self.boundary, self._start), film(self.domain, self.boundary)[0]
+        return [(on, own, np.full((len(on.weights), 1), h), 1.0) for _, on, _ in self.on.sides]
+
+    def between(self, u: np.ndarray, w: np.ndarray) -> np.ndarray:
+        """(functions,): what leaves beyond the film at a field w, in W, with the `Secant` of a field u."""
+        return self.through(self.on, u, w)
+
+    def on_one(self, facets: np.ndarray) -> Faces:
+        """Some of the facets, with the points of the quadrature."""
+        return self.domain.seen(facets).finer(self.more)
+
+    def through(self, on: Faces, u: np.ndarray, w: np.ndarray | None = None) -> np.ndarray:
+        """(functions,): the same through some of the faces; where w is left out what leaves there in all, per
+        coefficient of a field w."""
+        excess = faces.secant(self.boundary, self._start, on.value(u)) - film(self.domain, self.boundary)[0]
+        return on.load(excess if w is None else excess * on.value(w))
 
     @property
     def boundary(self) -> Any:

@@ -20,6 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fem3d.problems.conductors import box_of, within
+from fem3d.problems.faces import Surface
 from fem3d.problems.heat import HeatProblem
 from fem3d.results import voltmeter
 from fem3d.results.probes import Reading, reading
@@ -99,15 +100,14 @@ def of_states(
 
     def entering(field: np.ndarray, per_rise: np.ndarray, per_rate: np.ndarray) -> np.ndarray:
         linear = along(per_rise, a, g) + along(per_rate, rates, changing) - g @ (heat.loads @ field)
-        return linear + by_law(conduction, field, a, g) + by_law(capacity, field, rates, changing)
+        by_laws = sum((by_law(of, field, a, g) for of in leaving), linear)
+        return by_laws if capacity is None else by_laws + by_law(capacity, field, rates, changing)
 
     laws, x = reduced.laws, together(a, g)
-    conduction, capacity = (None, None) if laws is None else (laws.conduction, laws.capacity)
+    leaving, capacity = ([], None) if laws is None else (laws.leaving, laws.capacity)
 
-    def by_law(of: Conducted | None, field: np.ndarray, states: np.ndarray, inputs_now: np.ndarray) -> np.ndarray:
+    def by_law(of: Conducted, field: np.ndarray, states: np.ndarray, inputs_now: np.ndarray) -> np.ndarray:
         """(times,): what a law adds to the heat (W) that enters at a field (all nodes), of rises or of rates."""
-        if of is None:
-            return np.zeros(len(times))
         rows = [heat.take(of.term.between(u, heat.field(field))) for u in of.fields]
         return weighted(of, rows, states, inputs_now)
 
@@ -117,10 +117,11 @@ def of_states(
         return sum((f * along(row, states, inputs_now) for f, row in pairs), np.zeros(len(times)))
 
     def read(how: Reading) -> np.ndarray:
-        found, row = along(how.row, a, g) + g @ how.entering, how.by_law
-        if row is None or conduction is None:
-            return found
-        return found + weighted(conduction, [row(u) for u in conduction.fields], a, g)
+        found = along(how.row, a, g) + g @ how.entering
+        for of in leaving:
+            if (row := how.by_law(of.term)) is not None:
+                found = found + weighted(of, [row(u) for u in of.fields], a, g)
+        return found
 
     def potential(probe: Any) -> np.ndarray:
         if probe.name not in reduced.potentials:
@@ -135,6 +136,12 @@ def of_states(
         flows[name] = flows[name] - joule(tested, c, a, wide)
     for name, film in heat.films.items():
         flows[name] = g @ film.entering + along(film.per_kelvin, a, g)
+    for of in leaving:
+        if not isinstance(term := of.term, Surface):
+            continue
+        for b in term.boundaries:
+            on = term.on_one(heat.domain.on(b))
+            flows[b.name] -= weighted(of, [heat.take(term.through(on, u)) for u in of.fields], a, g)
     names = base.patterns[0].currents if base.patterns else {}
     currents = {name: c @ np.array([p.currents[name] for p in base.patterns]) for name in names}
     heats = {name: joule(tested, c, a, wide) for name, tested in reduced.in_box.items()}

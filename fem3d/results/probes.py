@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from fem3d.problems.faces import Surface
+from fem3d.problems.faces import Surface, film
 from fem3d.problems.following import Conduction, OfCells, at_faces
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.paths import across
@@ -23,13 +23,15 @@ from scenes.model import Schedule, bends
 
 Conductivity = Callable[[Faces, np.ndarray], np.ndarray]
 """That of facets seen from some cells: (facets, 1 or points), or with axes in front."""
+Row = Callable[[np.ndarray], np.ndarray]
+"""(all nodes,) at a field (functions,)."""
 
 
 @dataclass(frozen=True, eq=False)
 class Reading:
     """value = row @ rise + entering @ g + the flows or currents of ``boundaries``, that of electrodes times ``sign``;
     or its ``extreme``. Rows are over all nodes. ``gradient``: whether the row is one of the gradient. ``by_law``: what
-    the law of the conductivity adds to that row at a field (functions,), where there is one."""
+    a term of a problem that isn't linearized adds to that row at a field (functions,), where it adds anything."""
 
     row: np.ndarray
     entering: np.ndarray
@@ -37,7 +39,7 @@ class Reading:
     sign: float = 1.0
     extreme: Extreme | None = None
     gradient: bool = False
-    by_law: Callable[[np.ndarray], np.ndarray] | None = None
+    by_law: Callable[[Any], Row | None] = lambda term: None
 
     def whole_row(self, heat: HeatProblem) -> np.ndarray:
         """(all nodes,): how the value follows the rise, reactions among it."""
@@ -74,23 +76,31 @@ def _reading(heat: HeatProblem, probe: Any) -> Reading:
         return Reading(heat.take(row), still, gradient=True, by_law=_by_law(heat, probe))
     row, entering = nothing, still
     for b, on, shared in within:
-        if bends(b):
-            own, per_kelvin = _bent(heat, b, domain.seen(shared))
+        if bends(b) and heat.about is not None:
+            own, per_kelvin = _bent(heat, heat.about, b, domain.seen(shared))
             row, entering = row + heat.take(per_kelvin), entering + own
         elif b.kind != "temperature":
             area = domain.seen(shared).load()
             entering = (
                 entering + float(area @ domain.space.unit / domain.seen(on).areas.sum()) * heat.films[b.name].entering
             )
-            if b.kind == "convection" and not isinstance(b.value, Schedule):
-                row = row - b.value * heat.take(area)
-    return Reading(row, entering, tuple(b.name for b, _, _ in within if b.kind == "temperature"))
+            if b.kind in ("convection", "radiation") and not isinstance(b.value, Schedule):
+                row = row - (film(domain, b)[0] if bends(b) else b.value) * heat.take(area)
+    held = tuple(b.name for b, _, _ in within if b.kind == "temperature")
+    if heat.about is not None:
+        return Reading(row, entering, held)
+
+    def by_law(term: Any) -> Row | None:
+        own = [] if not isinstance(term, Surface) else [on for b, _, on in within if b in term.boundaries]
+        return (lambda u: -heat.take(sum(term.through(term.on_one(on), u) for on in own))) if own else None
+
+    return Reading(row, entering, held, by_law=by_law)
 
 
-def _bent(heat: HeatProblem, boundary: Any, on: Faces) -> tuple[np.ndarray, np.ndarray]:
+def _bent(heat: HeatProblem, about: np.ndarray, boundary: Any, on: Faces) -> tuple[np.ndarray, np.ndarray]:
     """The heat that enters through some faces of a boundary where it is no straight line of the temperature, by the
-    tangent at the state that a problem is linearized about: at no rise (channels,) in W and per kelvin (functions,)."""
-    about = np.zeros(heat.domain.space.size) if heat.about is None else heat.about
+    tangent at the state (functions,) that a problem is linearized about: at no rise (channels,) in W and per kelvin
+    (functions,)."""
     terms = (t for t in (heat.exact or heat).terms if isinstance(t, Surface) and boundary in t.boundaries)
     still, per_kelvin = next(terms).entering(about, on)
     entering = np.zeros(heat.inputs.count)
@@ -149,17 +159,15 @@ def _conductivity(heat: HeatProblem) -> Conductivity:
     return lambda faces, cells: at_faces(domain, about, faces, cells)
 
 
-def _by_law(heat: HeatProblem, probe: Any) -> Callable[[np.ndarray], np.ndarray] | None:
-    """`Reading.by_law` of a problem that isn't linearized."""
+def _by_law(heat: HeatProblem, probe: Any) -> Callable[[Any], Row | None]:
+    """`Reading.by_law` of a section."""
     domain = heat.domain
-    if heat.about is not None or not any(isinstance(term, Conduction) for term in heat.terms):
-        return None
     cold = cell_by_cell(domain.per_cell("thermal_conductivity"))
 
     def row(u: np.ndarray) -> np.ndarray:
         return heat.take(gradient(domain, probe, lambda f, cells: at_faces(domain, u, f, cells) - cold(f, cells)))
 
-    return row
+    return lambda term: row if heat.about is None and isinstance(term, Conduction) else None
 
 
 def _electrodes(domain: Domain, probe: Any) -> tuple[tuple[str, ...], float]:

@@ -18,7 +18,6 @@ from fem3d.solution.steady import SteadyState
 from meshes import connected, symmetry
 from meshes.symmetry import Symmetry
 from scenes import laws, physics
-from scenes.errors import SceneError
 from scenes.plan import Request, Step, noted, step
 from scenes.result import Result
 from scenes.sink import Sink, different
@@ -35,11 +34,6 @@ def solve(
     count = long_rows.modelled(sink)
     while True:
         part = symmetry.reduce(sink.scene(count))
-        if sink.emissivity and request.transient:
-            raise SceneError(
-                f"environment.emissivity = {sink.emissivity:g} is solved in the steady state alone: ask for --steady, "
-                "or give 0"
-            )
         physics.refuse_following(part.scene, request.transient)
         answer = _answer(sink, count, part, request, progress or (lambda _: None), earlier)
         off = long_rows.apart(sink, count, answer)

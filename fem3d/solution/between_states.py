@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from fem3d.problems.current import Conductor, Pattern
+from fem3d.problems.faces import Surface
 from fem3d.problems.following import Conduction, Storage
 from fem3d.problems.heat import HeatProblem
 from fem3d.solution import joule_tensors
@@ -30,8 +31,12 @@ def with_laws(
     of the properties there."""
     fields = heat.field(np.concatenate([heat.whole(reduced.basis.T), heat.lifts]))
     rises = heat.field(states)
-    conduction = [_conducted(term, fields, reduced.states, rises, tolerance)
-                  for term in heat.terms if isinstance(term, Conduction)]  # fmt: skip
+    leaving = [
+        _conducted(term, fields, reduced.states, rises, tolerance)
+        for term in heat.terms if isinstance(term, Conduction | Surface)
+    ]  # fmt: skip
+    conduction = next((own for own in leaving if isinstance(own.term, Conduction)), None)
+    faces = tuple(own for own in leaving if own is not conduction)
     resistivity = None
     if conductor is not None and conductor.following is not None:
         resistivity, tensors = _resisting(conductor, fields, reduced.basis, patterns, rises, tolerance)
@@ -43,11 +48,11 @@ def with_laws(
         )  # fmt: skip
     storage = heat.storage
     capacity = None if storage is None else _conducted(storage, fields, reduced.states, rises, tolerance)
-    return replace(reduced, laws=Laws(conduction[0] if conduction else None, resistivity, capacity))
+    return replace(reduced, laws=Laws(conduction, resistivity, capacity, faces))
 
 
 def _conducted(
-    term: Conduction | Storage, fields: np.ndarray, r: int, states: np.ndarray, tolerance: float
+    term: Conduction | Storage | Surface, fields: np.ndarray, r: int, states: np.ndarray, tolerance: float
 ) -> Conducted:
     excess, scales = [], []
     for on, law, cold, _ in term.parts:
@@ -74,9 +79,9 @@ def _conducted(
 
     matrices = np.zeros((len(chosen), r, len(fields)))
     for (on, _, _, density), own in zip(term.parts, excess, strict=True):
-        stored = isinstance(term, Storage)
-        tested = on.value(fields) if stored else np.array([on.gradient(u) for u in fields])
-        weights = on.weights * density if stored else on.weights
+        slopes = isinstance(term, Conduction)
+        tested = np.array([on.gradient(u) for u in fields]) if slopes else on.value(fields)
+        weights = on.weights if slopes else on.weights * density
         flat_tested = tested.reshape(len(fields), -1)
         for matrix, s in zip(matrices, chosen, strict=True):
             weighted = (np.broadcast_to(own[s], tested.shape[1:]) * weights).ravel()

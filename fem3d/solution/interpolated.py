@@ -17,6 +17,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fem3d.problems.faces import Surface
 from fem3d.problems.following import Conduction, Storage
 
 
@@ -42,11 +43,11 @@ class Interpolation:
 
 @dataclass(frozen=True, eq=False)
 class Conducted:
-    """The conductivity, or the capacity: ``matrices`` (states, r, r + channels), the integrals of what it adds at each
-    state times the gradients of two fields, or two fields; the states as ``fields`` (states, functions) of the
-    ``term``."""
+    """The conductivity, the capacity, or what leaves by faces per rise: ``matrices`` (states, r, r + channels), the
+    integrals of what it adds at each state times the gradients of two fields, or two fields; the states as ``fields``
+    (states, functions) of the ``term``."""
 
-    term: Conduction | Storage
+    term: Conduction | Storage | Surface
     interpolation: Interpolation
     matrices: np.ndarray
     fields: np.ndarray
@@ -65,24 +66,31 @@ def _turned(rows: np.ndarray, to: np.ndarray) -> np.ndarray:
 @dataclass(frozen=True, eq=False)
 class Laws:
     """What follows the temperature in a reduced problem: the conductivity, and the resistivity, whose f_s are channels
-    of the Joule heat beside the inputs."""
+    of the Joule heat beside the inputs; ``faces``, of boundaries whose heat is no straight line."""
 
     conduction: Conducted | None
     resistivity: Interpolation | None
     capacity: Conducted | None = None
+    faces: tuple[Conducted, ...] = ()
 
     def changed(self, to: np.ndarray) -> Laws:
         """As of `Interpolation`."""
         conduction = None if self.conduction is None else self.conduction.changed(to)
         capacity = None if self.capacity is None else self.capacity.changed(to)
-        return Laws(conduction, None if self.resistivity is None else self.resistivity.changed(to), capacity)
+        resistivity = None if self.resistivity is None else self.resistivity.changed(to)
+        return Laws(conduction, resistivity, capacity, tuple(face.changed(to) for face in self.faces))
+
+    @property
+    def leaving(self) -> list[Conducted]:
+        """All that heat leaves by."""
+        return [*([] if self.conduction is None else [self.conduction]), *self.faces]
 
     @property
     def states(self) -> int:
         """Between how many states it is interpolated."""
-        conduction = None if self.conduction is None else self.conduction.interpolation
         capacity = None if self.capacity is None else self.capacity.interpolation
-        return max(len(each.rows) for each in (conduction, self.resistivity, capacity) if each is not None)
+        every = (*(own.interpolation for own in self.leaving), self.resistivity, capacity)
+        return max(len(each.rows) for each in every if each is not None)
 
     def wide(self, a: np.ndarray, g: np.ndarray) -> np.ndarray:
         """(..., channels of the Joule heat): the inputs g (..., channels) and the f_s of the resistivity at states a
@@ -106,13 +114,13 @@ class Laws:
         return found
 
     def outflow(self, a: np.ndarray, g: np.ndarray) -> np.ndarray | float:
-        """(..., r): what the law of the conductivity adds to the outflow (W), tested with each temperature field."""
-        if self.conduction is None:
-            return 0.0
-        x, own = together(a, g), self.conduction
-        states, r, width = own.matrices.shape
-        each = (x @ own.matrices.reshape(-1, width).T).reshape(*x.shape[:-1], states, r)
-        found: np.ndarray = (own.interpolation(x)[..., None, :] @ each)[..., 0, :]
+        """(..., r): what laws of the conductivity and of faces add to the outflow (W), tested with each temperature
+        field."""
+        found: np.ndarray | float = 0.0
+        for own in self.leaving:
+            x, (states, r, width) = together(a, g), own.matrices.shape
+            each = (x @ own.matrices.reshape(-1, width).T).reshape(*x.shape[:-1], states, r)
+            found = found + (own.interpolation(x)[..., None, :] @ each)[..., 0, :]
         return found
 
 

@@ -10,7 +10,6 @@ from skfem.helpers import dot, grad
 
 from fem3d.runs import sink as sinks
 from fem3d.runs.scene import solve
-from scenes.errors import SceneError
 from scenes.free import as_dict, from_dict
 from scenes.plan import Request
 from scenes.sink import Sink
@@ -198,14 +197,6 @@ def test_a_radiating_sink_is_colder_by_what_an_independent_code_finds():
     flows = found.details["answer"].fine.out
     radiating = sum(float(v) for name, v in flows.items() if name.startswith("flow:radiation"))
     assert radiating == pytest.approx(found.steady["heat_out_W"].value - found.steady["power_W"].value, rel=1e-6)
-
-
-def test_what_is_not_solved_with_radiation_is_refused():
-    with pytest.raises(SceneError, match=r"environment\.emissivity = 0\.7 is solved in the steady state alone"):
-        sinks.solve(Sink(emissivity=0.7), Request(models=("fem3d",)))
-    over_time = slab(RADIATION, density=2000, specific_heat=700) | {"run": {"end_time": 1.0}}
-    with pytest.raises(SceneError, match='boundary "top" radiates, and a run over time takes numbers alone'):
-        solve(from_dict(over_time))
 
 
 def test_a_boundary_with_both_is_two_and_is_written_so_that_it_reads_back():
