@@ -65,14 +65,14 @@ def examined(study: Study, given: Problems, fine: Solution, judge: Estimator) ->
         return None
     judge = judge.bending(given.bent())
     scales = study.steady_scales(fine.out)
-    own = of_part(study.part, study.goals, scales)
+    part_scales = of_part(study.part, study.goals, scales)
     duals = duals_of(study.goals, given, fine.state.rise, None)
-    parts = steady_parts(study, given, fine, low, own, duals)
+    parts = steady_parts(study, given, fine, low, part_scales, duals)
     goals = {name: judge.remains(each) for name, each in parts.items()}
     rest = tail(goals, parts, judge.most)
-    goals = summed(goals, at_contradictions(study.goals, given, fine.state.rise, own, None, duals, judge))
+    goals = summed(goals, at_contradictions(study.goals, given, fine.state.rise, part_scales, None, duals, judge))
     power = judge.remains(given.electric_parts)
-    joule = joule_parts(study.goals, given, _warmed(given, fine.state), own, duals)
+    joule = joule_parts(study.goals, given, _warmed(given, fine.state), part_scales, duals)
     goals = with_current(goals, {name: judge.remains(each) for name, each in joule.items()}, power)
     goals = {"power": power} | goals
     falls = how_fast(given, goals, parts, joule)
@@ -97,19 +97,19 @@ def how_fast(
 ) -> Spread:
     """`estimate.falling` of what ``goals`` miss, the power among them, by their parts and those of the Joule heat."""
     electric, pairs = given.electric_parts, []
-    for name, left in goals.items():
+    for name, spread in goals.items():
         if name not in parts:
-            pairs.append((left, electric.before, electric.last))
+            pairs.append((spread, electric.before, electric.last))
             continue
-        own, current = parts[name], joule.get(name, electric)
-        before, last = ([x + y for x, y in zip(own[k], current[k], strict=True)] for k in (0, 1))
-        pairs.append((left, before, last))
+        thermal, current = parts[name], joule.get(name, electric)
+        before, last = ([x + y for x, y in zip(thermal[k], current[k], strict=True)] for k in (0, 1))
+        pairs.append((spread, before, last))
     return estimate.falling(pairs)
 
 
 def tail(goals: Mapping[str, Spread], parts: Mapping[str, Parts], most: float) -> float:
     """What is left over what the last degree took away, from 1 to ``most``, of all goals together."""
-    took = sum(estimate.total(own.last) for own in parts.values())
+    took = sum(estimate.total(each.last) for each in parts.values())
     remains = sum(estimate.total(goals[n]) for n in parts)
     return max(1.0, min(remains / took, most)) if took > 0 else 1.0
 
@@ -197,8 +197,8 @@ def steady_parts(
     residuals = (
         balanced - heat.stiffness @ given.lifted(rise, 0), source - heat.outflow(given.lifted(state.rise, 1))
     )  # fmt: skip
-    found = thermal_parts(given, fine.state.rise, residuals, scales, None, duals)
-    return found | _potentials(study, given, scales)
+    thermal = thermal_parts(given, fine.state.rise, residuals, scales, None, duals)
+    return thermal | _potentials(study, given, scales)
 
 
 def thermal_parts(
@@ -211,8 +211,8 @@ def thermal_parts(
 ) -> dict[str, Parts]:
     """For each thermal goal the parts that residuals (all nodes) of the two lower spaces tell, over its scale;
     ``rise``, ``time`` and ``duals`` as of `duals_of`."""
-    heat, space, found = given.heat, given.domain.space, dict[str, Parts]()
-    depth, left = space.depth[heat.order], heat.field(np.array(residuals))
+    heat, space, parts = given.heat, given.domain.space, dict[str, Parts]()
+    depth, residual_fields = space.depth[heat.order], heat.field(np.array(residuals))
     sizes = estimate.weights(heat.stiffness, rise, depth)
     if time is not None:
         sizes += estimate.weights(heat.mass, rise, depth) / time
@@ -220,14 +220,14 @@ def thermal_parts(
     tested = []
     # Where a law makes the tangent, its heat is known of functions alone.
     if space.by_cells and heat.about is None and duals:
-        for upper, residual in zip(given.heats[1:], left, strict=True):
+        for upper, residual in zip(given.heats[1:], residual_fields, strict=True):
             solve = upper.solve_steady if time is None else upper.solve_shifted(time)
             change = solve((time or 1.0) * upper.take(residual)[: upper.free])
             tested.append(cellwise.heat(heat, upper.field(change), time))
     for name, dual in duals.items():
         scaled = [z / scales[name] for z in dual]
-        found[name] = parts_of(space, free, scaled, [*left], dual[-1] * heat.field(sizes), tested)
-    return found
+        parts[name] = parts_of(space, free, scaled, [*residual_fields], dual[-1] * heat.field(sizes), tested)
+    return parts
 
 
 def duals_of(goals: Mapping[str, str], given: Problems, rise: np.ndarray, time: float | None) -> Duals:
@@ -240,7 +240,7 @@ def duals_of(goals: Mapping[str, str], given: Problems, rise: np.ndarray, time: 
     loads, fields = np.array(list(thermal.values())), []
     for heat in given.heats[1:]:
         fields.append(heat.field(heat.solve_dual(loads[:, : heat.free], time)))
-    return {name: [of[i] for of in fields] for i, name in enumerate(thermal)}
+    return {name: [each[i] for each in fields] for i, name in enumerate(thermal)}
 
 
 def joule_parts(
@@ -259,13 +259,15 @@ def joule_parts(
     the higher space. The power, z = 1, changes by the square of what the potential does, as `electric_parts` has it;
     where the heat is seen away from what the potential lacks, by the whole of what the current does.
     """
-    own = given.conductor
-    if own is None or not duals or not any(phi.any() for phi in potentials):
+    conductor = given.conductor
+    if conductor is None or not duals or not any(phi.any() for phi in potentials):
         return {}
     heat, space = given.heat, given.domain.electric.space
-    densities = [own.on.gradient(a + b) / (own.cold * own.stands_for) for a, b in pairwise(potentials)]
-    residuals = [-(own.matrix @ phi) for phi in potentials[:-1]]
-    weights = estimate.weights(own.matrix, potentials[-1], space.depth)
+    densities = [
+        conductor.on.gradient(a + b) / (conductor.cold * conductor.stands_for) for a, b in pairwise(potentials)
+    ]
+    residuals = [-(conductor.matrix @ phi) for phi in potentials[:-1]]
+    weights = estimate.weights(conductor.matrix, potentials[-1], space.depth)
     stills = []
     for name in duals:
         held = reading(heat, given.domain.probes[goals[name]]).boundaries
@@ -274,25 +276,25 @@ def joule_parts(
     for k, (upper, density) in enumerate(zip(given.conductors[1:], densities, strict=True)):
         assert upper is not None
         pairs = zip(duals.values(), stills, strict=True)
-        flows = np.array([own.on.flow(own.on.value(dual[k] - still) * density) for dual, still in pairs])
+        flows = np.array([conductor.on.flow(conductor.on.value(dual[k] - still) * density) for dual, still in pairs])
         seen.append(upper.respond(flows))
-    tested = [cellwise.current(own, b - a) for a, b in pairwise(potentials)] if space.by_cells else []
-    found = {}
+    tested = [cellwise.current(conductor, b - a) for a, b in pairwise(potentials)] if space.by_cells else []
+    parts = {}
     for i, name in enumerate(duals):
         ws = [w[i] / scales[name] for w in seen]
-        found[name] = parts_of(space, free_functions(given), ws, residuals, seen[-1][i] * weights, tested)
-    return found
+        parts[name] = parts_of(space, free_functions(given), ws, residuals, seen[-1][i] * weights, tested)
+    return parts
 
 
 def _warmed(given: Problems, state: SteadyState) -> list[np.ndarray]:
     """(functions,) in each space: the potential of the cold conductor, at so many volts that the power is the state's;
     nothing where no heat is asked for."""
-    own = state.conductor
-    if own is None or not physics.heat(given.domain.scene):
+    conductor = state.conductor
+    if conductor is None or not physics.heat(given.domain.scene):
         return []
     potentials = [phi[0] for phi in given.cold_potentials]
-    power = float(potentials[-1] @ (own.matrix @ potentials[-1]))
-    hot = float((own.on.weights * own.resistivity(state.rise) * (state.density**2).sum(axis=0)).sum())
+    power = float(potentials[-1] @ (conductor.matrix @ potentials[-1]))
+    hot = float((conductor.on.weights * conductor.resistivity(state.rise) * (state.density**2).sum(axis=0)).sum())
     return [phi * np.sqrt(hot / max(power, 1e-300)) for phi in potentials]
 
 
@@ -329,7 +331,7 @@ def at_contradictions(
 
 def summed(a: Mapping[str, Spread], b: Mapping[str, Spread]) -> dict[str, Spread]:
     """The spreads of ``a`` with those of ``b`` of the same names added."""
-    return {n: [x + y for x, y in zip(own, b[n], strict=True)] if n in b else own for n, own in a.items()}
+    return {n: [x + y for x, y in zip(spread, b[n], strict=True)] if n in b else spread for n, spread in a.items()}
 
 
 def goal_row(heat: HeatProblem, probe: Any, rise: np.ndarray) -> np.ndarray | None:
@@ -346,26 +348,26 @@ def goal_row(heat: HeatProblem, probe: Any, rise: np.ndarray) -> np.ndarray | No
 def _potentials(study: Study, given: Problems, scales: Mapping[str, float]) -> dict[str, Parts]:
     """For each potential that is read inside the conductor, and each current that crosses a contact there, the parts of
     its error, at the initial temperature."""
-    domain, own, space = given.domain.electric, given.conductor, given.domain.electric.space
-    if own is None:
+    domain, conductor, space = given.domain.electric, given.conductor, given.domain.electric.space
+    if conductor is None:
         return {}
-    crossing = {p for p, row in own.jumps.items() if row.any()}
+    crossing = {p for p, row in conductor.jumps.items() if row.any()}
     names = [n for n, p in study.goals.items() if p in crossing or domain.probes[p].quantity == "potential"]
     if not names:
         return {}
     *lower, fine = given.cold_potentials
-    sizes, found = estimate.weights(own.matrix, fine.sum(axis=0), space.depth), {}
-    residuals = [(own.matrix @ phi.T).T.sum(axis=0) for phi in lower]
+    sizes, parts = estimate.weights(conductor.matrix, fine.sum(axis=0), space.depth), {}
+    residuals = [(conductor.matrix @ phi.T).T.sum(axis=0) for phi in lower]
     pairs = pairwise([*lower, fine]) if space.by_cells else ()
-    tested = [cellwise.current(own, (b - a).sum(axis=0)) for a, b in pairs]
+    tested = [cellwise.current(conductor, (b - a).sum(axis=0)) for a, b in pairs]
     for name in names:
         probe = domain.probes[study.goals[name]]
         if probe.name in crossing:
-            row = own.crossing_row(probe.name)
+            row = conductor.crossing_row(probe.name)
         elif probe.reduce == "mean":
             row = domain.mean(probe, domain.live)
         else:
             row = extreme(domain, probe, domain.live).where(fine.sum(axis=0)).row(space)
         duals = [upper.respond(row) / scales[name] for upper in given.conductors[1:] if upper is not None]
-        found[name] = parts_of(space, free_functions(given), duals, residuals, duals[-1] * scales[name] * sizes, tested)
-    return found
+        parts[name] = parts_of(space, free_functions(given), duals, residuals, duals[-1] * scales[name] * sizes, tested)
+    return parts

@@ -80,12 +80,12 @@ class Rounds:
         if self.hot is not None and self.hot.about is None and self.steady is not None:
             self.hot = self._linearized(self.steady.rise, heat.inputs.at(np.zeros(1))[0])
         if self.steady is not None:
-            own = (self.steady.rise - heat.lifts[0])[: heat.free]
+            rise = (self.steady.rise - heat.lifts[0])[: heat.free]
             self._join(Hot(self.steady.rise, heat.inputs.at(np.zeros(1))[0], True))
             assert self.hot is not None
-            warm = Base(self.hot, None, [], own[:, None], [heat.mass @ heat.whole(own)])
+            warm = Base(self.hot, None, [], rise[:, None], [heat.mass @ heat.whole(rise)])
             fields = Krylov(warm, self.shift).fields(GENERATIONS - 2)
-            self.base = replace(self.base, fields=np.column_stack([self.base.fields, fields]), size=heat.norm(own))
+            self.base = replace(self.base, fields=np.column_stack([self.base.fields, fields]), size=heat.norm(rise))
         self.krylov = Krylov(self.base, self.shift)
         self.corrections, self.states = np.empty((heat.free, 0)), np.empty((0, heat.size))
         self.time, self.kept = np.inf, KEPT * self.accuracy
@@ -127,8 +127,8 @@ class Rounds:
         states = self.states
         if self.steady is not None:
             states = np.vstack([states, self.steady.rise])
-        own = self.base.project(self.fields)
-        return with_laws(own, self.heat, self.conductor, self.base.patterns, states, INTERPOLATED * self.accuracy)
+        linear = self.base.project(self.fields)
+        return with_laws(linear, self.heat, self.conductor, self.base.patterns, states, INTERPOLATED * self.accuracy)
 
     def march(self, reduced: Reduced, share: float) -> tuple[Transient, float]:
         """The response up to the end, or to where it is about to run away, and when it does (s)."""
@@ -156,11 +156,11 @@ class Rounds:
         """Some times (s) up to an end, close together after the start and after bends and jumps of the inputs."""
         knots = np.append(0.0, self.heat.inputs.knots(end))
         knots = knots[np.unique(np.linspace(0, len(knots) - 1, 8).astype(int))]
-        found, each = [], max(4, count // len(knots))
+        times, each = [], max(4, count // len(knots))
         for knot, following in zip(knots, np.append(knots[1:], end), strict=True):
             gap = following - knot
-            found.append(knot + np.geomspace(min(self.earliest, gap / 2), gap * (1 - 1e-9), each))
-        return np.concatenate(found)
+            times.append(knot + np.geomspace(min(self.earliest, gap / 2), gap * (1 - 1e-9), each))
+        return np.concatenate(times)
 
     def correct(self, answer: Transient) -> float:
         """Adds to the fields what the full equations lack at some instants, and to the currents what they are there;
@@ -236,14 +236,14 @@ class Rounds:
         since = times - knots[np.searchsorted(knots, times, side="right") - 1]
         steps = np.round(np.log(since) / np.log(COARSE)).astype(int)
         warm = np.abs(rises).max(axis=1) > 0.5 * np.abs(self.heat.take(self.hot.about)).max()
-        found = np.empty_like(residuals)
+        changes = np.empty_like(residuals)
         for hot, step in sorted(set(zip(warm.tolist(), steps.tolist(), strict=True))):
             at, length = (warm == hot) & (steps == step), COARSE**step
             problem = self.hot if hot else self.heat
-            found[at] = length * problem.solve_shifted(length)(residuals[at])
+            changes[at] = length * problem.solve_shifted(length)(residuals[at])
         for problem in (self.hot, self.heat):
             problem.let_go()
-        return found
+        return changes
 
     def _join(self, state: Hot) -> None:
         """The currents of a state, and their Joule load, with those that are known."""

@@ -176,18 +176,18 @@ class FileMesh:
         """The response, held against that of degree 1, or of the mesh before."""
         fine = trace_errors.marched(study, bases[0], shift, None if steady is None else steady.fine.out, generations)
         if self._less:
-            low, there = self._less
+            low, low_traces = self._less
         else:
             low = trace_errors.beside(study, bases[1], shift, fine.generations)
-            there = study.traces(outputs.of_transient(low, study.part, fine.checked))
-        self._found, times = (fine.answer, fine.there), np.array([0.1, 1.0]) * study.end
+            low_traces = study.traces(outputs.of_transient(low, study.part, fine.checked))
+        self._found, times = (fine.answer, fine.traces), np.array([0.1, 1.0]) * study.end
         rises = [t.base.heat.field(t.rises(times)) for t in (fine.answer, low)]
-        apart = trace_errors.distance(fine.there, there)
+        apart = trace_errors.distance(fine.traces, low_traces)
         errors = self._errors(
             study, given.heat, {n: OVER_TIME * d for n, d in apart.items()}, fine.scales, zip(*rises, strict=True)
         )
         for n in errors:
-            errors[n] += fine.lost[n] + float(np.max(fine.out.get(f"doubt:{n}", 0.0)))
+            errors[n] += fine.gaps[n] + float(np.max(fine.out.get(f"doubt:{n}", 0.0)))
         return trace_errors.concluded(study, fine, errors, [], [], as_it_is=not self.refines)
 
     def refined(self, goals: Collection[Spread], falls: Spread | None, worst: float, enough: float) -> FileMesh | None:

@@ -69,9 +69,9 @@ class Marched:
     generations: int
     checked: np.ndarray
     out: Outputs
-    there: Quantities
+    traces: Quantities
     scales: dict[str, float]
-    lost: dict[str, float]
+    gaps: dict[str, float]
     hot: HeatProblem | None = None
     """The problem linearized about its hottest state, where properties follow the temperature by a law."""
 
@@ -89,18 +89,18 @@ def marched(study: Study, base: Base, shift: float, steady_out: Outputs | None, 
         reduced = base.project(space.fields(count))
         answer = transient.march(base, reduced, end, TIME_SHARE * accuracy)
         out = outputs.of_transient(answer, study.part, checked)
-        there, scales = study.traces(out), study.trace_scales(steady_out or out)
+        traces, scales = study.traces(out), study.trace_scales(steady_out or out)
         # One comparison for two errors: fewer fields and a looser step.
         dropped = space.dropped(count, DROPPED)
         if dropped >= reduced.states:
             # In so short a time hardly anything diffuses: all generations are one, and dropping some tells nothing.
             dropped = 0
         fewer = transient.march(base, reduced, end, 10 * TIME_SHARE * accuracy, dropped)
-        lost = distance(there, study.traces(outputs.of_transient(fewer, study.part, checked)))
-        enough = max(lost[name] / scales[name] for name in lost) <= SPACE_SHARE * accuracy
+        gaps = distance(traces, study.traces(outputs.of_transient(fewer, study.part, checked)))
+        enough = max(gaps[name] / scales[name] for name in gaps) <= SPACE_SHARE * accuracy
         # More generations that add no states are all but sums of those before.
         if enough or count >= MOST_FIELDS or not dropped or reduced.states <= states:
-            return Marched(answer, reduced, count, checked, out, there, scales, lost)
+            return Marched(answer, reduced, count, checked, out, traces, scales, gaps)
         count, states = count + 4, reduced.states
 
 
@@ -112,12 +112,12 @@ def _by_laws(
     while True:
         answer, before = rounds.run()
         out = outputs.of_transient(answer, study.part, checked)
-        there, scales = study.traces(out), study.trace_scales(steady_out or out)
-        lost = distance(there, study.traces(outputs.of_transient(before, study.part, checked)))
-        enough = max(lost[name] / scales[name] for name in lost) <= SPACE_SHARE * study.accuracy
+        traces, scales = study.traces(out), study.trace_scales(steady_out or out)
+        gaps = distance(traces, study.traces(outputs.of_transient(before, study.part, checked)))
+        enough = max(gaps[name] / scales[name] for name in gaps) <= SPACE_SHARE * study.accuracy
         if enough or rounds.generations >= MOST_GENERATIONS:
-            lost = {name: value + rounds.left * scales[name] for name, value in lost.items()}
-            return Marched(answer, answer.reduced, rounds.generations, checked, out, there, scales, lost, rounds.hot)
+            gaps = {name: value + rounds.left * scales[name] for name, value in gaps.items()}
+            return Marched(answer, answer.reduced, rounds.generations, checked, out, traces, scales, gaps, rounds.hot)
         rounds.more()
 
 
@@ -125,9 +125,9 @@ def beside(study: Study, base: Base, shift: float, generations: int) -> Transien
     """The response of a lower space in as many generations of fields as that of the fine one."""
     if base.follows:
         return law_response.of(base, shift, study, generations).run().last
-    own = base.project(Krylov(base, shift).fields(generations))
+    reduced = base.project(Krylov(base, shift).fields(generations))
     base.heat.let_go()
-    return transient.march(base, own, study.end, TIME_SHARE * study.accuracy)
+    return transient.march(base, reduced, study.end, TIME_SHARE * study.accuracy)
 
 
 def respond(
@@ -157,7 +157,7 @@ def respond(
     bases[0].heat.let_go()
     lesser = [beside(study, base, shift, march.generations) for base in bases[1:]]
     low = study.traces(outputs.of_transient(lesser[0], study.part, march.checked))
-    changed = distance(march.there, low)
+    changed = distance(march.traces, low)
     goals, parts = dict[str, Spread](), dict[str, Parts]()
     largest = max((changed[n] / march.scales[n] for n in changed), default=0.0)
     if lesser[1:] or largest > (1 - ROW_SHARE) * study.accuracy:
@@ -178,7 +178,7 @@ def _when_worst(study: Study, march: Marched, low: Quantities, changed: Mapping[
     """Times (s) at which errors are looked at closely: the last, that at which the lower space changes each rise most,
     and that for the trace which it changes most of all, which after a jump may be the heat that enters."""
     worst = max(changed, key=lambda n: changed[n] / march.scales[n])
-    at = [int(np.abs(march.there[n] - low[n]).argmax()) for n in {*study.trace_rises, worst}]
+    at = [int(np.abs(march.traces[n] - low[n]).argmax()) for n in {*study.trace_rises, worst}]
     times: np.ndarray = march.checked[sorted({len(march.checked) - 1, *at})]
     return times
 
@@ -213,13 +213,13 @@ def _errors(
         at_rest = max(of_it or steady_errors.values(), default=0.0)
         of_space = max(changed[name], at_rest * scale, estimate.total(goals.get(name, [])) * scale)
         doubt = float(np.max(march.out.get(f"doubt:{study.trace_goals.get(name)}", 0.0)))
-        errors[name] = of_space + electric[name] * scale + march.lost[name] + doubt
+        errors[name] = of_space + electric[name] * scale + march.gaps[name] + doubt
     return errors
 
 
 def concluded(
     study: Study,
-    found: Marched,
+    fine: Marched,
     errors: dict[str, float],
     goals: list[Spread],
     falls: Spread,
@@ -227,10 +227,10 @@ def concluded(
 ) -> Response:
     """The response with its errors: at its rows, where the accuracy is reached or it is to be taken ``as_it_is``, else
     with what its ``goals`` miss, and by which factors that ``falls``."""
-    answer, reduced, scales, count = found.answer, found.reduced, found.scales, found.generations
+    answer, reduced, scales, count = fine.answer, fine.reduced, fine.scales, fine.generations
     worst = max(errors[name] / scales[name] for name in errors)
     if worst > (1 - ROW_SHARE) * study.accuracy and not as_it_is:
-        return Response(found.checked, found.there, errors, False, np.nan, answer, reduced, count, goals, falls, worst)
+        return Response(fine.checked, fine.traces, errors, False, np.nan, answer, reduced, count, goals, falls, worst)
     return with_rows(study, answer, reduced, errors, scales, count)
 
 
@@ -247,7 +247,7 @@ def _remains(
     heat, goals = given.heat, study.trace_goals
     own_scales = goal_errors.of_part(study.part, goals, scales)
     rises = [given.lifted(t.rises(times), -1 - k) for k, t in enumerate(transients)]
-    found, worst = dict[str, Spread](), dict[str, Parts]()
+    spreads, worst = dict[str, Spread](), dict[str, Parts]()
     knots = np.append(0.0, heat.inputs.knots(study.end))
     for i, time in enumerate(t - knots[knots < t].max() for t in times.tolist()):
         fine, low = rises[0][i], rises[1][i]
@@ -256,12 +256,12 @@ def _remains(
         apart = [heat.stiffness @ u + heat.mass @ u / time for u in (low - lowest, fine - low)]
         duals = goal_errors.duals_of(goals, given, fine, time)
         parts = goal_errors.thermal_parts(given, fine, tuple(apart), own_scales, time, duals)
-        smooth = {name: judge.remains(own) for name, own in parts.items()}
+        smooth = {name: judge.remains(each) for name, each in parts.items()}
         at_edges = goal_errors.at_contradictions(goals, given, fine, own_scales, time, duals, judge)
         for name, remains in goal_errors.summed(smooth, at_edges).items():
-            if name not in found or estimate.total(remains) > estimate.total(found[name]):
-                found[name], worst[name] = remains, parts[name]
-    return found, worst
+            if name not in spreads or estimate.total(remains) > estimate.total(spreads[name]):
+                spreads[name], worst[name] = remains, parts[name]
+    return spreads, worst
 
 
 def instants(study: Study, heat: HeatProblem) -> np.ndarray:
@@ -269,14 +269,14 @@ def instants(study: Study, heat: HeatProblem) -> np.ndarray:
     a jump from the earliest time of interest on, as after the start."""
     end, first = study.end, min(study.earliest, study.end)
     knots = heat.inputs.knots(end)
-    found = [np.geomspace(first, end, 40), np.linspace(0, end, 21)[1:]]
-    asked = np.array([t for t in study.instants if first <= t <= end])
-    found.append(asked[_spread(asked, ASKED)])
+    groups = [np.geomspace(first, end, 40), np.linspace(0, end, 21)[1:]]
+    wanted = np.array([t for t in study.instants if first <= t <= end])
+    groups.append(wanted[_spread(wanted, ASKED)])
     for knot in knots[_spread(knots, KNOTS)]:
         following = knots[knots > knot]
         gap = (following[0] if len(following) else end) - knot
-        found.append(knot + np.geomspace(min(first, gap / 2), gap * (1 - 1e-9), 6))
-    times = np.unique(np.concatenate(found))
+        groups.append(knot + np.geomspace(min(first, gap / 2), gap * (1 - 1e-9), 6))
+    times = np.unique(np.concatenate(groups))
     jumps = knots[np.any(heat.inputs.jumps(knots), axis=1)]
     for jump, gap in zip(jumps, np.diff(np.append(jumps, end)), strict=True):
         times = times[(times < jump) | (times >= jump + min(first, gap / 2) * (1 - 1e-9))]
@@ -318,14 +318,14 @@ def with_rows(
     drive = answer.base.heat.inputs
     knots = drive.knots(study.end)
     jumps = knots[np.any(drive.jumps(knots), axis=1)].tolist()
-    times, found, between = trace_times.choose(answer.trajectory.steps, traces, allowed, jumps, study.instants)
+    times, rows, between = trace_times.choose(answer.trajectory.steps, traces, allowed, jumps, study.instants)
     if answer.base.heat.lifts.any():
-        _start(answer.base.heat.domain, found)
+        _start(answer.base.heat.domain, rows)
     relative = {name: errors[name] / scales[name] for name in errors}
     errors = {name: errors[name] + between[name] + ROUNDING * scales[name] for name in errors}
     imbalance, widest = _imbalance(study, answer), max(between[name] / scales[name] for name in errors)
     return Response(
-        times, found, errors, True, imbalance, answer, reduced, generations, relative=relative, scales=scales,
+        times, rows, errors, True, imbalance, answer, reduced, generations, relative=relative, scales=scales,
         between=widest,
     )  # fmt: skip
 
@@ -370,8 +370,8 @@ def _imbalance(study: Study, answer: Transient) -> float:
 
     passed = np.maximum(until(entering), until(leaving))
     just_before = np.maximum(edges[1:] * (1 - 1e-12), edges[:-1])
-    stored, there = np.split(outputs.stored_heat(answer, study.part, np.append(just_before, edges[:-1])), 2)
-    jumped = there - np.concatenate([[0.0], stored[:-1]])
+    stored, after = np.split(outputs.stored_heat(answer, study.part, np.append(just_before, edges[:-1])), 2)
+    jumped = after - np.concatenate([[0.0], stored[:-1]])
     gap = np.abs(stored - until(entered) - np.cumsum(jumped * _jumps(answer, edges[:-1])))
     late = edges[1:] >= min(study.earliest, edges[-1])
     heat = answer.base.heat

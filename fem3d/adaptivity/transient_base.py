@@ -44,15 +44,15 @@ def nested(given: Problems, shift: float, end: float, accuracy: float) -> list[B
     """The base in each of some nested spaces, the highest first: where heating moves the currents is looked for in the
     lowest alone."""
     lowest, hot = _searched(given.heats[0], given.conductors[0], shift, end, accuracy)
-    found = [lowest]
+    bases = [lowest]
     for heat, conductor in zip(given.heats[1:], given.conductors[1:], strict=True):
         base, potentials = cold(heat, conductor)
         for state in hot:
             assert conductor is not None
-            here = state._replace(rise=heat.take(lowest.heat.field(state.rise)))
-            base, potentials = joined_by(base, potentials, here, *heated(conductor, here, potentials))
-        found.append(base)
-    return found[::-1]
+            mapped = state._replace(rise=heat.take(lowest.heat.field(state.rise)))
+            base, potentials = joined_by(base, potentials, mapped, *heated(conductor, mapped, potentials))
+        bases.append(base)
+    return bases[::-1]
 
 
 def cold(heat: HeatProblem, conductor: Conductor | None) -> tuple[Base, list[Potential]]:
@@ -101,7 +101,7 @@ def _searched(
         times = np.unique(np.minimum(times, answer.end))
         states, g = answer.trajectory(times)[0], drive.at(times)
         rises, c = answer.rises(times), answer.reduced.currents(states, g)
-        found, changes = None, np.zeros(len(times))
+        worst, changes = None, np.zeros(len(times))
         for i, rise in enumerate(rises):
             if not ((g[i] @ conductor.voltages).any() and conductor.conducts(rise)):
                 continue
@@ -111,11 +111,11 @@ def _searched(
             size = max(size, float(np.abs(load).sum()))
             changes[i] = np.abs(load - reached).sum()
             if changes[i] == changes.max():
-                found = state, hot, load
+                worst = state, hot, load
         matter = changes >= SAME * accuracy * size
-        if found is None or (turn > 0 and not matter.any()):
+        if worst is None or (turn > 0 and not matter.any()):
             break
-        state, hot, load = found
+        state, hot, load = worst
         joined.append(state._replace(joins=bool(matter.any())))
         base, potentials = joined_by(base, potentials, joined[-1], hot, load)
         # Currents that are known well enough stay so. One instant is always looked at again, its load having joined.

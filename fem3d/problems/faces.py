@@ -103,18 +103,18 @@ class Surface:
 
     def bent(self, u: np.ndarray) -> np.ndarray:
         """(3, all cells): by how much a field u changes along each axis of the cells at whose face a table bends."""
-        space, found = self.domain.space, np.zeros((3, len(self.domain.body)))
+        space, changes = self.domain.space, np.zeros((3, len(self.domain.body)))
         law = self.boundary.value
         if not isinstance(law, Table):
-            return found
+            return changes
         at = self._start + self.on.value(u)
         low, high = at.min(axis=1), at.max(axis=1)
         low, high = low - OUTSIDE * (high - low), high + OUTSIDE * (high - low)
         crossed = np.any([(low < bend) & (bend < high) for bend in law.temperatures], axis=0)
         for alike in space.alike(np.unique(self.on.cells[crossed])):
             cells = space.on(alike)
-            found[:, alike] = cells.within(cells.gradient(u))
-        return found
+            changes[:, alike] = cells.within(cells.gradient(u))
+        return changes
 
     def finer(self, *fields: np.ndarray) -> Surface:
         """By two more points along each axis."""
@@ -139,4 +139,4 @@ def surfaces(domain: Domain) -> tuple[Surface, ...]:
     for b in domain.scene.boundaries:
         if bends(b) and len(domain.on(b)):
             alike.setdefault((b.kind, b.value, b.ambient), []).append(b)
-    return tuple(Surface(domain, tuple(of)) for of in alike.values())
+    return tuple(Surface(domain, tuple(boundaries)) for boundaries in alike.values())

@@ -56,8 +56,8 @@ class OfCells:
         bodies = domain.body[cells]
         self._start = domain.scene.initial_temperature
         self._axes = any(isinstance(given[b], tuple) for b in np.unique(bodies))
-        of = {b: given[b] for b in np.unique(bodies).tolist()}
-        self._parts = [(np.flatnonzero(bodies == b), each) for b, each in of.items()]
+        by_body = {b: given[b] for b in np.unique(bodies).tolist()}
+        self._parts = [(np.flatnonzero(bodies == b), each) for b, each in by_body.items()]
 
     def value(self, rise: np.ndarray) -> np.ndarray:
         """The property at a rise (K)."""
@@ -76,15 +76,15 @@ class OfCells:
     def towards(self, other: OfCells, rise: np.ndarray) -> np.ndarray:
         """What the property at a rise (K) changes by on the way to that of a scene that differs by its numbers, the
         initial temperature among them, to first order."""
-        found = self.slope(rise) * (other._start - self._start)
+        change = self.slope(rise) * (other._start - self._start)
         temperature = np.maximum(self._start + rise, COLDEST)
         for (at, given), (_, target) in zip(self._parts, other._parts, strict=True):
             if self._axes:
                 for d, pair in enumerate(zip(laws.along(given), laws.along(target), strict=True)):
-                    found[d, at] += laws.towards(*pair, temperature[at])
+                    change[d, at] += laws.towards(*pair, temperature[at])
             else:
-                found[at] += laws.towards(given, target, temperature[at])
-        return found
+                change[at] += laws.towards(given, target, temperature[at])
+        return change
 
     def of(self, cell: int) -> OfCells:
         """That of one of the cells, by its place among them."""
@@ -94,12 +94,12 @@ class OfCells:
 
     def bends(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
         """(cells,): where a table has a bend between two rises (cells,), in K."""
-        found = np.zeros(len(low), bool)
+        bent = np.zeros(len(low), bool)
         for at, given in self._parts:
             for law in laws.of(given):
                 for bend in getattr(law, "temperatures", ()):
-                    found[at] |= (self._start + low[at] < bend) & (bend < self._start + high[at])
-        return found
+                    bent[at] |= (self._start + low[at] < bend) & (bend < self._start + high[at])
+        return bent
 
     def bent(self, on: Cells, u: np.ndarray) -> np.ndarray:
         """The cells, by their place among those that integrals are ``on``, in which a law bends between the
@@ -111,16 +111,16 @@ class OfCells:
         beyond = OUTSIDE * (high - low)
         return np.flatnonzero(self.bends(low - beyond, high + beyond))
 
-    def _made(self, rise: np.ndarray, of: Callable[[Property, np.ndarray], np.ndarray]) -> np.ndarray:
+    def _made(self, rise: np.ndarray, evaluate: Callable[[Property, np.ndarray], np.ndarray]) -> np.ndarray:
         temperature = np.maximum(self._start + rise, COLDEST)
-        found = np.empty((*((3,) if self._axes else ()), *rise.shape))
+        values = np.empty((*((3,) if self._axes else ()), *rise.shape))
         for at, given in self._parts:
             if self._axes:
                 for d, law in enumerate(laws.along(given)):
-                    found[d, at] = of(law, temperature[at])
+                    values[d, at] = evaluate(law, temperature[at])
             else:
-                found[at] = of(given, temperature[at])
-        return found
+                values[at] = evaluate(given, temperature[at])
+        return values
 
 
 def following(domain: Domain, key: str) -> np.ndarray:
@@ -141,15 +141,15 @@ class Conduction:
     @cached_property
     def parts(self) -> list[tuple[Cells, OfCells, np.ndarray, np.ndarray]]:
         """Cells with a quadrature, the law and its value at the initial temperature there, and their numbers."""
-        found, space = [], self.domain.space
+        parts, space = [], self.domain.space
         for alike in space.alike(following(self.domain, "thermal_conductivity")):
             pieces = np.ones((3, len(alike)), int) if self.pieces is None else self.pieces[:, alike]
             kinds, kind = np.unique(pieces, axis=1, return_inverse=True)
             for k, (x, y, z) in enumerate(kinds.T.tolist()):
                 cells = alike[kind.ravel() == k]
                 on, law = space.on(cells, self.more, (x, y, z)), OfCells(self.domain, "thermal_conductivity", cells)
-                found.append((on, law, law.value(np.zeros((len(cells), 1))), cells))
-        return found
+                parts.append((on, law, law.value(np.zeros((len(cells), 1))), cells))
+        return parts
 
     def outflow(self, u: np.ndarray) -> np.ndarray:
         """(functions,): int (k - k0) grad u . grad v, in W."""
@@ -157,11 +157,11 @@ class Conduction:
 
     def between(self, u: np.ndarray, w: np.ndarray) -> np.ndarray:
         """(functions,): int (k - k0) grad w . grad v with the conductivity of a field u, in W."""
-        found = np.zeros(self.domain.space.size)
+        flow = np.zeros(self.domain.space.size)
         for on, law, cold, _ in self.parts:
             if w[on.dofs].any():
-                found += on.flow((law.value(on.value(u)) - cold) * on.gradient(w))
-        return found
+                flow += on.flow((law.value(on.value(u)) - cold) * on.gradient(w))
+        return flow
 
     def tangent(self, u: np.ndarray) -> tuple[csc_array, csc_array]:
         """(functions, functions) twice: the integrals of (k - k0) grad w . grad v and of k' w grad u . grad v."""
@@ -191,12 +191,12 @@ class Conduction:
     def bent(self, u: np.ndarray) -> np.ndarray:
         """(3, all cells): by how much a field u changes along each axis of the cells where a law bends between its
         temperatures (K); zero elsewhere."""
-        found = np.zeros((3, len(self.domain.body)))
+        changes = np.zeros((3, len(self.domain.body)))
         for on, law, _, cells in self.parts:
             at = law.bent(on, u)
             if len(at):
-                found[:, cells[at]] = on.within(on.gradient(u))[:, at]
-        return found
+                changes[:, cells[at]] = on.within(on.gradient(u))[:, at]
+        return changes
 
     def finer(self, *fields: np.ndarray) -> Conduction:
         """By four times the pieces along the axis along which a field u changes most in cells where a law bends between
@@ -220,29 +220,29 @@ class Storage:
     def parts(self) -> list[tuple[Cells, OfCells, np.ndarray, np.ndarray]]:
         """Cells with a quadrature, the law of the specific heat and its value at the initial temperature there, and
         their density (cells, 1)."""
-        found, space = [], self.domain.space
+        parts, space = [], self.domain.space
         density = self.domain.per_cell("density")
         for alike in space.alike(following(self.domain, "specific_heat")):
             law = OfCells(self.domain, "specific_heat", alike)
             cold = law.value(np.zeros((len(alike), 1)))
-            found.append((space.on(alike, MORE), law, cold, density[alike][:, None]))
-        return found
+            parts.append((space.on(alike, MORE), law, cold, density[alike][:, None]))
+        return parts
 
     def between(self, u: np.ndarray, w: np.ndarray) -> np.ndarray:
         """(functions,): int rho (c - c0) w v with the specific heat at a field u: of w a rate, in W."""
-        found = np.zeros(self.domain.space.size)
+        heat = np.zeros(self.domain.space.size)
         for on, law, cold, density in self.parts:
             if w[on.dofs].any():
-                found += on.load(density * (law.value(on.value(u)) - cold) * on.value(w))
-        return found
+                heat += on.load(density * (law.value(on.value(u)) - cold) * on.value(w))
+        return heat
 
     def heat(self, u: np.ndarray) -> float:
         """What is stored at a field u beyond c0 times it (J)."""
-        found = 0.0
+        heat = 0.0
         for on, law, cold, density in self.parts:
             rise = on.value(u)
-            found += float((on.weights * density * (law.above(rise) - cold * rise)).sum())
-        return found
+            heat += float((on.weights * density * (law.above(rise) - cold * rise)).sum())
+        return heat
 
 
 def storage(domain: Domain) -> Storage | None:

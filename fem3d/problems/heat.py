@@ -86,9 +86,9 @@ class HeatProblem:
     def field(self, u: np.ndarray) -> np.ndarray:
         """(..., functions): a field (free or all nodes) as coefficients of the space's functions."""
         whole = self.whole(u)
-        found = np.zeros((*whole.shape[:-1], self.domain.space.size))
-        found[..., self.order] = whole
-        return found
+        coefficients = np.zeros((*whole.shape[:-1], self.domain.space.size))
+        coefficients[..., self.order] = whole
+        return coefficients
 
     def take(self, row: np.ndarray) -> np.ndarray:
         """(..., all nodes): what belongs to the unknowns of (..., functions)."""
@@ -96,14 +96,14 @@ class HeatProblem:
 
     def lower(self, level: int) -> HeatProblem:
         """The problem in a lower space that this one's holds (`Space.nested`): leading parts of the same matrices."""
-        there = self.domain.space.nested[level][self.order]
-        kept = np.flatnonzero(there)
-        free = int(there[: self.free].sum())
+        in_lower = self.domain.space.nested[level][self.order]
+        kept = np.flatnonzero(in_lower)
+        free = int(in_lower[: self.free].sum())
         fixed = kept[free:] - self.free
         return replace(
             self, free=free, stiffness=part(self.stiffness, kept), mass=part(self.mass, kept),
             loads=self.loads[:, kept], given=self.given[:, fixed],
-            held={name: own[fixed] for name, own in self.held.items()}, edges=part(self.edges, fixed),
+            held={name: share[fixed] for name, share in self.held.items()}, edges=part(self.edges, fixed),
             films={name: replace(f, per_kelvin=f.per_kelvin[kept]) for name, f in self.films.items()},
             unit=self.unit[kept], groups=self.groups[kept], order=self.order[kept],
             torn=self.torn[kept], rest=None if self.rest is None else self.rest.part(kept),
@@ -145,16 +145,16 @@ class HeatProblem:
     @property
     def steady_matrix(self) -> csc_array:
         """What `solve_steady` solves with."""
-        own = self.inner_stiffness
-        return own if self.anchored else _combined(own, 1.0 / self.end_time, self.inner_mass)
+        matrix = self.inner_stiffness
+        return matrix if self.anchored else _combined(matrix, 1.0 / self.end_time, self.inner_mass)
 
     def outflow(self, rise: np.ndarray) -> np.ndarray:
         """(all nodes,): what leaves by conduction and films at a rise (all nodes), in W: K times it, and the terms."""
         problem = self.exact or self
-        found = problem.stiffness @ rise
+        flow = problem.stiffness @ rise
         for term in problem.terms:
-            found += problem.take(term.outflow(problem.field(rise)))
-        return found
+            flow += problem.take(term.outflow(problem.field(rise)))
+        return flow
 
     @property
     def follows(self) -> bool:
@@ -163,16 +163,16 @@ class HeatProblem:
 
     def stored(self, rise: np.ndarray, rate: np.ndarray) -> np.ndarray:
         """(all nodes,): what is stored (W) at a rise and its rate (all nodes)."""
-        found: np.ndarray = self.mass @ rate
+        heat: np.ndarray = self.mass @ rate
         if self.storage is not None:
-            found = found + self.take(self.storage.between(self.field(rise), self.field(rate)))
-        return found
+            heat = heat + self.take(self.storage.between(self.field(rise), self.field(rate)))
+        return heat
 
     def with_terms(self, terms: tuple[Term, ...]) -> HeatProblem:
         """The same linear problem with others of these."""
-        found = replace(self, terms=terms)
-        found.kept.like(self.kept)
-        return found
+        problem = replace(self, terms=terms)
+        problem.kept.like(self.kept)
+        return problem
 
     def solve_dual(self, loads: np.ndarray, time: float | None = None) -> np.ndarray:
         """(k, free nodes): the solutions of the transposed problem, linearized where it is nonlinear, for loads of that
@@ -187,8 +187,8 @@ class HeatProblem:
         """The rest of the tangent on the free nodes."""
         assert self.rest is not None
         rest = self.rest
-        found: Rest = self.kept.get("inner_rest", lambda: rest.part(np.arange(self.free)))
-        return found
+        inner: Rest = self.kept.get("inner_rest", lambda: rest.part(np.arange(self.free)))
+        return inner
 
     def solve_shifted(self, shift: float) -> Callable[[np.ndarray], np.ndarray]:
         """What solves (M + shift K) u = b on the free nodes; the factors of the last shift are kept."""
@@ -213,14 +213,14 @@ class HeatProblem:
 
     def _lifts(self) -> np.ndarray:
         n = self.free
-        found = np.zeros((self.inputs.count, self.size))
-        found[:, n:] = self.given
-        for lift in found:
+        lifts = np.zeros((self.inputs.count, self.size))
+        lifts[:, n:] = self.given
+        for lift in lifts:
             if lift.any():
                 lift[:n] = self.solve_steady(-(self.stiffness @ lift)[:n])
                 if self.anchored:
                     lift[:] = self.improve(lift, np.zeros(self.size))
-        return found
+        return lifts
 
     def improve(self, rise: np.ndarray, source: np.ndarray) -> np.ndarray:
         """(all nodes,): a rise (all nodes) after iterative refinement for a source (W, all nodes), which brings the
@@ -233,8 +233,8 @@ class HeatProblem:
         load = source[:n] - held[:n]
         inner = rise[:n] + self.solve_steady(load - k @ rise[:n])
         for _ in range(3):
-            left = abs(float(self.unit[:n] @ load - self._outflow @ inner))
-            if left <= BALANCED * float(self.unit[:n] @ np.abs(load)):
+            imbalance = abs(float(self.unit[:n] @ load - self._outflow @ inner))
+            if imbalance <= BALANCED * float(self.unit[:n] @ np.abs(load)):
                 break
             # The matrix is symmetric: its columns serve as rows.
             products = k.data.astype(np.longdouble) * inner[k.indices]
@@ -286,9 +286,9 @@ class HeatProblem:
         together: np.ndarray = sum((self.held[name] for name in names), np.zeros(self.edges.shape[0]))
         weights = DISPUTED * together * (1 - together) * (self.edges.diagonal() > 0)
         at = np.flatnonzero(weights > 1e-12)
-        found = np.zeros((len(at), self.size))
-        found[:, self.free :] = weights[at, None] * self.edges[at].toarray()
-        return found
+        fields = np.zeros((len(at), self.size))
+        fields[:, self.free :] = weights[at, None] * self.edges[at].toarray()
+        return fields
 
     @cached_property
     def held_rows(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
@@ -297,8 +297,8 @@ class HeatProblem:
 
     def turned(self, z: np.ndarray) -> np.ndarray:
         """(all nodes,): the transposed tangent times a field (all nodes), in W per K of what it tests."""
-        found: np.ndarray = self.stiffness @ z
-        return found if self.rest is None else found + self.rest.transposed()(z)
+        tested: np.ndarray = self.stiffness @ z
+        return tested if self.rest is None else tested + self.rest.transposed()(z)
 
 
 def _combined(a: csc_array, factor: float, b: csc_array) -> csc_array:
@@ -310,6 +310,6 @@ def _combined(a: csc_array, factor: float, b: csc_array) -> csc_array:
 
 def above(channels: Inputs, temperature: Value, initial: float) -> np.ndarray:
     """(channels,): a temperature (K) as a rise."""
-    found = channels.split(temperature)
-    found[0] -= initial
-    return found
+    rises = channels.split(temperature)
+    rises[0] -= initial
+    return rises

@@ -54,7 +54,7 @@ class Rest:
         basis = [right / np.where(size > 0, size, 1.0)[:, None]]
         count = len(right)
         upper = np.zeros((count, MOST + 1, MOST))
-        found = np.zeros_like(right)
+        solutions = np.zeros_like(right)
         first = np.zeros((count, MOST + 1))
         first[:, 0] = size
         for step in range(MOST):
@@ -64,13 +64,13 @@ class Rest:
                     share = (v * new).sum(axis=1)
                     upper[:, i, step] += share
                     new -= share[:, None] * v
-            left = np.linalg.norm(new, axis=1)
-            upper[:, step + 1, step] = left
+            length = np.linalg.norm(new, axis=1)
+            upper[:, step + 1, step] = length
             shares, errors = _least(upper[:, : step + 2, : step + 1], first[:, : step + 2])
             if (errors <= solved * size).all():
-                found = sum((shares[:, i, None] * v for i, v in enumerate(basis)), found)
-                return found
-            basis.append(new / np.where(left > 1e-300, left, 1.0)[:, None])
+                solutions = sum((shares[:, i, None] * v for i, v in enumerate(basis)), solutions)
+                return solutions
+            basis.append(new / np.where(length > 1e-300, length, 1.0)[:, None])
         raise NumericsError("the problem linearized about a state is singular, or close to it")
 
 

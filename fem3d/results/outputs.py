@@ -106,22 +106,22 @@ def of_states(
     laws, x = reduced.laws, together(a, g)
     leaving, capacity = ([], None) if laws is None else (laws.leaving, laws.capacity)
 
-    def by_law(of: Conducted, field: np.ndarray, states: np.ndarray, inputs_now: np.ndarray) -> np.ndarray:
+    def by_law(law: Conducted, field: np.ndarray, states: np.ndarray, inputs_now: np.ndarray) -> np.ndarray:
         """(times,): what a law adds to the heat (W) that enters at a field (all nodes), of rises or of rates."""
-        rows = [heat.take(of.term.between(u, heat.field(field))) for u in of.fields]
-        return weighted(of, rows, states, inputs_now)
+        rows = [heat.take(law.term.between(u, heat.field(field))) for u in law.fields]
+        return weighted(law, rows, states, inputs_now)
 
-    def weighted(of: Conducted, rows: list[np.ndarray], states: np.ndarray, inputs_now: np.ndarray) -> np.ndarray:
+    def weighted(law: Conducted, rows: list[np.ndarray], states: np.ndarray, inputs_now: np.ndarray) -> np.ndarray:
         """(times,): rows (all nodes) of the states between which a law is interpolated, at other states."""
-        pairs = zip(of.interpolation(x).T, rows, strict=True)
+        pairs = zip(law.interpolation(x).T, rows, strict=True)
         return sum((f * along(row, states, inputs_now) for f, row in pairs), np.zeros(len(times)))
 
     def read(how: Reading) -> np.ndarray:
-        found = along(how.row, a, g) + g @ how.entering
+        flow = along(how.row, a, g) + g @ how.entering
         for of in leaving:
             if (row := how.by_law(of.term)) is not None:
-                found = found + weighted(of, [row(u) for u in of.fields], a, g)
-        return found
+                flow = flow + weighted(of, [row(u) for u in of.fields], a, g)
+        return flow
 
     def potential(probe: Any) -> np.ndarray:
         if probe.name not in reduced.potentials:
@@ -195,34 +195,34 @@ def passing(out: Outputs) -> tuple[np.ndarray, np.ndarray]:
 
 def _whole(symmetry: Symmetry, heat: HeatProblem, times: np.ndarray, part: _Part) -> Outputs:
     """From the part that was solved to the whole."""
-    found, zero, copies = {"time": times}, np.zeros(times.shape), symmetry.copies
+    out, zero, copies = {"time": times}, np.zeros(times.shape), symmetry.copies
     for probe in heat.domain.scene.probes:
         if probe.quantity == "potential":
             value = part.potential(probe)
         elif probe.quantity == "power":
             value = sum((heat for name, heat in part.joule.items() if probe.name in within(name)), zero)
         elif (how := reading(heat, probe)).extreme is not None:
-            value, found[f"doubt:{probe.name}"] = part.extreme(how.extreme)
+            value, out[f"doubt:{probe.name}"] = part.extreme(how.extreme)
         elif probe.quantity == "current":
             names = how.boundaries or (f"through:{probe.name}",)
             value = how.sign * sum((part.currents.get(name, zero) for name in names), zero)
         else:
             value = sum((part.flows[name] for name in how.boundaries), part.row(how))
         factor, added = symmetry.probes[probe.name]
-        found[f"probe:{probe.name}"] = factor * value + _added(added, times)
+        out[f"probe:{probe.name}"] = factor * value + _added(added, times)
         if probe.quantity == "heat_flow" and len(fields := heat.disputed(how.boundaries)):
-            found[f"doubt:{probe.name}"] = copies * np.abs(part.entering(fields)).sum(axis=0)
+            out[f"doubt:{probe.name}"] = copies * np.abs(part.entering(fields)).sum(axis=0)
     for name, flow in symmetry.flows.items():
         if flow.boundary in part.flows:
-            found[f"flow:{name}"] = flow.heat * part.flows[flow.boundary]
+            out[f"flow:{name}"] = flow.heat * part.flows[flow.boundary]
         if flow.boundary in part.currents:
-            found[f"current:{name}"] = flow.current * part.currents[flow.boundary]
+            out[f"current:{name}"] = flow.current * part.currents[flow.boundary]
     for name, value in part.joule.items():
         box = box_of(name)
         if box in symmetry.box_copies:
-            found[f"joule:{box}"] = found.get(f"joule:{box}", zero) + symmetry.box_copies[box] * value
+            out[f"joule:{box}"] = out.get(f"joule:{box}", zero) + symmetry.box_copies[box] * value
     dissipated = sum(part.joule.values(), zero)
-    return found | {
+    return out | {
         "power": copies * part.power, "generated": copies * part.generated, "dissipated": copies * dissipated
     }  # fmt: skip
 

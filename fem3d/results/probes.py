@@ -77,8 +77,8 @@ def _reading(heat: HeatProblem, probe: Any) -> Reading:
     row, entering = nothing, still
     for b, on, shared in within:
         if bends(b) and heat.about is not None:
-            own, per_kelvin = _bent(heat, heat.about, b, domain.seen(shared))
-            row, entering = row + heat.take(per_kelvin), entering + own
+            into, per_kelvin = _bent(heat, heat.about, b, domain.seen(shared))
+            row, entering = row + heat.take(per_kelvin), entering + into
         elif b.kind != "temperature":
             area = domain.seen(shared).load()
             entering = (
@@ -118,21 +118,21 @@ def gradient(domain: Domain, probe: Any, conductivity: Conductivity) -> np.ndarr
     on the surface into the solid, inside the mean of what both sides say, at contacts by the jump."""
     facets = domain.facets(probe)
     outer = facets[domain.exposed(facets)]
-    found = np.zeros(domain.space.size)
+    row = np.zeros(domain.space.size)
     if len(outer):
         seen = domain.seen(outer)
-        found -= seen.flux(conductivity(seen, domain.space.mesh.f2t[0, outer]))
+        row -= seen.flux(conductivity(seen, domain.space.mesh.f2t[0, outer]))
     jumping = [(joint.facets, r) for joint in domain.contacts if (r := joint.contact.thermal_resistance)]
     every = np.ones(len(domain.body), bool)
     for faces, sign, cells in domain.sides(probe, every, [torn for torn, _ in jumping]):
-        found += sign * faces.flux(conductivity(faces, cells))
-    return found + across(domain, probe, jumping)
+        row += sign * faces.flux(conductivity(faces, cells))
+    return row + across(domain, probe, jumping)
 
 
 def drift(domain: Domain, probe: Any, u: np.ndarray) -> np.ndarray:
     """(functions,): how the heat (W) of `gradient` follows a field u as the conductivity does, by its laws, while the
     gradient stays."""
-    facets, found = domain.facets(probe), np.zeros(domain.space.size)
+    facets, row = domain.facets(probe), np.zeros(domain.space.size)
 
     def bent(faces: Faces, cells: np.ndarray) -> np.ndarray:
         steep = OfCells(domain, "thermal_conductivity", cells).slope(faces.value(u))
@@ -140,10 +140,10 @@ def drift(domain: Domain, probe: Any, u: np.ndarray) -> np.ndarray:
 
     outer = facets[domain.exposed(facets)]
     if len(outer):
-        found += bent(domain.seen(outer), domain.space.mesh.f2t[0, outer])
+        row += bent(domain.seen(outer), domain.space.mesh.f2t[0, outer])
     for faces, sign, cells in domain.sides(probe, np.ones(len(domain.body), bool)):
-        found -= sign * bent(faces, cells)
-    return found
+        row -= sign * bent(faces, cells)
+    return row
 
 
 def cell_by_cell(conductivity: np.ndarray) -> Conductivity:
@@ -185,12 +185,12 @@ def _electrodes(domain: Domain, probe: Any) -> tuple[tuple[str, ...], float]:
     alive = (pairs >= 0) & domain.live[pairs]
     if not names or alive.all(axis=0).any():
         return (), 1.0
-    there = alive.any(axis=0)
-    facets, alive = facets[there], alive[:, there]
+    touching = alive.any(axis=0)
+    facets, alive = facets[touching], alive[:, touching]
     if domain.exposed(facets).all():
         return tuple(names), 1.0
     # Inside the solid: along the direction that counts, out of the electrode into the cell that conducts.
-    out_of_first = domain.directions(probe)[there]
+    out_of_first = domain.directions(probe)[touching]
     into = np.where(alive[0], -out_of_first, out_of_first)
     return (tuple(names), float(into[0])) if (into == into[0]).all() else ((), 1.0)
 

@@ -102,13 +102,13 @@ def scales(scene: AnyScene, out: Outputs, pairs: Mapping[str, Pair]) -> dict[str
     def scale(probe: Probe | GroupProbe) -> float:
         if probe.name in pairs:
             return _largest(readouts.resistance(pairs[probe.name], out)) or 1.0
-        own = _largest(out[f"probe:{probe.name}"])
+        largest = _largest(out[f"probe:{probe.name}"])
         return {
             "temperature": max(rises.get(probe.name, 0.0), OF_RISE * rise),
             "potential": span,
-            "heat_flow": max(own, OF_FLOW * through, float(out.get("rounding", 0.0))),
-            "power": max(own, OF_FLOW * through),
-            "current": max(own, OF_FLOW * current),
+            "heat_flow": max(largest, OF_FLOW * through, float(out.get("rounding", 0.0))),
+            "power": max(largest, OF_FLOW * through),
+            "current": max(largest, OF_FLOW * current),
         }[probe.quantity] or 1.0
 
     return {p.name: scale(p) for p in scene.probes}
@@ -135,7 +135,7 @@ def _largest(value: np.ndarray) -> float:
 
 def _spread(given: Iterable[Value]) -> list[float]:
     """All numbers that some values take."""
-    found: list[float] = []
+    numbers: list[float] = []
     for v in given:
-        found += list(v.values) if isinstance(v, Schedule) else [float(v)]
-    return found
+        numbers += list(v.values) if isinstance(v, Schedule) else [float(v)]
+    return numbers

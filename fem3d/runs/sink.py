@@ -60,14 +60,14 @@ def _answer(
     sink: Sink, count: int, part: Symmetry, request: Request, progress: Callable[[str], None], earlier: Result | None
 ) -> Answer:
     """The answer of ``count`` spans, where that can be from that of an earlier voltage."""
-    of = study(sink, count, part)
+    studied = study(sink, count, part)
     answer = None
     if earlier is not None and earlier.details["spans_solved"] == count:
         first, before = earlier.details["sink"], earlier.details["answer"]
         alike = replace(first, voltage=sink.voltage) == sink and request.transient == (before.response is not None)
         if alike and not physics.nonlinear(part.scene, request.transient):
-            answer = rescaled.solve(of, before, sink.voltage / first.voltage)
-    return answer or loop.solve(of, request.transient, progress)
+            answer = rescaled.solve(studied, before, sink.voltage / first.voltage)
+    return answer or loop.solve(studied, request.transient, progress)
 
 
 def study(sink: Sink, count: int, part: Symmetry) -> Study:

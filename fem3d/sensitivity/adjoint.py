@@ -93,16 +93,16 @@ class Linearized:
         heat = self.state.heat
         if heat.exact is None:
             return heat.stiffness, None
-        own = linearized(heat.exact, None, self.state.rise, np.empty(0))
-        assert own.rest is not None
-        return own.stiffness, own.rest.transposed()
+        problem = linearized(heat.exact, None, self.state.rise, np.empty(0))
+        assert problem.rest is not None
+        return problem.stiffness, problem.rest.transposed()
 
     def face(self, boundary: Any) -> Faces:
         """That of a film, with the points of its quadrature."""
         terms = (self.state.heat.exact or self.state.heat).terms
-        own = self.state.heat.domain.faces(boundary)
+        facets = self.state.heat.domain.faces(boundary)
         more = [t.more for t in terms if isinstance(t, Surface) and boundary in t.boundaries]
-        return own.finer(more[0]) if more else own
+        return facets.finer(more[0]) if more else facets
 
     def temperature(self, face: Faces) -> np.ndarray:
         """(facets, points) in K."""

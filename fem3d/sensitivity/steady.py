@@ -156,12 +156,12 @@ class Tangent:
     @cached_property
     def _by_law(self) -> list[_ByLaw]:
         """Where the conductivity is one by a law."""
-        exact, found = self.state.heat.exact, []
+        exact, parts = self.state.heat.exact, []
         for term in exact.terms if exact else ():
             for on, law, _, cells in term.parts if isinstance(term, Conduction) else ():
                 rise, slopes = on.value(self.linearized.rise), on.weights * on.gradient(self.linearized.rise)
-                found.append(_ByLaw(on, cells, rise, law.value(rise), slopes))
-        return found
+                parts.append(_ByLaw(on, cells, rise, law.value(rise), slopes))
+        return parts
 
     def _bent(self, by: Motion) -> _Bent:
         """What a motion changes of properties by laws."""

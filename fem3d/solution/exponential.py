@@ -52,12 +52,12 @@ class Trajectory:
         states = np.empty((len(times), len(self.rates)))
         sources = np.empty_like(states)
         for i in np.unique(which):
-            step, here = self.steps[i], which == i
-            tau = np.clip((times[here] - step.start) / step.length, 0.0, 1.0)
+            step, during = self.steps[i], which == i
+            tau = np.clip((times[during] - step.start) / step.length, 0.0, 1.0)
             kernel = Convolution(tau, len(step.source))(self.rates * step.length)
             decay = np.exp(-np.outer(tau, self.rates * step.length))
-            states[here] = decay * step.state + step.length * np.einsum("tkr,kr->tr", kernel, step.source)
-            sources[here] = legendre.legvander(2 * tau - 1, len(step.source) - 1) @ step.source
+            states[during] = decay * step.state + step.length * np.einsum("tkr,kr->tr", kernel, step.source)
+            sources[during] = legendre.legvander(2 * tau - 1, len(step.source) - 1) @ step.source
         return states, sources
 
 
@@ -100,27 +100,27 @@ def integrate(
     steps: list[Step] = []
     convolve = Convolution(nodes, degree + 1)
     for stop in stops:
-        here, since = source(time), time
+        piece, since = source(time), time
         while time < stop:
-            left, length = stop - time, min(length, time - since + graded / 4)
-            last = length >= left * (1 - 1e-12)
-            taken = left if last else length
+            remaining, length = stop - time, min(length, time - since + graded / 4)
+            last = length >= remaining * (1 - 1e-12)
+            taken = remaining if last else length
             if taken < 1e-13 * end and not last:
                 raise _runaway(time)
             times = time + taken * nodes
             kernel = convolve(rates * taken)
             decay = np.exp(-np.outer(nodes, rates * taken)) * state
-            values = here(times, np.repeat(state[None], len(nodes), axis=0))
+            values = piece(times, np.repeat(state[None], len(nodes), axis=0))
             scale = float(np.abs(values).max())
             settled, newton = False, None
             for sweep in range(SWEEPS):
                 coefficients = to_legendre @ values
                 states = decay + taken * np.einsum("tkr,kr->tr", kernel, coefficients)
-                old, values = values, here(times, states)
+                old, values = values, piece(times, states)
                 if stiff and np.isfinite(values).all():
                     if sweep % RENEWED == 0:
                         weights = taken * (kernel.transpose(0, 2, 1) @ to_legendre)
-                        newton = _Newton(here, times, states, weights, size)
+                        newton = _Newton(piece, times, states, weights, size)
                     assert newton is not None
                     values = old + newton(values - old)
                 change = float(np.abs(values - old).max())
@@ -159,8 +159,8 @@ class _Newton:
 
     def __call__(self, defect: np.ndarray) -> np.ndarray:
         """(times, r): the change of sources that takes away a defect."""
-        found: np.ndarray = (self._inverse @ defect.ravel()).reshape(self._shape)
-        return found
+        change: np.ndarray = (self._inverse @ defect.ravel()).reshape(self._shape)
+        return change
 
 
 def _slope(source: Source, time: float, state: np.ndarray, step: float) -> np.ndarray:
@@ -168,8 +168,8 @@ def _slope(source: Source, time: float, state: np.ndarray, step: float) -> np.nd
     r = len(state)
     states = np.vstack([state + step * np.eye(r), state - step * np.eye(r)])
     values = source(np.full(2 * r, time), states)
-    found: np.ndarray = ((values[:r] - values[r:]) / (2 * step)).T
-    return found
+    slopes: np.ndarray = ((values[:r] - values[r:]) / (2 * step)).T
+    return slopes
 
 
 def _runaway(time: float) -> RunawayInTimeError:
@@ -208,10 +208,10 @@ class Convolution:
     def __call__(self, decay: np.ndarray) -> np.ndarray:
         """(tau, count, decay) for decays (decay,) over the unit interval."""
         slow = decay < FAST
-        found = np.empty((len(self._tau), len(decay), self._polynomials.shape[-1]))
-        found[:, slow] = np.exp(-decay[slow, None] * self._before[:, None]) @ self._polynomials
-        found[:, ~slow] = self._by_parts(decay[~slow])
-        return found.transpose(0, 2, 1)
+        integrals = np.empty((len(self._tau), len(decay), self._polynomials.shape[-1]))
+        integrals[:, slow] = np.exp(-decay[slow, None] * self._before[:, None]) @ self._polynomials
+        integrals[:, ~slow] = self._by_parts(decay[~slow])
+        return integrals.transpose(0, 2, 1)
 
     def _by_parts(self, decay: np.ndarray) -> np.ndarray:
         """By repeated integration by parts, a finite sum in 1 / decay: (tau, decay, count)."""
@@ -241,7 +241,7 @@ def _derivatives(count: int) -> np.ndarray:
     first = np.zeros((count, count))
     for k in range(1, count):
         first[:k, k] = 2 * legendre.legder(np.eye(count)[k])[:k]
-    found = [np.eye(count)]
+    powers = [np.eye(count)]
     for _ in range(count - 1):
-        found.append(first @ found[-1])
-    return np.array(found)
+        powers.append(first @ powers[-1])
+    return np.array(powers)

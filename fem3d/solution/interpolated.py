@@ -108,20 +108,20 @@ class Laws:
             return source
         f, r = self.capacity.interpolation(together(a, g)), a.shape[-1]
         matrices = np.tensordot(f, self.capacity.matrices, 1)
-        own, of_inputs = matrices[..., :r] + np.eye(r), matrices[..., r:]
+        of_states, of_inputs = matrices[..., :r] + np.eye(r), matrices[..., r:]
         right = source - rates * a - of_inputs @ changing
-        found: np.ndarray = np.linalg.solve(own, right[..., None])[..., 0] + rates * a
-        return found
+        sources: np.ndarray = np.linalg.solve(of_states, right[..., None])[..., 0] + rates * a
+        return sources
 
     def outflow(self, a: np.ndarray, g: np.ndarray) -> np.ndarray | float:
         """(..., r): what laws of the conductivity and of faces add to the outflow (W), tested with each temperature
         field."""
-        found: np.ndarray | float = 0.0
-        for own in self.leaving:
-            x, (states, r, width) = together(a, g), own.matrices.shape
-            each = (x @ own.matrices.reshape(-1, width).T).reshape(*x.shape[:-1], states, r)
-            found = found + (own.interpolation(x)[..., None, :] @ each)[..., 0, :]
-        return found
+        heat: np.ndarray | float = 0.0
+        for law in self.leaving:
+            x, (states, r, width) = together(a, g), law.matrices.shape
+            each = (x @ law.matrices.reshape(-1, width).T).reshape(*x.shape[:-1], states, r)
+            heat = heat + (law.interpolation(x)[..., None, :] @ each)[..., 0, :]
+        return heat
 
 
 def together(a: np.ndarray, g: np.ndarray) -> np.ndarray:

@@ -46,14 +46,14 @@ def nothing(channels: int, m: int, r: int, held: Iterable[str] = ()) -> JouleHea
 def beside(heats: JouleHeat, others: Sequence[JouleHeat]) -> dict[str, Any]:
     """The parts of ``heats`` by name, with what is cold of some ``others`` as channels behind its own."""
 
-    def cold(of: Callable[[JouleHeat], np.ndarray]) -> np.ndarray:
-        return np.concatenate([of(heats), *(of(other)[:1] for other in others)])
+    def cold(select: Callable[[JouleHeat], np.ndarray]) -> np.ndarray:
+        return np.concatenate([select(heats), *(select(other)[:1] for other in others)])
 
     def splits(name: str) -> dict[str, Split]:
-        def of(key: str) -> np.ndarray:
+        def cold_part(key: str) -> np.ndarray:
             return cold(lambda h: getattr(h, name)[key][0])
 
-        return {key: (of(key), warm) for key, (_, warm) in getattr(heats, name).items()}
+        return {key: (cold_part(key), warm) for key, (_, warm) in getattr(heats, name).items()}
 
     def drop(probe: str) -> np.ndarray:
         return cold(lambda h: h.potentials[probe][1])

@@ -95,8 +95,8 @@ class Reduced(JouleHeat):
         whole = np.zeros((*matrix.shape[:-2], m + k, m + k))
         whole[..., :m, :m], whole[..., :m, m:], whole[..., m:, :m] = matrix, self.drawn.T, self.drawn
         right = [np.broadcast_to(v, (*matrix.shape[:-2], v.shape[-1])) for v in (supply, given)]
-        found: np.ndarray = np.linalg.solve(whole, np.concatenate(right, axis=-1)[..., None])[..., :m, 0]
-        return found
+        coefficients: np.ndarray = np.linalg.solve(whole, np.concatenate(right, axis=-1)[..., None])[..., :m, 0]
+        return coefficients
 
     def joule(self, a: np.ndarray, c: np.ndarray, g: np.ndarray | None = None) -> np.ndarray:
         """(..., r): the Joule heat tested with each temperature field."""
@@ -187,9 +187,9 @@ def orthonormal(heat: HeatProblem, fields: np.ndarray) -> np.ndarray:
         u = u - kept[:, :r] @ (weighted[:, :r].T @ u)
         u = u - kept[:, :r] @ (weighted[:, :r].T @ u)
         v = heat.inner_mass @ u
-        left = float(u @ v)
-        if left > DEPENDENT**2 * size:
-            kept[:, r], weighted[:, r] = u / np.sqrt(left), v / np.sqrt(left)
+        remaining = float(u @ v)
+        if remaining > DEPENDENT**2 * size:
+            kept[:, r], weighted[:, r] = u / np.sqrt(remaining), v / np.sqrt(remaining)
             r += 1
     basis = kept[:, :r]
     again = np.linalg.cholesky(basis.T @ weighted[:, :r])

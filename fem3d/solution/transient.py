@@ -50,8 +50,8 @@ class Base:
         load = heat.loads[0].copy()
         if state.conductor is not None:
             load += state.conductor.joule_load(state.patterns[0].density, heat.lifts[0])
-        own = (state.rise - heat.lifts[0])[: heat.free]
-        return Base(heat, state.conductor, state.patterns, state.fields, _with_inertia(heat, [load]), heat.norm(own))
+        rise = (state.rise - heat.lifts[0])[: heat.free]
+        return Base(heat, state.conductor, state.patterns, state.fields, _with_inertia(heat, [load]), heat.norm(rise))
 
     @staticmethod
     def bare(heat: HeatProblem, conductor: Conductor | None) -> Base:
@@ -111,8 +111,8 @@ class Transient:
     def rises(self, times: np.ndarray) -> np.ndarray:
         """(times, all nodes): the temperature rise (K)."""
         heat = self.base.heat
-        own: np.ndarray = heat.whole(self.trajectory(times)[0] @ self.reduced.basis.T)
-        return own + heat.inputs.at(times) @ heat.lifts if heat.lifts.any() else own
+        rises: np.ndarray = heat.whole(self.trajectory(times)[0] @ self.reduced.basis.T)
+        return rises + heat.inputs.at(times) @ heat.lifts if heat.lifts.any() else rises
 
 
 class Krylov:
@@ -207,16 +207,20 @@ class _Resistivity:
     as the resistivity is close to the cold one there, else by all points of the quadrature."""
 
     def __init__(self, base: Base, modal: Reduced) -> None:
-        heat, own = base.heat, base.conductor
+        heat, conductor = base.heat, base.conductor
         self._base, self._modal = base, modal
         # A law has values at all temperatures.
-        linear = own is not None and own.following is None
-        change = (own.warm / own.cold)[: len(own.cells), 0] if own is not None and linear else np.zeros(1)
+        linear = conductor is not None and conductor.following is None
+        change = (
+            (conductor.warm / conductor.cold)[: len(conductor.cells), 0]
+            if conductor is not None and linear
+            else np.zeros(1)
+        )
         self._rises = heat.whole(modal.basis.T)[:, heat.unit == 1.0] if modal.laws else None
         parts: list[tuple[float, np.ndarray]] = []
         for each in np.unique(change[change != 0]):
-            assert own is not None
-            inside = heat.take(heat.domain.space.of(own.cells[change == each])) & (heat.unit == 1.0)
+            assert conductor is not None
+            inside = heat.take(heat.domain.space.of(conductor.cells[change == each])) & (heat.unit == 1.0)
             parts.append((float(each), np.flatnonzero(inside)))
         fields = np.concatenate([heat.whole(modal.basis.T), heat.lifts]) if parts else np.empty((0, 0))
         # (states and channels, vertices): how the resistivity over the cold one follows each.
@@ -227,16 +231,16 @@ class _Resistivity:
             return False
         if self._change is None:
             return True
-        heat, own = self._base.heat, self._base.conductor
-        assert own is not None
+        heat, conductor = self._base.heat, self._base.conductor
+        assert conductor is not None
         g = heat.inputs.at(np.array([time]))[0]
         ratio = 1 + np.concatenate([state, g]) @ self._change
-        if own.terminals and ratio.max(initial=1.0) > MOST:
+        if conductor.terminals and ratio.max(initial=1.0) > MOST:
             return False
         if ratio.min(initial=1.0) > ENOUGH:
             return True
         rise = heat.whole(self._modal.basis @ state) + g @ heat.lifts
-        return bool((own.resistivity(rise) > LEAST * own.cold).all())
+        return bool((conductor.resistivity(rise) > LEAST * conductor.cold).all())
 
 
 def _source(base: Base, modal: Reduced, since: float) -> Source:
@@ -249,14 +253,14 @@ def _source(base: Base, modal: Reduced, since: float) -> Source:
         # What is constant needs no inputs, which cost time thousands of times.
         varies = len(first) > 1 or modal.laws is not None
         g = first + np.outer(times - since, slope) if varies else None
-        own = modal.source[0] if g is None else g @ modal.source - rate
-        own = np.broadcast_to(own, states.shape)
+        sources = modal.source[0] if g is None else g @ modal.source - rate
+        sources = np.broadcast_to(sources, states.shape)
         if modal.laws is None or g is None:
-            return own + modal.joule(states, modal.currents(states, g), g) if conducts else own
-        own, wide = own - modal.laws.outflow(states, g), modal.wide(states, g)
+            return sources + modal.joule(states, modal.currents(states, g), g) if conducts else sources
+        sources, wide = sources - modal.laws.outflow(states, g), modal.wide(states, g)
         if conducts:
-            own = own + modal.joule(states, modal.currents(states, wide), wide)
-        return modal.laws.slowed(states, g, slope, own, np.diag(modal.stiffness))
+            sources = sources + modal.joule(states, modal.currents(states, wide), wide)
+        return modal.laws.slowed(states, g, slope, sources, np.diag(modal.stiffness))
 
     return source
 

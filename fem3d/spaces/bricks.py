@@ -179,13 +179,15 @@ class BrickSpace(Space):
     def varying(
         self, cells: np.ndarray, rule: Rule, inverse: np.ndarray, k: np.ndarray, drift: np.ndarray, ratio: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        (x, y, z), n = self.degrees[:, cells[0]].tolist(), len(rule.there)
+        (x, y, z), n = self.degrees[:, cells[0]].tolist(), len(rule.functions)
         both = np.empty((2, len(cells), n, n))
         for degree, at in coefficient.by_degree(ratio):
             scaled = k[:, at] * inverse[:, at] ** 2, drift[:, at] * inverse[:, at]
-            for found, field, table in zip(both, scaled, coefficient.reference(self.p, (x, y, z), degree), strict=True):
+            for matrices, field, table in zip(
+                both, scaled, coefficient.reference(self.p, (x, y, z), degree), strict=True
+            ):
                 modes = coefficient.coefficients(field, rule.points, degree)
-                found[at] = sum(c @ terms for c, terms in zip(modes, table, strict=True)).reshape(-1, n, n)
+                matrices[at] = sum(c @ terms for c, terms in zip(modes, table, strict=True)).reshape(-1, n, n)
         return both[0], both[1]
 
     def rule(self, cells: np.ndarray, more: int, pieces: Pieces = WHOLE) -> Rule:
@@ -264,13 +266,13 @@ class BrickSpace(Space):
         x = gauss(self.p + 1)[0]
         places = [(b[:-1, None] + np.diff(b)[:, None] * x).ravel() for b in self.grid.breaks]
         values = other.sample(u, *places).reshape([n for b in self.grid.breaks for n in (len(b) - 1, len(x))])
-        own = values.transpose(0, 2, 4, 1, 3, 5)[tuple(self.ijk)]
+        at_points = values.transpose(0, 2, 4, 1, 3, 5)[tuple(self.ijk)]
         inverse = np.linalg.inv(line(self.p, x)[0].T)
-        coefficients = np.einsum("cxyz,ix,jy,kz->cijk", own, inverse, inverse, inverse, optimize=True)
-        found = np.zeros(self.size)
-        found[self.dofs] = coefficients[:, *modes(self.p).T].T
-        found[self.depth < 0] = 0.0
-        return found
+        coefficients = np.einsum("cxyz,ix,jy,kz->cijk", at_points, inverse, inverse, inverse, optimize=True)
+        interpolant = np.zeros(self.size)
+        interpolant[self.dofs] = coefficients[:, *modes(self.p).T].T
+        interpolant[self.depth < 0] = 0.0
+        return interpolant
 
     def _count(self, d: int) -> int:
         return self._bubbles(d, len(self.grid.degrees[d])).start

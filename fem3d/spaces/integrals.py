@@ -20,12 +20,12 @@ S = TypeVar("S", bound="Space")
 
 
 class Rule(NamedTuple):
-    """``points`` (3, points) of the reference cell with ``weights`` (points,); which functions of the cell are
-    ``there``, their ``values`` (points, functions) and ``slopes`` (3, points, functions)."""
+    """``points`` (3, points) of the reference cell with ``weights`` (points,); the numbers of those
+    ``functions`` of the cell that it has, their ``values`` (points, functions) and ``slopes`` (3, points, functions)."""
 
     points: np.ndarray
     weights: np.ndarray
-    there: np.ndarray
+    functions: np.ndarray
     values: np.ndarray
     slopes: np.ndarray
 
@@ -56,21 +56,21 @@ def product_rule(count: int, dimension: int) -> tuple[np.ndarray, np.ndarray]:
     return points, np.array([float(np.prod(each)) for each in product(w / 2, repeat=dimension)])
 
 
-def rule(points: np.ndarray, weights: np.ndarray, of: Values, there: np.ndarray | slice = slice(None)) -> Rule:
-    """A rule for those of a cell's functions that are ``there``."""
-    values, *slopes = (of(points, along)[:, there] for along in (None, 0, 1, 2))
-    return Rule(points, weights, np.arange(of(points[:, :1]).shape[1])[there], values, np.array(slopes))
+def rule(points: np.ndarray, weights: np.ndarray, functions: Values, kept: np.ndarray | slice = slice(None)) -> Rule:
+    """A rule for those of a cell's functions that are ``kept``."""
+    values, *slopes = (functions(points, along)[:, kept] for along in (None, 0, 1, 2))
+    return Rule(points, weights, np.arange(functions(points[:, :1]).shape[1])[kept], values, np.array(slopes))
 
 
-def side(reference: Any, number: int, plane: tuple[np.ndarray, np.ndarray], of: Values) -> Side:
+def side(reference: Any, number: int, plane: tuple[np.ndarray, np.ndarray], functions: Values) -> Side:
     """A side of scikit-fem's ``reference`` cell, with the points (2, points) and weights (points,) of a rule of the
     plane."""
     corners = reference.p[:, reference.facets[number]]
     along = np.stack([corners[:, 1] - corners[:, 0], corners[:, -1] - corners[:, 0]], axis=1)
     normal = np.cross(along[:, 0], along[:, 1])
     normal = normal * np.sign(normal @ (corners[:, 0] - reference.p.mean(axis=1)))
-    found = rule(corners[:, :1] + along @ plane[0], plane[1], of)
-    return found._replace(values=np.where(np.abs(found.values).max(axis=0) > NONE, found.values, 0.0)), normal
+    on_side = rule(corners[:, :1] + along @ plane[0], plane[1], functions)
+    return on_side._replace(values=np.where(np.abs(on_side.values).max(axis=0) > NONE, on_side.values, 0.0)), normal
 
 
 class Space(ABC):
@@ -107,28 +107,28 @@ class Space(ABC):
 
     def renumbered(self: S, dofs: np.ndarray, origin: np.ndarray) -> S:
         """The space with other numbers ``dofs`` of its cells' functions, with the ``origin`` of each."""
-        found = copy(self)
-        for name in [n for n in vars(found) if isinstance(getattr(type(self), n, None), cached_property)]:
-            del vars(found)[name]
-        found.dofs, found.size = dofs, len(origin)
+        space = copy(self)
+        for name in [n for n in vars(space) if isinstance(getattr(type(self), n, None), cached_property)]:
+            del vars(space)[name]
+        space.dofs, space.size = dofs, len(origin)
         # The k-th function that was one of an entity is of the k-th entity that was this one.
         order = np.argsort(origin, kind="stable")
         firsts = np.flatnonzero(np.diff(origin[order], prepend=-1))
         turn = np.empty(len(origin), int)
         turn[order] = np.arange(len(origin)) - np.repeat(firsts, np.diff(np.append(firsts, len(origin))))
-        own = self.entity[origin]
-        split, number = np.unique(turn[turn > 0] * len(self.places) + own[turn > 0], return_inverse=True)
-        own[turn > 0] = len(self.places) + number
-        found.entity, found.places = own, np.concatenate([self.places, self.places[split % len(self.places)]])
-        vars(found)["origin"] = origin
-        return found
+        entities = self.entity[origin]
+        split, number = np.unique(turn[turn > 0] * len(self.places) + entities[turn > 0], return_inverse=True)
+        entities[turn > 0] = len(self.places) + number
+        space.entity, space.places = entities, np.concatenate([self.places, self.places[split % len(self.places)]])
+        vars(space)["origin"] = origin
+        return space
 
     def extended(self: S, name: str, functions: np.ndarray) -> S:
         """The space with partners of some functions of a face beyond it, under its name."""
         extra = self.size + np.arange(len(functions))
-        found = self.renumbered(self.dofs, np.concatenate([self.origin, self.origin[functions]]))
-        found.beyond = {**self.beyond, name: (functions, extra)}
-        return found
+        space = self.renumbered(self.dofs, np.concatenate([self.origin, self.origin[functions]]))
+        space.beyond = {**self.beyond, name: (functions, extra)}
+        return space
 
     @property
     @abstractmethod
@@ -193,9 +193,9 @@ class Space(ABC):
 
     def of(self, cells: np.ndarray) -> np.ndarray:
         """(functions,): which are those of some cells, by number or as a mask."""
-        found = np.zeros(self.size, bool)
-        found[self.dofs[:, cells]] = True
-        return found
+        mask = np.zeros(self.size, bool)
+        mask[self.dofs[:, cells]] = True
+        return mask
 
     def alike(self, cells: np.ndarray) -> list[np.ndarray]:
         """Some cells, those together that have the same functions."""
@@ -215,7 +215,7 @@ class Cells:
 
     def __init__(self, space: Space, cells: np.ndarray, rule: Rule) -> None:
         self._space, self._cells, self._rule = space, cells, rule
-        self.dofs = space.dofs[np.ix_(rule.there, cells)].T
+        self.dofs = space.dofs[np.ix_(rule.functions, cells)].T
         self._inverse, sizes = space.jacobian(cells, rule.points)
         self.weights = sizes * rule.weights
 
@@ -230,25 +230,25 @@ class Cells:
 
     def value_at(self, u: np.ndarray, cell: int, point: int) -> np.ndarray:
         """(...,): functions (..., functions) at one of the points of one of the cells."""
-        found: np.ndarray = u[..., self.dofs[cell]] @ self._rule.values[point]
-        return found
+        values: np.ndarray = u[..., self.dofs[cell]] @ self._rule.values[point]
+        return values
 
     def gradient(self, u: np.ndarray) -> np.ndarray:
         """(3, cells, points): its gradient."""
-        own = u[self.dofs]
-        return self.covariant(np.array([own @ s.T for s in self._rule.slopes]))
+        coefficients = u[self.dofs]
+        return self.covariant(np.array([coefficients @ s.T for s in self._rule.slopes]))
 
     def within(self, slopes: np.ndarray) -> np.ndarray:
         """(3, cells): how far a gradient (3, cells, points) spans each cell along the axes of the reference cell, in
         the mean square."""
-        own = (
+        spans = (
             slopes / self._inverse
             if self._inverse.ndim == 3
             else np.linalg.solve(np.moveaxis(self._inverse, (0, 1), (-1, -2)), np.moveaxis(slopes, 0, -1)[..., None])[
                 ..., 0
             ].transpose(2, 0, 1)
         )
-        return np.sqrt((own**2).mean(axis=-1))
+        return np.sqrt((spans**2).mean(axis=-1))
 
     def covariant(self, field: np.ndarray) -> np.ndarray:
         """(3, cells, points): a gradient (3, cells or 1, points or 1) of the reference cell on the cells themselves."""
@@ -268,9 +268,9 @@ class Cells:
     def blocks(self, density: np.ndarray | float = 1.0) -> tuple[np.ndarray, np.ndarray]:
         """The integral of a density (cells, 1 or points) times u v in each cell (cells, n, n), for those n functions of
         a cell that don't vanish, and which these are."""
-        there = np.asarray(self._rule.values.any(axis=0))
-        values = self._rule.values[:, there]
-        return np.matmul(values.T * (density * self.weights)[:, None], values), there
+        present = np.asarray(self._rule.values.any(axis=0))
+        values = self._rule.values[:, present]
+        return np.matmul(values.T * (density * self.weights)[:, None], values), present
 
     def mass(self) -> csc_array:
         """The integral of u v."""
@@ -278,11 +278,11 @@ class Cells:
 
     def mass_of(self, density: np.ndarray) -> csc_array:
         """The integral of a density (cells, 1 or points) times u v."""
-        blocks, there = self.blocks(density)
-        dofs, size = self.dofs[:, there], self._space.size
-        found = np.abs(blocks) > 1e-14 * np.abs(blocks).max(axis=(1, 2), keepdims=True)
-        rows, columns = (np.broadcast_to(d, blocks.shape)[found] for d in (dofs[:, :, None], dofs[:, None]))
-        return csc_array(coo_array((blocks[found], (rows, columns)), shape=(size, size)))
+        blocks, present = self.blocks(density)
+        dofs, size = self.dofs[:, present], self._space.size
+        nonzero = np.abs(blocks) > 1e-14 * np.abs(blocks).max(axis=(1, 2), keepdims=True)
+        rows, columns = (np.broadcast_to(d, blocks.shape)[nonzero] for d in (dofs[:, :, None], dofs[:, None]))
+        return csc_array(coo_array((blocks[nonzero], (rows, columns)), shape=(size, size)))
 
     def tangent(self, k: np.ndarray, field: np.ndarray, ratio: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(cells, n, n) twice: the integrals of k grad u . grad v and of u field . grad v in each cell, for k (cells,
@@ -291,15 +291,15 @@ class Cells:
         along, drift = np.broadcast_to(k, field.shape) * self.weights, field * self.weights
         return self._space.varying(self._cells, self._rule, self._inverse, along, drift, ratio)
 
-    def _scattered(self, own: np.ndarray) -> np.ndarray:
-        return np.bincount(self.dofs.ravel(), own.ravel(), self._space.size)
+    def _scattered(self, per_cell: np.ndarray) -> np.ndarray:
+        return np.bincount(self.dofs.ravel(), per_cell.ravel(), self._space.size)
 
     @cached_property
     def functions(self) -> np.ndarray:
         """(functions,): which do not vanish at the points."""
-        found = np.zeros(self._space.size, bool)
-        found[self.dofs[:, self._rule.values.any(axis=0)]] = True
-        return found
+        mask = np.zeros(self._space.size, bool)
+        mask[self.dofs[:, self._rule.values.any(axis=0)]] = True
+        return mask
 
 
 class Faces:
@@ -324,63 +324,63 @@ class Faces:
     @cached_property
     def sides(self) -> list[tuple[np.ndarray, Cells, np.ndarray]]:
         """The facets of each side, their cells with points there, and outward normals (3, facets, points)."""
-        found = []
+        sides = []
         for number in np.unique(self._local):
             at, (rule, normal) = np.flatnonzero(self._local == number), self.space.side(int(number), self._more)
-            own = Cells(self.space, self.cells[at], rule)
-            outwards = own.covariant(normal[:, None, None]) * own.weights
-            own.weights = np.linalg.norm(outwards, axis=0)
-            found.append((at, own, outwards / own.weights))
-        return found
+            cells = Cells(self.space, self.cells[at], rule)
+            outwards = cells.covariant(normal[:, None, None]) * cells.weights
+            cells.weights = np.linalg.norm(outwards, axis=0)
+            sides.append((at, cells, outwards / cells.weights))
+        return sides
 
-    def _filled(self, of: Callable[[Cells], np.ndarray], shape: tuple[int, ...] = ()) -> np.ndarray:
+    def _filled(self, evaluate: Callable[[Cells], np.ndarray], shape: tuple[int, ...] = ()) -> np.ndarray:
         """(..., facets, points): what is known of the facets of each side."""
-        count = max((own.weights.shape[1] for _, own, _ in self.sides), default=0)
-        found = np.empty((*shape, len(self.cells), count))
-        for at, own, _ in self.sides:
-            found[..., at, :] = of(own)
-        return found
+        count = max((each.weights.shape[1] for _, each, _ in self.sides), default=0)
+        values = np.empty((*shape, len(self.cells), count))
+        for at, cells, _ in self.sides:
+            values[..., at, :] = evaluate(cells)
+        return values
 
     @cached_property
     def areas(self) -> np.ndarray:
         """(facets, points): the weights of the quadrature (m2)."""
-        return self._filled(lambda own: own.weights)
+        return self._filled(lambda cells: cells.weights)
 
     @property
     def points(self) -> np.ndarray:
         """(3, facets, points): where the points are (m)."""
-        return self._filled(lambda own: own.points, (3,))
+        return self._filled(lambda cells: cells.points, (3,))
 
     @cached_property
     def functions(self) -> np.ndarray:
         """(functions,): which do not vanish on the facets."""
-        return np.any([np.zeros(self.space.size, bool), *(own.functions for _, own, _ in self.sides)], axis=0)
+        return np.any([np.zeros(self.space.size, bool), *(cells.functions for _, cells, _ in self.sides)], axis=0)
 
     def value(self, u: np.ndarray) -> np.ndarray:
         """(facets, points): a function (functions,)."""
-        return self._filled(lambda own: own.value(u))
+        return self._filled(lambda cells: cells.value(u))
 
     def slope(self, u: np.ndarray, k: np.ndarray | None = None) -> np.ndarray:
         """(facets, points): its derivative along the outward normal, times k (facets, 1 or points; or with axes)."""
-        found, factor = np.empty(self.areas.shape), np.ones((1, 1)) if k is None else k
+        slopes, factor = np.empty(self.areas.shape), np.ones((1, 1)) if k is None else k
         full = np.broadcast_to(factor, (*factor.shape[:-2], *self.areas.shape))
-        for at, own, normal in self.sides:
-            found[at] = (full[..., at, :] * own.gradient(u) * normal).sum(axis=0)
-        return found
+        for at, cells, normal in self.sides:
+            slopes[at] = (full[..., at, :] * cells.gradient(u) * normal).sum(axis=0)
+        return slopes
 
     def load(self, density: np.ndarray | float = 1.0) -> np.ndarray:
         """(functions,): the integral of a density (facets, 1 or points) times each function."""
         full = np.broadcast_to(density, self.areas.shape)
-        return sum((own.load(full[at]) for at, own, _ in self.sides), np.zeros(self.space.size))
+        return sum((cells.load(full[at]) for at, cells, _ in self.sides), np.zeros(self.space.size))
 
     def flux(self, conductivity: np.ndarray) -> np.ndarray:
         """(functions,): the integral of -conductivity (facets, 1 or points; with axes in front where it differs along
         them) du/dn, outwards, for each function u."""
         full = np.broadcast_to(conductivity, (*conductivity.shape[:-2], *self.areas.shape))
-        found = np.zeros(self.space.size)
-        for at, own, normal in self.sides:
-            found -= own.flow(full[..., at, :] * normal)
-        return found
+        loads = np.zeros(self.space.size)
+        for at, cells, normal in self.sides:
+            loads -= cells.flow(full[..., at, :] * normal)
+        return loads
 
     def mass(self) -> csc_array:
         """The integral of u v."""
@@ -389,19 +389,19 @@ class Faces:
     def mass_of(self, density: np.ndarray) -> csc_array:
         """The integral of a density (facets, points) times u v."""
         none = csc_array((self.space.size,) * 2)
-        return csc_array(sum((own.mass_of(density[at]) for at, own, _ in self.sides), none))
+        return csc_array(sum((cells.mass_of(density[at]) for at, cells, _ in self.sides), none))
 
     def normals(self) -> np.ndarray:
         """(functions, 3): the integral of the outward normal times the square of each function."""
-        found = np.zeros((self.space.size, 3))
-        for _, own, normal in self.sides:
-            found += np.stack([own.load(n, power=2) for n in normal], axis=1)
-        return found
+        normals = np.zeros((self.space.size, 3))
+        for _, cells, normal in self.sides:
+            normals += np.stack([cells.load(n, power=2) for n in normal], axis=1)
+        return normals
 
     def along(self, stretch: np.ndarray) -> np.ndarray:
         """(facets,): how the logarithm of the area of each, across an axis, changes with those of the cells' sides (3,
         cells)."""
-        found = np.empty(len(self.cells))
+        changes = np.empty(len(self.cells))
         for at, _, normal in self.sides:
-            found[at] = ((1 - normal[..., 0] ** 2) * stretch[:, self.cells[at]]).sum(axis=0)
-        return found
+            changes[at] = ((1 - normal[..., 0] ** 2) * stretch[:, self.cells[at]]).sum(axis=0)
+        return changes
