@@ -185,7 +185,7 @@ class Claim:
     """A difference, 1D less 3D, relative to the (final) 3D rise or the change of the current, and its numerical error;
     at its largest over time where it has a ``time`` (s), else in the steady state."""
 
-    of: str
+    quantity: str
     difference: float
     error: float
     verdict: Verdict
@@ -231,7 +231,7 @@ def answered(
     if told:
         said += f". On the way {_on_the_way(told)}{_blame(told, split)}"
     elif over_time and all(claim.verdict == "agrees" for claim in (*steady, *over_time)):
-        most = max((claim.most for claim in over_time if claim.of in _PLACES), default=0.0)
+        most = max((claim.most for claim in over_time if claim.quantity in _PLACES), default=0.0)
         farther = most > max((claim.most for claim in steady), default=0.0)
         said += f", and {f'within {_bound(most)} of the final rise' if farther else 'no farther'} on the way"
     return f"{said}.", reason
@@ -271,10 +271,10 @@ def _steady(sink: Sink, three: Result, one: Result) -> list[Claim]:
 def _told_apart(steady: Sequence[Claim], over_time: Iterable[Claim]) -> list[Claim]:
     """What over time is beyond its tolerance and not the steady difference over again. The current only where nothing
     is said of the rises, which it follows."""
-    at_rest = {claim.of: claim for claim in steady}
+    at_rest = {claim.quantity: claim for claim in steady}
     claims: list[Claim] = []
     for claim in over_time:
-        rest = at_rest.get(claim.of)
+        rest = at_rest.get(claim.quantity)
         if claim.verdict == "agrees" or (rest is None and (claims or any(c.verdict != "agrees" for c in steady))):
             continue
         again = (
@@ -313,16 +313,16 @@ def _off(claim: Claim) -> str:
 def _steady_words(steady: Sequence[Claim]) -> str:
     if all(claim.open and claim.verdict == "agrees" for claim in steady):
         return f"within {_bound(max(claim.most for claim in steady))} of 3D at the peak and the ends"
-    return " and ".join(f"{_off(claim)} at the {_PLACES[claim.of][0]}" for claim in steady)
+    return " and ".join(f"{_off(claim)} at the {_PLACES[claim.quantity][0]}" for claim in steady)
 
 
 def _on_the_way(told: Sequence[Claim]) -> str:
-    rises = [claim for claim in told if claim.of in _PLACES]
-    when = {claim.of: quantity(claim.time or 0.0, "s", 3) for claim in told}
-    parts = [f"{_off(claim)} at the {_PLACES[claim.of][0]} (at {when[claim.of]})" for claim in rises]
+    rises = [claim for claim in told if claim.quantity in _PLACES]
+    when = {claim.quantity: quantity(claim.time or 0.0, "s", 3) for claim in told}
+    parts = [f"{_off(claim)} at the {_PLACES[claim.quantity][0]} (at {when[claim.quantity]})" for claim in rises]
     if rises:
         return f"it is up to {' and '.join(parts)}, relative to the final rise"
-    return f"its current is up to {_off(told[0])} (at {when[told[0].of]}), relative to its change"
+    return f"its current is up to {_off(told[0])} (at {when[told[0].quantity]}), relative to its change"
 
 
 def _blame(claims: Sequence[Claim], budget: Budget | None) -> str:
@@ -330,7 +330,7 @@ def _blame(claims: Sequence[Claim], budget: Budget | None) -> str:
     causes: dict[str, list[str]] = {}
     for claim in claims:
         if claim.verdict == "differs" and budget is not None:
-            where = _PLACES[claim.of][0] if claim.of in _PLACES else "current"
+            where = _PLACES[claim.quantity][0] if claim.quantity in _PLACES else "current"
             causes.setdefault(_cause(claim, budget), []).append(f"the {where}")
     if len(causes) == 1 and len(claims) == len(*causes.values()):
         return f"; {next(iter(causes))} to blame"
@@ -343,7 +343,7 @@ def _cause(claim: Claim, budget: Budget) -> str:
     from reduced1d.ladder.levels import AT_FAULT
 
     splits = budget.steady if claim.time is None else budget.transient
-    split = next(split for split in splits if split.quantity == claim.of)
+    split = next(split for split in splits if split.quantity == claim.quantity)
     remainder, chosen = split.total, []
     for part in sorted(split.parts, key=lambda part: -abs(part.value)):
         if abs(remainder) <= (1 - _EXPLAINED) * abs(split.total):

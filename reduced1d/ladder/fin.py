@@ -104,7 +104,7 @@ def _following(
     )  # fmt: skip
     end, none = np.eye(1, values.shape[1]), np.zeros(1)
     ends = replace(
-        anchors, area=right * anchors.area, above=right * anchors.above, gap=right * anchors.gap, of=end,
+        anchors, area=right * anchors.area, above=right * anchors.above, gap=right * anchors.gap, by_state=end,
         bare=right * anchors.bare, silicon=pad_capacity * anchors.silicon, oxide=oxide_capacity * anchors.oxide,
         heat=anchors.heat * (anchor.circuit > 0),
     )  # fmt: skip
@@ -124,7 +124,7 @@ def _following(
                 along.where(at), area=0 * area[at], gap=0 * area[at], bare=0 * area[at], above=whole * above[at]
             )
     return Following(
-        layer_of(sink), (along, ends, widening), values.shape[1], heats, (along, replace(anchors, of=end))
+        layer_of(sink), (along, ends, widening), values.shape[1], heats, (along, replace(anchors, by_state=end))
     )  # fmt: skip
 
 

@@ -33,8 +33,8 @@ SHORTEST = 1e-4  # step of the drive, relative, at which its largest value count
 @dataclass(frozen=True, eq=False)
 class Points:
     """Quadrature points of a part of the layer: what some functions are there, ``values`` (points, functions), and
-    their ``slopes`` along each axis (1/m). The functions' amplitudes are ``of`` (functions, states) times the states,
-    the states themselves for ``None``.
+    their ``slopes`` along each axis (1/m). The functions' amplitudes are ``by_state`` (functions, states) times the
+    states, the states themselves for ``None``.
 
     Each stands for an ``area`` (m2), of which so much is ``above`` oxide, which conducts ``along`` the layer where that
     is 1 and not where it is 0, and so much over the ``gap``; for so much ``bare`` that radiates; for so much of the
@@ -52,17 +52,17 @@ class Points:
     oxide: np.ndarray
     heat: np.ndarray
     beam: np.ndarray
-    of: np.ndarray | None = None
+    by_state: np.ndarray | None = None
 
     def on(self, shapes: np.ndarray) -> Points:
         """Of states that are the amplitudes of shapes (n, states)."""
-        if self.of is not None:
-            return replace(self, of=self.of @ shapes)
+        if self.by_state is not None:
+            return replace(self, by_state=self.by_state @ shapes)
         return replace(self, values=self.values @ shapes, slopes=tuple(s @ shapes for s in self.slopes))
 
     def where(self, chosen: np.ndarray) -> Points:
         """Some of the points (points,)."""
-        arrays = {f.name: getattr(self, f.name)[chosen] for f in fields(self) if f.name not in ("slopes", "of")}
+        arrays = {f.name: getattr(self, f.name)[chosen] for f in fields(self) if f.name not in ("slopes", "by_state")}
         return replace(self, **arrays, slopes=tuple(s[chosen] for s in self.slopes))
 
     def rise(self, states: np.ndarray) -> np.ndarray:
@@ -72,15 +72,15 @@ class Points:
 
     def amplitudes(self, states: np.ndarray) -> np.ndarray:
         """(..., functions), at states (..., n)."""
-        return states if self.of is None else states @ self.of.T
+        return states if self.by_state is None else states @ self.by_state.T
 
     def seen(self, by_function: np.ndarray) -> np.ndarray:
         """What is known by function (..., functions), by state."""
-        return by_function if self.of is None else by_function @ self.of
+        return by_function if self.by_state is None else by_function @ self.by_state
 
     def both(self, by_pair: Any) -> Any:
         """What is known by two functions (functions, functions), by two states."""
-        return by_pair if self.of is None else self.of.T @ by_pair @ self.of
+        return by_pair if self.by_state is None else self.by_state.T @ by_pair @ self.by_state
 
 
 class Terms(NamedTuple):
@@ -125,8 +125,8 @@ class Following:
         """(...,): the heat (W) that leaves by the points of a name, at states (..., n); of those of one function what
         it gives off by Galerkin's method."""
         part = self.heats[name]
-        if part.of is not None:
-            alone = Following(self.layer, (replace(part, of=None),), 1)
+        if part.by_state is not None:
+            alone = Following(self.layer, (replace(part, by_state=None),), 1)
             return alone.flows(part.amplitudes(states))[0][..., 0]
         rise = part.rise(states)
         heat: np.ndarray = (self._down(part, rise)[0] + self._up(part, rise)[0]).sum(axis=-1)

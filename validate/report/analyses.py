@@ -273,7 +273,7 @@ def left_out(effects: LeftOut, outcome: Outcome[Any], style: Style) -> Section:
         said = f"{each.assumed}; {each.source}" if each.source and style.page else each.assumed
         return Row([called, *cells], below=said)
 
-    rows = [row(name.replace("_", " "), each) for name, each in effects.found.items()]
+    rows = [row(name.replace("_", " "), each) for name, each in effects.effects.items()]
     if effects.together is not None:
         rows.append(row("together", effects.together))
         rows.append(Row(["their sum", *(percent(effects.sum[q], sign=True) for q in shown)]))

@@ -175,7 +175,7 @@ def row(outcome: Outcome[Sink]) -> Figure:
     """The steady rise along the row in 3D and 1D, with the islands shaded; of a long row its outer spans below, and of
     one whose curves would run into each other the spans' tops alone above."""
     # A user's own model has numbers of the spans, of which not all need be there.
-    sink, three, one = outcome.scene, outcome.solved, None if outcome.own is not None else outcome.reduced1d
+    sink, three, one = outcome.scene, outcome.solved, None if outcome.own_model is not None else outcome.reduced1d
     checks = [check for check in outcome.checks if check.id in ("islands_peak_inner", "islands_equivalent")]
     text = f"Steady rise along {sink.spans} spans, {sink_text(sink)}"
     ends = [sink.row_length, *[start(sink, _OUTER) + sink.length] * (sink.spans > _MANY)]

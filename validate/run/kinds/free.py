@@ -150,7 +150,7 @@ def _judged(run: Run, outcome: Outcome[AnyScene], model: Model, question: Asked)
     silent = one.details["silent"]
     omissions = (f"{model.name} says nothing of {listed(silent)}: no check is made of that",) if silent else ()
     warnings = (*outcome.warnings, *omissions)
-    return replace(outcome, reduced1d=one, own=model, checks=checks, answer=said, warnings=warnings)
+    return replace(outcome, reduced1d=one, own_model=model, checks=checks, answer=said, warnings=warnings)
 
 
 def held(scene: AnyScene, three: Result, model: Model, question: Asked, say: Callable[[str], None]) -> Both:
@@ -196,11 +196,11 @@ def sensitivities(outcome: Outcome[AnyScene], keys: Sequence[str] | None) -> Sen
     from validate.inputs.sensitivities import of_free
 
     derivatives = of_free(outcome.scene, outcome.solved, keys)
-    if outcome.own is None or outcome.reduced1d is None:
+    if outcome.own_model is None or outcome.reduced1d is None:
         return derivatives
     from validate.inputs.own_model import beside
 
-    return beside(derivatives, outcome.scene, outcome.solved, outcome.own, outcome.reduced1d, outcome.checks)
+    return beside(derivatives, outcome.scene, outcome.solved, outcome.own_model, outcome.reduced1d, outcome.checks)
 
 
 def steady(outcome: Outcome[AnyScene], derivatives: Sensitivities) -> tuple[Estimates | None, Estimates | None]:
@@ -210,7 +210,7 @@ def steady(outcome: Outcome[AnyScene], derivatives: Sensitivities) -> tuple[Esti
 
 def judged(outcome: Outcome[AnyScene], propagated: Propagated, run: Run) -> tuple[tuple[Check, ...], tuple[str, ...]]:
     """The checks with their u_input, and what it leaves out."""
-    if outcome.own is None:
+    if outcome.own_model is None:
         return outcome.checks, ()
     from validate.inputs.own_model import judged
 
@@ -228,8 +228,8 @@ def slopes(outcome: Outcome[AnyScene], derivatives: Sensitivities) -> dict[str, 
     from validate.inputs import probe_traces
 
     by_model = {"3D": probe_traces.of_3d(outcome.scene, derivatives)}
-    if outcome.own is not None and outcome.reduced1d is not None:
-        by_model["1D"] = probe_traces.of_model(outcome.scene, outcome.own)
+    if outcome.own_model is not None and outcome.reduced1d is not None:
+        by_model["1D"] = probe_traces.of_model(outcome.scene, outcome.own_model)
     return by_model
 
 

@@ -108,7 +108,7 @@ def answer(run: Run, data: Data | None) -> Outcome[Sink]:
     with clock.stage("checks"):
         from validate.run import hottest
 
-        hot = hottest.of_sink(sink, outcome.fem3d, None if outcome.own is not None else outcome.reduced1d)
+        hot = hottest.of_sink(sink, outcome.fem3d, None if outcome.own_model is not None else outcome.reduced1d)
     with clock.stage("answer"):
         said, reason = answered(sink, outcome.fem3d, outcome.reduced1d, outcome.checks, outcome.why, levels)
     steps = noted(outcome.plan, [Step(plans.BLAME, "skipped", reason)] if reason else [])
@@ -189,7 +189,7 @@ def _compared(
         if unchecked := [check for check in made_checks(sink, request) if check not in made]:
             warnings += (f"not checked, as {model.name} leaves out what it is of: {listed(unchecked)}",)
     steps = plans.of_sink(sink, request, solver_steps, data)
-    return replace(outcome, plan=steps, fem3d=fem3d, reduced1d=reduced1d, warnings=warnings, own=model)
+    return replace(outcome, plan=steps, fem3d=fem3d, reduced1d=reduced1d, warnings=warnings, own_model=model)
 
 
 def _levels(sink: Sink, request: Request) -> Levels | None:
@@ -224,7 +224,7 @@ def sensitivities(outcome: Outcome[Sink], keys: Sequence[str] | None) -> Sensiti
     from validate.inputs.sensitivities import of_sink
 
     with_profile = outcome.request.uncertain is not None
-    return of_sink(outcome.scene, outcome.fem3d, outcome.reduced1d, with_profile, outcome.own)
+    return of_sink(outcome.scene, outcome.fem3d, outcome.reduced1d, with_profile, outcome.own_model)
 
 
 def steady(outcome: Outcome[Sink], derivatives: Sensitivities) -> tuple[Estimates | None, Estimates | None]:
