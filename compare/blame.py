@@ -269,8 +269,8 @@ def _steady(sink: Sink, three: Result, one: Result) -> list[Claim]:
 
 
 def _told_apart(steady: Sequence[Claim], over_time: Iterable[Claim]) -> list[Claim]:
-    """What over time is beyond its tolerance and not the steady difference over again. The current only where nothing
-    is said of the rises, which it follows."""
+    """The claims over time that are beyond their tolerance and do not merely repeat the steady difference; the current
+    only where nothing is said of the rises, which it follows."""
     at_rest = {claim.quantity: claim for claim in steady}
     claims: list[Claim] = []
     for claim in over_time:
@@ -326,7 +326,7 @@ def _on_the_way(told: Sequence[Claim]) -> str:
 
 
 def _blame(claims: Sequence[Claim], budget: Budget | None) -> str:
-    """What is to blame for those that differ, at once where it is the same for all."""
+    """The causes of the claims that differ, in one phrase where all have the same cause."""
     causes: dict[str, list[str]] = {}
     for claim in claims:
         if claim.verdict == "differs" and budget is not None:
@@ -339,7 +339,7 @@ def _blame(claims: Sequence[Claim], budget: Budget | None) -> str:
 
 
 def _cause(claim: Claim, budget: Budget) -> str:
-    """The largest parts of a difference, as many as make it up but for a third."""
+    """The largest parts of a difference, as many as explain two thirds of it (`_EXPLAINED`)."""
     from reduced1d.ladder.levels import AT_FAULT
 
     splits = budget.steady if claim.time is None else budget.transient

@@ -327,7 +327,7 @@ def _while_heating(models: Models, key: str, at: Largest) -> str:
 
 
 def resistances(models: Models) -> str:
-    """Of an anchor, as printed and in 3D."""
+    """A clause with the resistance (K/W) of an anchor, as eq 14 prints it and in 3D."""
     printed, R_3d = anchor_series_resistance(models.sink), models.steady("anchor_resistance_K_per_W")
     return f"eq 14's anchor has {quantity(printed, 'K/W')}, 3D's {quantity(R_3d, 'K/W')}{_with_what_eq14_lacks(models)}"
 

@@ -88,8 +88,8 @@ def kind_of(scene: Any, path: str) -> Quantity:
 
 
 def varied(scene: T, path: str, factor: float) -> T:
-    """The scene with one key multiplied by a factor, unchecked; of a free scene with one of its numbers more by the
-    factor less one. With another value of a parameter it is checked; raises SceneError then."""
+    """The scene with one key multiplied by a factor; a plane of a free scene moves by ``factor - 1`` times the size of
+    its box. It is checked only where the key is a parameter: raises SceneError then."""
     given: Any = scene
     if given.parameters is not None and (name := given.parameters.key(path)):
         after = _rebuilt(given, name, factor)
@@ -269,7 +269,7 @@ def _with_law(scene: Any, number: int, times: Callable[[float], laws.Property]) 
 
 
 def _with_contact(scene: Any, number: int) -> Callable[[float], Any]:
-    """What multiplies the contact resistance of a boundary by one and a part."""
+    """A function of ``part`` that gives the scene with a boundary's contact resistance times 1 + ``part``."""
 
     def more(part: float) -> Any:
         boundaries = list(scene.boundaries)

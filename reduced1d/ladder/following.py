@@ -75,11 +75,11 @@ class Points:
         return states if self.by_state is None else states @ self.by_state.T
 
     def seen(self, by_function: np.ndarray) -> np.ndarray:
-        """What is known by function (..., functions), by state."""
+        """(..., states): what belongs to each function (..., functions), summed to what belongs to each state."""
         return by_function if self.by_state is None else by_function @ self.by_state
 
     def both(self, by_pair: Any) -> Any:
-        """What is known by two functions (functions, functions), by two states."""
+        """(states, states): the matrix of a bilinear form over functions (functions, functions), over states."""
         return by_pair if self.by_state is None else self.by_state.T @ by_pair @ self.by_state
 
 

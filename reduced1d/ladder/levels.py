@@ -179,8 +179,8 @@ def rungs(levels: Levels, start: str = "paper") -> list[Rung]:
 
 
 def _missing(sink: Sink, start: str) -> tuple[str, ...]:
-    """Of `_MISSING` what the sink has and the first model has not, which takes numbers; only the paper's is without
-    contacts and substrate, too."""
+    """The keys of `_MISSING` that the sink has and the first model leaves out: radiation and laws of the temperature,
+    of the paper's model contacts and substrate too."""
     other = [k for k in ("contact_resistance", "substrate_thickness") if getattr(sink, k) is not None]
     keys = [*(other if start == "paper" else ()), *(["emissivity"] if sink.emissivity else [])]
     return (*keys, *(key for key in ladder.LAWS if key in (*sink.silicon.follows, *sink.oxide.follows)))

@@ -204,7 +204,7 @@ def sensitivities(outcome: Outcome[AnyScene], keys: Sequence[str] | None) -> Sen
 
 
 def steady(outcome: Outcome[AnyScene], derivatives: Sensitivities) -> tuple[Estimates | None, Estimates | None]:
-    """What the slopes are of, temperatures as rises, in 3D and by the user's own model."""
+    """The steady values that the slopes belong to, temperatures as rises: in 3D and of the user's own model."""
     return derivatives.values or outcome.solved.steady, derivatives.of_model or None
 
 
