@@ -89,10 +89,10 @@ def budget(
     from reduced1d.ladder.levels import rungs, solve
     from scenes.errors import RunawayError
 
-    found = rungs(levels, start)
+    ladder = rungs(levels, start)
     at = None if fem3d.traces is None else fem3d.traces.time
     results = []
-    for rung in found:
+    for rung in ladder:
         progress(f"solving the ladder: {rung.name}")
         try:
             results.append(solve(levels, rung, at is None, at))
@@ -104,17 +104,17 @@ def budget(
     times, steady, transient, over_time = None, [], [], {}
     if fem3d.traces is not None and fem3d.traces.time[-1] > FIRST_TIME:
         times = from_first(fem3d.traces.time)
-    for name, asked in QUANTITIES.items():
+    for name, entry in QUANTITIES.items():
         scale = scale_of(sink, name, fem3d, levels)
-        known = [result.steady[asked.steady] for result in results]
+        known = [result.steady[entry.steady] for result in results]
         values = np.array([[estimate.value] for estimate in known])
-        steady.append(_split(name, scale, found, values, [estimate.error for estimate in known], None))
+        steady.append(_split(name, scale, ladder, values, [estimate.error for estimate in known], None))
         if times is not None:
             traces = [result.traces for result in results if result.traces is not None]
-            values = np.array([np.interp(times, t.time, t.values[asked.trace]) for t in traces])
-            transient.append(_split(name, scale, found, values, [t.errors[asked.trace] for t in traces], times))
+            values = np.array([np.interp(times, t.time, t.values[entry.trace]) for t in traces])
+            transient.append(_split(name, scale, ladder, values, [t.errors[entry.trace] for t in traces], times))
             over_time[name] = values[:-1] - values[1:]
-    sentence = _sentence(found, (*steady, *transient), of_current(sink))
+    sentence = _sentence(ladder, (*steady, *transient), of_current(sink))
     return Budget(start, tuple(steady), tuple(transient), times, over_time, sentence)
 
 
@@ -137,14 +137,14 @@ def of_current(sink: Sink) -> str:
 
 
 def _split(
-    name: str, scale: float, found: Sequence[Rung], values: np.ndarray, errors: Sequence[float],
+    name: str, scale: float, ladder: Sequence[Rung], values: np.ndarray, errors: Sequence[float],
     times: np.ndarray | None,
 ) -> Split:  # fmt: skip
     """The parts of a quantity's ``values`` (models, times), each known to an error, when the difference is largest;
     without ``times`` those of the steady state."""
     i = int(np.argmax(np.abs(values[0] - values[-1])))
     drops = values[:-1] - values[1:]
-    parts = [Part(rung.blame, float(drops[n, i]), errors[n] + errors[n + 1]) for n, rung in enumerate(found)]
+    parts = [Part(rung.blame, float(drops[n, i]), errors[n] + errors[n + 1]) for n, rung in enumerate(ladder)]
     if times is not None:
         worst = np.argmax(np.abs(drops), axis=1)
         parts = [
@@ -155,16 +155,16 @@ def _split(
     return Split(name, QUANTITIES[name].unit, scale, total, errors[0] + errors[-1], tuple(parts), when)
 
 
-def _sentence(found: Sequence[Rung], splits: Sequence[Split], of_current: str) -> str:
+def _sentence(ladder: Sequence[Rung], splits: Sequence[Split], of_current: str) -> str:
     """The largest part, relative to its scale, in plain English."""
     split, n = max(
-        ((split, n) for split in splits for n in range(len(found)) if split.scale),
+        ((split, n) for split in splits for n in range(len(ladder)) if split.scale),
         key=lambda pair: abs(pair[0].parts[pair[1]].value) / pair[0].scale,
     )
     part, unit = split.parts[n], split.unit
     whole = of_current if split.quantity == "current" else f"final {split.quantity} rise"
     when = "in the steady state" if split.time is None else f"at {quantity(split.time, 's', 3)}"
-    left = split.total - part.value
+    rest = split.total - part.value
     does = f"puts the current {signed(part.value, unit)} off"
     if split.quantity != "current":
         what = {"peak": "peak", "end": "ends"}[split.quantity]
@@ -175,8 +175,8 @@ def _sentence(found: Sequence[Rung], splits: Sequence[Split], of_current: str) -
             f"{percent(part.error / split.scale)} of the {whole}"
         )
     return (
-        f"the largest part is the {part.blame}: {found[n].says}, which alone {does} {when}, "
-        f"{percent(abs(part.value) / split.scale)} of the {whole}; all the rest together makes {signed(left, unit)}"
+        f"the largest part is the {part.blame}: {ladder[n].says}, which alone {does} {when}, "
+        f"{percent(abs(part.value) / split.scale)} of the {whole}; all the rest together makes {signed(rest, unit)}"
     )
 
 
@@ -185,7 +185,7 @@ class Claim:
     """A difference, 1D less 3D, relative to the (final) 3D rise or the change of the current, and its numerical error;
     at its largest over time where it has a ``time`` (s), else in the steady state."""
 
-    of: str
+    quantity: str
     difference: float
     error: float
     verdict: Verdict
@@ -231,7 +231,7 @@ def answered(
     if told:
         said += f". On the way {_on_the_way(told)}{_blame(told, split)}"
     elif over_time and all(claim.verdict == "agrees" for claim in (*steady, *over_time)):
-        most = max((claim.most for claim in over_time if claim.of in _PLACES), default=0.0)
+        most = max((claim.most for claim in over_time if claim.quantity in _PLACES), default=0.0)
         farther = most > max((claim.most for claim in steady), default=0.0)
         said += f", and {f'within {_bound(most)} of the final rise' if farther else 'no farther'} on the way"
     return f"{said}.", reason
@@ -243,47 +243,47 @@ def subject(one: Result) -> str:
 
 
 def _of_one_model(three: Result | None, one: Result | None) -> str:
-    found = three or one
-    assert found is not None
-    peak, end = (_value(found.steady[key]) for _, key, _ in _PLACES.values())
+    model = three or one
+    assert model is not None
+    peak, end = (_value(model.steady[key]) for _, key, _ in _PLACES.values())
     who = "The 3D model" if one is None else subject(one)
     only = "no 1D model was run" if one is None else "no 3D model was run, so that nothing was compared"
     return f"{who} has its peak {peak} and its ends {end} above room in the steady state; {only}."
 
 
-def _value(found: Estimate) -> str:
+def _value(rise: Estimate) -> str:
     """ "20.33 K", or with the error where that is among the digits."""
-    value, error, shown, _, _ = with_error(found.value, found.error, "K")
-    return quantity(found.value, "K") if 1e4 * found.error < abs(found.value) else f"{value} +- {error} {shown}"
+    value, error, shown, _, _ = with_error(rise.value, rise.error, "K")
+    return quantity(rise.value, "K") if 1e4 * rise.error < abs(rise.value) else f"{value} +- {error} {shown}"
 
 
 def _steady(sink: Sink, three: Result, one: Result) -> list[Claim]:
-    found = []
+    claims = []
     for place, (_, key, check) in _PLACES.items():
         if key not in one.steady:
             continue
         inputs = {"predicted": one.steady[key], "measured": three.steady[key]}
         difference, error = relative(*(estimate.value for estimate in inputs.values())), spread(relative, inputs)
-        found.append(Claim(place, difference, error, judge(difference, sink.tolerance(check), error)))
-    return found
+        claims.append(Claim(place, difference, error, judge(difference, sink.tolerance(check), error)))
+    return claims
 
 
 def _told_apart(steady: Sequence[Claim], over_time: Iterable[Claim]) -> list[Claim]:
-    """What over time is beyond its tolerance and not the steady difference over again. The current only where nothing
-    is said of the rises, which it follows."""
-    at_rest = {claim.of: claim for claim in steady}
-    found: list[Claim] = []
+    """The claims over time that are beyond their tolerance and do not merely repeat the steady difference; the current
+    only where nothing is said of the rises, which it follows."""
+    at_rest = {claim.quantity: claim for claim in steady}
+    claims: list[Claim] = []
     for claim in over_time:
-        rest = at_rest.get(claim.of)
-        if claim.verdict == "agrees" or (rest is None and (found or any(c.verdict != "agrees" for c in steady))):
+        rest = at_rest.get(claim.quantity)
+        if claim.verdict == "agrees" or (rest is None and (claims or any(c.verdict != "agrees" for c in steady))):
             continue
         again = (
             rest is not None
             and claim.difference * rest.difference >= 0
             and abs(claim.difference) <= (_MORE * abs(rest.difference) + claim.error + rest.error)
         )
-        found += [] if again else [claim]
-    return found
+        claims += [] if again else [claim]
+    return claims
 
 
 def _ladder(sink: Sink, fem3d: Result, name: str, levels: Levels | None) -> tuple[Budget | None, str]:
@@ -313,43 +313,43 @@ def _off(claim: Claim) -> str:
 def _steady_words(steady: Sequence[Claim]) -> str:
     if all(claim.open and claim.verdict == "agrees" for claim in steady):
         return f"within {_bound(max(claim.most for claim in steady))} of 3D at the peak and the ends"
-    return " and ".join(f"{_off(claim)} at the {_PLACES[claim.of][0]}" for claim in steady)
+    return " and ".join(f"{_off(claim)} at the {_PLACES[claim.quantity][0]}" for claim in steady)
 
 
 def _on_the_way(told: Sequence[Claim]) -> str:
-    rises = [claim for claim in told if claim.of in _PLACES]
-    when = {claim.of: quantity(claim.time or 0.0, "s", 3) for claim in told}
-    parts = [f"{_off(claim)} at the {_PLACES[claim.of][0]} (at {when[claim.of]})" for claim in rises]
+    rises = [claim for claim in told if claim.quantity in _PLACES]
+    when = {claim.quantity: quantity(claim.time or 0.0, "s", 3) for claim in told}
+    parts = [f"{_off(claim)} at the {_PLACES[claim.quantity][0]} (at {when[claim.quantity]})" for claim in rises]
     if rises:
         return f"it is up to {' and '.join(parts)}, relative to the final rise"
-    return f"its current is up to {_off(told[0])} (at {when[told[0].of]}), relative to its change"
+    return f"its current is up to {_off(told[0])} (at {when[told[0].quantity]}), relative to its change"
 
 
 def _blame(claims: Sequence[Claim], budget: Budget | None) -> str:
-    """What is to blame for those that differ, at once where it is the same for all."""
+    """The causes of the claims that differ, in one phrase where all have the same cause."""
     causes: dict[str, list[str]] = {}
     for claim in claims:
         if claim.verdict == "differs" and budget is not None:
-            where = _PLACES[claim.of][0] if claim.of in _PLACES else "current"
+            where = _PLACES[claim.quantity][0] if claim.quantity in _PLACES else "current"
             causes.setdefault(_cause(claim, budget), []).append(f"the {where}")
     if len(causes) == 1 and len(claims) == len(*causes.values()):
         return f"; {next(iter(causes))} to blame"
-    found = [f"{cause} to blame for {' and '.join(places)}" for cause, places in causes.items()]
-    return "".join(f"{', ' if n else '; '}{text}" for n, text in enumerate(found))
+    phrases = [f"{cause} to blame for {' and '.join(places)}" for cause, places in causes.items()]
+    return "".join(f"{', ' if n else '; '}{text}" for n, text in enumerate(phrases))
 
 
 def _cause(claim: Claim, budget: Budget) -> str:
-    """The largest parts of a difference, as many as make it up but for a third."""
+    """The largest parts of a difference, as many as explain two thirds of it (`_EXPLAINED`)."""
     from reduced1d.ladder.levels import AT_FAULT
 
     splits = budget.steady if claim.time is None else budget.transient
-    split = next(split for split in splits if split.quantity == claim.of)
-    left, chosen = split.total, []
+    split = next(split for split in splits if split.quantity == claim.quantity)
+    remainder, chosen = split.total, []
     for part in sorted(split.parts, key=lambda part: -abs(part.value)):
-        if abs(left) <= (1 - _EXPLAINED) * abs(split.total):
+        if abs(remainder) <= (1 - _EXPLAINED) * abs(split.total):
             break
         chosen.append(part)
-        left -= part.value
+        remainder -= part.value
     guilty = [AT_FAULT[part.blame] for part in chosen if part.value * split.total > 0]
     against = [AT_FAULT[part.blame] for part in chosen if part.value * split.total < 0]
     offset = f", offset in part by {' and '.join(against)}," if against else ""

@@ -30,8 +30,8 @@ def _of_sink(sink: Sink) -> tuple[str, ...]:
 
 
 def _skipped_of_device(device: Device, request: Request) -> dict[str, str]:
-    left = not_about(request)
-    skipped = {check: left[figure_of(check)] for check in known.DEVICE_TOLERANCES if figure_of(check) in left}
+    omitted = not_about(request)
+    skipped = {check: omitted[figure_of(check)] for check in known.DEVICE_TOLERANCES if figure_of(check) in omitted}
     if request.about:
         skipped |= {check: only(request) for check in known.DEVICE_TOLERANCES if check.startswith("meter")}
     if not device.steps_outside:
@@ -85,23 +85,23 @@ def made_checks(scene: Sink | Device, request: Request) -> tuple[str, ...]:
 def made_3d_checks(device: Device, request: Request) -> tuple[str, ...]:
     """The checks of 1D against 3D that a run of a device makes, in the order in which they are reported."""
     stepped = ("dev3d_settling", "dev3d_claim_steady", "dev3d_claim_over_time")
-    left = not_about(request)
+    omitted = not_about(request)
 
     def made(check: str) -> bool:
         if check.endswith("_gain"):
             return not request.about
         figure = "figure13" if check == "dev3d_slope" else "figure9"
-        return (device.steps_outside or check not in stepped) and figure not in left
+        return (device.steps_outside or check not in stepped) and figure not in omitted
 
     return tuple(filter(made, known.DEVICE_3D_TOLERANCES)) if request.in_3d else ()
 
 
 def not_about(request: Request) -> dict[str, str]:
     """The figures that a run of a device is not about, each with the reason."""
-    found = {name: only(request) for name in DEVICE_FIGURES if request.about and name not in request.about}
+    omitted = {name: only(request) for name in DEVICE_FIGURES if request.about and name not in request.about}
     if request.scheme == "paper":
-        found |= dict.fromkeys(LATE, "they need nine more runs, and the accurate scheme for them")
-    return found
+        omitted |= dict.fromkeys(LATE, "they need nine more runs, and the accurate scheme for them")
+    return omitted
 
 
 def only(request: Request) -> str:

@@ -24,7 +24,7 @@ from scenes.result import Estimate, Result, Traces
 class Both:
     """The same quantities by 3D and by a model."""
 
-    of: Quantities
+    quantities: Quantities
     fem3d: Result
     model: Result
 
@@ -32,7 +32,7 @@ class Both:
     def definitions(self) -> dict[str, Callable[[], Comparison]]:
         """What makes each check, by its id, in the order of the quantities."""
         definitions: dict[str, Callable[[], Comparison]] = {}
-        for name in self.of.units:
+        for name in self.quantities.units:
             if name in self.model.steady and name in self.fem3d.steady:
                 definitions[name] = partial(self.at_rest, name)
             if self.model.traces is not None and self.fem3d.traces is not None and name in self.model.traces.values:
@@ -41,7 +41,7 @@ class Both:
 
     def at_rest(self, name: str) -> Comparison:
         """The difference in the steady state."""
-        base, unit = self.of.base(name), self.of.units[name]
+        base, unit = self.quantities.base(name), self.quantities.units[name]
         three, one = self.fem3d.steady[name], self.model.steady[name]
         inputs = {"value": one, "measured": three}
 
@@ -59,13 +59,13 @@ class Both:
     def course(self, name: str) -> Course:
         """Both traces where their errors hold, at the times of both, above what their scale counts from."""
         three, one = self.fem3d.over_time, self.model.over_time
-        late, base = self.of.sure(one.time), self.of.base(name)
+        late, base = self.quantities.sure(one.time), self.quantities.base(name)
         value, beyond = at(three, name, one.time)
         return Course(one.time[late], value[late] - base, one.values[name][late] - base, beyond[late])
 
     def over_time(self, name: str) -> Comparison:
         """The largest difference over time, with the shift, the stretch and the size that make most of it."""
-        course, unit = self.course(name), self.of.units[name]
+        course, unit = self.course(name), self.quantities.units[name]
         off = course.model - course.fem3d
         i, error = int(np.argmax(np.abs(off))), self.fem3d.over_time.errors[name]
         inputs = {
@@ -91,7 +91,7 @@ class Both:
         """The largest that 3D has of it, at its own times and those of the course: every model's differences are
         relative to the same."""
         three = self.fem3d.over_time
-        rows = three.values[name][three.sure(three.time)] - self.of.base(name)
+        rows = three.values[name][three.sure(three.time)] - self.quantities.base(name)
         values, beyond = np.append(course.fem3d, rows), np.append(course.beyond, np.zeros(len(rows)))
         n = int(np.argmax(np.abs(values)))
         return Estimate(float(values[n]), three.errors[name] + float(beyond[n]))

@@ -78,17 +78,17 @@ def eq13(models: Models) -> Comparison:
 
 def eq14(models: Models) -> Comparison:
     """The printed series resistance of an anchor against the 3D one, end rise over heat through that end."""
-    sink, found = models.sink, models.steady("anchor_resistance_K_per_W")
+    sink, R_3d = models.sink, models.steady("anchor_resistance_K_per_W")
 
     def because(predicted: float) -> str:
-        both = f"eq 14 gives {quantity(predicted, 'K/W')}, 3D {quantity(found, 'K/W')}"
+        both = f"eq 14 gives {quantity(predicted, 'K/W')}, 3D {quantity(R_3d, 'K/W')}"
         if sink.electrodes == "pad-edge":
             return (
                 f"{both}: eq 14's two prisms leave out the constriction from beam to pad and down into the oxide, and "
                 "that the current heats the pads too"
             )
-        if found > predicted:
-            missing = f"{quantity(found - predicted, 'K/W')} or {percent((found - predicted) / found)} of the whole"
+        if R_3d > predicted:
+            missing = f"{quantity(R_3d - predicted, 'K/W')} or {percent((R_3d - predicted) / R_3d)} of the whole"
             missing += _with_what_eq14_lacks(models)
             return (
                 f"{both}: eq 14's two prisms leave out the constriction where the heat turns from beam to pad and down "
@@ -125,11 +125,11 @@ def eq18(models: Models) -> Comparison:
     printed = anchor_series_resistance(models.sink)
 
     def because(predicted: float) -> str:
-        found, mean = models.steady("anchor_resistance_K_per_W"), models.steady("mean_rise_K")
+        R_3d, mean = models.steady("anchor_resistance_K_per_W"), models.steady("mean_rise_K")
         return (
             f"with eq 14's {quantity(printed, 'K/W')} the mean rise of {quantity(mean, 'K')} gives an end rise of "
             f"{quantity(predicted, 'K')}, 3D has {quantity(models.steady('end_rise_K'), 'K')}; with the 3D resistance, "
-            f"{quantity(found, 'K/W')}, the same equation gives {quantity(eq18_measured(models).predicted, 'K')}"
+            f"{quantity(R_3d, 'K/W')}, the same equation gives {quantity(eq18_measured(models).predicted, 'K')}"
         )
 
     return _eq18(models, "end from mean, eq 14's R", because, Estimate(printed, 0.0))
@@ -207,8 +207,8 @@ def fig5(models: Models) -> Comparison:
 
 def profile(models: Models) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Places along the beam's axis (m), the steady 3D rise there and eq 9's parabola through its end and middle (K)."""
-    found = models.fem3d.details["profile"]
-    y, rise = np.asarray(found["y_m"], float), np.asarray(found["rise_K"], float)
+    samples = models.fem3d.details["profile"]
+    y, rise = np.asarray(samples["y_m"], float), np.asarray(samples["rise_K"], float)
     L = models.sink.length
     dT_end, middle = float(rise[0]), float(np.interp(L / 2, y, rise))
     return y, rise, equations.parabola(y, middle - dT_end, dT_end, L)
@@ -231,12 +231,12 @@ def fig7_current(models: Models) -> Comparison:
 
     Without a temperature coefficient the current does not change, and the distance is relative to the current itself.
     """
-    final, title, of = models.fem3d.steady["current_A"], "current trace, of itself", "the 3D current"
+    final, title, relative_to = models.fem3d.steady["current_A"], "current trace, of itself", "the 3D current"
     if models.sink.silicon.temperature_coefficient:
         _, solution = models.traces()
         final = Estimate(final.value - float(solution.values["current_A"][0]), 2 * final.error)
-        title, of = "current trace, of change", "the change of the 3D current"
-    return over_time(models, "current_A", final, title, of, _on_the_way)
+        title, relative_to = "current trace, of change", "the change of the 3D current"
+    return over_time(models, "current_A", final, title, relative_to, _on_the_way)
 
 
 def at_rest(models: Models, key: str, title: str, because: Callable[[float], str]) -> Comparison:
@@ -256,8 +256,8 @@ def _on_the_way(models: Models, key: str, at: Largest, final: float) -> str:
         whole = "change" if sink.silicon.temperature_coefficient else "value"
     name = key.replace("_K", "_rise_K")
     steady = gap(models, name) if name in models.reduction().steady else 0.0
-    when, of = quantity(at.time, "s", 3), f"a final {whole} of {quantity(final, unit)}"
-    where = f"largest at {when}, {signed(at.distance, unit)} of {of}"
+    when, reference = quantity(at.time, "s", 3), f"a final {whole} of {quantity(final, unit)}"
+    where = f"largest at {when}, {signed(at.distance, unit)} of {reference}"
     if not models.papers():
         return f"{where}: {_of_another(models, name)}"
     if at.distance * steady > 0 and abs(steady) >= SETTLED * abs(at.distance):
@@ -327,11 +327,9 @@ def _while_heating(models: Models, key: str, at: Largest) -> str:
 
 
 def resistances(models: Models) -> str:
-    """Of an anchor, as printed and in 3D."""
-    printed, found = anchor_series_resistance(models.sink), models.steady("anchor_resistance_K_per_W")
-    return (
-        f"eq 14's anchor has {quantity(printed, 'K/W')}, 3D's {quantity(found, 'K/W')}{_with_what_eq14_lacks(models)}"
-    )
+    """A clause with the resistance (K/W) of an anchor, as eq 14 prints it and in 3D."""
+    printed, R_3d = anchor_series_resistance(models.sink), models.steady("anchor_resistance_K_per_W")
+    return f"eq 14's anchor has {quantity(printed, 'K/W')}, 3D's {quantity(R_3d, 'K/W')}{_with_what_eq14_lacks(models)}"
 
 
 def _with_what_eq14_lacks(models: Models) -> str:

@@ -185,22 +185,22 @@ def expected(scene: Sink | Device | Declared, check: str) -> Verdict | None:
     return "differs" if check in scene.expected_to_differ else "agrees"
 
 
-def judged(name: str, found: Comparison, scene: Sink | Device | Declared, always: bool = False) -> Check:
-    """What was found, with its verdict; ``always`` gives the reason whatever the verdict is."""
+def judged(name: str, comparison: Comparison, scene: Sink | Device | Declared, always: bool = False) -> Check:
+    """The check of a comparison, with its verdict; ``always`` gives the reason whatever the verdict is."""
     tolerance = scene.tolerance(name)
-    known_to = found.u_num + COVERS * (found.u_data or 0.0)
-    verdict, because = judge(found.difference, tolerance, known_to), ""
+    known_to = comparison.u_num + COVERS * (comparison.u_data or 0.0)
+    verdict, because = judge(comparison.difference, tolerance, known_to), ""
     if verdict == "differs" or always:
-        because = found.reason if isinstance(found.reason, str) else found.reason()
+        because = comparison.reason if isinstance(comparison.reason, str) else comparison.reason()
     elif verdict == "unresolved":
         because = (
-            f"{difference_text(found.difference, known_to, 'give or take')} may be on either side of the "
+            f"{difference_text(comparison.difference, known_to, 'give or take')} may be on either side of the "
             f"tolerance of {percent(tolerance)}: ask for a smaller accuracy"
         )
     return Check(
-        name, found.title, found.predicted, found.measured, found.unit, found.difference, tolerance, found.u_num,
-        verdict, expected(scene, name), because, found.time, found.sense, found.relative_to,
-        u_data=found.u_data,
+        name, comparison.title, comparison.predicted, comparison.measured, comparison.unit, comparison.difference,
+        tolerance, comparison.u_num, verdict, expected(scene, name), because, comparison.time, comparison.sense,
+        comparison.relative_to, u_data=comparison.u_data,
     )  # fmt: skip
 
 

@@ -49,37 +49,37 @@ def edges(scene: Scene) -> list[dict[float, float]]:
     cold = [b.material.at(scene.initial_temperature) for b in grid.boxes]
     thermal = np.array([laws.along(m.thermal_conductivity) for m in cold]).T
     electric = np.array([[1 / (rho or np.inf) for rho in laws.along(m.resistivity)] for m in cold]).T
-    found: list[dict[float, float]] = [{}, {}, {}]
+    exponents: list[dict[float, float]] = [{}, {}, {}]
     solid, live = grid.owner != VOID, connected.live(scene)
     held, k = _held(grid, scene, "temperature"), np.where(solid, thermal[:, grid.owner], 0.0)
     cuts = [_cuts(grid, table) for table in resistances(scene)] if scene.contacts else [_none(grid), _none(grid)]
-    _collect(grid, k, held, found, _passing(grid, scene))
+    _collect(grid, k, held, exponents, _passing(grid, scene))
     if any(faces.any() for faces in cuts[THERMAL]):
         largest = max(c.thermal_resistance for c in scene.contacts)
         fine = RESOLVED * min(float(np.diff(b).min()) for b in grid.breaks)
-        _collect(grid, np.where(k * largest > fine, k, 0.0), held, found, _passing(grid, scene), cuts[THERMAL])
+        _collect(grid, np.where(k * largest > fine, k, 0.0), held, exponents, _passing(grid, scene), cuts[THERMAL])
     if live.any():
         sigma = np.where(live, electric[:, grid.owner], 0.0)
-        _collect(grid, sigma, _held(grid, scene, "voltage"), found)
+        _collect(grid, sigma, _held(grid, scene, "voltage"), exponents)
         if any(faces.any() for faces in cuts[ELECTRIC]):
-            _collect(grid, sigma, _held(grid, scene, "voltage"), found, cuts=cuts[ELECTRIC])
-    return found
+            _collect(grid, sigma, _held(grid, scene, "voltage"), exponents, cuts=cuts[ELECTRIC])
+    return exponents
 
 
 def _cuts(grid: Grid, between: np.ndarray) -> list[np.ndarray]:
     """Per axis, which faces across it have a contact, from the resistances between boxes."""
-    found = _none(grid)
+    cut = _none(grid)
     for d in range(3):
         inner = tuple(slice(1, -1) for _ in range(3))
-        found[d][inner] = np.moveaxis(across(grid.owner, d, between) > 0, 0, d)
-    return found
+        cut[d][inner] = np.moveaxis(across(grid.owner, d, between) > 0, 0, d)
+    return cut
 
 
 def _collect(
     grid: Grid,
     conductivity: np.ndarray,
     held: list[np.ndarray],
-    found: list[dict[float, float]],
+    exponents: list[dict[float, float]],
     passing: list[np.ndarray] | None = None,
     cuts: list[np.ndarray] | None = None,
 ) -> None:
@@ -108,7 +108,7 @@ def _collect(
             if exponent_here < (RESONANT if torn or contradicted[i, j, layer] else REGULAR):
                 for axis, at in ((first, i), (second, j)):
                     plane = float(grid.breaks[axis][at])
-                    found[axis][plane] = min(exponent_here, found[axis].get(plane, RESONANT))
+                    exponents[axis][plane] = min(exponent_here, exponents[axis].get(plane, RESONANT))
 
 
 def _rays(faces: list[np.ndarray], first: int, second: int, along: int) -> np.ndarray:
@@ -120,20 +120,20 @@ def _rays(faces: list[np.ndarray], first: int, second: int, along: int) -> np.nd
 
 def _passing(grid: Grid, scene: Scene) -> list[np.ndarray]:
     """Per axis, which faces across it heat passes by a given flux, or by a film that is no mere trifle."""
-    found = _none(grid)
+    passing = _none(grid)
     given = [b.value if b.kind == "temperature" else b.ambient for b in scene.boundaries if b.kind != "voltage"]
     hottest = max([scene.initial_temperature, *(t for t in given if isinstance(t, float | int))])
     for b in scene.boundaries:
         if b.kind == "heat_flux" and b.value != 0.0:
-            _mark(found, grid, b)
+            _mark(passing, grid, b)
         elif bends(b) or (b.kind == "convection" and isinstance(b.value, float | int)):
             d, start = next(d for d in range(3) if b.lower[d] == b.upper[d]), scene.initial_temperature
             k = [laws.along(box.material.at(start).thermal_conductivity)[d] for box in grid.boxes]
             film: Any = float(faces.coefficient(b, np.array(hottest))) if bends(b) else b.value
-            biot = max((film * _across(box, b) / own for own, box in zip(k, grid.boxes, strict=True)), default=0)
+            biot = max((film * _across(box, b) / k_box for k_box, box in zip(k, grid.boxes, strict=True)), default=0)
             if biot >= PASSES:
-                _mark(found, grid, b)
-    return found
+                _mark(passing, grid, b)
+    return passing
 
 
 def _across(box: Box, boundary: Boundary) -> float:
@@ -148,11 +148,11 @@ def _across(box: Box, boundary: Boundary) -> float:
 
 def _held(grid: Grid, scene: Scene, kind: str) -> list[np.ndarray]:
     """Per axis, the number of the value of a kind that each face across it is given; 0 for none."""
-    found, numbers = _none(grid), dict[Value, int]()
+    held, numbers = _none(grid), dict[Value, int]()
     for b in scene.boundaries:
         if b.kind == kind:
-            _mark(found, grid, b, numbers.setdefault(b.value, len(numbers) + 1))
-    return found
+            _mark(held, grid, b, numbers.setdefault(b.value, len(numbers) + 1))
+    return held
 
 
 def _none(grid: Grid) -> list[np.ndarray]:
@@ -182,10 +182,10 @@ def exponent(quadrants: Numbers, rays: Rays = WHOLE, cuts: Rays = WHOLE) -> floa
     a, b = np.zeros((n + 4, n + 4)), np.zeros((n + 4, n + 4))
     for i, k in enumerate(quadrants):
         # The ray at which it begins, its inner functions, the ray of the next one: of a cut the other side.
-        own, following = (ANGULAR * i + np.arange(ANGULAR + 1)) % n, (i + 1) % 4
-        own[-1] = n + following if cuts[following] else own[-1]
-        a[np.ix_(own, own)] += k * stiffness
-        b[np.ix_(own, own)] += k * mass
+        dofs, following = (ANGULAR * i + np.arange(ANGULAR + 1)) % n, (i + 1) % 4
+        dofs[-1] = n + following if cuts[following] else dofs[-1]
+        a[np.ix_(dofs, dofs)] += k * stiffness
+        b[np.ix_(dofs, dofs)] += k * mass
     given = np.zeros(n + 4, dtype=bool)
     given[[at for i in range(4) if rays[i] for at in (ANGULAR * i, n + i)]] = True
     solid = np.flatnonzero((np.diag(b) > 0) & ~given)

@@ -37,39 +37,39 @@ class Line:
 
     def integral(self, densities: np.ndarray) -> np.ndarray:
         """(n,): the integrals of the functions, times a density of each element."""
-        found = np.zeros(self.size)
-        for own, length, p, density in zip(self.functions, self.lengths, self.degrees, densities, strict=True):
-            found[own] += density * length / 2 * reference(p)[0][:2].sum(axis=0)  # the hats add up to one
-        return found
+        integrals = np.zeros(self.size)
+        for dofs, length, p, density in zip(self.functions, self.lengths, self.degrees, densities, strict=True):
+            integrals[dofs] += density * length / 2 * reference(p)[0][:2].sum(axis=0)  # the hats add up to one
+        return integrals
 
     def products(self, values: np.ndarray, slopes: np.ndarray | None = None) -> np.ndarray:
         """(n, n): the integrals of the products of the functions, times a number of each element, and of their slopes
         times another."""
-        found = np.zeros((self.size, self.size))
+        matrix = np.zeros((self.size, self.size))
         slopes = np.zeros(len(values)) if slopes is None else slopes
-        for own, h, p, value, slope in zip(self.functions, self.lengths, self.degrees, values, slopes, strict=True):
+        for dofs, h, p, value, slope in zip(self.functions, self.lengths, self.degrees, values, slopes, strict=True):
             mass, stiffness = reference(p)
-            found[np.ix_(own, own)] += value * h / 2 * mass + slope * 2 / h * stiffness
-        return found
+            matrix[np.ix_(dofs, dofs)] += value * h / 2 * mass + slope * 2 / h * stiffness
+        return matrix
 
     def points(self, more: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Gauss' points of all elements, as many as exact mass takes and so many ``more``: the functions there and
         their slopes (points, n; 1/m), the length (m) that each stands for, and the number of its element."""
-        found = []
-        for number, (own, h, p) in enumerate(zip(self.functions, self.lengths, self.degrees, strict=True)):
+        by_element = []
+        for number, (dofs, h, p) in enumerate(zip(self.functions, self.lengths, self.degrees, strict=True)):
             x, weights = legendre.leggauss(p + 1 + more)
             values, slopes = np.zeros((2, len(x), self.size))
-            values[:, own], slopes[:, own] = (each.T for each in shapes(p, x))
-            found.append((values, slopes * 2 / h, weights * h / 2, np.full(len(x), number)))
-        values, slopes, lengths, numbers = (np.concatenate(each) for each in zip(*found, strict=True))
+            values[:, dofs], slopes[:, dofs] = (each.T for each in shapes(p, x))
+            by_element.append((values, slopes * 2 / h, weights * h / 2, np.full(len(x), number)))
+        values, slopes, lengths, numbers = (np.concatenate(each) for each in zip(*by_element, strict=True))
         return values, slopes, lengths, numbers
 
     def at(self, element: int, x: float) -> tuple[np.ndarray, np.ndarray]:
         """(n,) twice: the functions at a place in an element, -1 to 1, and their slopes (1/m)."""
         values, slopes = shapes(self.degrees[element], np.array([x]))
-        found = np.zeros((2, self.size))
-        found[:, self.functions[element]] = values[:, 0], slopes[:, 0] * 2 / self.lengths[element]
-        return found[0], found[1]
+        both = np.zeros((2, self.size))
+        both[:, self.functions[element]] = values[:, 0], slopes[:, 0] * 2 / self.lengths[element]
+        return both[0], both[1]
 
 
 @lru_cache

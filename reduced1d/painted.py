@@ -48,11 +48,11 @@ def paint(sink: Sink, points: np.ndarray, end: float, peak: float) -> np.ndarray
     oxide = sink.oxide_thickness / (sink.oxide.thermal_conductivity * sink.oxide_length * sink.oxide_width)
     share = pad / (pad + oxide)
     part = np.minimum(beyond / sink.anchor_distance, 1.0) if sink.anchor_distance else (beyond > 0).astype(float)
-    found = np.where(beyond > 0, end * (1 - share * part), parabola(y, peak - end, end, sink.length))
+    rise = np.where(beyond > 0, end * (1 - share * part), parabola(y, peak - end, end, sink.length))
     deep = np.clip(-z / sink.oxide_thickness, 0.0, 1.0)
     below = deep > 1e-9
-    found[below] = end * (1 - share) * (1 - deep[below])
-    return found
+    rise[below] = end * (1 - share) * (1 - deep[below])
+    return rise
 
 
 def of_result(sink: Sink, result: Result) -> Reduction:

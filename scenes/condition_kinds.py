@@ -38,16 +38,16 @@ class Varying(Kind):
         only(path, given, ("times", "values"))
         lists = []
         for name in ("times", "values"):
-            found = given.get(name)
-            if not isinstance(found, (list, tuple)) or not found:
-                shown = f"{path}.{name} = {quoted(found)} is not" if name in given else f"{path}.{name} is missing, not"
+            items = given.get(name)
+            if not isinstance(items, (list, tuple)) or not items:
+                shown = f"{path}.{name} = {quoted(items)} is not" if name in given else f"{path}.{name} is missing, not"
                 raise SceneError(f"{shown} a list: give {{times = [0, 1e-3], values = [0, 1]}}, or one value")
-            if len(found) > MOST_POINTS:
+            if len(items) > MOST_POINTS:
                 raise SceneError(
-                    f"{path}.{name} has {len(found)} points: give at most {MOST_POINTS}, between which the value is "
+                    f"{path}.{name} has {len(items)} points: give at most {MOST_POINTS}, between which the value is "
                     "linear; of measured ones every so many are enough"
                 )
-            lists.append(found)
+            lists.append(items)
         times = tuple(INSTANT.read(f"{path}.times[{i}]", t) or 0.0 for i, t in enumerate(lists[0], 1))
         values = tuple(self.quantity.read(f"{path}.values[{i}]", v) or 0.0 for i, v in enumerate(lists[1], 1))
         if len(times) != len(values):
@@ -86,13 +86,13 @@ class Surroundings(Kind):
         for name in self.names:
             if name not in given:
                 raise SceneError(f"{path}.{name} is missing: give {example}")
-        own = given[self.name]
-        if isinstance(own, Mapping) and (self.law is None or "times" in own):
+        coefficient = given[self.name]
+        if isinstance(coefficient, Mapping) and (self.law is None or "times" in coefficient):
             raise SceneError(f"{path}.{self.name} may not vary in time: give one {self.called}, such as {self.example}")
         if isinstance(given["ambient"], Mapping) and isinstance(self.ambient, Quantity):
             raise SceneError(f'{path}.ambient may not vary in time: give one temperature, such as "293 K"')
-        kind = self.law if self.law is not None and isinstance(own, Mapping) else self.quantity
-        value: Any = kind.read(f"{path}.{self.name}", own)
+        kind = self.law if self.law is not None and isinstance(coefficient, Mapping) else self.quantity
+        value: Any = kind.read(f"{path}.{self.name}", coefficient)
         ambient: Any = self.ambient.read(f"{path}.ambient", given["ambient"])
         return value, ambient
 
@@ -133,10 +133,10 @@ class ContactResistance(Kind):
             value, powers = quantity(given) if isinstance(given, str) else (given, None)
         except UnitError:
             value, powers = None, None
-        own = next((q for q in self.quantities if q.dimension.powers == powers), None)
-        perfect = value == 0 and not isinstance(value, bool) and (own is not None or powers is None)
-        found = 0.0 if perfect else (own or self.quantities[0]).read(path, given) or 0.0
-        return Resistance(found, own.dimension if own else None)
+        matching = next((q for q in self.quantities if q.dimension.powers == powers), None)
+        perfect = value == 0 and not isinstance(value, bool) and (matching is not None or powers is None)
+        resistance = 0.0 if perfect else (matching or self.quantities[0]).read(path, given) or 0.0
+        return Resistance(resistance, matching.dimension if matching else None)
 
     def write(self, value: Any) -> Any:
         return self.quantities[0].write(value)

@@ -146,14 +146,14 @@ class SceneType(Generic[T]):
 SINK = SceneType("sink", _SINK, Sink(), "drive.voltage")
 DEVICE = SceneType("device", _DEVICE, Device(), "external.final_temperature")
 
-TYPES: dict[str, SceneType[Any]] = {found.name: found for found in (SINK, DEVICE)}
+TYPES: dict[str, SceneType[Any]] = {kind.name: kind for kind in (SINK, DEVICE)}
 OF_KIND = {**TYPES, SinkArray.kind: SINK}
 """What type of scene each kind is of: rows of sinks stand in the file of one."""
 
 
 def type_of(scene: object) -> SceneType[Any]:
     """The type of a scene; TypeError for what is none."""
-    found = OF_KIND.get(getattr(scene, "kind", ""))
-    if found is None:
+    kind = OF_KIND.get(getattr(scene, "kind", ""))
+    if kind is None:
         raise TypeError(f"{type(scene).__name__} is not a scene")
-    return found
+    return kind

@@ -296,13 +296,13 @@ class Instants(Kind):
 class Pair(Kind):
     """A list of two names; ``called`` says of what."""
 
-    of: Kind
+    member: Kind
     called: str
 
     def read(self, path: str, given: object) -> tuple[str, str]:
         if not isinstance(given, (list, tuple)) or len(given) != 2:
             raise SceneError(f'{path} = {quoted(given)} is not a pair: give two {self.called}, such as ["a", "b"]')
-        one, other = (self.of.read(f"{path}[{i}]", name) for i, name in enumerate(given, 1))
+        one, other = (self.member.read(f"{path}[{i}]", name) for i, name in enumerate(given, 1))
         return one, other
 
 

@@ -216,8 +216,8 @@ def _bare(value: object) -> float | None:
     """A number without a unit, as such or as text; ``None`` for anything else. Raises UnitError for nan and inf."""
     if isinstance(value, str):
         try:
-            found, unit = parse_quantity(value)
+            number, unit = parse_quantity(value)
         except UnitError:
             return None
-        return _finite(found) if unit is None else None
+        return _finite(number) if unit is None else None
     return None if isinstance(value, bool) or not isinstance(value, Real) else _finite(value)

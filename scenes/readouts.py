@@ -30,25 +30,27 @@ def pairs(scene: AnyScene, conductors: Iterable[Collection[str]]) -> dict[str, P
 def _pair(scene: AnyScene, probe: Any, conductors: list[Collection[str]]) -> Pair:
     said = f"probe {quoted(probe.name)} asks for a resistance"
     electrodes = {b.name: b for b in scene.boundaries if b.kind == "voltage"}
-    own = next((b for b in electrodes.values() if _same(scene, probe, b)), None)
-    if own is None:
+    electrode = next((b for b in electrodes.values() if _same(scene, probe, b)), None)
+    if electrode is None:
         place = "the corners" if isinstance(scene, Scene) else "the group"
         raise SceneError(f"{said}, and no electrode is there: give {place} of one, of {listed(list(electrodes))}")
-    others = {n for names in conductors if own.name in names for n in names} - {own.name}
+    others = {n for names in conductors if electrode.name in names for n in names} - {electrode.name}
     if len(others) != 1:
         has = f"{len(others)} others, {listed(sorted(others))}" if others else "no other"
         raise SceneError(
-            f"{said}, which is between two electrodes, and the conductor of {quoted(own.name)} has {has}: give an "
-            "electrode of a conductor with two"
+            f"{said}, which is between two electrodes, and the conductor of {quoted(electrode.name)} has {has}: give "
+            "an electrode of a conductor with two"
         )
     other = electrodes[others.pop()]
-    if _idle(scene, own, other):
-        drive = "current passes" if inf in (own.series_resistance, other.series_resistance) else "voltage drives one"
-        raise SceneError(
-            f"{said}, and for some time no {drive} between {quoted(own.name)} and {quoted(other.name)}: give them a "
-            "small one, as one would to measure"
+    if _idle(scene, electrode, other):
+        drive = (
+            "current passes" if inf in (electrode.series_resistance, other.series_resistance) else "voltage drives one"
         )
-    return own, other
+        raise SceneError(
+            f"{said}, and for some time no {drive} between {quoted(electrode.name)} and {quoted(other.name)}: give "
+            "them a small one, as one would to measure"
+        )
+    return electrode, other
 
 
 def _same(scene: AnyScene, probe: Any, boundary: Any) -> bool:
@@ -60,10 +62,10 @@ def _same(scene: AnyScene, probe: Any, boundary: Any) -> bool:
     return all(abs(a - b) <= SAME * size for a, b in both)
 
 
-def _idle(scene: AnyScene, own: Any, other: Any) -> bool:
+def _idle(scene: AnyScene, electrode: Any, other: Any) -> bool:
     """Whether nothing drives a current from one electrode to the other, always or for some time."""
-    by_current = [b for b in (own, other) if b.series_resistance == inf]
-    plus, minus = (by_current[0].value, 0.0) if by_current else (own.value, other.value)
+    by_current = [b for b in (electrode, other) if b.series_resistance == inf]
+    plus, minus = (by_current[0].value, 0.0) if by_current else (electrode.value, other.value)
     ends = {0.0, 0.0 if scene.steady else scene.end_time}
     times = sorted(ends | {t for v in (plus, minus) if isinstance(v, Schedule) for t in v.times if t < max(ends)})
     starts, lengths = np.array(times[:-1] or [0.0]), np.diff(times) if len(times) > 1 else np.zeros(1)

@@ -77,14 +77,14 @@ class Schema:
     @cached_property
     def sections(self) -> dict[str, tuple[str, ...]]:
         """What every section takes, keys, sections or tables, by the section's path; "" is the whole file."""
-        found: dict[str, dict[str, None]] = {}
+        sections: dict[str, dict[str, None]] = {}
         for path in self.paths:
             while path:
                 parent, _, name = path.rpartition(".")
-                found.setdefault(parent, {})[name] = None
+                sections.setdefault(parent, {})[name] = None
                 path = parent
-        found[""] |= dict.fromkeys((*self.lists, SECTION))
-        return {section: tuple(names) for section, names in found.items()}
+        sections[""] |= dict.fromkeys((*self.lists, SECTION))
+        return {section: tuple(names) for section, names in sections.items()}
 
     def flatten(self, document: Mapping[str, object], section: str = "") -> dict[str, object]:
         """What a (nested) document says, by path; raises SceneError for an unknown key or section."""
@@ -118,7 +118,7 @@ class Schema:
     def _items(self, table: str, given: object) -> tuple[Item, ...]:
         if not isinstance(given, (list, tuple)) or not all(isinstance(item, Mapping) for item in given):
             raise SceneError(f"{table} must be a list of tables: start each with [[{table}]]")
-        kinds, found = self.lists[table], dict[str, Item]()
+        kinds, items = self.lists[table], dict[str, Item]()
         for number, item in enumerate(given, 1):
             name, label = label_of(table, number, item)
             for key, value in item.items():
@@ -132,12 +132,12 @@ class Schema:
                 if key not in values:
                     needs = " and ".join(self.required[table])
                     raise SceneError(f"{label}.{key} is missing: every [[{table}]] needs {needs}")
-            if name in found:
+            if name in items:
                 raise SceneError(
                     f"{table}[{number}].name = {quoted(name)} is taken: give every {table} a name of its own"
                 )
-            found[name] = Item(name, label, values)
-        return tuple(found.values())
+            items[name] = Item(name, label, values)
+        return tuple(items.values())
 
     def apply(self, values: Mapping[str, Any], default: T) -> T:
         """The default scene (a frozen dataclass) with the values put in its attributes."""
@@ -191,9 +191,9 @@ def label_of(table: str, number: int, given: Mapping[str, object]) -> tuple[str,
 
 def _with(scene: Any, values: Mapping[str, Any]) -> Any:
     """A frozen dataclass with new values for attributes of it or, where there are dots, of its parts."""
-    own = {name: value for name, value in values.items() if "." not in name}
-    parts = {name.partition(".")[0] for name in values.keys() - own}
-    return replace(scene, **own, **{name: _with(getattr(scene, name), section(values, name)) for name in parts})
+    attributes = {name: value for name, value in values.items() if "." not in name}
+    parts = {name.partition(".")[0] for name in values.keys() - attributes}
+    return replace(scene, **attributes, **{name: _with(getattr(scene, name), section(values, name)) for name in parts})
 
 
 def nest(flat: Mapping[str, Any]) -> dict[str, Any]:
@@ -292,13 +292,13 @@ def locate(
 
 def item_keys(flat: Mapping[str, object], schema: Schema) -> list[str]:
     """The keys of the items of a flat scene by their full names, "boundary.left.voltage": those that they have."""
-    found = []
+    keys = []
     for table in schema.lists:
         items = flat.get(table)
         for number, item in enumerate(items if isinstance(items, list) else [], 1):
             if isinstance(item, dict):
-                found += [f"{table}.{label_of(table, number, item)[0]}.{key}" for key in item if key != "name"]
-    return found
+                keys += [f"{table}.{label_of(table, number, item)[0]}.{key}" for key in item if key != "name"]
+    return keys
 
 
 def _near(key: str, known: Sequence[str]) -> str:

@@ -147,8 +147,8 @@ class Sink:
     @property
     def materials(self) -> tuple[Material, ...]:
         """Those that the 3D model is made of."""
-        found = self.silicon, self.oxide
-        return found if self.substrate_thickness is None else (*found, self.substrate)
+        materials = self.silicon, self.oxide
+        return materials if self.substrate_thickness is None else (*materials, self.substrate)
 
     @property
     def plain(self) -> Sink:
@@ -156,8 +156,8 @@ class Sink:
         temperature, those at room temperature, of a resistivity the line that touches it there (eq 7)."""
         if not self.emissivity and not any(m.follows for m in self.materials):
             return self
-        room, of = self.room_temperature, (self.silicon, self.oxide, self.substrate)
-        silicon, oxide, substrate = (m.touching(room) for m in of)
+        room, materials = self.room_temperature, (self.silicon, self.oxide, self.substrate)
+        silicon, oxide, substrate = (m.touching(room) for m in materials)
         return replace(self, silicon=silicon, oxide=oxide, substrate=substrate, emissivity=0.0)
 
     @property
@@ -237,15 +237,15 @@ def _boxes(sink: Sink, count: int) -> tuple[Box, ...]:
     # How many spans, and how many islands, each of the innermost stands for.
     spans, islands = (1, 2) if count % 2 else (2, 1)
     of_span, of_island = 1 + (sink.spans - count) / spans, 1 + (sink.spans - count) / islands
-    found: list[Box] = []
+    boxes: list[Box] = []
     for number in range(1, count + 1):
         a, b, c = start(sink, number), start(sink, number) + sink.length, start(sink, number + 1)
         inner = of_span if different(count) in (number, count + 1 - number) else 1.0
         name = "beam" if sink.spans == 1 else f"span-{number}"
-        found.append(Box(name, sink.silicon, (-w, a, 0.0), (w, b, t), stands_for=inner))
+        boxes.append(Box(name, sink.silicon, (-w, a, 0.0), (w, b, t), stands_for=inner))
         if number < count:
             inner = of_island if count // 2 in (number, count - number) else 1.0
-            found += [
+            boxes += [
                 Box(f"bridge-{number}", sink.silicon, (-w, b, 0.0), (w, c, t), stands_for=inner),
                 Box(f"island-{number}", sink.oxide, (-oxide, b, -depth), (oxide, c, 0.0)),
             ]
@@ -263,7 +263,7 @@ def _boxes(sink: Sink, count: int) -> tuple[Box, ...]:
         y = sink.substrate_length / 2
         below = [Box("substrate", sink.substrate, (-half, middle - y, bottom), (half, middle + y, -depth))]
     return (
-        *found,
+        *boxes,
         Box("pad-0", sink.silicon, (-pad, -sink.pad_length, 0.0), (pad, 0.0, t)),
         Box("pad-1", sink.silicon, (-pad, end, 0.0), (pad, end + sink.pad_length, t)),
         Box("oxide-0", sink.oxide, (-oxide, -far, -depth), (oxide, -near, 0.0)),
@@ -277,14 +277,14 @@ def _contacts(sink: Sink, boxes: tuple[Box, ...]) -> tuple[Contact, ...]:
     """Those of the blocks of oxide with the silicon above and, where there is one, the substrate below."""
     if not sink.contact_resistance:
         return ()
-    found = []
+    contacts = []
     for block in (b.name for b in boxes if b.name.startswith(("oxide", "island"))):
         kind, number = block.split("-")
         above = f"{'pad' if kind == 'oxide' else 'bridge'}-{number}"
-        found.append(Contact(f"{above} on {block}", (above, block), sink.contact_resistance))
+        contacts.append(Contact(f"{above} on {block}", (above, block), sink.contact_resistance))
         if sink.substrate_thickness is not None:
-            found.append(Contact(f"{block} on substrate", (block, "substrate"), sink.contact_resistance))
-    return tuple(found)
+            contacts.append(Contact(f"{block} on substrate", (block, "substrate"), sink.contact_resistance))
+    return tuple(contacts)
 
 
 def over_gap(sink: Sink) -> list[tuple[str, tuple[float, float], tuple[float, float]]]:
@@ -297,12 +297,12 @@ def over_gap(sink: Sink) -> list[tuple[str, tuple[float, float], tuple[float, fl
         ("left", (-pad, near), (-oxide, far)), ("right", (oxide, near), (pad, far)),
     ]  # fmt: skip
     bare = [each for each in around if min(b - a for a, b in zip(*each[1:], strict=True)) > SLIVER * end]
-    found = [("beam", (-sink.width / 2, 0.0), (sink.width / 2, sink.length))]
+    rectangles = [("beam", (-sink.width / 2, 0.0), (sink.width / 2, sink.length))]
     for name, (a, y), (b, z) in bare:
-        found += [
+        rectangles += [
             (f"pad-0-{name}", (a, -z), (b, -y)), (f"pad-1-{name}", (a, sink.length + y), (b, sink.length + z)),
         ]  # fmt: skip
-    return found
+    return rectangles
 
 
 def _boundaries(sink: Sink, boxes: tuple[Box, ...]) -> tuple[Boundary, ...]:
@@ -312,27 +312,27 @@ def _boundaries(sink: Sink, boxes: tuple[Box, ...]) -> tuple[Boundary, ...]:
     lowest = {f"substrate-{b.name.removeprefix('oxide-')}": b for b in boxes if b.name.startswith(("oxide", "island"))}
     if sink.substrate_thickness is not None:
         lowest = {"substrate": boxes[-1]}
-    found = [Boundary(name, "temperature", *face(b, 2, 0), room) for name, b in lowest.items()]
+    boundaries = [Boundary(name, "temperature", *face(b, 2, 0), room) for name, b in lowest.items()]
     if (resistance := sink.contact_resistance) and sink.substrate_thickness is None:
         film: dict[str, Any] = {"kind": "convection", "value": 1 / resistance, "contact_resistance": resistance}
-        found = [replace(b, ambient=room, **film) for b in found]
+        boundaries = [replace(b, ambient=room, **film) for b in boundaries]
     value, series = sink.drive
     ends = beams if sink.electrodes == "beam-end" else pads
-    found += [
+    boundaries += [
         Boundary("electrode-0", "voltage", *face(ends[0], 1, 0), value, series_resistance=series),
         Boundary("electrode-1", "voltage", *face(ends[-1], 1, 1), 0.0),
     ]
     if sink.convection_coefficient:
-        found += [
+        boundaries += [
             Boundary(f"air-{b.name}", "convection", *face(b, 2, 1), sink.convection_coefficient, room)
             for b in (*beams, *pads)
         ]
     if sink.gap_gas_conductivity and sink.substrate_thickness is None:
-        found += [
+        boundaries += [
             Boundary(f"substrate-gas-{name}", "convection", (*a, 0.0), (*b, 0.0), sink.gap_coefficient, room)
             for name, a, b in over_gap(sink)
         ]
-    return *found, *(_radiating(sink, [*beams, *pads]) if sink.emissivity else ())
+    return *boundaries, *(_radiating(sink, [*beams, *pads]) if sink.emissivity else ())
 
 
 def _radiating(sink: Sink, parts: list[Box]) -> Iterator[Boundary]:
@@ -370,16 +370,16 @@ def _probes(sink: Sink, boxes: tuple[Box, ...], count: int) -> tuple[Probe, ...]
             foot = (-sink.width / 2, 0.0, -sink.oxide_thickness), (sink.width / 2, sink.length, -sink.oxide_thickness)
             gas = Probe("underside", *face(spans[0], 2, 0)), Probe("below", *foot)
         return Probe("peak", centre, centre), end, Probe("mean", spans[0].lower, spans[0].upper), *gas
-    found = [end]
+    probes = [end]
     for number, span in enumerate(spans[: different(count)], start=1):
         a, b = (0.0, span.lower[1], 0.0), (0.0, span.upper[1], 0.0)
         middle = (0.0, (a[1] + b[1]) / 2, sink.thickness / 2)
-        found += [
+        probes += [
             Probe(f"span{number}_peak", a, b, reduce="max"),
             Probe(f"span{number}_middle", middle, middle),
             Probe(f"span{number}_mean", span.lower, span.upper),
         ]
-    return tuple(found)
+    return tuple(probes)
 
 
 def face(box: Box, axis: int, side: int) -> tuple[Point, Point]:

@@ -120,7 +120,7 @@ def parse_unit(text: str) -> Unit:
 def spelled(text: str) -> str:
     """The text with one spelling for every sign, in ASCII: the power of a unit stands behind it as a number. A power of
     a number, as in "2² um", is none of a unit and stays as it is."""
-    return _SUPERSCRIPT.sub(lambda found: found.group().translate(_SUPERSCRIPTS), text.translate(_SPELLINGS))
+    return _SUPERSCRIPT.sub(lambda power: power.group().translate(_SUPERSCRIPTS), text.translate(_SPELLINGS))
 
 
 def _plain(text: str) -> str:
@@ -250,7 +250,7 @@ CURRENT = Dimension("a current", "A", "3 mA", prefixed=True)
 RESISTANCE = Dimension("a resistance", "ohm", "100 ohm", prefixed=True)
 POWER = Dimension("a power", "W", "3 mW")
 
-DIMENSIONS = tuple(found for found in list(globals().values()) if isinstance(found, Dimension))
+DIMENSIONS = tuple(dimension for dimension in list(globals().values()) if isinstance(dimension, Dimension))
 
 
 def named(powers: Powers) -> str | None:

@@ -169,11 +169,12 @@ def _check_substrate(sink: Sink) -> None:
         ),
         "width": (sink.oxide_width, "anchor.oxide_width"),
     }
-    for side, (least, of) in oxides.items():
+    for side, (least, extent) in oxides.items():
         size = getattr(sink, f"substrate_{side}")
         if size < least * (1 - _ROUNDING):
             raise SceneError(
-                f"substrate.{side} = {_shown(size)} lets the oxide stick out of it: give at least {_shown(least)}, {of}"
+                f"substrate.{side} = {_shown(size)} lets the oxide stick out of it: give at least "
+                f"{_shown(least)}, {extent}"
             )
 
 
@@ -195,10 +196,10 @@ def _check_array(sink: Sink) -> None:
         "pitch": (sink.columns, wide, "the wider of anchor.pad_width and sink.width"),
         "row_pitch": (sink.rows, long, "sink.length + 2 anchor.pad_length"),
     }
-    for key, (count, size, of) in least.items():
+    for key, (count, size, extent) in least.items():
         if count > 1 and getattr(sink, key) <= size * (1 + _ROUNDING):
             raise SceneError(
-                f"array.{key} = {_shown(getattr(sink, key))} lets pads touch: give more than {_shown(size)}, {of}"
+                f"array.{key} = {_shown(getattr(sink, key))} lets pads touch: give more than {_shown(size)}, {extent}"
             )
     foot = sink.length + 2 * (sink.anchor_distance + sink.oxide_length)
     needed = {
@@ -235,7 +236,7 @@ def cause(scene: object, instead: str = "") -> str:
     """What to append to the sentence of a numerical failure, with ``instead`` after it: which key is likely why, the
     one that is farthest from the built-in scene's, how far it is out and what to do. Nothing where none is far out."""
     kind = type_of(scene)
-    found = []
+    deviations = []
     for path, key in kind.schema.paths.items():
         quantity = number_of(key.kind)
         value, usual = (attrgetter(key.attribute)(s) for s in (scene, kind.default))
@@ -243,8 +244,8 @@ def cause(scene: object, instead: str = "") -> str:
             continue
         usual = _ROOM.get(path, usual)
         if value and usual:
-            found.append((abs(math.log(abs(value / usual))), path, quantity, value, usual))
-    far, path, quantity, value, usual = max(found, key=lambda each: each[0])
+            deviations.append((abs(math.log(abs(value / usual))), path, quantity, value, usual))
+    far, path, quantity, value, usual = max(deviations, key=lambda each: each[0])
     if far < math.log(FAR):
         return ""
     ratio = abs(value / usual)

@@ -47,9 +47,9 @@ def numbers(scene: Any) -> dict[str, float]:
     """The physical keys of a scene whose values are numbers other than zero, with these (SI units): what a
     logarithmic derivative can be taken by; of a plane of a free scene it is the size of its box. An insulator's
     resistivity law says nothing, and is left out. Of parameters those that are plain numbers and move something."""
-    found = {f"{SECTION}.{name}": value for name, value in _parameters(scene).items()}
+    by_key = {f"{SECTION}.{name}": value for name, value in _parameters(scene).items()}
     if is_free(scene):
-        return found | {path: number.value for path, number in of_free(scene).items() if number.value}
+        return by_key | {path: number.value for path, number in of_free(scene).items() if number.value}
     for path, key in type_of(scene).schema.paths.items():
         skipped = (*SETTINGS, *getattr(scene, "sink", scene).absent)
         if not key.physical or number_of(key.kind) is None or path.startswith(skipped):
@@ -59,10 +59,10 @@ def numbers(scene: Any) -> dict[str, float]:
             continue
         owner = key.attribute.rpartition(".")[0]
         of_line = path.endswith((".temperature_coefficient", ".reference_temperature"))
-        if of_line and ((own := attrgetter(owner)(scene).resistivity) is None or laws.varies(own)):
+        if of_line and ((resistivity := attrgetter(owner)(scene).resistivity) is None or laws.varies(resistivity)):
             continue
-        found |= {path + name: float(value) for name, value, _ in laws.numbers(given) if value}
-    return found
+        by_key |= {path + name: float(value) for name, value, _ in laws.numbers(given) if value}
+    return by_key
 
 
 def zeros(scene: Any) -> tuple[str, ...]:
@@ -88,18 +88,18 @@ def kind_of(scene: Any, path: str) -> Quantity:
 
 
 def varied(scene: T, path: str, factor: float) -> T:
-    """The scene with one key multiplied by a factor, unchecked; of a free scene with one of its numbers more by the
-    factor less one. With another value of a parameter it is checked; raises SceneError then."""
+    """The scene with one key multiplied by a factor; a plane of a free scene moves by ``factor - 1`` times the size of
+    its box. It is checked only where the key is a parameter: raises SceneError then."""
     given: Any = scene
     if given.parameters is not None and (name := given.parameters.key(path)):
         after = _rebuilt(given, name, factor)
-        found = transferred(given, _rebuilt(given, name, 1.0), after)
-        return replace(found, parameters=after.parameters)  # type: ignore[no-any-return]
+        changed = transferred(given, _rebuilt(given, name, 1.0), after)
+        return replace(changed, parameters=after.parameters)  # type: ignore[no-any-return]
     if is_free(scene):
         return of_free(given)[path].more(factor - 1)  # type: ignore[return-value]
     schema = type_of(scene).schema
     key, name = _of_law(scene, path)
-    times = {of: change for of, _, change in laws.numbers(_value(scene, schema.paths[key].attribute))}[name]
+    times = {part: change for part, _, change in laws.numbers(_value(scene, schema.paths[key].attribute))}[name]
     return schema.apply({key: times(factor)}, scene)
 
 
@@ -118,8 +118,8 @@ def neighbour(scene: T, path: str, step: float) -> T:
     if given.parameters is None or not (name := given.parameters.key(path)):
         return varied(scene, path, 1 + step)
     less, more = (_rebuilt(given, name, 1 + sign * abs(step)) for sign in (-1, 1))
-    found: T = transferred(given, less, more, 0.5 if step > 0 else -0.5)
-    return _run_as(found, given)
+    moved: T = transferred(given, less, more, 0.5 if step > 0 else -0.5)
+    return _run_as(moved, given)
 
 
 def _run_as(scene: T, other: Any) -> T:
@@ -139,8 +139,8 @@ def _rebuilt(scene: Any, name: str, factor: float) -> Any:
         from scenes import free
 
         return free.rebuilt(scene, flat)
-    of = type_of(scene)
-    return of.schema.apply(of.schema.read(flat), of.default)
+    kind = type_of(scene)
+    return kind.schema.apply(kind.schema.read(flat), kind.default)
 
 
 def is_word(scene: object, path: str) -> bool:
@@ -171,15 +171,15 @@ class Number:
 
 def of_free(scene: AnyScene) -> dict[str, Number]:
     """The numbers by their keys, zeros among them, which no logarithmic derivative can be taken by."""
-    found = dict([*_materials(scene), *_conditions(scene), *_sources(scene)])
+    by_key = dict([*_materials(scene), *_conditions(scene), *_sources(scene)])
     if scene.parts == "boxes":
         boxes: Any = scene
-        found |= dict(_planes(boxes))
+        by_key |= dict(_planes(boxes))
     if not scene.steady or not physics.heat(scene):
-        found["scene.initial_temperature"] = Number(
+        by_key["scene.initial_temperature"] = Number(
             scene.initial_temperature, KELVIN, _scaled(scene, "initial_temperature")
         )
-    return found
+    return by_key
 
 
 def _scaled(scene: Any, name: str) -> Callable[[float], Any]:
@@ -200,12 +200,12 @@ def _largest(value: Value) -> float:
 def _materials(scene: AnyScene) -> Iterator[tuple[str, Number]]:
     """What the physics that is asked for needs to know of each material."""
     for material in dict.fromkeys(physics.materials(scene)):
-        own = list(physics.needed(scene))
+        keys = list(physics.needed(scene))
         if physics.electric(scene) and material.resistivity is not None:
-            own.append("resistivity")
-            own += ["temperature_coefficient"] if laws.is_plain(material.resistivity) else []
-            own += ["reference_temperature"] if material.temperature_coefficient else []
-        for key in own:
+            keys.append("resistivity")
+            keys += ["temperature_coefficient"] if laws.is_plain(material.resistivity) else []
+            keys += ["reference_temperature"] if material.temperature_coefficient else []
+        for key in keys:
             for name, value, times in laws.numbers(getattr(material, key)):
                 kind: Any = _POWER if name.endswith(EXPONENT) else number_of(LISTS["material"][key])
                 number = Number(float(value), kind, _with_material(scene, material, key, times))
@@ -242,16 +242,16 @@ def _conditions(scene: AnyScene) -> Iterator[tuple[str, Number]]:
         if isinstance(kind, Surroundings):
             ambient = Number(_largest(boundary.ambient), KELVIN, _with_item(scene, "boundaries", i, "ambient"))
             yield f"{key}.ambient", ambient
-            key, own = f"{key}.{kind.name}", kind.quantity
+            key, quantity = f"{key}.{kind.name}", kind.quantity
         else:
             assert isinstance(kind, Varying)
-            own = kind.quantity
+            quantity = kind.quantity
         if laws.varies(boundary.value):
             for name, value, times in laws.numbers(boundary.value):
-                of_law = _POWER if name.endswith(EXPONENT) else own
+                of_law = _POWER if name.endswith(EXPONENT) else quantity
                 yield key + name, Number(value, of_law, _with_law(scene, i, times))
         else:
-            yield key, Number(_largest(boundary.value), own, _with_item(scene, "boundaries", i, "value"))
+            yield key, Number(_largest(boundary.value), quantity, _with_item(scene, "boundaries", i, "value"))
         if 0 < boundary.series_resistance < inf:
             more = _with_item(scene, "boundaries", i, "series_resistance")
             yield f"boundary.{boundary.name}.series_resistance", Number(boundary.series_resistance, SERIES, more)
@@ -269,14 +269,14 @@ def _with_law(scene: Any, number: int, times: Callable[[float], laws.Property]) 
 
 
 def _with_contact(scene: Any, number: int) -> Callable[[float], Any]:
-    """What multiplies the contact resistance of a boundary by one and a part."""
+    """A function of ``part`` that gives the scene with a boundary's contact resistance times 1 + ``part``."""
 
     def more(part: float) -> Any:
-        own = list(scene.boundaries)
-        resistance = own[number].contact_resistance * (1 + part)
-        film = {"value": 1 / resistance} if own[number].kind == "convection" else {}
-        own[number] = replace(own[number], contact_resistance=resistance, **film)
-        return replace(scene, boundaries=tuple(own))
+        boundaries = list(scene.boundaries)
+        resistance = boundaries[number].contact_resistance * (1 + part)
+        film = {"value": 1 / resistance} if boundaries[number].kind == "convection" else {}
+        boundaries[number] = replace(boundaries[number], contact_resistance=resistance, **film)
+        return replace(scene, boundaries=tuple(boundaries))
 
     return more
 
@@ -291,9 +291,9 @@ def _sources(scene: AnyScene) -> Iterator[tuple[str, Number]]:
 
 def _with_item(scene: Any, items: str, number: int, name: str) -> Callable[[float], Any]:
     def more(part: float) -> Any:
-        own = list(getattr(scene, items))
-        own[number] = _scaled(own[number], name)(part)
-        return replace(scene, **{items: tuple(own)})
+        entries = list(getattr(scene, items))
+        entries[number] = _scaled(entries[number], name)(part)
+        return replace(scene, **{items: tuple(entries)})
 
     return more
 

@@ -57,14 +57,14 @@ class Command(SphinxDirective):
         if "needs" in self.options and shutil.which(self.options["needs"]) is None:
             return [nodes.literal_block(shown, f"$ {shown}", language="text")]
         words = [str(ROOT / word) if word.startswith("examples/") else word for word in words[1:]]
-        found = subprocess.run(
+        process = subprocess.run(
             [*command, *words], cwd=folder.name, env=env, capture_output=True, text=True, timeout=PATIENCE, check=False
         )
-        if found.returncode != self.options.get("status", 0):
+        if process.returncode != self.options.get("status", 0):
             logging.getLogger(__name__).warning(
-                "%s ended with %d: %s", shown, found.returncode, found.stderr.strip(), location=self.get_location()
+                "%s ended with %d: %s", shown, process.returncode, process.stderr.strip(), location=self.get_location()
             )
-        lines = (found.stdout or found.stderr).rstrip().splitlines()
+        lines = (process.stdout or process.stderr).rstrip().splitlines()
         first = self._line(lines, "from", 0, shown)
         last = self._line(lines, "until", first + 1, shown) or len(lines)
         lines = "\n".join(lines[first:last]).rstrip().splitlines()
@@ -79,10 +79,10 @@ class Command(SphinxDirective):
         if option not in self.options:
             return 0
         text = self.options[option]
-        found = next((k for k in range(start, len(lines)) if text in lines[k]), None)
-        if found is None:
+        number = next((k for k in range(start, len(lines)) if text in lines[k]), None)
+        if number is None:
             logging.getLogger(__name__).warning("%s prints no %r", shown, text, location=self.get_location())
-        return found or 0
+        return number or 0
 
 
 def setup(app: Any) -> dict[str, Any]:

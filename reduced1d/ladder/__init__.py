@@ -96,8 +96,8 @@ def solve(
     if name == "paper" and sink.spans == 1 and not sink.drive.series:
         from reduced1d.sink import solve as solve_paper
 
-        found = solve_paper(sink, steady_only=steady_only, times=times)
-        return replace(found, model=name, details={**found.details, "states": 1})
+        answer = solve_paper(sink, steady_only=steady_only, times=times)
+        return replace(answer, model=name, details={**answer.details, "states": 1})
     from reduced1d.ladder.few_states import result
 
     if name == "paper":
@@ -111,12 +111,12 @@ def solve(
     from reduced1d.ladder.levels import Levels
 
     levels = levels or Levels(sink)
-    found = result(name, sink, build(levels.fine, name), build(levels.coarse, name), steady_only, times)
+    answer = result(name, sink, build(levels.fine, name), build(levels.coarse, name), steady_only, times)
     said = warnings(sink.plain, levels.fine.remainder)
     if sink.spans > 1 or name in ("anchored", "fin-massless", "fin"):
         said += fin_warnings(sink, levels.fine.one_node)
     more = {"unknowns": levels.fine.plate.unknowns, "thin_plate_remainder": levels.fine.remainder, "warnings": said}
-    return replace(found, details={**found.details, **more})
+    return replace(answer, details={**answer.details, **more})
 
 
 def refuse(sink: Sink, name: str) -> None:

@@ -32,12 +32,12 @@ def anchor_points(plate: Plate, rise: np.ndarray) -> tuple[Points, float]:
     end = float(plate.model.outputs["end"] @ rise)
     points = _gathered(whole.on((rise / end)[:, None]).where(~whole.beam))
     squared = float(plate.model.drive.through(follows.resistance(rise))) ** 2
-    found = replace(follows, parts=(points,), states=1)
-    outflow, source, resistance = (np.atleast_1d(each)[0] for each in found.flows(np.array([end])))
+    one_state = replace(follows, parts=(points,), states=1)
+    outflow, source, resistance = (np.atleast_1d(each)[0] for each in one_state.flows(np.array([end])))
     at = points.rise(np.array([end]))
-    lost = points.above @ layer.down(at)[0] + points.area @ layer.up(at)[0] + points.gap @ (layer.gas * at)
-    lost += points.bare @ layer.radiates(at)[0]
-    return points, float((lost - squared * (resistance - source)) / outflow)
+    heat = points.above @ layer.down(at)[0] + points.area @ layer.up(at)[0] + points.gap @ (layer.gas * at)
+    heat += points.bare @ layer.radiates(at)[0]
+    return points, float((heat - squared * (resistance - source)) / outflow)
 
 
 def _gathered(points: Points) -> Points:
@@ -46,8 +46,8 @@ def _gathered(points: Points) -> Points:
     edges = np.linspace(value.min(), value.max(), _BINS + 1)[1:-1]
     numbers = np.unique(2 * np.searchsorted(edges, value) + (points.above > 0), return_inverse=True)[1]
 
-    def summed(of: np.ndarray) -> np.ndarray:
-        return np.bincount(numbers, of)
+    def summed(per_point: np.ndarray) -> np.ndarray:
+        return np.bincount(numbers, per_point)
 
     area = summed(points.area)
     steep = np.sqrt(summed(points.area * (x[:, 0] ** 2 + y[:, 0] ** 2)) / area)

@@ -203,9 +203,9 @@ def trajectory(model: FewStates, times: np.ndarray, growth: float = 2.0) -> tupl
                 raise RunawayError(said, largest_drive(model))
             middle = (start + stop) / 2
             return advanced(advanced(state, start, middle), middle, stop)
-        here = slice(*np.searchsorted(times, [start, stop], side="right"))
-        part = (times[here] - start) / (stop - start)
-        states[here] = within(POINTS, part) @ values.T
+        rows = slice(*np.searchsorted(times, [start, stop], side="right"))
+        part = (times[rows] - start) / (stop - start)
+        states[rows] = within(POINTS, part) @ values.T
         return values[:, -1]
 
     if end > 0:
@@ -221,8 +221,8 @@ def resistance_at(model: FewStates, states: np.ndarray) -> np.ndarray:
     """(...,): the resistance (ohm) at states (..., n)."""
     if model.follows is not None:
         return model.follows.resistance(states)
-    found: np.ndarray = model.resistance + model.coefficient * (states @ model.source)
-    return found
+    resistance: np.ndarray = model.resistance + model.coefficient * (states @ model.source)
+    return resistance
 
 
 def _off(model: FewStates, state: np.ndarray, beam: bool = False) -> float:
@@ -254,9 +254,9 @@ def _step(model: FewStates, state: np.ndarray, length: float) -> np.ndarray | No
         if not resistance.min() > 0:
             return None
         heat = model.drive.through(resistance) ** 2 * (source + feedback @ values)
-        found = free + np.matmul(response, heat[:, :, None])[:, :, 0]
-        change, values = np.abs(found - values).max(), found
-        if change <= SETTLED * np.abs(found).max():
+        updated = free + np.matmul(response, heat[:, :, None])[:, :, 0]
+        change, values = np.abs(updated - values).max(), updated
+        if change <= SETTLED * np.abs(updated).max():
             return np.concatenate([state[:, None], values], axis=1)
     return None
 
@@ -287,17 +287,17 @@ def result(
 
 def steady(model: FewStates) -> dict[str, float]:
     state, current = steady_state(model)
-    found = {name.replace("_K", "_rise_K"): float(value) for name, value in _read(model, state).items()}
+    readings = {name.replace("_K", "_rise_K"): float(value) for name, value in _read(model, state).items()}
     power = current**2 * float(resistance_at(model, state))
-    end_flow = found.get("anchor_heat_W", 0.0)
+    end_flow = readings.get("anchor_heat_W", 0.0)
     if not end_flow:
         beam = current**2 * _beam_at(model, state)
         end_flow = (beam - _off(model, state, beam=True) - float(model.outputs["gas_beam"] @ state)) / 2
-    return found | {
+    return readings | {
         "current_A": current,
         "power_W": power,
         "heat_out_W": power - _off(model, state),
-        "anchor_resistance_K_per_W": found["end_rise_K"] / end_flow,
+        "anchor_resistance_K_per_W": readings["end_rise_K"] / end_flow,
     }
 
 
@@ -309,15 +309,15 @@ def over_time(model: FewStates, times: np.ndarray, growth: float = GROWTH) -> di
 
 def _read(model: FewStates, states: np.ndarray) -> dict[str, np.ndarray]:
     """The rises (K) and heats (W) at states (..., n); of a row of spans the peak is the largest of theirs."""
-    found = {}
+    readings = {}
     for name, row in model.outputs.items():
         if not name.startswith(("air", "gas")):
             follows = model.follows
             value = states @ row.T if follows is None or name not in follows.heats else follows.lost(name, states)
-            found[f"{name}_W" if name.endswith("_heat") else f"{name}_K"] = top(value) if row.ndim > 1 else value
-    if "peak_K" not in found:
-        found["peak_K"] = np.max([v for name, v in found.items() if name.endswith("_peak_K")], axis=0)
-    return found
+            readings[f"{name}_W" if name.endswith("_heat") else f"{name}_K"] = top(value) if row.ndim > 1 else value
+    if "peak_K" not in readings:
+        readings["peak_K"] = np.max([v for name, v in readings.items() if name.endswith("_peak_K")], axis=0)
+    return readings
 
 
 def top(values: np.ndarray) -> np.ndarray:
@@ -327,8 +327,8 @@ def top(values: np.ndarray) -> np.ndarray:
     bend = 2 * top - low - high
     inside = (bend > 0) & (np.abs(high - low) <= 2 * bend)
     above = np.where(inside, (high - low) ** 2 / (8 * np.where(inside, bend, 1.0)), np.maximum(low, high) - top)
-    found: np.ndarray = top + np.maximum(above, 0.0)
-    return found
+    highest: np.ndarray = top + np.maximum(above, 0.0)
+    return highest
 
 
 def _traces(sink: Sink, fine: FewStates, coarse: FewStates, times: np.ndarray) -> Traces:

@@ -61,7 +61,7 @@ def fin(
     integral = row.line.integral(both)
     end = np.eye(len(integral))[0]
     node = np.outer(end, end)
-    own = pad_capacity * anchor.pad + oxide_capacity * anchor.oxide
+    capacity = pad_capacity * anchor.pad + oxide_capacity * anchor.oxide
     outputs = {
         "end": end, "mean": row.line.integral(both * ~over) / sink.spans / sink.length,
         "air": air * integral + 2 * anchor.air * end,
@@ -79,7 +79,7 @@ def fin(
             # A block keeps a third of its capacity: what enters the substrate as time passes is the film's alone.
             outputs[f"island{number}_heat"] = down * sink.island * row.mean(min(number, row.solved), island=True)
     return FewStates(
-        row.line.products(both * (sink.silicon.heat_capacity * A_c + block * over)) + 2 * own * node,
+        row.line.products(both * (sink.silicon.heat_capacity * A_c + block * over)) + 2 * capacity * node,
         row.line.products(both * (air + gas + down * over), both * k * A_c) + 2 / anchor.resistance * node,
         per_length * integral + anchor.source * end,
         row.line.products(both * per_length) + anchor.feedback * node,
@@ -93,7 +93,7 @@ def _following(
 ) -> Following:
     """The laws of a sink along the row, and at the points of the anchors."""
     values, slopes, length, number = row.line.points(_FOR_LAWS)
-    own, weight, isle = row.numbers[number], 2 * row.weights[number], row.islands[number]  # the row has two halves
+    span, weight, isle = row.numbers[number], 2 * row.weights[number], row.islands[number]  # the row has two halves
     area, above = sink.width * length * weight, sink.island_width * length * isle
     cold = room_resistivity(sink.plain.silicon, sink.room_temperature)[0] / sink.cross_section
     under = 1 - above * weight / area if underside_bare(sink) else 0.0
@@ -104,7 +104,7 @@ def _following(
     )  # fmt: skip
     end, none = np.eye(1, values.shape[1]), np.zeros(1)
     ends = replace(
-        anchors, area=right * anchors.area, above=right * anchors.above, gap=right * anchors.gap, of=end,
+        anchors, area=right * anchors.area, above=right * anchors.above, gap=right * anchors.gap, by_state=end,
         bare=right * anchors.bare, silicon=pad_capacity * anchors.silicon, oxide=oxide_capacity * anchors.oxide,
         heat=anchors.heat * (anchor.circuit > 0),
     )  # fmt: skip
@@ -117,14 +117,14 @@ def _following(
             ends, area=ends.area / 2, above=ends.above / 2, gap=ends.gap / 2, bare=ends.bare / 2
         )
         for island in range(1, sink.spans // 2 + 1):
-            at = isle & (own == min(island, row.solved))
+            at = isle & (span == min(island, row.solved))
             # Some are modelled by their half.
             whole = sink.island / length[at].sum()
             heats[f"island{island}_heat"] = replace(
                 along.where(at), area=0 * area[at], gap=0 * area[at], bare=0 * area[at], above=whole * above[at]
             )
     return Following(
-        layer_of(sink), (along, ends, widening), values.shape[1], heats, (along, replace(anchors, of=end))
+        layer_of(sink), (along, ends, widening), values.shape[1], heats, (along, replace(anchors, by_state=end))
     )  # fmt: skip
 
 
@@ -141,20 +141,20 @@ class _Row:
 
     def mean(self, number: int, island: bool = False) -> np.ndarray:
         """(n,): the mean over a span or an island."""
-        own = (self.numbers == number) & (self.islands == island)
-        return self.line.integral(1.0 * own) / np.array(self.line.lengths)[own].sum()
+        elements = (self.numbers == number) & (self.islands == island)
+        return self.line.integral(1.0 * elements) / np.array(self.line.lengths)[elements].sum()
 
     def along(self, number: int, places: np.ndarray | list[float]) -> np.ndarray:
         """(places, n): values at some places of a span (from 0 to 1), of which its second half may mirror the first."""
-        own = np.flatnonzero((self.numbers == number) & ~self.islands).tolist()
-        edges = np.cumsum([0.0, *(self.line.lengths[i] for i in own)])
-        whole = edges[-1] if len(own) > len(_DEGREES) else 2 * edges[-1]
-        found = []
+        elements = np.flatnonzero((self.numbers == number) & ~self.islands).tolist()
+        edges = np.cumsum([0.0, *(self.line.lengths[i] for i in elements)])
+        whole = edges[-1] if len(elements) > len(_DEGREES) else 2 * edges[-1]
+        rows = []
         for place in places:
             y = whole * (1 - place if place * whole > edges[-1] else place)
-            i = min(max(int(np.searchsorted(edges, y, side="right")) - 1, 0), len(own) - 1)
-            found.append(self.line.at(own[i], 2 * (y - edges[i]) / (edges[i + 1] - edges[i]) - 1)[0])
-        return np.array(found)
+            i = min(max(int(np.searchsorted(edges, y, side="right")) - 1, 0), len(elements) - 1)
+            rows.append(self.line.at(elements[i], 2 * (y - edges[i]) / (edges[i + 1] - edges[i]) - 1)[0])
+        return np.array(rows)
 
 
 def _halved(sink: Sink, finer: int) -> _Row:
@@ -165,13 +165,13 @@ def _halved(sink: Sink, finer: int) -> _Row:
     degrees, over = [p + finer for p in _DEGREES], [_ISLAND + finer]
     # Halves of spans and islands deeper than the middle of the first span of those that are alike.
     deeper = (sink.spans - 2 * solved + 1) * alike
-    found: list[tuple[float, int, tuple[int, int], int, bool, int]] = []
+    elements: list[tuple[float, int, tuple[int, int], int, bool, int]] = []
 
     def add(number: int, parts: np.ndarray, degrees: list[int], first: int, weight: int = 1, isle: bool = False) -> int:
         """Appends elements from a node on; the node where they end."""
         for length, degree in zip(parts.tolist(), degrees, strict=True):
-            last = len(found) + 1  # every element brings one node, its end
-            found.append((length, degree, (first, last), weight, isle, number))
+            last = len(elements) + 1  # every element brings one node, its end
+            elements.append((length, degree, (first, last), weight, isle, number))
             first = last
         return first
 
@@ -186,5 +186,5 @@ def _halved(sink: Sink, finer: int) -> _Row:
         node = node if last else add(number, island, over, node, isle=True)
     if alike:
         add(solved, island, over, first, deeper, isle=True)
-    lengths, orders, nodes, weights, isles, numbers = zip(*found, strict=True)
+    lengths, orders, nodes, weights, isles, numbers = zip(*elements, strict=True)
     return _Row(Line(lengths, orders, nodes), np.array(weights), np.array(isles), np.array(numbers), solved)

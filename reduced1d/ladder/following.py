@@ -33,8 +33,8 @@ SHORTEST = 1e-4  # step of the drive, relative, at which its largest value count
 @dataclass(frozen=True, eq=False)
 class Points:
     """Quadrature points of a part of the layer: what some functions are there, ``values`` (points, functions), and
-    their ``slopes`` along each axis (1/m). The functions' amplitudes are ``of`` (functions, states) times the states,
-    the states themselves for ``None``.
+    their ``slopes`` along each axis (1/m). The functions' amplitudes are ``by_state`` (functions, states) times the
+    states, the states themselves for ``None``.
 
     Each stands for an ``area`` (m2), of which so much is ``above`` oxide, which conducts ``along`` the layer where that
     is 1 and not where it is 0, and so much over the ``gap``; for so much ``bare`` that radiates; for so much of the
@@ -52,35 +52,35 @@ class Points:
     oxide: np.ndarray
     heat: np.ndarray
     beam: np.ndarray
-    of: np.ndarray | None = None
+    by_state: np.ndarray | None = None
 
     def on(self, shapes: np.ndarray) -> Points:
         """Of states that are the amplitudes of shapes (n, states)."""
-        if self.of is not None:
-            return replace(self, of=self.of @ shapes)
+        if self.by_state is not None:
+            return replace(self, by_state=self.by_state @ shapes)
         return replace(self, values=self.values @ shapes, slopes=tuple(s @ shapes for s in self.slopes))
 
     def where(self, chosen: np.ndarray) -> Points:
         """Some of the points (points,)."""
-        arrays = {f.name: getattr(self, f.name)[chosen] for f in fields(self) if f.name not in ("slopes", "of")}
+        arrays = {f.name: getattr(self, f.name)[chosen] for f in fields(self) if f.name not in ("slopes", "by_state")}
         return replace(self, **arrays, slopes=tuple(s[chosen] for s in self.slopes))
 
     def rise(self, states: np.ndarray) -> np.ndarray:
         """(..., points) in K, at states (..., n)."""
-        found: np.ndarray = (self.values @ self.amplitudes(states).T).T
-        return found
+        rises: np.ndarray = (self.values @ self.amplitudes(states).T).T
+        return rises
 
     def amplitudes(self, states: np.ndarray) -> np.ndarray:
         """(..., functions), at states (..., n)."""
-        return states if self.of is None else states @ self.of.T
+        return states if self.by_state is None else states @ self.by_state.T
 
-    def seen(self, found: np.ndarray) -> np.ndarray:
-        """What is known by function (..., functions), by state."""
-        return found if self.of is None else found @ self.of
+    def seen(self, by_function: np.ndarray) -> np.ndarray:
+        """(..., states): what belongs to each function (..., functions), summed to what belongs to each state."""
+        return by_function if self.by_state is None else by_function @ self.by_state
 
-    def both(self, found: Any) -> Any:
-        """What is known by two functions (functions, functions), by two states."""
-        return found if self.of is None else self.of.T @ found @ self.of
+    def both(self, by_pair: Any) -> Any:
+        """(states, states): the matrix of a bilinear form over functions (functions, functions), over states."""
+        return by_pair if self.by_state is None else self.by_state.T @ by_pair @ self.by_state
 
 
 class Terms(NamedTuple):
@@ -107,30 +107,30 @@ class Following:
     open: tuple[Points, ...] = ()
 
     def on(self, shapes: np.ndarray) -> Following:
-        parts, seen = (tuple(part.on(shapes) for part in of) for of in (self.parts, self.open))
+        parts, seen = (tuple(part.on(shapes) for part in points) for points in (self.parts, self.open))
         heats = {name: part.on(shapes) for name, part in self.heats.items()}
         return Following(self.layer, parts, shapes.shape[1], heats, seen)
 
     def given_off(self, state: np.ndarray, beam: bool = False) -> float:
         """The heat (W) to the air and by radiation, of all or of the beam alone."""
-        found = 0.0
+        heat = 0.0
         for part in self.open:
             rise, weight = part.rise(state), part.beam if beam else 1.0
-            found += float(
+            heat += float(
                 ((part.area * self.layer.up(rise)[0] + part.bare * self.layer.radiates(rise)[0]) * weight).sum()
             )
-        return found
+        return heat
 
     def lost(self, name: str, states: np.ndarray) -> np.ndarray:
         """(...,): the heat (W) that leaves by the points of a name, at states (..., n); of those of one function what
         it gives off by Galerkin's method."""
         part = self.heats[name]
-        if part.of is not None:
-            alone = Following(self.layer, (replace(part, of=None),), 1)
+        if part.by_state is not None:
+            alone = Following(self.layer, (replace(part, by_state=None),), 1)
             return alone.flows(part.amplitudes(states))[0][..., 0]
         rise = part.rise(states)
-        found: np.ndarray = (self._down(part, rise)[0] + self._up(part, rise)[0]).sum(axis=-1)
-        return found
+        heat: np.ndarray = (self._down(part, rise)[0] + self._up(part, rise)[0]).sum(axis=-1)
+        return heat
 
     def allowed(self, states: np.ndarray) -> bool:
         """Whether the laws say something of states (..., n)."""
@@ -144,7 +144,7 @@ class Following:
 
     def flows(self, states: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """F and S at states (..., n), and the resistance (...,)."""
-        found = []
+        by_part = []
         for part in self.parts:
             rise, amplitudes = part.rise(states), part.amplitudes(states)
             k = part.area * self.layer.conducts(rise, part.along)
@@ -152,14 +152,14 @@ class Following:
             for slopes in part.slopes:
                 outflow = outflow + (k * (slopes @ amplitudes.T).T) @ slopes
             heat = part.heat * self.layer.resistivity(rise)[0]
-            found.append((part.seen(outflow), part.seen(heat @ part.values), heat.sum(axis=-1)))
-        outflow, source, resistance = (sum(each[1:], start=each[0]) for each in zip(*found, strict=True))
+            by_part.append((part.seen(outflow), part.seen(heat @ part.values), heat.sum(axis=-1)))
+        outflow, source, resistance = (sum(each[1:], start=each[0]) for each in zip(*by_part, strict=True))
         return outflow, source, resistance
 
     def terms(self, state: np.ndarray) -> Terms:
-        found = [self._slopes(part, state) for part in self.parts]
+        by_part = [self._slopes(part, state) for part in self.parts]
         outflow, source, resistance = self.flows(state)
-        slopes = (sum(each[1:], start=each[0]) for each in zip(*found, strict=True))
+        slopes = (sum(each[1:], start=each[0]) for each in zip(*by_part, strict=True))
         return Terms(outflow, source, float(resistance), *slopes)
 
     def _slopes(self, part: Points, state: np.ndarray) -> tuple[Any, Any, np.ndarray]:
@@ -175,11 +175,11 @@ class Following:
 
     def _down(self, part: Points, rise: np.ndarray) -> Both:
         """What goes through the oxide, in W."""
-        found = np.zeros_like(rise), np.zeros_like(rise)
+        flow = np.zeros_like(rise), np.zeros_like(rise)
         on = part.above > 0
-        for whole, each in zip(found, self.layer.down(rise[..., on]), strict=True):
+        for whole, each in zip(flow, self.layer.down(rise[..., on]), strict=True):
             whole[..., on] = part.above[on] * each
-        return found
+        return flow
 
     def _up(self, part: Points, rise: np.ndarray) -> Both:
         """What goes to air and gas, and is radiated, in W."""
@@ -194,11 +194,11 @@ class Following:
         if self._fixed_capacity is not None:
             fixed: np.ndarray = rates @ self._fixed_capacity
             return fixed
-        found = np.zeros_like(states)
+        stored = np.zeros_like(states)
         for part in self.parts:
             holds = self.layer.holds(part.rise(states), part.silicon, part.oxide)[0]
-            found += part.seen((holds * part.rise(rates)) @ part.values)
-        return found
+            stored += part.seen((holds * part.rise(rates)) @ part.values)
+        return stored
 
     def capacity(self, state: np.ndarray, rates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """C (n, n) in J/K at a state, and the derivative by the states of C applied to some ``rates`` (n,)."""
@@ -224,10 +224,10 @@ class Following:
 
     def resistance(self, states: np.ndarray, beam: bool = False) -> np.ndarray:
         """(...,): the resistance (ohm) of all, or of the beam alone, at states (..., n)."""
-        found = np.zeros(states.shape[:-1])
+        total = np.zeros(states.shape[:-1])
         for part in self.parts:
-            found = found + self.layer.resistivity(part.rise(states))[0] @ (part.heat * (part.beam if beam else 1.0))
-        return found
+            total = total + self.layer.resistivity(part.rise(states))[0] @ (part.heat * (part.beam if beam else 1.0))
+        return total
 
 
 def steady_state(model: Following, drive: Drive, start: np.ndarray | None = None) -> tuple[np.ndarray, float]:
@@ -235,20 +235,20 @@ def steady_state(model: Following, drive: Drive, start: np.ndarray | None = None
 
     Raises RunawayError where no state is found beyond a part of the drive.
     """
-    found = None if start is None else _newton(model, drive, start)
-    if found is not None:
-        return found
+    steady = None if start is None else _newton(model, drive, start)
+    if steady is not None:
+        return steady
     known, step, state, before = 0.0, 1.0, np.zeros(model.states), None
     while True:
         ahead = min(1.0, known + step)
         guess = state if before is None else state + (ahead - known) / (known - before[0]) * (state - before[1])
-        found = _newton(model, drive._replace(value=ahead * drive.value), guess)
-        if found is not None and ahead == 1.0:
-            return found
-        if found is None:
+        steady = _newton(model, drive._replace(value=ahead * drive.value), guess)
+        if steady is not None and ahead == 1.0:
+            return steady
+        if steady is None:
             step = (ahead - known) / 2
         else:
-            before, known, state = (known, state), ahead, found[0]
+            before, known, state = (known, state), ahead, steady[0]
         if step < SHORTEST * max(known, SHORTEST):
             raise runaway(drive, known * abs(drive.value))
 
@@ -282,8 +282,8 @@ def _newton(model: Following, drive: Drive, state: np.ndarray) -> tuple[np.ndarr
                 continue
             if size <= SETTLED * np.abs(new).max(initial=1.0):
                 return new, float(drive.through(model.resistance(new)))
-            left = np.abs(solve(_residual(model.terms(new), drive))).max()
-            if left < (1 - 0.5**halving / 4) * size or left < SETTLED * np.abs(new).max():
+            correction = np.abs(solve(_residual(model.terms(new), drive))).max()
+            if correction < (1 - 0.5**halving / 4) * size or correction < SETTLED * np.abs(new).max():
                 break
         else:
             return None
@@ -292,8 +292,8 @@ def _newton(model: Following, drive: Drive, state: np.ndarray) -> tuple[np.ndarr
 
 
 def _residual(terms: Terms, drive: Drive) -> np.ndarray:
-    found: np.ndarray = drive.through(terms.resistance) ** 2 * terms.source - terms.outflow
-    return found
+    residual: np.ndarray = drive.through(terms.resistance) ** 2 * terms.source - terms.outflow
+    return residual
 
 
 def _direction(terms: Terms, drive: Drive) -> tuple[Callable[[np.ndarray], np.ndarray], np.ndarray]:
@@ -303,8 +303,8 @@ def _direction(terms: Terms, drive: Drive) -> tuple[Callable[[np.ndarray], np.nd
     source = solve(terms.source)
 
     def whole(residual: np.ndarray) -> np.ndarray:
-        found = solve(residual)
-        return found + source * (change @ found) / (1 - change @ source)
+        solution = solve(residual)
+        return solution + source * (change @ solution) / (1 - change @ source)
 
     return whole, whole(_residual(terms, drive))
 
@@ -324,8 +324,8 @@ def inverse(matrix: Any) -> Callable[[np.ndarray], np.ndarray]:
         return lambda vector: scipy.linalg.lu_solve(factors, vector, check_finite=False)
     from scipy.sparse.linalg import splu
 
-    found: Callable[[np.ndarray], np.ndarray] = splu(matrix.tocsc(), permc_spec="MMD_AT_PLUS_A").solve
-    return found
+    solve: Callable[[np.ndarray], np.ndarray] = splu(matrix.tocsc(), permc_spec="MMD_AT_PLUS_A").solve
+    return solve
 
 
 def _product(left: Any, weights: np.ndarray, right: Any) -> Any:

@@ -59,8 +59,8 @@ class Layer:
         temperature = sink.room_temperature + rise
         k = k(temperature) if isinstance(k, Law) else k
         lower = lower(temperature - rise / 2) if isinstance(lower, Law) else lower
-        found: np.ndarray = sink.thickness * k + share * lower + 0.0 * rise
-        return found
+        conductance: np.ndarray = sink.thickness * k + share * lower + 0.0 * rise
+        return conductance
 
     def down(self, rise: np.ndarray) -> Both:
         """The flux q (W/m2) through the oxide."""

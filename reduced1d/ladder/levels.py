@@ -164,26 +164,26 @@ def rungs(levels: Levels, start: str = "paper") -> list[Rung]:
     if start.startswith("moments:"):
         return [replace(_FEW, name=start), *(_OF_ROWS["fin"] if levels.sink.spans > 1 else (_PLATE,))]
     names = [rung.name for rung in _ALL]
-    found = _ALL[names.index(start) :]
+    models = _ALL[names.index(start) :]
     if levels.sink.spans > 1:
-        found = [own for rung in found for own in _OF_ROWS.get(rung.name, (rung,))]
+        models = [step for rung in models for step in _OF_ROWS.get(rung.name, (rung,))]
     if levels.sink.electrodes == "beam-end":
-        found = [rung for rung in found if rung.name != _WITHOUT_CIRCUIT]
+        models = [rung for rung in models if rung.name != _WITHOUT_CIRCUIT]
     if start in ladder.CONSTANT:
         # These have none of it, the models that stand on the plate do: it comes after all the rest.
-        last, missing = found.pop(), _missing(levels.sink, start)
-        found = [replace(rung, without=missing) for rung in found]
-        found += [replace(_MISSING[key], name=last.name, without=missing[n:]) for n, key in enumerate(missing)]
-        found.append(last)
-    return found
+        last, missing = models.pop(), _missing(levels.sink, start)
+        models = [replace(rung, without=missing) for rung in models]
+        models += [replace(_MISSING[key], name=last.name, without=missing[n:]) for n, key in enumerate(missing)]
+        models.append(last)
+    return models
 
 
 def _missing(sink: Sink, start: str) -> tuple[str, ...]:
-    """Of `_MISSING` what the sink has and the first model has not, which takes numbers; only the paper's is without
-    contacts and substrate, too."""
+    """The keys of `_MISSING` that the sink has and the first model leaves out: radiation and laws of the temperature,
+    of the paper's model contacts and substrate too."""
     other = [k for k in ("contact_resistance", "substrate_thickness") if getattr(sink, k) is not None]
-    found = [*(other if start == "paper" else ()), *(["emissivity"] if sink.emissivity else [])]
-    return (*found, *(key for key in ladder.LAWS if key in (*sink.silicon.follows, *sink.oxide.follows)))
+    keys = [*(other if start == "paper" else ()), *(["emissivity"] if sink.emissivity else [])]
+    return (*keys, *(key for key in ladder.LAWS if key in (*sink.silicon.follows, *sink.oxide.follows)))
 
 
 def solve(levels: Levels, rung: Rung, steady_only: bool, times: np.ndarray | None) -> Result:
@@ -258,7 +258,7 @@ _OF_ROWS: dict[str, tuple[Rung, ...]] = {
 
 AT_FAULT = {
     rung.blame: rung.at_fault
-    for rung in (*_ALL, _FEW, *_MISSING.values(), *(own for of in _OF_ROWS.values() for own in of))
+    for rung in (*_ALL, _FEW, *_MISSING.values(), *(step for steps in _OF_ROWS.values() for step in steps))
 }
 """What is at fault, by its ``blame``."""
 

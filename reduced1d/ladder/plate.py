@@ -158,8 +158,8 @@ def gap_film(sink: Sink) -> float:
         return sink.gap_coefficient
     plate, beam = (sink.substrate_length, sink.substrate_width), (sink.length, sink.width)
     middle = plate[0] / 2, plate[1] / 2
-    own = plate_resistance((*plate, sink.substrate_thickness), beam, middle, sink.substrate.thermal_conductivity)
-    return 1 / (1 / sink.gap_coefficient + math.prod(beam) * own)
+    spreading = plate_resistance((*plate, sink.substrate_thickness), beam, middle, sink.substrate.thermal_conductivity)
+    return 1 / (1 / sink.gap_coefficient + math.prod(beam) * spreading)
 
 
 def assemble(sink: Sink, grading: Grading) -> Plate:
@@ -175,7 +175,7 @@ def assemble(sink: Sink, grading: Grading) -> Plate:
     given, sink = sink, sink.plain
     part = quarter(sink, grading)
     basis = Basis(part.mesh, ElementQuad2(), intorder=4)
-    beam, pads, above = (basis.with_elements(np.flatnonzero(of)) for of in part[1:])
+    beam, pads, above = (basis.with_elements(np.flatnonzero(mask)) for mask in part[1:])
     silicon, oxide, t = sink.silicon, sink.oxide, sink.thickness
     h_air, h_gas, third = sink.convection_coefficient, gap_film(sink), sink.oxide_thickness * stored(sink)
     stiffness = BilinearForm(lambda u, v, w: dot(grad(u), grad(v)))
@@ -349,10 +349,10 @@ def _lines(
             merged[-1] = (previous, min((v for v in (first, other) if v is not None), default=None))
         else:
             merged.append((at, first))
-    found = [merged[0][0]]
+    coordinates = [merged[0][0]]
     for (a, at_a), (b, at_b) in pairwise(merged):
-        found += [*_between(a, b, at_a, at_b, grows_at((a + b) / 2)), b]
-    return np.array(found)
+        coordinates += [*_between(a, b, at_a, at_b, grows_at((a + b) / 2)), b]
+    return np.array(coordinates)
 
 
 def _between(
@@ -360,16 +360,16 @@ def _between(
 ) -> list[float]:  # fmt: skip
     """Cells that grow from each end, the shorter side first, until they meet; one that is not graded follows the
     other, or the growth at the whole distance."""
-    left, right = [a], [b]
+    upward, downward = [a], [b]
     while True:
-        gap = right[-1] - left[-1]
+        gap = downward[-1] - upward[-1]
         following = [
             grows(b - a) if first is None else max(first, grows(abs(side[-1] - side[0])))
-            for first, side in ((at_a, left), (at_b, right))
+            for first, side in ((at_a, upward), (at_b, downward))
         ]
         if min(following) >= 0.6 * gap:
-            return sorted(left[1:] + right[1:])
+            return sorted(upward[1:] + downward[1:])
         if following[0] <= following[1]:
-            left.append(left[-1] + following[0])
+            upward.append(upward[-1] + following[0])
         else:
-            right.append(right[-1] - following[1])
+            downward.append(downward[-1] - following[1])

@@ -28,24 +28,24 @@ def following_of(layer: Layer, of_beam: np.ndarray, of_oxide: np.ndarray, basis:
     points = basis.dx.size
     rows = np.arange(points).reshape(basis.dx.shape)
 
-    def at_points(of: Callable[[Any], np.ndarray]) -> csr_matrix:
-        found = csr_matrix((points, basis.N))
+    def at_points(evaluate: Callable[[Any], np.ndarray]) -> csr_matrix:
+        matrix = csr_matrix((points, basis.N))
         for dofs, (function,) in zip(basis.element_dofs, basis.basis, strict=True):
             columns = np.broadcast_to(dofs[:, None], rows.shape)
-            entries = np.broadcast_to(of(function), rows.shape).ravel(), (rows.ravel(), columns.ravel())
-            found = found + csr_matrix(entries, shape=found.shape)
-        return found
+            entries = np.broadcast_to(evaluate(function), rows.shape).ravel(), (rows.ravel(), columns.ravel())
+            matrix = matrix + csr_matrix(entries, shape=matrix.shape)
+        return matrix
 
     area = COPIES * basis.dx.ravel()
     sides = np.where(of_beam, *narrow_sides(sink))[:, None]
     under = ~of_oxide[:, None] if underside_bare(sink) else 0.0
     bare = COPIES * (basis.dx * (1.0 + under + sides)).ravel()
-    beam, above = (np.repeat(of, basis.dx.shape[1]) for of in (of_beam, of_oxide))
-    own = Points(
+    beam, above = (np.repeat(mask, basis.dx.shape[1]) for mask in (of_beam, of_oxide))
+    quadrature = Points(
         at_points(np.asarray), tuple(at_points(partial(_slope, axis)) for axis in range(2)),
         area, area * above, 1.0 * above, area * ~above, bare, area, area * above, heat * area * beam, beam,
     )  # fmt: skip
-    return Following(layer, (own,), basis.N, open=(own,))
+    return Following(layer, (quadrature,), basis.N, open=(quadrature,))
 
 
 def narrow_sides(sink: Sink) -> tuple[float, float]:
@@ -62,5 +62,5 @@ def underside_bare(sink: Sink) -> bool:
 
 
 def _slope(axis: int, function: Any) -> np.ndarray:
-    found: np.ndarray = function.grad[axis]
-    return found
+    slope: np.ndarray = function.grad[axis]
+    return slope

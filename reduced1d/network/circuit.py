@@ -33,15 +33,15 @@ class Circuit:
     """m branches with h halves on n unknowns, of which ``free`` (n, f) and ``fixed`` (n, inputs) make all: u = free v +
     fixed x.
 
-    ``across`` (m, n) and ``given`` (m, inputs) are B and N, ``halves`` (h, n) is M, ``of`` (h,) says of which branch,
-    ``line`` (h,) of which line, ``size`` is in 1/m, ``extra`` (m,) in K/W. ``load`` (n, inputs) is what inputs bring
+    ``across`` (m, n) and ``given`` (m, inputs) are B and N, ``halves`` (h, n) is M, ``branch`` and ``line`` (h,) say of
+    which branch and of which line, ``size`` is in 1/m, ``extra`` (m,) in K/W. ``load`` (n, inputs) is what inputs bring
     directly. ``rows`` says which branches are those of ("line", number), ("joint", number) or ("condition", number).
     """
 
     across: sp.csr_matrix
     given: sp.csr_matrix
     halves: sp.csr_matrix
-    of: np.ndarray
+    branch: np.ndarray
     line: np.ndarray
     size: np.ndarray
     extra: np.ndarray
@@ -59,8 +59,8 @@ class Circuit:
     @cached_property
     def summed(self) -> sp.csr_matrix:
         """(m, h): the sum of each branch's halves."""
-        ones = np.ones(len(self.of))
-        return sp.csr_matrix((ones, (self.of, np.arange(len(self.of)))), shape=(len(self.extra), len(self.of)))
+        h = len(self.branch)
+        return sp.csr_matrix((np.ones(h), (self.branch, np.arange(h))), shape=(len(self.extra), h))
 
     def matrix(self, conductance: np.ndarray) -> sp.csr_matrix:
         """(n, n): B^T conductance B."""
@@ -101,7 +101,7 @@ class Builder:
         self.across: list[sp.csr_matrix] = []
         self.given: list[sp.csr_matrix] = []
         self.halves: list[sp.csr_matrix] = []
-        self.of: list[np.ndarray] = []
+        self.branch: list[np.ndarray] = []
         self.line: list[np.ndarray] = []
         self.size: list[np.ndarray] = []
         self.extra: list[np.ndarray] = []
@@ -132,7 +132,7 @@ class Builder:
         self.given.append(sp.csr_matrix(column))
         for line, values, size in halves:
             self.halves.append(values)
-            self.of.append(self.count + np.arange(m))
+            self.branch.append(self.count + np.arange(m))
             self.line.append(np.full(m, line))
             self.size.append(size)
         self.extra.append(extra)
@@ -245,8 +245,8 @@ class Builder:
         fixed = sp.csr_matrix((np.ones(len(kept)), (kept, at[kept])), shape=(n, self.inputs))
         return Circuit(
             sp.vstack(self.across, "csr"), sp.vstack(self.given, "csr"), sp.vstack(self.halves, "csr"),
-            np.concatenate(self.of), np.concatenate(self.line), np.concatenate(self.size), np.concatenate(self.extra),
-            free, fixed, self.load.tocsr(), self.rows,
+            np.concatenate(self.branch), np.concatenate(self.line), np.concatenate(self.size),
+            np.concatenate(self.extra), free, fixed, self.load.tocsr(), self.rows,
         )  # fmt: skip
 
     def _line_of(self, dof: int) -> str:

@@ -178,7 +178,7 @@ class _Projection:
     def _halved(self, i: int, j: int) -> tuple[np.ndarray, np.ndarray]:
         """(h,) twice: what two patterns make in each half, cold, and per kelvin of it (W)."""
         circuit, law = self._circuit, self.model.law
-        product = self.patterns[i][circuit.of] * self.patterns[j][circuit.of] * circuit.size
+        product = self.patterns[i][circuit.branch] * self.patterns[j][circuit.branch] * circuit.size
         return product * law[0], product * law[1]
 
     def _fields(self) -> np.ndarray:
@@ -279,7 +279,7 @@ class _Projection:
             inner = factor(circuit.free.T @ circuit.matrix(1 / resistance) @ circuit.free).solve(circuit.free.T @ row)
             drawn = (circuit.free_across @ inner) / resistance
             for i in range(m):
-                product = (drawn * self.patterns[i][: len(drawn)])[circuit.of] * circuit.size
+                product = (drawn * self.patterns[i][: len(drawn)])[circuit.branch] * circuit.size
                 u[i] = (product * model.law[1]) @ (circuit.halves @ self.rise)
                 u[i, 0] += float(product @ model.law[0])
             lifted = drawn @ (circuit.given - circuit.across @ circuit.fixed) + row @ circuit.fixed

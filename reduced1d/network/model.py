@@ -199,7 +199,7 @@ class Model:
         """(n,) or (n, any): the Joule heat as a load (W), of the halves' resistances and the branches' currents."""
         circuit = self.current
         assert circuit is not None
-        return np.asarray(circuit.halves.T @ (current[circuit.of] ** 2 * halves))
+        return np.asarray(circuit.halves.T @ (current[circuit.branch] ** 2 * halves))
 
 
 def build(layout: Layout, degree: int, shortest: Sequence[float]) -> Model:

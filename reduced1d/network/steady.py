@@ -107,7 +107,7 @@ class _Coupled:
         state = self._state(z, s)
         halves, resistance = m.resistances(state.rise)
         flow = m.currents(resistance, state.potential, state.x)
-        half_flow = flow[current.of]
+        half_flow = flow[current.branch]
         joule = m.joule(halves, flow)
         rest = np.r_[
             heat.free.T @ (m.stiffness @ state.rise - m.entering @ state.x - joule),

@@ -273,9 +273,9 @@ def _run_keys(given: dict[str, Any]) -> dict[str, Any]:
 
 def _material(given: dict[str, Any]) -> m.Material:
     """The material, with a stand-in for what is not given."""
-    found = m.Material(**{**dict.fromkeys(HEAT_KEYS, UNUSED), **given})
-    physics.refuse_both(f"material {quoted(found.name)}", found)
-    return found
+    material = m.Material(**{**dict.fromkeys(HEAT_KEYS, UNUSED), **given})
+    physics.refuse_both(f"material {quoted(material.name)}", material)
+    return material
 
 
 def _box(item: Item, materials: dict[str, m.Material]) -> m.Box:
@@ -312,7 +312,7 @@ def _condition(item: Item) -> dict[str, Any]:
     (kind,) = kinds
     of_film = isinstance(CONDITIONS[kind], ck.Surroundings)
     value, ambient = item.values[kind] if of_film else (item.values[kind], 293.0)
-    found = {"kind": kind, "value": value, "ambient": ambient}
+    condition = {"kind": kind, "value": value, "ambient": ambient}
     series = item.values.get("series_resistance")
     if series is not None and kind != "voltage":
         raise SceneError(
@@ -320,24 +320,24 @@ def _condition(item: Item) -> dict[str, Any]:
             "leave it out"
         )
     if kind == "current":
-        found |= {"kind": "voltage", "series_resistance": math.inf}
+        condition |= {"kind": "voltage", "series_resistance": math.inf}
     elif series:
-        found["series_resistance"] = series
+        condition["series_resistance"] = series
     given = item.values.get("contact_resistance")
-    return found if given is None else found | _behind(item.label, kind, value, given)
+    return condition if given is None else condition | _behind(item.label, kind, value, given)
 
 
 def _behind(label: str, kind: str, value: m.Value, given: ck.Resistance) -> dict[str, Any]:
     """What a contact resistance makes of the temperature or the voltage beside it: of the former a film of its inverse
     towards that."""
     path, resistance = f"{label}.contact_resistance = {given.value:g}", given.value
-    own = {"temperature": d.THERMAL_CONTACT, "voltage": d.ELECTRICAL_CONTACT}.get(kind)
-    if own is None:
+    dimension = {"temperature": d.THERMAL_CONTACT, "voltage": d.ELECTRICAL_CONTACT}.get(kind)
+    if dimension is None:
         raise SceneError(f"{path} stands beside a {kind}: give it beside a temperature or a voltage, or leave it out")
-    if given.dimension not in (None, own):
+    if given.dimension not in (None, dimension):
         raise SceneError(
-            f"{path} {given.dimension.unit} is {given.dimension.name} beside a {kind}: give {own.name} such as "
-            f'"{own.example}"'
+            f"{path} {given.dimension.unit} is {given.dimension.name} beside a {kind}: give {dimension.name} such as "
+            f'"{dimension.example}"'
         )
     if not resistance:
         return {}

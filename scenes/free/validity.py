@@ -233,16 +233,16 @@ def _check_flow(grid: Grid, probe: Probe) -> None:
     if not wanted.any():
         _refuse_insulated(probe, "a current")
     if electric:
-        own = grid.sheet(probe, grid.fixed.astype(int))
-        if own is None or not ((own.below > 0) | (own.above > 0)).any():
+        face_sheet = grid.sheet(probe, grid.fixed.astype(int))
+        if face_sheet is None or not ((face_sheet.below > 0) | (face_sheet.above > 0)).any():
             raise SceneError(f"probe {quoted(probe.name)} {UNFIXED.format('current')}")
     # A sheet through the solid that elsewhere lies on a condition which faces against the axis: the one counts along
     # the axis, the other against it.
     below, above = grid.solid[sheet.below], grid.solid[sheet.above]
     against = sheet.faces[below & ~above & wanted]
     for b in grid.scene.boundaries if (below & above & wanted).any() else ():
-        own = grid.sheet(b)
-        if (b.kind == "voltage") == electric and own is not None and np.isin(against, own.faces).any():
+        face_sheet = grid.sheet(b)
+        if (b.kind == "voltage") == electric and face_sheet is not None and np.isin(against, face_sheet.faces).any():
             raise SceneError(
                 f"probe {quoted(probe.name)} lies partly inside the solid, where it counts along the axis, and partly "
                 f"on boundary {quoted(b.name)}, where it counts into the solid: give one probe for each"
@@ -255,12 +255,12 @@ def _refuse_infinite(grid: Grid, probe: Probe, sheet: Sheet) -> None:
     """Where two fixed temperatures meet at an edge, heat flows like one over the distance: without bound through one of
     them, or through a section that ends there; what passes both together is finite."""
     through = sheet.edges(sheet.beside(grid.solid))
-    found: list[tuple[Boundary, tuple[np.ndarray, np.ndarray]]] = []
+    earlier: list[tuple[Boundary, tuple[np.ndarray, np.ndarray]]] = []
     for a in (b for b in grid.scene.boundaries if b.kind == "temperature"):
-        own = grid.sheet(a)
-        assert own is not None
-        of_a = own.edges(grid.acting(own, a.kind))
-        for b, of_b in found:
+        face_sheet = grid.sheet(a)
+        assert face_sheet is not None
+        of_a = face_sheet.edges(grid.acting(face_sheet, a.kind))
+        for b, of_b in earlier:
             if a.value == b.value:
                 continue
             meet = np.intersect1d(np.intersect1d(of_a[0], of_b[0]), through[0])
@@ -271,7 +271,7 @@ def _refuse_infinite(grid: Grid, probe: Probe, sheet: Sheet) -> None:
                     f"{quoted(a.name)} meet with different temperatures, where infinite heat flows: leave a gap "
                     "between them, or give corners short of that edge, or such that cover both"
                 )
-        found.append((a, of_a))
+        earlier.append((a, of_a))
 
 
 def _check_parts(grid: Grid) -> None:

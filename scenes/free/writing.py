@@ -19,57 +19,57 @@ def as_dict(scene: m.AnyScene) -> dict[str, Any]:
     if scene.output_times and not scene.steady:
         run["output_times"] = list(scene.output_times)
     needed = physics.needed(scene)
-    found: dict[str, Any] = {"scene": {"name": scene.name, "initial_temperature": scene.initial_temperature}}
+    document: dict[str, Any] = {"scene": {"name": scene.name, "initial_temperature": scene.initial_temperature}}
     if scene.parameters is not None:
-        found["parameters"] = dict(scene.parameters.values)
+        document["parameters"] = dict(scene.parameters.values)
     if isinstance(scene, m.MeshScene):
-        found["mesh"] = {"file": scene.file, "unit": scene.unit}
-        found["material"] = [_of_material(b.material, needed) | {"groups": list(b.groups)} for b in scene.bodies]
-        found["source"] = [
+        document["mesh"] = {"file": scene.file, "unit": scene.unit}
+        document["material"] = [_of_material(b.material, needed) | {"groups": list(b.groups)} for b in scene.bodies]
+        document["source"] = [
             {"name": s.name, "group": s.group, "heat_source": HEAT_SOURCE.write(s.heat_source)} for s in scene.sources
         ]
     else:
         materials = {box.material.name: box.material for box in scene.boxes}
-        found["material"] = [_of_material(each, needed) for each in materials.values()]
-        found["box"] = [
+        document["material"] = [_of_material(each, needed) for each in materials.values()]
+        document["box"] = [
             {"name": box.name, "material": box.material.name, **_where(box)}
             | ({} if m.is_zero(box.heat_source) else {"heat_source": HEAT_SOURCE.write(box.heat_source)})
             for box in scene.boxes
         ]
-    found["boundary"] = [{"name": b.name, **_where(b)} | _of_condition(b) for b in scene.boundaries]
-    found["probe"] = [
+    document["boundary"] = [{"name": b.name, **_where(b)} | _of_condition(b) for b in scene.boundaries]
+    document["probe"] = [
         {"name": p.name, "quantity": p.quantity, **_where(p)}
         | ({} if p.quantity in TOTALS else {"reduce": p.reduce})
         | ({"box": box} if (box := getattr(p, "box", "")) else {})
         for p in scene.probes
     ]
     if contacts := getattr(scene, "contacts", ()):
-        found["contact"] = [
+        document["contact"] = [
             {"name": c.name, "between": list(c.between)}
             | {key: v for key in RESISTANCES if (v := getattr(c, key)) or c.perfect}
             for c in contacts
         ]
     if isinstance(scene, m.Scene) and scene.mesh:
         run["mesh"] = scene.mesh
-    found |= {"run": {**run, "accuracy": scene.accuracy}}
+    document |= {"run": {**run, "accuracy": scene.accuracy}}
     if scene.model is not None:
-        own = scene.model
-        listed = {"file": own.file, "parameters": dict(own.parameters), "outputs": dict(own.outputs)}
-        found["model"] = {key: value for key, value in listed.items() if value}
+        model = scene.model
+        listed = {"file": model.file, "parameters": dict(model.parameters), "outputs": dict(model.outputs)}
+        document["model"] = {key: value for key, value in listed.items() if value}
     checks: dict[str, Any] = {"tolerances": dict(scene.tolerances)} if scene.tolerances else {}
     if scene.expected_to_differ is not None:
         checks["expect_differs"] = list(scene.expected_to_differ)
-    return found | ({"checks": checks} if checks else {})
+    return document | ({"checks": checks} if checks else {})
 
 
 def _of_material(material: m.Material, needed: tuple[str, ...]) -> dict[str, Any]:
-    found: dict[str, Any] = {"name": material.name}
+    table: dict[str, Any] = {"name": material.name}
     kinds = LISTS["material"]
-    found |= {key: kinds[key].write(v) for key in HEAT_KEYS if (v := getattr(material, key)) != UNUSED or key in needed}
-    found["resistivity"] = RESISTIVITY.write(material.resistivity)
+    table |= {key: kinds[key].write(v) for key in HEAT_KEYS if (v := getattr(material, key)) != UNUSED or key in needed}
+    table["resistivity"] = RESISTIVITY.write(material.resistivity)
     if laws.is_plain(material.resistivity) and material.resistivity is not None:
-        found |= {key: getattr(material, key) for key in ("temperature_coefficient", "reference_temperature")}
-    return found if material.valid_to is None else found | {"valid_to": material.valid_to}
+        table |= {key: getattr(material, key) for key in ("temperature_coefficient", "reference_temperature")}
+    return table if material.valid_to is None else table | {"valid_to": material.valid_to}
 
 
 def _of_condition(b: m.Boundary | m.GroupBoundary) -> dict[str, Any]:

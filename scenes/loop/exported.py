@@ -142,8 +142,8 @@ class _Judge:
             inputs[f"{film}.voltage"] = {"value": value, "rest": 0.0, "step": step, "range": [min(given), max(given)]}
         outer = [external.initial_temperature, external.final_temperature]
         step = max((t - room for t in outer), key=abs) or 1.0
-        own: Any = {"times": [external.step_time] * 2, "values": outer}
-        for name, value, change in (("outside", own, step), ("substrate", room, abs(step))):
+        schedule: Any = {"times": [external.step_time] * 2, "values": outer}
+        for name, value, change in (("outside", schedule, step), ("substrate", room, abs(step))):
             given = (room, room + change, *(outer if name == "outside" else ()))
             inputs[f"{name}.temperature"] = {
                 "value": value,

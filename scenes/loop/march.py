@@ -109,12 +109,12 @@ class _Places:
         counts = [r.modal.responses for r in resolutions]
         flows = [len(r.modal.flux) for r in resolutions]
         sizes = [m * (r.nodes + 1) + k for m, k, r in zip(counts, flows, resolutions, strict=True)]
-        self.of = _slices(sizes)
-        self.starts = np.array([[at.start, at.start + 1] for at in self.of])
-        self.flows = np.array([np.arange(at.stop - k, at.stop) for at, k in zip(self.of, flows, strict=True)])
+        self.slices = _slices(sizes)
+        self.starts = np.array([[at.start, at.start + 1] for at in self.slices])
+        self.flows = np.array([np.arange(at.stop - k, at.stop) for at, k in zip(self.slices, flows, strict=True)])
         film, mean, departs, conductance, change, unit, still, feed = [], [], [], [], [], [], [], []
         both: list[list[int]] = [[], []]
-        for at, m, k, r in zip(self.of, counts, flows, resolutions, strict=True):
+        for at, m, k, r in zip(self.slices, counts, flows, resolutions, strict=True):
             modal, q = r.modal, r.nodes
             response = np.r_[np.arange(m), np.repeat(np.arange(m), q), np.zeros(k, int)]
             node = np.r_[np.zeros(m, int), np.tile(np.arange(1, q + 1), m)]
@@ -193,7 +193,7 @@ def march(
     stepped, outer, outer_time, stopped = np.zeros(n), 0.0, 0.0, False
     if start == "settled":
         settled = [state_of(r.modal, device, device.external.initial_temperature) for r in resolutions]
-        for r, part, state, places in zip(resolutions, modal, settled, at.of, strict=True):
+        for r, part, state, places in zip(resolutions, modal, settled, at.slices, strict=True):
             heat, m = r.modal.heat(state.power, state.rise), r.modal.responses
             b[part.start : part.start + r.modal.count] = heat @ r.modal.shape / r.modal.rates
             powers[places.start + m : places.start + m * (r.nodes + 1)] = np.repeat(heat, r.nodes)

@@ -55,7 +55,7 @@ class Subject:
     current's values that they count the other way round. Where several keys end alike, that of the ``main`` section
     is meant."""
 
-    of: Quantities
+    quantities: Quantities
     kinds: Mapping[str, Quantity]
     values: Callable[[str], float | None]
     called: str
@@ -69,13 +69,13 @@ class Subject:
     @property
     def names(self) -> dict[str, str]:
         """The quantities by what a user calls them."""
-        return self.of.names
+        return self.quantities.names
 
 
 def match(column: Column, meaning: Meaning | None, subject: Subject, spice: bool, start: float | None) -> Match | str:
     """The quantity that a column is, or why it is none; SceneError where it can't be what it is said to be. ``start``
     is its first value where the file has the run's start, which tells what a temperature without a unit is in."""
-    catalogue, unit = subject.of, unit_of((meaning.unit if meaning else "") or column.unit)
+    catalogue, unit = subject.quantities, unit_of((meaning.unit if meaning else "") or column.unit)
     if meaning is None and "reduced1d" in column.name.lower():
         return "is of a 1D model"
     if unit is None:
@@ -98,7 +98,7 @@ def match(column: Column, meaning: Meaning | None, subject: Subject, spice: bool
             values, note = -values, "sign turned to that of the voltage"
         return Match(key, column.name, values, note)
     # A rise in degrees Celsius is one in kelvins.
-    rise = is_rise(column.name, meaning) and subject.of.word(key) != column.name
+    rise = is_rise(column.name, meaning) and subject.quantities.word(key) != column.name
     matched = temperature(catalogue, key, column, values - (273.15 if rise and unit.celsius else 0.0), rise, note)
     if volts:
         matched = replace(matched, note=", ".join(filter(None, (matched.note, "volts taken for kelvins"))))
@@ -115,7 +115,7 @@ def refusal(table: Table, reasons: dict[str, str], subject: Subject) -> str:
     """Why no column of a table is a quantity."""
     names = list(subject.names)
     if table.unnamed:
-        said = f'--column "{names[0]} ({subject.of.units[subject.names[names[0]]]})=2"'
+        said = f'--column "{names[0]} ({subject.quantities.units[subject.names[names[0]]]})=2"'
         clock = "" if table.spice else '--column "time (s)=1" '
         return (
             f"its columns have no names: say what they are by their numbers, such as {clock}{said}, or put a row of "
@@ -125,14 +125,14 @@ def refusal(table: Table, reasons: dict[str, str], subject: Subject) -> str:
     listed = "; ".join(f"{quoted(name)} {reasons.get(name, 'is the time')}" for name in list(named)[:8])
     return (
         f"none of its columns is {subject.called}: {listed}; name them {subject.example}, or say which they are: "
-        f'--column "{names[0]} ({subject.of.units[subject.names[names[0]]]})=NAME"'
+        f'--column "{names[0]} ({subject.quantities.units[subject.names[names[0]]]})=NAME"'
     )
 
 
 def _refused(subject: Subject, meaning: Meaning | None, column: Column, why: str) -> str:
     if meaning is None:
         return why
-    raise SceneError(f"--column: {quoted(column.name)} can't be the {subject.of.word(meaning.what)}: it {why}")
+    raise SceneError(f"--column: {quoted(column.name)} can't be the {subject.quantities.word(meaning.what)}: it {why}")
 
 
 def temperature(catalogue: Quantities, key: str, column: Column, values: np.ndarray, rise: bool, note: str) -> Match:

@@ -42,9 +42,9 @@ def read(path: Path, scene: Any, columns: Sequence[str] = (), uncertainty: Seque
     they are known to, as `--data-uncertainty` does. SceneError where there are none that the scene has, saying what was
     found, and where it can't be told which of several is meant."""
     subject, shown = subject_of(scene), quoted(path)
-    if not subject.of.units:
+    if not subject.quantities.units:
         raise SceneError(f"--against {shown}: the scene has no [[probe]] that data could be of: add one")
-    steady = subject.of.steady
+    steady = subject.quantities.steady
     table = _list(path) if steady else _table(path)
     given = runs.meanings(subject, table, columns)
     at_rest = runs.Picked(AT_REST, "", "", table.columns, {}, "") if steady else None
@@ -58,14 +58,14 @@ def read(path: Path, scene: Any, columns: Sequence[str] = (), uncertainty: Seque
         if not filled.size:
             omitted[column.name] = "is empty"
             continue
-        start = float(filled[0]) if picked.time[0] <= _at_the_start(subject.of) else None
+        start = float(filled[0]) if picked.time[0] <= _at_the_start(subject.quantities) else None
         column_match = quantities.match(column, meaning, subject, table.spice, start)
         if isinstance(column_match, str):
             omitted[column.name] = column_match + ("" if table.spice else runs.constant(column))
         elif meaning is None and column_match.key in (other.what for other in given.values()):
             omitted[column.name] = "is not the one that --column names"
         elif column_match.key in kept and given.get(kept[column_match.key].header) is None:
-            name = subject.of.word(column_match.key)
+            name = subject.quantities.word(column_match.key)
             raise SceneError(
                 f"--against {shown}: both {quoted(kept[column_match.key].header)} and {quoted(column.name)} may be the "
                 f'scene\'s {name}: say which, --column {name}="{printable(column.name)}"'
@@ -81,7 +81,7 @@ def read(path: Path, scene: Any, columns: Sequence[str] = (), uncertainty: Seque
         if not np.isfinite(match.values).all():
             raise SceneError(f"--against {shown}: {quoted(match.header)} has values that are not finite numbers")
     if not steady:
-        _check_times(time, subject.of.end, shown)
+        _check_times(time, subject.quantities.end, shown)
     values = {key: m.values for key, m in kept.items()}
     headers = {**({} if steady else {"time_s": picked.clock}), **{key: m.header for key, m in kept.items()}}
     how = {key: note for key, note in (("time_s", picked.how), *((key, m.note) for key, m in kept.items())) if note}
@@ -92,12 +92,12 @@ def read(path: Path, scene: Any, columns: Sequence[str] = (), uncertainty: Seque
     }  # fmt: skip
     data = Data(
         path.name, table.kind, time, values, headers, how, (*table.notes, *notes), omitted, picked.run, others=others,
-        words=subject.of.words,
+        words=subject.quantities.words,
     )  # fmt: skip
     data = replace(data, u=data_uncertainty(scene, data, uncertainty))
     if steady:
         return data
-    return replace(data, warnings=(*_spans(time, subject.of.end), *_starts(data, subject, shown)))
+    return replace(data, warnings=(*_spans(time, subject.quantities.end), *_starts(data, subject, shown)))
 
 
 def _list(path: Path) -> Table:
@@ -190,7 +190,7 @@ def _spans(time: np.ndarray, end: float) -> tuple[str, ...]:
 def _starts(data: Data, subject: Subject, shown: str) -> tuple[str, ...]:
     """What to say of traces that don't start at the scene's initial temperature, as far as the file has its start, by
     more than they are known to."""
-    catalogue = subject.of
+    catalogue = subject.quantities
     if data.time[0] > _at_the_start(catalogue):
         return ()
     said, initial = [], "room" if subject.initial == "room_temperature" else "initial"

@@ -22,7 +22,7 @@ _validate() {
   case "${COMP_WORDS[1]}:$prev" in
 @after    *)
       case "${COMP_WORDS[1]}" in
-@own      esac ;;
+@cases      esac ;;
   esac
   COMPREPLY=($(compgen -W "$words" -- "$cur"))
   case "${COMPREPLY[0]}" in *=) type compopt > /dev/null 2>&1 && compopt -o nospace ;; esac

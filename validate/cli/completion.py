@@ -52,14 +52,14 @@ def keys(source: str) -> list[str]:
     if kind:
         return list(kind.schema.paths)
     schema = schema_of(given)
-    found = [*schema.paths, *(f"parameters.{name}" for name in given.get("parameters", ()))]
+    paths = [*schema.paths, *(f"parameters.{name}" for name in given.get("parameters", ()))]
     for table, allowed in schema.lists.items():
         for number, item in enumerate(given.get(table, ()), 1):
-            for key, of in allowed.items():
-                ends = ("x", "y", "z") if isinstance(of, Place) else of.names if isinstance(of, Surroundings) else ()
+            for key, form in allowed.items():
+                ends = "xyz" if isinstance(form, Place) else form.names if isinstance(form, Surroundings) else ()
                 name = f"{table}.{label_of(table, number, item)[0]}.{key}"
-                found += [f"{name}.{end}" for end in ends] or [name] * (key != "name")
-    return found
+                paths += [f"{name}.{end}" for end in ends] or [name] * (key != "name")
+    return paths
 
 
 def script(shell: str) -> str:
@@ -108,7 +108,7 @@ def _words(command: str) -> tuple[list[str], list[_Option]]:
 
 
 def _bash() -> str:
-    after = own = ""
+    after = cases = ""
     for command in COMMANDS:
         words, options = _words(command)
         for option in options:
@@ -117,10 +117,10 @@ def _bash() -> str:
         plain = [f"{command}:{option.name}" for option in options if option.takes_value and not option.words]
         if plain:
             after += f"    {'|'.join(plain)}) ;;\n"
-        own += f'        {command}) words="{" ".join([*words, *(option.name for option in options)])}" ;;\n'
+        cases += f'        {command}) words="{" ".join([*words, *(option.name for option in options)])}" ;;\n'
     text = Path(__file__).with_suffix(".bash").read_text(encoding="utf-8").rstrip("\n")
     marks = {
-        "commands": " ".join(COMMANDS), "after": after, "own": own, "examples": "|".join(examples()),
+        "commands": " ".join(COMMANDS), "after": after, "cases": cases, "examples": "|".join(examples()),
         "of_a_scene": OF_A_SCENE.replace(" ", "|"),
     }  # fmt: skip
     return re.sub("@(" + "|".join(marks) + ")", lambda mark: marks[mark[1]], text)

@@ -136,7 +136,7 @@ class LeftOut:
     quantity; why others were not made (``skipped``); the ``sentence`` of what decides; what quantities are
     ``called``."""
 
-    found: dict[str, Found]
+    effects: dict[str, Found]
     together: Found | None
     sum: dict[str, float]
     skipped: dict[str, str]
@@ -149,7 +149,7 @@ class LeftOut:
             return {"assumed": each.assumed, "source": each.source, **changes}
 
         whole = {} if self.together is None else {TOGETHER: self.together}
-        return {name: one(each) for name, each in (self.found | whole).items()}
+        return {name: one(each) for name, each in (self.effects | whole).items()}
 
 
 @dataclass(frozen=True)

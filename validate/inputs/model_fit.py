@@ -36,12 +36,12 @@ def fitted(
         )
 
     def answers(values: Mapping[str, float], times: np.ndarray) -> dict[str, np.ndarray]:
-        asked = of_scene(with_(values))
+        question = of_scene(with_(values))
         if np.isinf(times[-1]):
-            return {n: np.atleast_1d(float(v)) for n, v in model.steady(asked)[0].items()}
+            return {n: np.atleast_1d(float(v)) for n, v in model.steady(question)[0].items()}
         # A model over time is run up to the last time, which is that of the run.
         every = np.union1d(times, scene.end_time)
-        courses = {n: np.asarray(v, float) for n, v in model.over_time(asked, every)[0].items()}
+        courses = {n: np.asarray(v, float) for n, v in model.over_time(question, every)[0].items()}
         for name, course in courses.items():
             if course.shape != every.shape:
                 raise SceneError(f"--model {model.name}: {quoted(name)} over time is not one number for each time")

@@ -85,7 +85,7 @@ def _at(key: str, document: Any) -> Any:
 
 
 def solve(
-    model: Model, asked: Asked, fem3d: Result, accuracy: float, steady: bool, say: Callable[[str], None]
+    model: Model, question: Asked, fem3d: Result, accuracy: float, steady: bool, say: Callable[[str], None]
 ) -> Result:
     """The model's own result: its steady state where 3D has one (``steady``), and its traces over the time of 3D's, at
     so many times that straight lines between them hold a part of the ``accuracy``; 0: at those of 3D.
@@ -96,30 +96,30 @@ def solve(
     say(f"asking {model.name}")
     estimates: dict[str, Estimate] = {}
     traces = None
-    if steady and asked.steady:
-        answer, errors = _checked(model, model.steady(asked), asked.steady, None)
+    if steady and question.steady:
+        answer, errors = _checked(model, model.steady(question), question.steady, None)
         estimates = {name: Estimate(float(value), errors.get(name, 0.0)) for name, value in answer.items()}
     if fem3d.traces is not None:
-        traces = (_over_time if accuracy else _at_its_times)(model, asked, fem3d.traces, accuracy)
+        traces = (_over_time if accuracy else _at_its_times)(model, question, fem3d.traces, accuracy)
     if not estimates and (traces is None or not traces.values):
-        wanted = [*asked.steady] if steady else [*asked.over_time]
+        wanted = [*question.steady] if steady else [*question.over_time]
         raise SceneError(f"--model {model.name} says nothing of {listed(wanted)}: give at least one of them")
-    names = {*(asked.steady if steady else ()), *(asked.over_time if traces else ())}
-    silent = [n for n in dict.fromkeys([*asked.steady, *asked.over_time]) if n in names and n not in estimates]
+    names = {*(question.steady if steady else ()), *(question.over_time if traces else ())}
+    silent = [n for n in dict.fromkeys([*question.steady, *question.over_time]) if n in names and n not in estimates]
     silent = [n for n in silent if traces is None or n not in traces.values]
     return Result(model.name, estimates, traces, {"silent": silent})
 
 
-def _at_its_times(model: Model, asked: Asked, three: Traces, _: float) -> Traces:
+def _at_its_times(model: Model, question: Asked, three: Traces, _: float) -> Traces:
     """The model's traces at the times of 3D's."""
-    values, errors = _checked(model, model.over_time(asked, three.time), asked.over_time, three.time)
+    values, errors = _checked(model, model.over_time(question, three.time), question.over_time, three.time)
     return Traces(three.time, values, {name: errors.get(name, 0.0) for name in values})
 
 
-def _over_time(model: Model, asked: Asked, three: Traces, accuracy: float) -> Traces:
+def _over_time(model: Model, question: Asked, three: Traces, accuracy: float) -> Traces:
     """The model's traces at the times of 3D's, its own rows, and wherever it bends between them."""
     once, instead = _ascending(three.time)
-    rows = model.rows(asked)
+    rows = model.rows(question)
     times = np.union1d(once, rows[(rows > once[0]) & (rows < once[-1])])
     values: dict[str, np.ndarray] = {}
     errors: Mapping[str, float] = {}
@@ -127,7 +127,7 @@ def _over_time(model: Model, asked: Asked, three: Traces, accuracy: float) -> Tr
         wide = np.diff(times) > SHORT * times[-1]
         middle = ((times[1:] + times[:-1]) / 2)[wide]
         every = np.union1d(times, middle)
-        values, errors = _checked(model, model.over_time(asked, every), asked.over_time, every)
+        values, errors = _checked(model, model.over_time(question, every), question.over_time, every)
         wanted = np.zeros(len(every), bool)
         for name, course in values.items():
             least = accuracy * BENDS * max(float(np.ptp(course)), float(np.ptp(three.values[name])))

@@ -41,11 +41,11 @@ class Fmu:
     readable: tuple[str, ...]
     _known: dict[object, list[dict[str, np.ndarray]]] = field(default_factory=dict)
 
-    def rows(self, asked: Asked) -> np.ndarray:
+    def rows(self, question: Asked) -> np.ndarray:
         return np.empty(0)
 
-    def steady(self, asked: Asked) -> Answer:
-        runs = self._runs_of(asked, asked.steady, [[horizon, STEPS[0]] for horizon in HORIZONS], rest=True)
+    def steady(self, question: Asked) -> Answer:
+        runs = self._runs_of(question, question.steady, [[horizon, STEPS[0]] for horizon in HORIZONS], rest=True)
         before, now = ({name: float(values[-1]) for name, values in run.items() if name != "time"} for run in runs[-2:])
         if not _rests(before, now):
             raise SceneError(
@@ -53,30 +53,30 @@ class Fmu:
             )
         return now, {name: abs(now[name] - before[name]) for name in now}
 
-    def over_time(self, asked: Asked, times: np.ndarray) -> Answer:
-        runs = self._runs_of(asked, asked.over_time, [[float(times[-1]), steps] for steps in STEPS])
+    def over_time(self, question: Asked, times: np.ndarray) -> Answer:
+        runs = self._runs_of(question, question.over_time, [[float(times[-1]), steps] for steps in STEPS])
         coarse, fine = ({n: np.interp(times, run["time"], v) for n, v in run.items() if n != "time"} for run in runs)
         return fine, {name: float(np.abs(fine[name] - coarse[name]).max()) for name in fine}
 
     def _runs_of(
-        self, asked: Asked, wanted: Mapping[str, str], runs: list[list[float]], rest: bool = False
+        self, question: Asked, wanted: Mapping[str, str], runs: list[list[float]], rest: bool = False
     ) -> list[dict[str, np.ndarray]]:  # fmt: skip
         """The columns of some runs, each to an end (s) in some steps; with ``rest`` until the outputs rest."""
-        for name in asked.parameters:
+        for name in question.parameters:
             if name not in self.settable:
                 raise SceneError(
                     f"--model {self.name} has no parameter or input {quoted(name)}: it has "
                     f"{listed(self.settable) or 'none'}{did_you_mean(name, self.settable)}"
                 )
-        key = (str(runs), rest, *asked.parameters.items())
+        key = (str(runs), rest, *question.parameters.items())
         if key not in self._known:
-            outputs = {name: variable for name in wanted if (variable := self._variable(name, asked)) is not None}
+            outputs = {name: variable for name in wanted if (variable := self._variable(name, question)) is not None}
             if not outputs:
                 raise SceneError(
                     f"--model {self.name} has no variable called as a probe ({', '.join(wanted)}; signs and blanks as "
                     f'_): it has {listed(self.readable) or "none"}; say which is which, [model.outputs] probe = "name"'
                 )
-            task = {"file": str(self.path), "start": dict(asked.parameters), "outputs": list(outputs.values()),
+            task = {"file": str(self.path), "start": dict(question.parameters), "outputs": list(outputs.values()),
                     "runs": runs, "rest": rest}  # fmt: skip
             named = {"time": "time", **outputs}
             self._known[key] = [
@@ -85,15 +85,15 @@ class Fmu:
             ]
         return self._known[key]
 
-    def _variable(self, name: str, asked: Asked) -> str | None:
-        if name in asked.outputs:
-            if asked.outputs[name] not in self.readable:
-                given = asked.outputs[name]
+    def _variable(self, name: str, question: Asked) -> str | None:
+        if name in question.outputs:
+            if question.outputs[name] not in self.readable:
+                given = question.outputs[name]
                 raise SceneError(
                     f"--model {self.name} has no variable {quoted(given)} for {quoted(name)}: it has "
                     f"{listed(self.readable)}{did_you_mean(given, self.readable)}"
                 )
-            return asked.outputs[name]
+            return question.outputs[name]
         plain = {re.sub(r"\W+", "_", variable).lower(): variable for variable in self.readable}
         return plain.get(re.sub(r"\W+", "_", name).lower())
 

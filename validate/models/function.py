@@ -34,17 +34,17 @@ class Function:
     def __post_init__(self) -> None:
         self.name = self.name or getattr(self.call, "__name__", type(self.call).__name__)
 
-    def rows(self, asked: Asked) -> np.ndarray:
+    def rows(self, question: Asked) -> np.ndarray:
         return np.empty(0)
 
-    def steady(self, asked: Asked) -> Answer:
-        return self._called(asked, None), {}
+    def steady(self, question: Asked) -> Answer:
+        return self._called(question, None), {}
 
-    def over_time(self, asked: Asked, times: np.ndarray) -> Answer:
-        return self._called(asked, times.copy()), {}
+    def over_time(self, question: Asked, times: np.ndarray) -> Answer:
+        return self._called(question, times.copy()), {}
 
-    def _called(self, asked: Asked, times: np.ndarray | None) -> Mapping[str, Any]:
-        document = copy.deepcopy(dict(asked.document))
+    def _called(self, question: Asked, times: np.ndarray | None) -> Mapping[str, Any]:
+        document = copy.deepcopy(dict(question.document))
         when = "in the steady state" if times is None else "over time"
         with _sentences(self.name, self.file, f" when it was asked {when}"):
             answer = self.call(document, times)
@@ -53,7 +53,7 @@ class Function:
         if not isinstance(answer, Mapping):
             raise SceneError(
                 f"--model {self.name} returned {quoted(type(answer).__name__)} {when}: return a dict such as "
-                f"{{{next(iter(asked.steady or asked.over_time), 'probe')!r}: 300.0}}"
+                f"{{{next(iter(question.steady or question.over_time), 'probe')!r}: 300.0}}"
             )
         return answer
 

@@ -24,15 +24,15 @@ class Network:
     name: str = NAME
     smooth: bool = True
 
-    def rows(self, asked: Asked) -> np.ndarray:
+    def rows(self, question: Asked) -> np.ndarray:
         return np.empty(0)
 
-    def steady(self, asked: Asked) -> Answer:
-        estimates = _solved(asked).steady
+    def steady(self, question: Asked) -> Answer:
+        estimates = _solved(question).steady
         return {name: e.value for name, e in estimates.items()}, {name: e.error for name, e in estimates.items()}
 
-    def over_time(self, asked: Asked, times: np.ndarray) -> Answer:
-        traces = _solved(asked, times).over_time
+    def over_time(self, question: Asked, times: np.ndarray) -> Answer:
+        traces = _solved(question, times).over_time
         return traces.values, traces.errors
 
 
@@ -41,10 +41,10 @@ def opened(given: str, folder: str) -> Network:
     return Network()
 
 
-def _solved(asked: Asked, times: np.ndarray | None = None) -> Result:
+def _solved(question: Asked, times: np.ndarray | None = None) -> Result:
     """Of a sink by its quantities, of a scene of boxes by its probes; the steady state, or at ``times`` alone."""
-    if type_of_file(asked.document) is SINK:
+    if type_of_file(question.document) is SINK:
         from reduced1d.network import sink
 
-        return sink.solve(from_parametric(asked.document), times)
-    return solve(from_dict(asked.document, asked.name), times, steady_too=False)
+        return sink.solve(from_parametric(question.document), times)
+    return solve(from_dict(question.document, question.name), times, steady_too=False)

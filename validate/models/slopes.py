@@ -51,8 +51,8 @@ def follow(
     beside the scene."""
 
     def at(key: str, step: float) -> dict[str, np.ndarray]:
-        asked = asking(neighbour(scene, key, step))
-        answer, _ = model.steady(asked) if times is None else model.over_time(asked, times)
+        question = asking(neighbour(scene, key, step))
+        answer, _ = model.steady(question) if times is None else model.over_time(question, times)
         return {name: np.asarray(value, float) for name, value in answer.items()}
 
     followed, smooth = Followed({}, {}), getattr(model, "smooth", False)

@@ -49,44 +49,44 @@ class Netlist:
     from_ic: bool = False
     _runs: dict[object, dict[str, np.ndarray]] = field(default_factory=dict)
 
-    def rows(self, asked: Asked) -> np.ndarray:
+    def rows(self, question: Asked) -> np.ndarray:
         return np.empty(0)
 
-    def steady(self, asked: Asked) -> Answer:
-        vectors = self._run(asked, asked.steady, ".op", _TOLERANCES[-1])
+    def steady(self, question: Asked) -> Answer:
+        vectors = self._run(question, question.steady, ".op", _TOLERANCES[-1])
         return {name: float(values[-1]) for name, values in vectors.items() if name != "time"}, {}
 
-    def over_time(self, asked: Asked, times: np.ndarray) -> Answer:
+    def over_time(self, question: Asked, times: np.ndarray) -> Answer:
         end = float(times[-1])
         courses = []
         for tolerance, steps in zip(_TOLERANCES, _STEPS, strict=True):
             analysis = f".tran {end / steps:.17g} {end:.17g} 0 {end / steps:.17g}{' uic' * self.from_ic}"
-            courses.append(self._run(asked, asked.over_time, analysis, tolerance))
+            courses.append(self._run(question, question.over_time, analysis, tolerance))
         coarse, fine = ({n: np.interp(times, c["time"], v) for n, v in c.items() if n != "time"} for c in courses)
         return fine, {name: float(np.abs(fine[name] - coarse[name]).max()) for name in fine}
 
-    def _run(self, asked: Asked, wanted: object, analysis: str, tolerance: float) -> dict[str, np.ndarray]:
-        key = (analysis, tolerance, *asked.parameters.items())
+    def _run(self, question: Asked, wanted: object, analysis: str, tolerance: float) -> dict[str, np.ndarray]:
+        key = (analysis, tolerance, *question.parameters.items())
         if key not in self._runs:
-            self._runs[key] = self._solved(asked, dict.fromkeys(wanted), analysis, tolerance)  # type: ignore[call-overload]
+            self._runs[key] = self._solved(question, dict.fromkeys(wanted), analysis, tolerance)  # type: ignore[call-overload]
         return self._runs[key]
 
     def _solved(
-        self, asked: Asked, wanted: dict[str, None], analysis: str, tolerance: float
+        self, question: Asked, wanted: dict[str, None], analysis: str, tolerance: float
     ) -> dict[str, np.ndarray]:  # fmt: skip
         """The quantities that the netlist has, by name, with the "time" of a transient."""
         known = {
             name.lower() for line in self.lines if line.lower().startswith(".param") for name in _PARAM.findall(line)
         }
         lines = list(self.lines)
-        for name, value in asked.parameters.items():
+        for name, value in question.parameters.items():
             if name.lower() not in known:
                 listed = f"it has {', '.join(sorted(known))}" if known else "it has none"
                 raise SceneError(
                     f"--model {self.name} has no .param {quoted(name)}: {listed}{did_you_mean(name, known)}"
                 )
             lines.append(f".param {name}={value:.17g}")
-        for n, expression in enumerate(asked.outputs.get(name, "") for name in wanted):
+        for n, expression in enumerate(question.outputs.get(name, "") for name in wanted):
             lines += [f"Bmodel_output_{n} model_output_{n} 0 V={_circuit(self.name, expression)}"] * bool(expression)
         options = f".options reltol={tolerance:g} abstol={tolerance * 1e-9:g} vntol={tolerance * 1e-3:g}"
         text = "\n".join(["a model", *lines, options, analysis, ".end", ""])
@@ -110,7 +110,7 @@ class Netlist:
         vectors = {_plain(column.name): column.values for column in table.columns}
         quantities = {"time": vectors["time"]} if "time" in vectors else {}
         for n, name in enumerate(wanted):
-            node = f"model_output_{n}" if name in asked.outputs else _plain(name)
+            node = f"model_output_{n}" if name in question.outputs else _plain(name)
             if node in vectors:
                 quantities[name] = vectors[node]
         if set(quantities) <= {"time"}:

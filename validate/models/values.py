@@ -25,13 +25,13 @@ class Values:
     time: np.ndarray = field(default_factory=lambda: np.empty(0))
     columns: dict[str, tables.Column] = field(default_factory=dict)
 
-    def rows(self, asked: Asked) -> np.ndarray:
+    def rows(self, question: Asked) -> np.ndarray:
         return self.time
 
-    def steady(self, asked: Asked) -> Answer:
-        return {name: self._number(name, text, asked.steady) for name, text in self.given.items()}, {}
+    def steady(self, question: Asked) -> Answer:
+        return {name: self._number(name, text, question.steady) for name, text in self.given.items()}, {}
 
-    def over_time(self, asked: Asked, times: np.ndarray) -> Answer:
+    def over_time(self, question: Asked, times: np.ndarray) -> Answer:
         """Linear between the rows, with the error of that; before the first row as there."""
         courses, errors = {}, {}
         if len(self.time) and self.time[-1] < times[-1] * (1 - 1e-9):
@@ -40,8 +40,8 @@ class Values:
                 f"--model {self.name} ends at {last}, the run at {quantity(float(times[-1]), 's')}: give rows up to "
                 f'there, or --end-time "{last}"'
             )
-        for name, unit in asked.over_time.items():
-            column = self.columns.get(asked.outputs.get(name, name).lower())
+        for name, unit in question.over_time.items():
+            column = self.columns.get(question.outputs.get(name, name).lower())
             if column is None:
                 continue
             values = self._column(name, column, unit)
@@ -49,7 +49,7 @@ class Values:
             errors[name] = float(bends(self.time, values).max(initial=0.0))
         if self.columns and not courses:
             raise SceneError(
-                f"--model {self.name} has no column of a probe ({', '.join(asked.over_time)}): it has "
+                f"--model {self.name} has no column of a probe ({', '.join(question.over_time)}): it has "
                 f"{', '.join(c.name for c in self.columns.values())}"
             )
         return courses, errors

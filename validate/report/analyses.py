@@ -262,9 +262,9 @@ def air(losses: Air, outcome: Outcome[Any], style: Style) -> Section:
     return Section("Air", parts, headed=False)
 
 
-def left_out(effects: LeftOut, outcome: Outcome[Any], style: Style) -> Section:
+def left_out(study: LeftOut, outcome: Outcome[Any], style: Style) -> Section:
     """By effect the changes of the steady state, the largest first; what decides is the first line of the run."""
-    shown = [q for q in effects.called if style.page or q in kinds.of(outcome.scene).SHOWN]
+    shown = [q for q in study.called if style.page or q in kinds.of(outcome.scene).SHOWN]
 
     def row(called: str, each: Found) -> Row:
         if not each.changes:
@@ -273,14 +273,14 @@ def left_out(effects: LeftOut, outcome: Outcome[Any], style: Style) -> Section:
         said = f"{each.assumed}; {each.source}" if each.source and style.page else each.assumed
         return Row([called, *cells], below=said)
 
-    rows = [row(name.replace("_", " "), each) for name, each in effects.found.items()]
-    if effects.together is not None:
-        rows.append(row("together", effects.together))
-        rows.append(Row(["their sum", *(percent(effects.sum[q], sign=True) for q in shown)]))
-    skipped = [f"{name.replace('_', ' ')} is not here: {why}" for name, why in effects.skipped.items()]
+    rows = [row(name.replace("_", " "), each) for name, each in study.effects.items()]
+    if study.together is not None:
+        rows.append(row("together", study.together))
+        rows.append(Row(["their sum", *(percent(study.sum[q], sign=True) for q in shown)]))
+    skipped = [f"{name.replace('_', ' ')} is not here: {why}" for name, why in study.skipped.items()]
     parts: list[Table | str | Sequence[str]] = []
     if rows:
-        parts.append(Table(("left out", *(effects.called[q] for q in shown)), rows))
+        parts.append(Table(("left out", *(study.called[q] for q in shown)), rows))
         parts.append("Changes of the 3D steady state with each effect, over that without.")
     return Section("What both models leave out", [*parts, sentences(skipped)], headed=True)
 

@@ -132,7 +132,7 @@ def stored(outcome: Outcome[Sink]) -> tuple[np.ndarray, float, Reduction | None]
     times = stored_times(sink.end_time, request.field_times)
     # A row's spans are not painted: the model that is painted has one.
     # Nor is a user's own, of which only numbers are known.
-    painted = None if one is None or sink.spans > 1 or outcome.own is not None else of_result(sink, one)
+    painted = None if one is None or sink.spans > 1 or outcome.own_model is not None else of_result(sink, one)
     return times if request.transient else times[:0], sink.room_temperature, painted
 
 

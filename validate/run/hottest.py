@@ -43,15 +43,16 @@ def of_sink(sink: Sink, fem3d: Result | None, reduced1d: Result | None) -> tuple
         return ()
     materials = sink.silicon, sink.oxide
     hot = sink.room_temperature + reduced1d.steady["peak_rise_K"].value
-    left = () if reduced1d.model in CONSTANT else _beyond(sink, hot)
+    beyond = () if reduced1d.model in CONSTANT else _beyond(sink, hot)
     if sink.spans == 1:
-        return (*left, *warnings(materials, of_painted(of_result(sink, reduced1d))))
-    return (*left, *warnings(materials, {sink.silicon.name: Hottest(hot)}))
+        return (*beyond, *warnings(materials, of_painted(of_result(sink, reduced1d))))
+    return (*beyond, *warnings(materials, {sink.silicon.name: Hottest(hot)}))
 
 
 def _beyond(sink: Sink, hottest: float) -> tuple[str, ...]:
     """A sentence for each table of the silicon that does not hold between room temperature and the hottest (K)."""
-    room, tables = sink.room_temperature, [(key, of) for key, of in sink.silicon.given() if isinstance(of, laws.Table)]
+    room = sink.room_temperature
+    tables = [(key, law) for key, law in sink.silicon.given() if isinstance(law, laws.Table)]
     return tuple(
         f"{key} of {sink.silicon.name} is a table from {law.temperatures[0]:,.0f} to {law.temperatures[-1]:,.0f} K, "
         f"and {room:,.0f} to {hottest:,.0f} K are reached: beyond its ends it is constant"

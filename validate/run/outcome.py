@@ -49,7 +49,7 @@ class Outcome(Generic[S]):
     ``varied`` (how those of a row run), the 3D result of one span alone (``single``), what the ``air`` does,
     what both models leave out (``left_out``) and a
     user's own traces (``against``); of any the few-state model (``exported``), and what inputs do; of a
-    device its runs and a designer's answers. ``own`` is the user's own model; ``interrupted`` says that the user's own
+    device its runs and a designer's answers. ``own_model`` is the user's; ``interrupted`` says that the user's own
     model was, and what stands here is without it, and ``failed`` why that has no answer. Of a free scene over time
     ``shown``: the time (s) whose field is drawn, and whether it is then above the initial temperature; ``runs_away``
     says when its heating does, and that it is solved until shortly before, ``scene`` ending then.
@@ -86,7 +86,7 @@ class Outcome(Generic[S]):
     runs_away: str = ""
     interrupted: bool = False
     failed: str = ""
-    own: Model | None = None
+    own_model: Model | None = None
 
     @property
     def solved(self) -> Result:

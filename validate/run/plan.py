@@ -52,7 +52,7 @@ def declared(scene: Any, request: Request) -> Any:
 
 def of_sink(sink: Sink, request: Request, solver: tuple[Step, ...], data: Data | None = None) -> tuple[Step, ...]:
     """The plan of a sink around the lines of the 3D ``solver``."""
-    in_3d, left = "fem3d" in request.models, skipped_of_sink(sink, request)
+    in_3d, omitted = "fem3d" in request.models, skipped_of_sink(sink, request)
     if in_3d and sink.substrate_thickness is not None:
         one = "the paper's oxide stands on room temperature" if request.reduction == "paper" else "its resistance in 1D"
         solver = (*solver, step("substrate", f"in 3D; {one}"))
@@ -70,7 +70,7 @@ def of_sink(sink: Sink, request: Request, solver: tuple[Step, ...], data: Data |
         bare = f"all bare faces of beam and pads, emissivity {sink.emissivity:g}, to {sink.room_temperature:g} K"
         one = "the 1D model leaves it out" if request.reduction in ("paper", "anchored") else "in 1D too"
         solver = (*solver, step("radiation", f"{bare}; {one}"))
-    steps = [*solver, _reduction(request), *_checks(sink, request), *_figures(figures_of(sink), left)]
+    steps = [*solver, _reduction(request), *_checks(sink, request), *_figures(figures_of(sink), omitted)]
     steps.append(step("traces.csv", "every quantity against time", "" if request.transient else _STEADY))
     # What is done only when asked for, and so has no line where it isn't.
     if request.why:
@@ -83,11 +83,11 @@ def of_sink(sink: Sink, request: Request, solver: tuple[Step, ...], data: Data |
     if request.left_out:
         steps.append(LEFT_OUT)
     if request.sensitivities:
-        of = "by dual solutions in 3D, by the formulas in 1D" if len(request.models) > 1 else "of one model"
-        steps.append(step("sensitivity", f"how quantities follow each key, {of}"))
+        how = "by dual solutions in 3D, by the formulas in 1D" if len(request.models) > 1 else "of one model"
+        steps.append(step("sensitivity", f"how quantities follow each key, {how}"))
     steps += _export(request)
     steps.append(step("field files", _FIELD_FILES, fields_reason(request, "" if in_3d else _NO_FIELD)))
-    turned = "" if "figure4" in left else ", with the field to turn"
+    turned = "" if "figure4" in omitted else ", with the field to turn"
     steps.append(step("report.html", f"everything on one page{turned}"))
     steps += _against(request, data)
     return tuple(steps)
@@ -98,38 +98,38 @@ def of_device(device: Device, request: Request) -> tuple[Step, ...]:
         "accurate": "all layers at once, exact between samples but for V2/R, its error estimated",
         "paper": "the paper's own: partitioned, Crank-Nicolson and Runge-Kutta; the accurate one beside it",
     }
-    in_3d, left = "" if request.in_3d else "not asked for (--3d)", skipped_of_device(device, request)
-    found = [
+    in_3d, omitted = "" if request.in_3d else "not asked for (--3d)", skipped_of_device(device, request)
+    steps = [
         step("3D model", f"a few states of the whole device, known to {device.accuracy_3d:g}", in_3d),
         step("1D device", f"{scheme[request.scheme]}; from cold to {device.end_time:g} s"),
     ]
     if request.meter:
-        found.append(step("meter", f"resistances are rounded to what the {request.meter} resolves"))
+        steps.append(step("meter", f"resistances are rounded to what the {request.meter} resolves"))
     if request.sensitivities:
         also = ", and in 3D on the cells that are there, moved" if request.in_3d else ""
-        found.append(step("sensitivity", f"how the steady state in 1D follows each key, by its closed form{also}"))
+        steps.append(step("sensitivity", f"how the steady state in 1D follows each key, by its closed form{also}"))
     if request.uncertain is not None:
-        found += [*_uncertain(request), step("u_input of claims", "1D runs with each input more and less, by its u")]
+        steps += [*_uncertain(request), step("u_input of claims", "1D runs with each input more and less, by its u")]
     if needs(device, request, "figure11"):
-        found.append(step("1D device, slow", "sampled every 5 ms with gains of 0.5 and 0.05 V"))
+        steps.append(step("1D device, slow", "sampled every 5 ms with gains of 0.5 and 0.05 V"))
     if needs(device, request, "figure12", "figure13"):
-        found.append(step("1D device, steps", "from the steady state, for outer steps from -80 to +20 K"))
+        steps.append(step("1D device, steps", "from the steady state, for outer steps from -80 to +20 K"))
     if request.in_3d:
-        idle = "only figures 11 to 13 show them, and none is drawn" if left.keys() >= set(LATE) else ""
+        idle = "only figures 11 to 13 show them, and none is drawn" if omitted.keys() >= set(LATE) else ""
         what = "the slow one and the outer steps, as far as figures show them"
-        found.append(step("3D runs of other steps", what, idle))
-    found += _checks(device, request)
+        steps.append(step("3D runs of other steps", what, idle))
+    steps += _checks(device, request)
     if made := made_3d_checks(device, request):
-        found.append(step("checks of 3D", ", ".join(made)))
+        steps.append(step("checks of 3D", ", ".join(made)))
     if "dev3d_shielding" in made:
-        found.append(step("shielding", "what 1 K of the substrate does to both powers, steady and after a step"))
+        steps.append(step("shielding", "what 1 K of the substrate does to both powers, steady and after a step"))
     if request.left_out:
-        found.append(LEFT_OUT)
-    found += _figures(DEVICE_FIGURES, left)
-    found.append(step("traces.csv", "a row per controller sample"))
-    found += _export(request)
-    found.append(step("designer's questions", "largest gains, range and resolution", design_reason(request)))
-    return tuple(found)
+        steps.append(LEFT_OUT)
+    steps += _figures(DEVICE_FIGURES, omitted)
+    steps.append(step("traces.csv", "a row per controller sample"))
+    steps += _export(request)
+    steps.append(step("designer's questions", "largest gains, range and resolution", design_reason(request)))
+    return tuple(steps)
 
 
 def of_free(
@@ -162,20 +162,20 @@ def own_model(scene: AnyScene, request: Request) -> tuple[str | Callable[..., An
     that runs no program. Raises SceneError where the scene is to have one and has none."""
     from validate.models import OF_THE_SCENE, runs_code
 
-    given, own = request.model, scene.model
+    given, model = request.model, scene.model
     if given and given != OF_THE_SCENE:
         return given, ""
-    if own is None or not own.file:
+    if model is None or not model.file:
         if given:
             raise SceneError(f"--model scene: {quoted(scene.name)} has no [model] with a file: name one there, or here")
         return None
-    return None if not given and runs_code(own.file) else (own.file, own.folder)
+    return None if not given and runs_code(model.file) else (model.file, model.folder)
 
 
 def _own_model(scene: AnyScene, request: Request) -> list[Step]:
-    found = own_model(scene, request)
-    if found is not None:
-        name = getattr(found[0], "__name__", found[0])
+    model = own_model(scene, request)
+    if model is not None:
+        name = getattr(model[0], "__name__", model[0])
         return [step("1D model", f"{name}, where 3D has an answer"), step("checks", "of every probe that it answers")]
     if scene.model is None or not scene.model.file:
         return []
@@ -200,8 +200,8 @@ def skipped_of_device(device: Device, request: Request) -> dict[str, str]:
 
 def skipped_of_free(scene: AnyScene, request: Request) -> dict[str, str]:
     """The same of a free scene."""
-    found = {"field": _no_heat(scene), "traces": _no_traces(scene)}
-    return {name: why if request.figures else _NO_FIGURES for name, why in found.items() if why or not request.figures}
+    skips = {"field": _no_heat(scene), "traces": _no_traces(scene)}
+    return {name: why if request.figures else _NO_FIGURES for name, why in skips.items() if why or not request.figures}
 
 
 def skipped_of_sink(sink: Sink, request: Request) -> dict[str, str]:
@@ -218,9 +218,9 @@ def skipped_of_sink(sink: Sink, request: Request) -> dict[str, str]:
     return {name: why for name, why in skipped.items() if name in figures_of(sink)}
 
 
-def _figures(all_: Mapping[str, str], left: Mapping[str, str]) -> list[Step]:
-    drawn = [step(name, what) for name, what in all_.items() if name not in left]
-    return drawn + skipped_together("figures", left)
+def _figures(all_: Mapping[str, str], omitted: Mapping[str, str]) -> list[Step]:
+    drawn = [step(name, what) for name, what in all_.items() if name not in omitted]
+    return drawn + skipped_together("figures", omitted)
 
 
 def needs(device: Device, request: Request, *figures: str) -> bool:

@@ -26,7 +26,7 @@ Outcome = Literal["holds", "breaks", "as predicted", "failed"]
 class Row:
     """A measure that should stay below a bound.
 
-    ``what`` was run over ``extremes``; ``measure`` names the worst number found, ``found``, and ``bound`` its limit.
+    ``what`` was run over ``extremes``; of the ``measure`` ``worst`` is the worst number and ``bound`` the limit.
     ``ours`` is false for methods that are only there to be compared with: that one of them breaks is a finding, not a
     fault. ``said`` tells more: where the worst is, what broke.
     """
@@ -35,16 +35,16 @@ class Row:
     what: str
     extremes: str
     measure: str
-    found: float
+    worst: float
     bound: float
     ours: bool = True
     said: str = ""
 
     @property
     def verdict(self) -> Outcome:
-        if math.isnan(self.found):
+        if math.isnan(self.worst):
             return "failed"
-        if self.found <= self.bound:
+        if self.worst <= self.bound:
             return "holds"
         return "breaks" if self.ours else "as predicted"
 
@@ -71,13 +71,13 @@ def _short(rows: Sequence[Row]) -> Table:
     for row in rows:
         said = "; ".join(filter(None, (row.measure, row.extremes, row.said)))
         said = said if row.verdict == "holds" else f"{row.verdict}: {said}"
-        lines.append(Line([row.what, f"{row.found:.3g}", f"{row.bound:.3g}"], _MARKS[row.verdict], said))
+        lines.append(Line([row.what, f"{row.worst:.3g}", f"{row.bound:.3g}"], _MARKS[row.verdict], said))
     return Table(("", "found", "at most"), lines)
 
 
 def _full(rows: Sequence[Row]) -> Table:
     cells = [
-        (row.what, row.extremes, row.measure, f"{row.found:.3g}", f"{row.bound:.3g}", row.verdict, row.said)
+        (row.what, row.extremes, row.measure, f"{row.worst:.3g}", f"{row.bound:.3g}", row.verdict, row.said)
         for row in rows
     ]
     return Table(("what", "extremes", "measure", "found", "bound", "verdict", ""), cells, "<<<>><<")

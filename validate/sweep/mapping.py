@@ -35,18 +35,18 @@ RECENT = 48  # predictions that are looked back on: those made on a coarser net 
 @dataclass(frozen=True, eq=False)
 class Map:
     """The row of each cell that is solved, by its number, and the tolerance. Over the cells (n, m) the ``value``, NaN
-    where there is none, its ``error``, of which ``own`` is that of the solved values at the triangle's corners, and the
-    greatest ``disagreement`` in the cell's triangle and its neighbours, infinite where a corner of the triangle has no
-    answer. ``lost`` are the cells all of whose corners have none, and ``refused`` those that can't be built, which is
-    known without a solution."""
+    where there is none, its ``error``, of which ``corner_error`` is that of the solved values at the triangle's
+    corners, and the greatest ``disagreement`` in the cell's triangle and its neighbours, infinite where a corner has no
+    answer. ``unanswered`` are the cells all of whose corners have none, and ``refused`` those that can't be built,
+    which is known without a solution."""
 
     solved: dict[int, Row]
     tolerance: float
     value: np.ndarray
     error: np.ndarray
-    own: np.ndarray
+    corner_error: np.ndarray
     disagreement: np.ndarray
-    lost: np.ndarray
+    unanswered: np.ndarray
     refused: np.ndarray
 
     @cached_property
@@ -57,10 +57,10 @@ class Map:
         verdicts[size - error > self.tolerance] = "differs"
         verdicts[size + error <= self.tolerance] = "agrees"
         numbers = np.array(list(self.solved))
-        if self.lost.any():
+        if self.unanswered.any():
             from scipy.spatial import KDTree
 
-            unanswered = np.argwhere(self.lost)
+            unanswered = np.argwhere(self.unanswered)
             nearest = KDTree(_places(numbers, size.shape)).query(unanswered)[1]
             verdicts[tuple(unanswered.T)] = [self.solved[int(number)].status for number in numbers[nearest]]
         for number, row in self.solved.items():
@@ -225,13 +225,13 @@ def _next(cells: Map, rounds: int, most: int) -> np.ndarray:
     free.flat[list(cells.solved)] = False
     free &= ~cells.refused
     # Where the solved values' own error reaches the tolerance more of them would not tell.
-    told = ~(np.abs(np.abs(value) - cells.tolerance) <= cells.own)
+    told = ~(np.abs(np.abs(value) - cells.tolerance) <= cells.corner_error)
     unresolved = (cells.verdicts == "unresolved") & free & told
     chosen: list[int] = []
     if unresolved.mean() <= ENOUGH and rounds > LOOKS:
         return np.array(chosen, int)
     # Where an answer ends there is no error to go by: the middle of the gap halves it.
-    edge = np.isinf(cells.disagreement) & ~cells.lost & free
+    edge = np.isinf(cells.disagreement) & ~cells.unanswered & free
     rough = np.where(edge, 0.0, cells.error)
     gap = max(2, int(0.35 * np.sqrt(value.size / len(cells.solved))))
 

@@ -71,8 +71,8 @@ def _line(row: Row) -> Line:
 
 def _numbers(row: Row, digits: int) -> list[str]:
     if row.unit == "order":
-        return [f"{row.expected:g}", f"{row.found:.3f}", f"{row.difference:+.3f}", f"{row.error:g}"]
-    return [f"{row.expected:.7g}", f"{row.found:.7g}", f"{row.difference:+.1e}", f"{row.error:.{digits}e}"]
+        return [f"{row.expected:g}", f"{row.computed:.3f}", f"{row.difference:+.3f}", f"{row.error:g}"]
+    return [f"{row.expected:.7g}", f"{row.computed:.7g}", f"{row.difference:+.1e}", f"{row.error:.{digits}e}"]
 
 
 def _full(rows: Sequence[Row]) -> Table:
@@ -89,7 +89,7 @@ def _full(rows: Sequence[Row]) -> Table:
 class Row:
     """One quantity of one case.
 
-    ``expected``, ``found`` and ``error``, the estimated error of what was found (with what is not known of the expected
+    ``expected``, ``computed`` and ``error``, the estimated error of the latter (with what is not known of the expected
     value), are in ``unit``; ``limit`` is the largest error with which the case is settled (``None``: any). ``note`` is
     a source, or the reason why a row was skipped. ``count`` says over how many values the row is the worst.
     """
@@ -99,7 +99,7 @@ class Row:
     quantity: str
     unit: str
     expected: float
-    found: float
+    computed: float
     error: float
     limit: float | None = None
     note: str = ""
@@ -112,8 +112,8 @@ class Row:
 
     @property
     def difference(self) -> float:
-        """Found less expected, in the row's unit."""
-        return self.found - self.expected
+        """Computed less expected, in the row's unit."""
+        return self.computed - self.expected
 
     @property
     def verdict(self) -> Outcome:

@@ -44,12 +44,12 @@ def test_an_effect_is_the_sink_with_it_over_the_sink_without(found: left_out.Lef
     cooled = steady(replace(SINK, convection_coefficient=conduction(SINK)))
     for asked in OF_A_SINK.values():
         ratio = cooled.steady[asked.steady].value / steady(SINK).steady[asked.steady].value
-        assert found.found["air"].changes[asked.steady].value == pytest.approx(ratio - 1, rel=1e-12)
-    assert found.found["air"].changes["peak_rise_K"].value < -10 * found.found["air"].changes["peak_rise_K"].error
+        assert found.effects["air"].changes[asked.steady].value == pytest.approx(ratio - 1, rel=1e-12)
+    assert found.effects["air"].changes["peak_rise_K"].value < -10 * found.effects["air"].changes["peak_rise_K"].error
 
 
 def test_the_largest_comes_first_and_decides(found: left_out.LeftOut) -> None:
-    sizes = [abs(each.changes["peak_rise_K"].value) for each in found.found.values()]
+    sizes = [abs(each.changes["peak_rise_K"].value) for each in found.effects.values()]
     assert sizes == sorted(sizes, reverse=True)
     assert found.sentence.startswith("In air ")
     assert " In vacuum " in found.sentence
@@ -57,7 +57,7 @@ def test_the_largest_comes_first_and_decides(found: left_out.LeftOut) -> None:
 
 def test_the_summary_has_every_effect_with_its_source(found: left_out.LeftOut) -> None:
     document = json.loads(json.dumps(found.document()))
-    assert {*document} == {*found.found, "together"}
+    assert {*document} == {*found.effects, "together"}
     for name, entry in document.items():
         assert {*entry} == {"assumed", "source", *(asked.steady for asked in OF_A_SINK.values())}
         assert {*entry["peak_rise_K"]} == {"change", "error"}
@@ -66,7 +66,7 @@ def test_the_summary_has_every_effect_with_its_source(found: left_out.LeftOut) -
 
 
 def test_in_air_the_gas_below_decides_and_from_a_pressure_on_it_matters(found: left_out.LeftOut) -> None:
-    gas = found.found["gap_gas"]
+    gas = found.effects["gap_gas"]
     assert gas.share is not None
     share, below = gas.share, steady(replace(SINK, gap_gas_conductivity=CONDUCTIVITY))
     out = below.details["answer"].fine.out
@@ -97,8 +97,8 @@ def few(monkeypatch: pytest.MonkeyPatch, *names: str) -> None:
 def test_what_the_scene_has_is_not_left_out(found: left_out.LeftOut, monkeypatch: pytest.MonkeyPatch) -> None:
     few(monkeypatch, "contact", "gap_gas", "air")
     cooled = left_out.of_sink(replace(SINK, convection_coefficient=50.0, gap_gas_conductivity=0.01), lambda _: None)
-    assert {"air", "gap_gas"} <= {*found.found}
-    assert not {"air", "gap_gas"} & {*cooled.found}
+    assert {"air", "gap_gas"} <= {*found.effects}
+    assert not {"air", "gap_gas"} & {*cooled.effects}
     assert cooled.skipped == dict.fromkeys(("gap_gas", "air"), "the scene has it")
     assert "In air" not in cooled.sentence
 
@@ -107,7 +107,7 @@ def test_what_a_row_cannot_have_is_said(monkeypatch: pytest.MonkeyPatch) -> None
     few(monkeypatch, "contact", "gap_gas", "substrate")
     row = left_out.of_sink(replace(SINK, spans=2), lambda _: None)
     for effect in ("substrate", "gap_gas"):
-        assert effect not in row.found
+        assert effect not in row.effects
         assert "sink.spans = 2" in row.skipped[effect]
 
 
@@ -119,7 +119,7 @@ def test_an_effect_with_which_the_sink_runs_away_decides(monkeypatch: pytest.Mon
 
     monkeypatch.setattr(left_out, "solve_3d", away)
     found = left_out.of_sink(SINK, lambda _: None)
-    assert next(iter(found.found)) == "substrate"
+    assert next(iter(found.effects)) == "substrate"
     assert "In vacuum the substrate's own resistance makes it run away." in found.sentence
     assert {*found.document()["substrate"]} == {"assumed", "source"}
     assert found.together is not None
@@ -160,10 +160,10 @@ def test_of_a_device_it_is_the_power_that_its_sink_takes(monkeypatch: pytest.Mon
     monkeypatch.setattr(of_3d, "model", Model)
     found = left_out.of_device(Device(), lambda _: None)
     gas = in_1d(replace(Device(), sink=replace(Sink(), gap_gas_conductivity=CONDUCTIVITY))).sink_power_W
-    change = found.found["gap_gas"].changes["sink_power_W"].value
+    change = found.effects["gap_gas"].changes["sink_power_W"].value
     assert change == pytest.approx(gas / in_1d(Device()).sink_power_W - 1, rel=1e-12)
     assert change > 1.0
-    assert "air" not in found.found
+    assert "air" not in found.effects
     assert found.skipped["substrate"] == "no steady state was found"
     assert found.sentence.startswith(
         f"In air the gas under it changes the power that the sink takes by +{100 * change:.0f}"

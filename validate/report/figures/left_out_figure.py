@@ -23,7 +23,7 @@ def draw(outcome: Outcome[Any]) -> Figure:
     """A row of bars for each effect, the largest first, with the numerical error of each; all together at the foot."""
     left_out = outcome.left_out
     assert left_out is not None
-    effects = dict(left_out.found) | ({} if left_out.together is None else {"together": left_out.together})
+    effects = dict(left_out.effects) | ({} if left_out.together is None else {"together": left_out.together})
     height = 2.4 + 0.62 * len(effects)
     kind = kinds.of(outcome.scene)
     text = f"What both models leave out, {kind.text(outcome.scene)}"

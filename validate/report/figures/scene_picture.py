@@ -51,27 +51,27 @@ PROBE = "#1a7a2e"
 
 def draw(scene: Scene) -> Figure:
     """The picture of a scene that was checked."""
-    found = drawing(scene)
-    labels = labels_of(scene, found)
+    view = drawing(scene)
+    labels = labels_of(scene, view)
     left, right = columns(labels[:MOST], MOST)
     more = f"; {len(labels) - MOST} of {len(labels)} names left out" if len(labels) > MOST else ""
     inner = WIDE - 2 * COLUMN - AROUND[0]
-    wide, tall = found.extent[1] - found.extent[0]
+    wide, tall = view.extent[1] - view.extent[0]
     needed = max(inner * tall / wide + AROUND[1], APART * (max(len(left), len(right)) + 1))
     high = float(min(max(needed + UNDER, 5.0), HIGHEST))
-    figure = new_figure(WIDE, high, title(scene, found) + more, [])
+    figure = new_figure(WIDE, high, title(scene, view) + more, [])
     figure.subplots_adjust(left=0.0, right=1.0, bottom=0.75 / high, top=1 - 0.6 / high)
     ax = figure.subplots()
     ax.set_axis_off()
     # One unit of the drawing in inches, the drawing in the middle between the columns of names.
     inch = float(max(wide / inner, tall / (high - UNDER - AROUND[1])))
-    centre = (found.extent[0] + found.extent[1]) / 2 - np.array([0.0, 0.2 * inch])
+    centre = (view.extent[0] + view.extent[1]) / 2 - np.array([0.0, 0.2 * inch])
     half = np.array([WIDE, high - UNDER]) / 2 * inch
     ax.set(xlim=(centre[0] - half[0], centre[0] + half[0]), ylim=(centre[1] - half[1], centre[1] + half[1]))
-    _faces(ax, scene, found)
-    _sheets(ax, scene, found)
+    _faces(ax, scene, view)
+    _sheets(ax, scene, view)
     for axis in range(3):
-        _axis(ax, found, axis, inch)
+        _axis(ax, view, axis, inch)
     for side, names in ((-1, left), (1, right)):
         _column(ax, names, side, inch)
     _legend(figure, scene)
@@ -91,9 +91,9 @@ def colours(scene: Scene) -> dict[str, tuple[float, float, float]]:
     return {name: (red, green, blue) for name, (red, green, blue) in zip(names, pale, strict=True)}
 
 
-def _faces(ax: Any, scene: Scene, found: Drawing) -> None:
+def _faces(ax: Any, scene: Scene, view: Drawing) -> None:
     """Faces and their edges, those that are farther first, and what is hidden of boxes that can't be seen at all."""
-    faces, fill = found.faces, colours(scene)
+    faces, fill = view.faces, colours(scene)
     polygons, fills, lines, widths = [], [], [], []
     tints = {(n, side): [shade * c for c in fill[box.material.name]] for n, box in enumerate(scene.boxes)
              for side, shade in enumerate(SHADES)}  # fmt: skip
@@ -115,31 +115,31 @@ def _faces(ax: Any, scene: Scene, found: Drawing) -> None:
         polygons, facecolors=fills, edgecolors=lines, linewidths=widths, antialiaseds=smooth, joinstyle="round",
     ))  # fmt: skip
     for number, box in enumerate(scene.boxes):
-        if number not in found.seen:
-            _outline(ax, found, box.lower, box.upper, "#555555", ":", 1.0)
+        if number not in view.seen:
+            _outline(ax, view, box.lower, box.upper, "#555555", ":", 1.0)
 
 
-def _sheets(ax: Any, scene: Scene, found: Drawing) -> None:
+def _sheets(ax: Any, scene: Scene, view: Drawing) -> None:
     """Boundaries as tinted sheets, pale and dotted where they lie behind, probes as points or dashed outlines."""
     for boundary in scene.boundaries:
         look = (BOUNDARY[boundary.kind], "-", 1.4, 0.35)
-        if not found.facing(boundary.lower, boundary.upper):
+        if not view.facing(boundary.lower, boundary.upper):
             look = (BOUNDARY[boundary.kind], ":", 1.1, 0.1)
-        _outline(ax, found, boundary.lower, boundary.upper, *look)
+        _outline(ax, view, boundary.lower, boundary.upper, *look)
     for probe in scene.probes:
         if probe.lower == probe.upper:
-            (place,) = found.place(np.array([probe.lower]))
+            (place,) = view.place(np.array([probe.lower]))
             ax.plot(*place, marker="o", ms=5, mfc="white", mec=PROBE, mew=1.6, zorder=5)
         else:
-            _outline(ax, found, probe.lower, probe.upper, PROBE, "--", 0.9)
+            _outline(ax, view, probe.lower, probe.upper, PROBE, "--", 0.9)
 
 
 def _outline(
-    ax: Any, found: Drawing, lower: Point, upper: Point, colour: str, style: str, wide: float, fill: float = 0.0
+    ax: Any, view: Drawing, lower: Point, upper: Point, colour: str, style: str, wide: float, fill: float = 0.0
 ) -> None:  # fmt: skip
     """The edges of a box of any dimension, and of a flat one its tinted face."""
     corners = np.array([[(lower, upper)[n >> d & 1][d] for d in range(3)] for n in range(8)])
-    places = found.place(corners)
+    places = view.place(corners)
     for n in range(8):
         for d in range(3):
             if not n >> d & 1 and not np.allclose(places[n], places[n | 1 << d], atol=1e-9):
@@ -150,16 +150,16 @@ def _outline(
         ax.fill(*places[[0, a, a | b, b]].T, color=colour, alpha=fill, lw=0, zorder=2)
 
 
-def labels_of(scene: Scene, found: Drawing) -> list[Label]:
+def labels_of(scene: Scene, view: Drawing) -> list[Label]:
     """The names of all parts, at places where these can be seen."""
 
     def middle(part: Any) -> tuple[float, float]:
-        x, y = found.place(np.array([part.lower, part.upper])).mean(axis=0)
+        x, y = view.place(np.array([part.lower, part.upper])).mean(axis=0)
         return float(x), float(y)
 
     labels = []
     for number, box in enumerate(scene.boxes):
-        at = found.seen.get(number)
+        at = view.seen.get(number)
         place = middle(box) if at is None else (float(at[0]), float(at[1]))
         source = _value(box.heat_source, HEAT_SOURCE.quantity) if any(values(box.heat_source)) else ""
         material = box.material.name if box.material.name != box.name else ""
@@ -168,11 +168,11 @@ def labels_of(scene: Scene, found: Drawing) -> list[Label]:
     boxes = {box.name: box for box in scene.boxes}
     for contact in scene.contacts:
         one, other = (boxes[name] for name in contact.between)
-        x, y = found.place(np.array([np.maximum(one.lower, other.lower), np.minimum(one.upper, other.upper)])).mean(
+        x, y = view.place(np.array([np.maximum(one.lower, other.lower), np.minimum(one.upper, other.upper)])).mean(
             axis=0
         )
         heat, current = contact.thermal_resistance, contact.electrical_resistance
-        shown = [own.show(value) for own, value in ((HEAT_CONTACT, heat), (CURRENT_CONTACT, current)) if value]
+        shown = [kind.show(value) for kind, value in ((HEAT_CONTACT, heat), (CURRENT_CONTACT, current)) if value]
         labels.append(Label(f"{contact.name}: {', '.join(shown) or 'perfect'}", INK, (float(x), float(y))))
     labels += [Label(f"{b.name}: {_condition(b)}", BOUNDARY[b.kind], middle(b)) for b in scene.boundaries]
     for probe in scene.probes:
@@ -187,10 +187,10 @@ def _condition(boundary: Boundary) -> str:
     behind = f" behind {SERIES.show(boundary.series_resistance)}" if 0 < boundary.series_resistance < inf else ""
     if boundary.contact_resistance:
         assert isinstance(kind, Varying)
-        given, own = (
+        given, per_area = (
             (boundary.value, CURRENT_CONTACT) if boundary.kind == "voltage" else (boundary.ambient, HEAT_CONTACT)
         )
-        behind += f" behind {own.show(boundary.contact_resistance)}"
+        behind += f" behind {per_area.show(boundary.contact_resistance)}"
         return _value(given, kind.quantity) + behind
     if isinstance(kind, Surroundings):
         what = "emissivity " * (kind.name == "emissivity")
@@ -236,18 +236,18 @@ def _column(ax: Any, names: list[Label], side: int, inch: float) -> None:
         ax.plot(*label.at, ".", color=label.colour, ms=3.5, zorder=5)
 
 
-def _axis(ax: Any, found: Drawing, axis: int, inch: float) -> None:
+def _axis(ax: Any, view: Drawing, axis: int, inch: float) -> None:
     """An axis along an edge of the drawing, with the coordinates of the faces that lie across it, as far as there is
     room for their numbers."""
-    planes, own = found.planes[axis], found.axes[axis]
-    unit, size = _unit(found)
+    planes, direction = view.planes[axis], view.axes[axis]
+    unit, size = _unit(view)
     at = np.empty((len(planes), 3))
     # To the right along the lower front edge, away along the lower right one, up along the left front one.
     ends = [(0, 0, 0), (-1, 0, 0), (0, 0, 0)][axis]
     for place in range(3):
-        at[:, found.axes[place]] = found.planes[place][ends[place]]
-    at[:, own] = planes
-    places = found.place(at)
+        at[:, view.axes[place]] = view.planes[place][ends[place]]
+    at[:, direction] = planes
+    places = view.place(at)
     out = np.array([(-0.35, -1.0), (1.0, -0.6), (-1.0, 0.0)][axis]) * inch
     ax.plot(*(places[[0, -1]] + 0.08 * out).T, color=INK, lw=0.8, zorder=3)
     for n in _apart(places, TICK * inch * (1.0 if axis < 2 else 0.5)):
@@ -255,7 +255,7 @@ def _axis(ax: Any, found: Drawing, axis: int, inch: float) -> None:
         _text(ax, places[n] + 0.2 * out, f"{planes[n] / size:.5g}", SIZE - 0.5, *AT_AXIS[axis])
     # The name of the axis in the middle, of the upright one above its end.
     place = places[[0, -1]].mean(axis=0) + 0.62 * out if axis < 2 else places[-1] + np.array([-0.1, 0.3]) * inch
-    _text(ax, place, f"{'xyz'[own]} ({unit})", SIZE + 1, "center", "center")
+    _text(ax, place, f"{'xyz'[direction]} ({unit})", SIZE + 1, "center", "center")
 
 
 def _text(ax: Any, place: np.ndarray, text: str, size: float, horizontal: str, vertical: str) -> None:
@@ -273,18 +273,18 @@ def _apart(places: np.ndarray, least: float) -> list[int]:
     return kept
 
 
-def _unit(found: Drawing) -> tuple[str, float]:
+def _unit(view: Drawing) -> tuple[str, float]:
     """The unit of the numbers, by the longest extent, and its size in m."""
-    length = max(float(np.ptp(planes)) for planes in found.planes)
+    length = max(float(np.ptp(planes)) for planes in view.planes)
     return next(((u, s) for u, s in (("µm", 1e-6), ("mm", 1e-3)) if length < 2e4 * s), ("m", 1.0))
 
 
-def title(scene: Scene, found: Drawing) -> str:
+def title(scene: Scene, view: Drawing) -> str:
     """The name, what there is, and how much larger than in proportion it is drawn."""
     stretched = [
-        f"{'xyz'[axis]} {factor:g} times" for axis, factor in zip(found.axes, found.factors, strict=True) if factor != 1
+        f"{'xyz'[axis]} {factor:g} times" for axis, factor in zip(view.axes, view.factors, strict=True) if factor != 1
     ]
-    said = [f"{', '.join(stretched)} as large"] * bool(stretched) + ["thin parts thicker"] * found.thickened
+    said = [f"{', '.join(stretched)} as large"] * bool(stretched) + ["thin parts thicker"] * view.thickened
     drawn = f" (drawn with {' and '.join(said)})" if said else ""
     given = {"box": scene.boxes, "boundary": scene.boundaries, "probe": scene.probes}
     many = {"box": "boxes", "boundary": "boundaries", "probe": "probes"}

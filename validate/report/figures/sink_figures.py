@@ -25,7 +25,7 @@ from validate.run.outcome import Outcome
 
 Spans = list[tuple[float, int]]
 
-_NAMES = {asked.trace: name for name, asked in OF_A_SINK.items()}
+_NAMES = {entry.trace: name for name, entry in OF_A_SINK.items()}
 _MARKS = 25
 """How many marks of a user's own trace are drawn."""
 _MANY = 8
@@ -76,9 +76,9 @@ def without_kinks(place: np.ndarray, values: np.ndarray, within: float) -> np.nd
     """The values as a smooth curve, the polynomial of the least degree that is off them by ``within`` (RMS) at most; as
     they are where no degree up to half their number does."""
     for degree in range(4, len(place) // 2, 2):
-        found = Chebyshev.fit(place, values, degree)(place)
-        if np.sqrt(np.mean((found - values) ** 2)) <= within:
-            return found
+        fitted = Chebyshev.fit(place, values, degree)(place)
+        if np.sqrt(np.mean((fitted - values) ** 2)) <= within:
+            return fitted
     return values
 
 
@@ -103,10 +103,10 @@ def _against_time(
     """Traces less ``zero``, times ``factor``, on a logarithmic and on a linear axis of time; the 3D error as a band
     where it is wider than a line, and in words in any case."""
     end, three, data = outcome.scene.end_time, outcome.fem3d, outcome.against
-    own = {f"against_{_NAMES[key]}" for key in keys}
-    checks = [check for check in outcome.checks if check.id.startswith(f"fig{number}") or check.id in own]
+    ids = {f"against_{_NAMES[key]}" for key in keys}
+    checks = [check for check in outcome.checks if check.id.startswith(f"fig{number}") or check.id in ids]
     # A third row of the legend, under a third kind of curve.
-    more = 0.2 if own & {check.id for check in checks} else 0.0
+    more = 0.2 if ids & {check.id for check in checks} else 0.0
     text = f"Figure {number}: {what} against time, {sink_text(outcome.scene)}"
     figure = new_figure(9.5, 4.8, text, checks, bottom=1.25 + more)
     axes = figure.subplots(1, 2, sharey=True, gridspec_kw={"wspace": 0.07})
@@ -175,7 +175,7 @@ def row(outcome: Outcome[Sink]) -> Figure:
     """The steady rise along the row in 3D and 1D, with the islands shaded; of a long row its outer spans below, and of
     one whose curves would run into each other the spans' tops alone above."""
     # A user's own model has numbers of the spans, of which not all need be there.
-    sink, three, one = outcome.scene, outcome.solved, None if outcome.own is not None else outcome.reduced1d
+    sink, three, one = outcome.scene, outcome.solved, None if outcome.own_model is not None else outcome.reduced1d
     checks = [check for check in outcome.checks if check.id in ("islands_peak_inner", "islands_equivalent")]
     text = f"Steady rise along {sink.spans} spans, {sink_text(sink)}"
     ends = [sink.row_length, *[start(sink, _OUTER) + sink.length] * (sink.spans > _MANY)]
@@ -185,7 +185,7 @@ def row(outcome: Outcome[Sink]) -> Figure:
     # Where each span begins (m), and the number that its quantities have.
     numbered = [(start(sink, n), min(n, sink.spans + 1 - n)) for n in range(1, sink.spans + 1)]
     for ax, end in zip(axes, ends, strict=True):
-        spans = [(first, of) for first, of in numbered if first < end]
+        spans = [(first, span) for first, span in numbered if first < end]
         ax.set(xlim=(0.0, end * 1e6), ylabel="rise above room (K)")
         if end == sink.row_length and sink.spans > _TOO_MANY:
             _dots(ax, sink, three, spans, "peak", color=INK, marker="o", ms=3)
@@ -193,12 +193,12 @@ def row(outcome: Outcome[Sink]) -> Figure:
                 _dots(ax, sink, one, spans, "peak", color=LINES["end_K"], marker="x", ms=3)
             ax.set_ylabel("top of each span (K)")
             continue
-        for first, of in spans:
+        for first, span in spans:
             if first > 0:
                 ax.axvspan((first - sink.island) * 1e6, first * 1e6, color="#cccccc", lw=0)
             if sink.spans <= _MANY or end < sink.row_length:
                 middle = (first + sink.length / 2) * 1e6
-                ax.text(middle, 0.3, f"span {of}", ha="center", va="bottom", fontsize=9, color="#555555")
+                ax.text(middle, 0.3, f"span {span}", ha="center", va="bottom", fontsize=9, color="#555555")
         ax.plot(y[y <= end] * 1e6, rise[y <= end], color=INK, label="3D, along the axis")
         if one is not None and one.model in PAPERS:
             _parabolas(ax, sink, one, spans)
@@ -213,20 +213,20 @@ def row(outcome: Outcome[Sink]) -> Figure:
 def _dots(ax: Any, sink: Sink, model: Result, spans: Spans, of_each: str, **look: Any) -> None:
     """A rise of each span, in its middle."""
     middles = [(first + sink.length / 2) * 1e6 for first, _ in spans]
-    ax.plot(middles, [model.steady[f"span{of}_{of_each}_rise_K"].value for _, of in spans], ls="none", **look)
+    ax.plot(middles, [model.steady[f"span{span}_{of_each}_rise_K"].value for _, span in spans], ls="none", **look)
 
 
 def _parabolas(ax: Any, sink: Sink, one: Result, spans: Spans) -> None:
     """The paper's model as its parabola in each span."""
     sink = sink.plain
     k, y, places, rises = sink.silicon.thermal_conductivity, np.linspace(0.0, sink.length, 101), [], []
-    for number, (first, of) in enumerate(spans, 1):
-        R1 = one.steady["anchor_resistance_K_per_W"].value if of == 1 else half_island(sink)
-        mean = one.steady[f"span{of}_mean_rise_K"].value
+    for number, (first, span) in enumerate(spans, 1):
+        R1 = one.steady["anchor_resistance_K_per_W"].value if span == 1 else half_island(sink)
+        mean = one.steady[f"span{span}_mean_rise_K"].value
         ends = unequal_ends(mean, R1, half_island(sink), k, sink.cross_section, sink.length)
-        own = parabola_between(y, *ends, sink.length)
+        rise = parabola_between(y, *ends, sink.length)
         places.append(np.append(first + y, np.nan))
-        rises.append(np.append(own if number == of else own[::-1], np.nan))
+        rises.append(np.append(rise if number == span else rise[::-1], np.nan))
     x, values, label = np.concatenate(places) * 1e6, np.concatenate(rises), "1D, eqs 13 to 19 with unequal ends"
     ax.plot(x, values, color=LINES["end_K"], label=label, ls=(0, (5, 3)))
 

@@ -116,14 +116,14 @@ def _opened(scene: AnyScene, request: Request) -> tuple[Model, Asked] | None:
     return models.opened(*given), of_scene(scene)
 
 
-def _judged(run: Run, outcome: Outcome[AnyScene], model: Model, asked: Asked) -> Outcome[AnyScene]:
+def _judged(run: Run, outcome: Outcome[AnyScene], model: Model, question: Asked) -> Outcome[AnyScene]:
     """With the user's own model held against 3D; where that is interrupted, what 3D found as it is."""
     from compare.probe_answer import answered
 
     scene, three = outcome.scene, outcome.solved
     try:
         with run.clock.stage("reduced1d"):
-            both = held(scene, three, model, asked, run.say)
+            both = held(scene, three, model, question, run.say)
     except NumericsError as error:
         return replace(outcome, failed=f"{model.name} has no answer: {error}; what 3D found is kept")
     except KeyboardInterrupt:
@@ -148,18 +148,18 @@ def _judged(run: Run, outcome: Outcome[AnyScene], model: Model, asked: Asked) ->
                 said_of_why = f"which joint is to blame is not known: {error}"
                 outcome = replace(outcome, warnings=(*outcome.warnings, said_of_why))
     silent = one.details["silent"]
-    left = (f"{model.name} says nothing of {listed(silent)}: no check is made of that",) if silent else ()
-    warnings = (*outcome.warnings, *left)
-    return replace(outcome, reduced1d=one, own=model, checks=checks, answer=said, warnings=warnings)
+    omissions = (f"{model.name} says nothing of {listed(silent)}: no check is made of that",) if silent else ()
+    warnings = (*outcome.warnings, *omissions)
+    return replace(outcome, reduced1d=one, own_model=model, checks=checks, answer=said, warnings=warnings)
 
 
-def held(scene: AnyScene, three: Result, model: Model, asked: Asked, say: Callable[[str], None]) -> Both:
+def held(scene: AnyScene, three: Result, model: Model, question: Asked, say: Callable[[str], None]) -> Both:
     """A model beside the 3D result of a scene."""
     from compare import quantities
     from compare.probes import Both
     from validate.models import asked as of_model
 
-    one = of_model.solve(model, asked, three, scene.accuracy, bool(three.steady), say)
+    one = of_model.solve(model, question, three, scene.accuracy, bool(three.steady), say)
     return Both(quantities.of(scene, three), three, one)
 
 
@@ -195,22 +195,22 @@ def quantities(outcome: Outcome[AnyScene]) -> dict[str, tuple[str, str]]:
 def sensitivities(outcome: Outcome[AnyScene], keys: Sequence[str] | None) -> Sensitivities:
     from validate.inputs.sensitivities import of_free
 
-    found = of_free(outcome.scene, outcome.solved, keys)
-    if outcome.own is None or outcome.reduced1d is None:
-        return found
+    derivatives = of_free(outcome.scene, outcome.solved, keys)
+    if outcome.own_model is None or outcome.reduced1d is None:
+        return derivatives
     from validate.inputs.own_model import beside
 
-    return beside(found, outcome.scene, outcome.solved, outcome.own, outcome.reduced1d, outcome.checks)
+    return beside(derivatives, outcome.scene, outcome.solved, outcome.own_model, outcome.reduced1d, outcome.checks)
 
 
-def steady(outcome: Outcome[AnyScene], found: Sensitivities) -> tuple[Estimates | None, Estimates | None]:
-    """What the slopes are of, temperatures as rises, in 3D and by the user's own model."""
-    return found.values or outcome.solved.steady, found.of_model or None
+def steady(outcome: Outcome[AnyScene], derivatives: Sensitivities) -> tuple[Estimates | None, Estimates | None]:
+    """The steady values that the slopes belong to, temperatures as rises: in 3D and of the user's own model."""
+    return derivatives.values or outcome.solved.steady, derivatives.of_model or None
 
 
 def judged(outcome: Outcome[AnyScene], propagated: Propagated, run: Run) -> tuple[tuple[Check, ...], tuple[str, ...]]:
     """The checks with their u_input, and what it leaves out."""
-    if outcome.own is None:
+    if outcome.own_model is None:
         return outcome.checks, ()
     from validate.inputs.own_model import judged
 
@@ -223,22 +223,22 @@ def models(outcome: Outcome[AnyScene]) -> dict[str, Result]:
     return {"3D": outcome.solved, **({"1D": one} if one is not None else {})}
 
 
-def slopes(outcome: Outcome[AnyScene], found: Sensitivities) -> dict[str, In_units]:
+def slopes(outcome: Outcome[AnyScene], derivatives: Sensitivities) -> dict[str, In_units]:
     """How the probes follow a key by each model, in their units."""
     from validate.inputs import probe_traces
 
-    of = {"3D": probe_traces.of_3d(outcome.scene, found)}
-    if outcome.own is not None and outcome.reduced1d is not None:
-        of["1D"] = probe_traces.of_model(outcome.scene, outcome.own)
-    return of
+    by_model = {"3D": probe_traces.of_3d(outcome.scene, derivatives)}
+    if outcome.own_model is not None and outcome.reduced1d is not None:
+        by_model["1D"] = probe_traces.of_model(outcome.scene, outcome.own_model)
+    return by_model
 
 
-def beside(outcome: Outcome[AnyScene], found: Sensitivities) -> Callable[[str, float], Result]:
+def beside(outcome: Outcome[AnyScene], derivatives: Sensitivities) -> Callable[[str, float], Result]:
     """What 3D is, to first order, with a key larger by a relative step."""
     from validate.inputs import probe_traces
 
-    of = probe_traces.of_3d(outcome.scene, found)
-    return lambda key, step: probe_traces.moved(outcome.scene, outcome.solved, of, key, step)
+    in_units = probe_traces.of_3d(outcome.scene, derivatives)
+    return lambda key, step: probe_traces.moved(outcome.scene, outcome.solved, in_units, key, step)
 
 
 def in_3d(scene: AnyScene, keys: Sequence[str], times: np.ndarray) -> Modelled:

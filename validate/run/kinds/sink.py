@@ -89,10 +89,10 @@ def _modelled(sink: Sink, request: Request) -> AnyScene:
     """What a compact model is of: the 3D problem, with the current as a probe too."""
     _refuse_contacts(sink, "a compact model")
     _refuse_radiation(sink, "a compact model")
-    found = sink.scene()
-    inlet = next(b for b in found.boundaries if b.kind == "voltage")
+    scene = sink.scene()
+    inlet = next(b for b in scene.boundaries if b.kind == "voltage")
     current = Probe("current", inlet.lower, inlet.upper, "current")
-    return replace(found, probes=(*found.probes, current), steady=not request.transient)
+    return replace(scene, probes=(*scene.probes, current), steady=not request.transient)
 
 
 def answer(run: Run, data: Data | None) -> Outcome[Sink]:
@@ -108,7 +108,7 @@ def answer(run: Run, data: Data | None) -> Outcome[Sink]:
     with clock.stage("checks"):
         from validate.run import hottest
 
-        hot = hottest.of_sink(sink, outcome.fem3d, None if outcome.own is not None else outcome.reduced1d)
+        hot = hottest.of_sink(sink, outcome.fem3d, None if outcome.own_model is not None else outcome.reduced1d)
     with clock.stage("answer"):
         said, reason = answered(sink, outcome.fem3d, outcome.reduced1d, outcome.checks, outcome.why, levels)
     steps = noted(outcome.plan, [Step(plans.BLAME, "skipped", reason)] if reason else [])
@@ -141,11 +141,11 @@ def _compared(
     sink, request, clock, say = run.scene, run.request, run.clock, run.say
     solver_steps: tuple[Step, ...] = (plans.ONLY_1D,)
     outcome = Outcome(sink, request, ())
-    fem3d = reduced1d = single = own = None
+    fem3d = reduced1d = single = model = None
     if request.model:
         from validate.models import asked, opened
 
-        own = opened(request.model)
+        model = opened(request.model)
     if "fem3d" in request.models:
         with clock.stage("imports"):
             from fem3d.runs.sink import solve as solve_3d
@@ -163,10 +163,10 @@ def _compared(
         solver_steps = tuple(fem3d.details["plan"])
     if "reduced1d" in request.models:
         with clock.stage("reduced1d"):
-            if own is None:
+            if model is None:
                 reduced1d = _reduction(sink, request, fem3d, levels)
             elif fem3d is not None:
-                reduced1d = asked.solve(own, asked.of_sink(sink, fem3d), fem3d, 0.0, True, say)
+                reduced1d = asked.solve(model, asked.of_sink(sink, fem3d), fem3d, 0.0, True, say)
     if fem3d is not None:
         from compare.checks import evaluate, varied
 
@@ -182,14 +182,14 @@ def _compared(
                 if single is not None:
                     outcome = replace(outcome, varied=varied(sink, request.reduction, single, say))
     warnings = tuple(text for model in (fem3d, reduced1d) if model for text in model.details.get("warnings", ()))
-    if own is not None and fem3d is not None:
+    if model is not None and fem3d is not None:
         from compare.made import made_checks
 
         made = {check.id for check in outcome.checks}
-        if left := [check for check in made_checks(sink, request) if check not in made]:
-            warnings += (f"not checked, as {own.name} leaves out what it is of: {listed(left)}",)
+        if unchecked := [check for check in made_checks(sink, request) if check not in made]:
+            warnings += (f"not checked, as {model.name} leaves out what it is of: {listed(unchecked)}",)
     steps = plans.of_sink(sink, request, solver_steps, data)
-    return replace(outcome, plan=steps, fem3d=fem3d, reduced1d=reduced1d, warnings=warnings, own=own)
+    return replace(outcome, plan=steps, fem3d=fem3d, reduced1d=reduced1d, warnings=warnings, own_model=model)
 
 
 def _levels(sink: Sink, request: Request) -> Levels | None:
@@ -217,17 +217,17 @@ def _reduction(sink: Sink, request: Request, fem3d: Result | None, levels: Level
 
 def quantities(outcome: Outcome[Sink]) -> dict[str, tuple[str, str]]:
     """What is followed and uncertain, by name: what it is called, and its unit."""
-    return {asked.steady: (asked.called, asked.unit) for asked in OF_A_SINK.values()}
+    return {entry.steady: (entry.called, entry.unit) for entry in OF_A_SINK.values()}
 
 
 def sensitivities(outcome: Outcome[Sink], keys: Sequence[str] | None) -> Sensitivities:
     from validate.inputs.sensitivities import of_sink
 
     with_profile = outcome.request.uncertain is not None
-    return of_sink(outcome.scene, outcome.fem3d, outcome.reduced1d, with_profile, outcome.own)
+    return of_sink(outcome.scene, outcome.fem3d, outcome.reduced1d, with_profile, outcome.own_model)
 
 
-def steady(outcome: Outcome[Sink], found: Sensitivities) -> tuple[Estimates | None, Estimates | None]:
+def steady(outcome: Outcome[Sink], derivatives: Sensitivities) -> tuple[Estimates | None, Estimates | None]:
     """The steady values in 3D and in 1D, ``None`` of a model that was not asked for."""
     three, one = outcome.fem3d, outcome.reduced1d
     return (three.steady if three is not None else None), (one.steady if one is not None else None)
@@ -253,19 +253,19 @@ def models(outcome: Outcome[Sink]) -> dict[str, Result]:
     return {name: result for name, result in both.items() if result is not None}
 
 
-def slopes(outcome: Outcome[Sink], found: Sensitivities) -> dict[str, In_units]:
+def slopes(outcome: Outcome[Sink], derivatives: Sensitivities) -> dict[str, In_units]:
     """How the traces of each model follow a key, in their units."""
     from validate.inputs.propagation import in_units
 
     called = {"3D": "fem3d", "1D": "reduced1d"}
-    return {name: in_units(outcome.scene, found, model) for name, model in called.items()}
+    return {name: in_units(outcome.scene, derivatives, model) for name, model in called.items()}
 
 
-def beside(outcome: Outcome[Sink], found: Sensitivities) -> Callable[[str, float], Result]:
+def beside(outcome: Outcome[Sink], derivatives: Sensitivities) -> Callable[[str, float], Result]:
     """What 3D is, to first order, with a key larger by a relative step."""
     from validate.inputs.propagation import moved
 
-    return lambda key, step: moved(outcome.solved, outcome.scene, found, key, step)
+    return lambda key, step: moved(outcome.solved, outcome.scene, derivatives, key, step)
 
 
 def in_3d(sink: Sink, keys: Sequence[str], times: np.ndarray) -> Modelled:
