@@ -20,8 +20,8 @@ S = TypeVar("S", bound="Space")
 
 
 class Rule(NamedTuple):
-    """``points`` (3, points) of the reference cell with ``weights`` (points,); the numbers of those
-    ``functions`` of the cell that it has, their ``values`` (points, functions) and ``slopes`` (3, points, functions)."""
+    """``points`` (3, points) of the reference cell with ``weights`` (points,); the numbers of
+    the cell's ``functions`` that it is for, their ``values`` (points, functions), ``slopes`` (3, points, functions)."""
 
     points: np.ndarray
     weights: np.ndarray
