@@ -11,6 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from scenes import laws
+
 SIGMA = 5.670374419e-8
 """Stefan's and Boltzmann's constant, W/(m2 K4): CODATA 2018, exact in the SI."""
 COLDEST = 1.0  # K: a state on the way to the solution may lie below, where nothing has a coefficient
@@ -39,3 +41,22 @@ def beyond(boundary: Any, temperature: np.ndarray) -> np.ndarray | None:
         return None
     t = np.maximum(temperature, COLDEST)
     return np.asarray(boundary.value.slope(t) * (temperature - float(boundary.ambient)))
+
+
+def slope(boundary: Any, temperature: np.ndarray) -> np.ndarray:
+    """The whole derivative of the flux, in W/(m2 K)."""
+    rest = beyond(boundary, temperature)
+    whole: np.ndarray = coefficient(boundary, temperature) + (0.0 if rest is None else rest)
+    return whole
+
+
+def towards(boundary: Any, other: Any, temperature: np.ndarray) -> np.ndarray:
+    """What the flux (W/m2) changes by on the way from a boundary to another that differs from it by its numbers, to
+    first order."""
+    t, ambient = np.maximum(temperature, COLDEST), float(boundary.ambient)
+    warmer = float(other.ambient) - ambient
+    if boundary.kind == "radiation":
+        emitted: np.ndarray = (other.value - boundary.value) * SIGMA * (t**4 - ambient**4)
+        return emitted - 4 * boundary.value * SIGMA * ambient**3 * warmer
+    change = laws.towards(boundary.value, other.value, t)
+    return np.asarray(change * (temperature - ambient) - boundary.value(t) * warmer)

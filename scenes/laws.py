@@ -5,8 +5,8 @@ A *property* is a number, a law, or three of these along x, y and z (anisotropic
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 from typing import Any
 
 Property = Any
@@ -73,6 +73,23 @@ class Table:
 Law = PowerLaw | Table
 
 
+@dataclass(frozen=True)
+class Line:
+    """``value`` (1 + ``coefficient`` (T - ``at``)): a resistivity with a temperature coefficient, beside laws."""
+
+    value: float
+    coefficient: float
+    at: float
+
+    def __call__(self, temperature: Any) -> Any:
+        """The property at a temperature (K), a number or an array."""
+        return self.value * (1 + self.coefficient * (temperature - self.at))
+
+    def slope(self, temperature: Any) -> Any:
+        """Its derivative (per K)."""
+        return self.value * self.coefficient + 0.0 * temperature
+
+
 def along(given: Property) -> tuple[Property, Property, Property]:
     """The property along x, y and z."""
     return given if isinstance(given, tuple) else (given, given, given)
@@ -98,3 +115,48 @@ def varies(given: Property) -> bool:
 def is_plain(given: Property) -> bool:
     """Whether a property is one number, or nothing."""
     return not isinstance(given, (Law, tuple))
+
+
+def numbers(given: Property) -> Iterator[tuple[str, float, Callable[[float], Property]]]:
+    """The numbers that a property is varied by: what each is called behind its key, its value, and what makes the
+    property with it some times as large. A law is one as a whole (a power by its value, a table by its largest), its
+    exponent another; of three along the axes each has its own."""
+    if isinstance(given, tuple):
+        for d, each in enumerate(given):
+            for name, value, times in numbers(each):
+                yield f"[{'xyz'[d]}]{name}", value, _along(given, d, times)
+    elif isinstance(given, PowerLaw):
+        yield "", given.value, lambda factor: replace(given, value=factor * given.value)
+        yield ".exponent", given.exponent, lambda factor: replace(given, exponent=factor * given.exponent)
+    elif isinstance(given, Table):
+        yield "", max(given.values), lambda factor: replace(given, values=tuple(factor * v for v in given.values))
+    else:
+        yield "", given, lambda factor: factor * given
+
+
+def _along(
+    given: tuple[Property, ...], axis: int, times: Callable[[float], Property]
+) -> Callable[[float], tuple[Property, ...]]:
+    return lambda factor: (*given[:axis], times(factor), *given[axis + 1 :])
+
+
+def towards(law: Any, other: Any, temperature: Any) -> Any:
+    """What the property at a temperature (K) changes by on the way from a law, or a number, to another of its kind, to
+    first order in all that differs."""
+    import numpy as np
+
+    if isinstance(law, PowerLaw):
+        logarithm = np.log(temperature / law.at)
+        share = (other.value - law.value) / law.value + (other.exponent - law.exponent) * logarithm
+        return law(temperature) * (share - law.exponent * (other.at - law.at) / law.at)
+    if isinstance(law, Table):
+        values, places = (np.subtract(getattr(other, n), getattr(law, n)) for n in ("values", "temperatures"))
+        change = np.interp(temperature, law.temperatures, values)
+        if places.any():
+            change = change - law.slope(temperature) * np.interp(temperature, law.temperatures, places)
+        return change
+    if isinstance(law, Line):
+        of_line = (other.coefficient - law.coefficient) * (temperature - law.at)
+        of_line = of_line - law.coefficient * (other.at - law.at)
+        return (other.value - law.value) * (law(temperature) / law.value) + law.value * of_line
+    return np.full_like(temperature, other - law)

@@ -79,6 +79,13 @@ class Material:
         """Whether the resistivity follows the temperature."""
         return laws.varies(self.resistivity) or bool(self.resistivity and self.temperature_coefficient)
 
+    def law(self, key: str) -> Property | laws.Line:
+        """A property as it follows the temperature: of a resistivity with a temperature coefficient that line."""
+        given = getattr(self, key)
+        if key == "resistivity" and laws.is_plain(given) and given is not None and self.temperature_coefficient:
+            return laws.Line(given, self.temperature_coefficient, self.reference_temperature)
+        return given
+
     @property
     def follows(self) -> tuple[str, ...]:
         """The keys of the properties that have a law."""

@@ -52,7 +52,10 @@ def read(scene: object, given: Sequence[str], correlated: Sequence[str] = ()) ->
         if text.strip() == MATERIALS:
             # A device has that of its sink.
             table: Mapping[str, float] = getattr(getattr(scene, "sink", scene), "uncertainties", {})
-            relative |= {key: u for key, u in table.items() if key in known}
+            for key, u in table.items():
+                # Of three along the axes each.
+                along = [f"{key}[{axis}]" for axis in "xyz"]
+                relative |= {path: u for path in (key, *along) if path in known}
             continue
         key, equals, value = (part.strip() for part in text.partition("="))
         if not (key and equals and value):

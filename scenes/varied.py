@@ -23,7 +23,7 @@ from scenes.kinds import KELVIN, Quantity
 from scenes.model import AnyScene, Material, Scene, Schedule, Value, values
 from scenes.moved import transferred
 from scenes.parameters import SECTION, Parameters
-from scenes.units import LENGTH, dimension_of
+from scenes.units import LENGTH, NUMBER, dimension_of
 
 T = TypeVar("T")
 
@@ -31,8 +31,11 @@ SETTINGS = ("run.", "control.", "external.step_time")
 """What says how a scene is run and not what it is made of; there is nothing to measure of it."""
 MEANT = {"oxide_offset": "anchor_distance"}
 """The attributes that say what others come to where their value is a word."""
+EXPONENT = ".exponent"
+"""How the keys of exponents end."""
 PLANE = 1e-9  # of a scene's extent: coordinates nearer to each other are in one plane
 _SIZE = Quantity(LENGTH, 0.0, 1e4)
+_POWER = Quantity(NUMBER, 0.0, inf, signed=True)
 
 
 def is_free(scene: object) -> bool:
@@ -51,14 +54,14 @@ def numbers(scene: Any) -> dict[str, float]:
         skipped = (*SETTINGS, *getattr(scene, "sink", scene).absent)
         if not key.physical or number_of(key.kind) is None or path.startswith(skipped):
             continue
-        value = _value(scene, key.attribute)
-        if not value or not laws.is_plain(value):
+        given = _value(scene, key.attribute)
+        if not given:
             continue
         owner = key.attribute.rpartition(".")[0]
-        of_law = path.endswith((".temperature_coefficient", ".reference_temperature"))
-        if of_law and attrgetter(owner)(scene).resistivity is None:
+        of_line = path.endswith((".temperature_coefficient", ".reference_temperature"))
+        if of_line and ((own := attrgetter(owner)(scene).resistivity) is None or laws.varies(own)):
             continue
-        found[path] = float(value)
+        found |= {path + name: float(value) for name, value, _ in laws.numbers(given) if value}
     return found
 
 
@@ -77,7 +80,9 @@ def kind_of(scene: Any, path: str) -> Quantity:
         return Quantity(dimension_of(given.powers[name]), 0.0, inf, signed=True)
     if is_free(scene):
         return of_free(scene)[path].kind
-    kind = number_of(type_of(scene).schema.paths[path].kind)
+    if path.endswith(EXPONENT):
+        return _POWER
+    kind = number_of(type_of(scene).schema.paths[_of_law(scene, path)[0]].kind)
     assert kind is not None
     return kind
 
@@ -93,8 +98,16 @@ def varied(scene: T, path: str, factor: float) -> T:
     if is_free(scene):
         return of_free(given)[path].more(factor - 1)  # type: ignore[return-value]
     schema = type_of(scene).schema
-    value: Any = _value(scene, schema.paths[path].attribute)
-    return schema.apply({path: value * factor}, scene)
+    key, name = _of_law(scene, path)
+    times = {of: change for of, _, change in laws.numbers(_value(scene, schema.paths[key].attribute))}[name]
+    return schema.apply({key: times(factor)}, scene)
+
+
+def _of_law(scene: Any, path: str) -> tuple[str, str]:
+    """The key of a sink or device, and the name behind it of a number of its law (`scenes.laws.numbers`)."""
+    paths = type_of(scene).schema.paths
+    key = path if path in paths else path.removesuffix(EXPONENT).partition("[")[0]
+    return key, path[len(key) :]
 
 
 def neighbour(scene: T, path: str, step: float) -> T:
@@ -189,18 +202,21 @@ def _materials(scene: AnyScene) -> Iterator[tuple[str, Number]]:
     for material in dict.fromkeys(physics.materials(scene)):
         own = list(physics.needed(scene))
         if physics.electric(scene) and material.resistivity is not None:
-            own += ["resistivity", "temperature_coefficient"]
+            own.append("resistivity")
+            own += ["temperature_coefficient"] if laws.is_plain(material.resistivity) else []
             own += ["reference_temperature"] if material.temperature_coefficient else []
         for key in own:
-            if laws.is_plain(getattr(material, key)):
-                kind: Any = number_of(LISTS["material"][key])
-                number = Number(float(getattr(material, key)), kind, _with_material(scene, material, key))
-                yield f"material.{material.name}.{key}", number
+            for name, value, times in laws.numbers(getattr(material, key)):
+                kind: Any = _POWER if name.endswith(EXPONENT) else number_of(LISTS["material"][key])
+                number = Number(float(value), kind, _with_material(scene, material, key, times))
+                yield f"material.{material.name}.{key}{name}", number
 
 
-def _with_material(scene: AnyScene, material: Material, key: str) -> Callable[[float], AnyScene]:
+def _with_material(
+    scene: AnyScene, material: Material, key: str, times: Callable[[float], laws.Property]
+) -> Callable[[float], AnyScene]:
     def more(part: float) -> AnyScene:
-        other = replace(material, **{key: getattr(material, key) * (1 + part)})
+        other = replace(material, **{key: times(1 + part)})
 
         parts = getattr(scene, scene.parts)
         changed: dict[str, Any] = {
@@ -230,11 +246,26 @@ def _conditions(scene: AnyScene) -> Iterator[tuple[str, Number]]:
         else:
             assert isinstance(kind, Varying)
             own = kind.quantity
-        if not laws.varies(boundary.value):
+        if laws.varies(boundary.value):
+            for name, value, times in laws.numbers(boundary.value):
+                of_law = _POWER if name.endswith(EXPONENT) else own
+                yield key + name, Number(value, of_law, _with_law(scene, i, times))
+        else:
             yield key, Number(_largest(boundary.value), own, _with_item(scene, "boundaries", i, "value"))
         if 0 < boundary.series_resistance < inf:
             more = _with_item(scene, "boundaries", i, "series_resistance")
             yield f"boundary.{boundary.name}.series_resistance", Number(boundary.series_resistance, SERIES, more)
+
+
+def _with_law(scene: Any, number: int, times: Callable[[float], laws.Property]) -> Callable[[float], Any]:
+    """What multiplies a number of the law of a boundary's coefficient by one and a part."""
+
+    def more(part: float) -> Any:
+        boundaries = list(scene.boundaries)
+        boundaries[number] = replace(boundaries[number], value=times(1 + part))
+        return replace(scene, boundaries=tuple(boundaries))
+
+    return more
 
 
 def _with_contact(scene: Any, number: int) -> Callable[[float], Any]:

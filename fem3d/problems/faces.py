@@ -88,9 +88,7 @@ class Surface:
         (functions,)."""
         seen = on.finer(self.more)
         at = self._start + seen.value(u)
-        rest = faces.beyond(self.boundary, at)
-        slope = faces.coefficient(self.boundary, at) + (0.0 if rest is None else rest)
-        per_kelvin = -seen.load(slope)
+        per_kelvin = -seen.load(faces.slope(self.boundary, at))
         return -float((seen.areas * faces.flux(self.boundary, at)).sum()) - float(per_kelvin @ u), per_kelvin
 
     @property

@@ -52,7 +52,7 @@ class OfCells:
     points), or (3, cells, points) where it differs along the axes."""
 
     def __init__(self, domain: Domain, key: str, cells: np.ndarray) -> None:
-        given = [getattr(m, key) for m in domain.materials]
+        given = [m.law(key) for m in domain.materials]
         bodies = domain.body[cells]
         self._start = domain.scene.initial_temperature
         self._axes = any(isinstance(given[b], tuple) for b in np.unique(bodies))
@@ -72,6 +72,19 @@ class OfCells:
         start = np.full_like(rise, self._start)
         return self._made(rise, lambda law, t: law.integral(t) - law.integral(start[: len(t)]) if callable(law) else
                           law * (t - self._start))  # fmt: skip
+
+    def towards(self, other: OfCells, rise: np.ndarray) -> np.ndarray:
+        """What the property at a rise (K) changes by on the way to that of a scene that differs by its numbers, the
+        initial temperature among them, to first order."""
+        found = self.slope(rise) * (other._start - self._start)
+        temperature = np.maximum(self._start + rise, COLDEST)
+        for (at, given), (_, target) in zip(self._parts, other._parts, strict=True):
+            if self._axes:
+                for d, pair in enumerate(zip(laws.along(given), laws.along(target), strict=True)):
+                    found[d, at] += laws.towards(*pair, temperature[at])
+            else:
+                found[at] += laws.towards(given, target, temperature[at])
+        return found
 
     def of(self, cell: int) -> OfCells:
         """That of one of the cells, by its place among them."""

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from fem3d.problems.faces import Surface
-from fem3d.problems.following import Conduction, at_faces
+from fem3d.problems.following import Conduction, OfCells, at_faces
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.paths import across
 from fem3d.spaces.domain import Domain
@@ -117,6 +117,23 @@ def gradient(domain: Domain, probe: Any, conductivity: Conductivity) -> np.ndarr
     for faces, sign, cells in domain.sides(probe, every, [torn for torn, _ in jumping]):
         found += sign * faces.flux(conductivity(faces, cells))
     return found + across(domain, probe, jumping)
+
+
+def drift(domain: Domain, probe: Any, u: np.ndarray) -> np.ndarray:
+    """(functions,): how the heat (W) of `gradient` follows a field u as the conductivity does, by its laws, while the
+    gradient stays."""
+    facets, found = domain.facets(probe), np.zeros(domain.space.size)
+
+    def bent(faces: Faces, cells: np.ndarray) -> np.ndarray:
+        steep = OfCells(domain, "thermal_conductivity", cells).slope(faces.value(u))
+        return faces.load(faces.slope(u, steep))
+
+    outer = facets[domain.exposed(facets)]
+    if len(outer):
+        found += bent(domain.seen(outer), domain.space.mesh.f2t[0, outer])
+    for faces, sign, cells in domain.sides(probe, np.ones(len(domain.body), bool)):
+        found -= sign * bent(faces, cells)
+    return found
 
 
 def cell_by_cell(conductivity: np.ndarray) -> Conductivity:

@@ -17,6 +17,7 @@ from fem3d.sensitivity import steady as steady_slopes
 from fem3d.sensitivity.motion import STEP
 from fem3d.sensitivity.steady import Table
 from meshes import symmetry
+from scenes import physics
 from scenes.result import Estimate, Result
 from scenes.sink import Sink
 from scenes.varied import neighbour, numbers
@@ -80,7 +81,9 @@ def of_sink(
         current = steady[VOLTAGE]["current_A"]
         steady[VOLTAGE]["power_W"] = Estimate(1 + current.value, current.error)
     course = None
-    if response is not None:
+    if response is not None and (why := physics.nonlinear(study().part.scene, True)):
+        left_out = left_out | {"the traces": f"{why}, and a sensitivity is then one of the steady state alone"}
+    elif response is not None:
         beside = {key: others[key] for key in by}
         absolute, _ = over_time.over_time(study(), response.transient, beside, instants)
         course = _logarithmic(absolute, steady, {n: e / response.scales[n] for n, e in response.errors.items()})

@@ -1,8 +1,9 @@
 """Dual solutions of the coupled steady state: how an output follows the residuals of heat and of current.
 
-With rise u, potential phi and resistivity rho(u), the state solves, for all tests z, w that vanish at given values,
+With rise u, potential phi, conductivity k(u) and resistivity rho(u), the state solves, for all tests z, w that vanish
+at given values,
 
-    R_T(z) = int k grad u . grad z + films - int q z - int |grad phi|^2 / (n rho(u)) z = 0
+    R_T(z) = int k(u) grad u . grad z + films - int q z - int |grad phi|^2 / (n rho(u)) z = 0
     R_E(w) = int grad phi . grad w / rho(u) = 0
 
 and an output is J = row @ u + charges @ phi + R_T(e) + R_E(d) + int_boxes |grad phi|^2 / (n rho(u)) + films: heat
@@ -17,17 +18,25 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
+from scipy.sparse import csc_array
 from scipy.sparse.linalg import LinearOperator, gmres
 
 from fem3d.problems.current import Conductor
+from fem3d.problems.faces import Surface
+from fem3d.problems.linearized import linearized
+from fem3d.problems.rest import Rest
 from fem3d.sensitivity.motion import Motion
 from fem3d.solution.steady import SteadyState
-from scenes import physics
+from fem3d.spaces.integrals import Faces
+from scenes import faces, physics
 from scenes.errors import ConvergenceError
+from scenes.model import bends
 
 SOLVED = 1e-8  # relative residual of dual solutions; derivatives are asked for to some 1e-4
+FILMS = ("convection", "radiation")
 MOST = 200  # steps of the dual iteration, at most: as many as a state next to runaway takes
 
 
@@ -78,9 +87,36 @@ class Linearized:
         return slope
 
     @cached_property
+    def tangent(self) -> tuple[csc_array, Rest | None]:
+        """The derivative of what leaves by conduction and films by the rise (all nodes), transposed: a symmetric matrix
+        and the rest, where a term is nonlinear."""
+        heat = self.state.heat
+        if heat.exact is None:
+            return heat.stiffness, None
+        own = linearized(heat.exact, None, self.state.rise, np.empty(0))
+        assert own.rest is not None
+        return own.stiffness, own.rest.transposed()
+
+    def face(self, boundary: Any) -> Faces:
+        """That of a film, with the points of its quadrature."""
+        terms = (self.state.heat.exact or self.state.heat).terms
+        own = self.state.heat.domain.faces(boundary)
+        more = [t.more for t in terms if isinstance(t, Surface) and boundary in t.boundaries]
+        return own.finer(more[0]) if more else own
+
+    def temperature(self, face: Faces) -> np.ndarray:
+        """(facets, points) in K."""
+        return self.state.heat.domain.scene.initial_temperature + face.value(self.rise)
+
+    @cached_property
     def rho(self) -> np.ndarray:
         """(live cells, points)."""
         return self._conductor.resistivity(self.state.rise)
+
+    @cached_property
+    def _steepness(self) -> np.ndarray:
+        """(live cells, points): the derivative of the resistivity's logarithm (1/K)."""
+        return self._conductor.steepness(self.state.rise)
 
     @property
     def _conductor(self) -> Conductor:
@@ -108,18 +144,20 @@ class Linearized:
         """(all nodes,), (functions,): how J - R_T(z) - R_E(w) follows the rise and the potential; zero at free ones of
         the dual solutions. z and w (functions,) have the goal's tests in them, with a minus."""
         heat = self.state.heat
-        gradient = heat.take(goal.row) - heat.stiffness @ heat.take(z)
+        stiffness, rest = self.tangent
+        tested = heat.take(z)
+        gradient = heat.take(goal.row) - stiffness @ tested - (0.0 if rest is None else rest(tested))
         for boundary in heat.domain.scene.boundaries:
-            if boundary.kind == "convection" and boundary.name in goal.films:
-                per_kelvin = boundary.value * goal.films[boundary.name][:, None]
-                gradient -= heat.take(heat.domain.faces(boundary).load(per_kelvin))
+            if boundary.kind in FILMS and boundary.name in goal.films:
+                face = self.face(boundary)
+                bent = bends(boundary)
+                per_kelvin = faces.slope(boundary, self.temperature(face)) if bent else boundary.value
+                gradient -= heat.take(face.load(per_kelvin * goal.films[boundary.name][:, None]))
         if self.state.conductor is None:
             return gradient, goal.charges.copy()
         of_phi = goal.charges + self._charge(z, w, goal.boxes)
         if self._conductor.warms:
-            gradient -= heat.take(
-                self._conductor.on.load(self._conductor.warm / self.rho**2 * self.pressed(z, w, goal.boxes))
-            )
+            gradient -= heat.take(self._conductor.on.load(self._steepness / self.rho * self.pressed(z, w, goal.boxes)))
         return gradient, of_phi
 
     def _charge(self, z: np.ndarray, w: np.ndarray, boxes: np.ndarray | float) -> np.ndarray:

@@ -5,17 +5,20 @@ from __future__ import annotations
 
 import copy
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from fem3d.problems.conductors import within
+from fem3d.problems.following import OfCells, at_faces, following
 from fem3d.results import probes
 from fem3d.results.probes import reading
 from fem3d.results.voltmeter import Voltmeter
 from fem3d.sensitivity.adjoint import Goal, Linearized
 from fem3d.sensitivity.motion import Motion
 from fem3d.spaces.extreme import Place
+from fem3d.spaces.integrals import Faces
 from meshes.symmetry import Symmetry
 from scenes.errors import SceneError
 
@@ -112,15 +115,7 @@ class Goals:
     def _heat(self, probe: Any) -> Goal:
         domain, how = self._domain, reading(self._state.heat, probe)
         if how.gradient:
-            conductivity, rise = domain.per_cell("thermal_conductivity"), self._linearized.rise
-
-            def follows(by: Motion) -> float:
-                changed = conductivity * _shrinks(domain, probe, by) + by.conductivity
-                return float(probes.gradient(domain, probe, probes.cell_by_cell(changed)) @ rise)
-
-            return replace(
-                self._none, row=probes.gradient(domain, probe, probes.cell_by_cell(conductivity)), own=((1.0, follows),)
-            )
+            return self._gradient(probe)
         goal, facets = self._none, domain.facets(probe)
         for boundary in domain.scene.boundaries:
             if boundary.kind != "voltage":
@@ -128,6 +123,29 @@ class Goals:
                 if covered.any():
                     goal = goal.plus(1.0, self._flow(boundary.name, covered.astype(float)))
         return goal
+
+    def _gradient(self, probe: Any) -> Goal:
+        """The heat that passes a section."""
+        domain, rise, key = self._domain, self._linearized.rise, "thermal_conductivity"
+        cold, bent = domain.per_cell(key), len(following(domain, key)) > 0
+
+        def follows(by: Motion) -> float:
+            shrinks = _shrinks(domain, probe, by)
+
+            def by_law(face: Faces, cells: np.ndarray) -> np.ndarray:
+                at = face.value(rise)
+                moved = OfCells(domain, key, cells).value(at) * shrinks[cells, None]
+                return moved + by.of_law(domain, key, cells, at)
+
+            changed = by_law if bent else probes.cell_by_cell(cold * shrinks + by.conductivity)
+            return float(probes.gradient(domain, probe, changed) @ rise)
+
+        if bent:
+            row = probes.gradient(domain, probe, partial(at_faces, domain, rise))
+            row += probes.drift(domain, probe, rise)
+        else:
+            row = probes.gradient(domain, probe, probes.cell_by_cell(cold))
+        return replace(self._none, row=row, own=((1.0, follows),))
 
     def _current(self, probe: Any) -> Goal:
         conductor, how, none = self._state.conductor, reading(self._state.heat, probe), self._none
@@ -139,9 +157,12 @@ class Goals:
         domain, rise, phi = self._domain, self._linearized.rise, self._state.hot_potential
         row, charges, sides = np.zeros(len(phi)), np.zeros(len(phi)), []
         section, beside = conductor.sections[probe.name], domain.sides(probe, domain.live)
-        for (faces, warmed, sign, cold, warm, _), (_, _, cells) in zip(section, beside, strict=True):
+        by_law = conductor.following is not None
+        for (faces, warmed, sign, _, warm, resistivity), (_, _, cells) in zip(section, beside, strict=True):
             at = warmed.value(rise)
-            rho = cold + warm * at
+            rho = resistivity(at)
+            if by_law:
+                warm = domain.stands_for[domain.body[cells], None] * OfCells(domain, "resistivity", cells).slope(at)
             charges += sign * faces.flux(1 / rho)
             row += sign * faces.load(warm / rho**2 * faces.slope(phi))
             sides.append((faces, sign, cells, at, rho))
@@ -150,7 +171,11 @@ class Goals:
             total, shrinks = 0.0, _shrinks(domain, probe, by)
             for faces, sign, cells, at, rho in sides:
                 grown = shrinks[cells]
-                resisted = by.cold[cells][:, None] + by.warm[cells][:, None] * at
+                if by_law:
+                    copies = domain.stands_for[domain.body[cells], None]
+                    resisted = copies * by.of_law(domain, "resistivity", cells, at)
+                else:
+                    resisted = by.cold[cells][:, None] + by.warm[cells][:, None] * at
                 total += sign * float(faces.flux(grown[:, None] / rho - resisted / rho**2) @ phi)
             return total
 

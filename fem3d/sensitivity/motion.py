@@ -14,14 +14,16 @@ from typing import Any
 import numpy as np
 
 from fem3d.problems.conductors import law
+from fem3d.problems.following import OfCells
 from fem3d.spaces.box_cells import BoxCells, box_cells
 from fem3d.spaces.domain import Domain, boxes
 from fem3d.spaces.file_domain import groups
 from meshes.grouped.place import Placed
 from meshes.symmetry import Symmetry
-from scenes import physics
+from scenes import faces, laws, physics
 from scenes.errors import SceneError
-from scenes.model import AnyScene, Material, MeshScene, Scene, Schedule, Value
+from scenes.laws import Property
+from scenes.model import AnyScene, Material, MeshScene, Scene, Schedule, Value, bends
 
 STEP = 2.0**-14  # relative change of a key from scene to scene, a power of two; rounding is divided by it
 APART = 1e-9  # faces nearer to each other than this fraction of a scene's extent are in one plane
@@ -30,10 +32,12 @@ APART = 1e-9  # faces nearer to each other than this fraction of a scene's exten
 @dataclass(frozen=True, eq=False)
 class Motion:
     """Derivatives by the logarithm of a key. ``breaks``: of the grid's breakpoints (m), per axis; ``stretch`` (3,
-    cells): of the logarithms of the cells' sides; ``conductivity``, ``cold`` and ``warm`` (cells,): of the
-    properties, the latter the two parts of the resistivity; ``rises`` and ``voltages`` (functions,):
-    of what is given; ``sources``: of the heat sources, as the domain has them; ``films``: of flux, coefficient and the
-    air's rise, by boundary; ``probes``: of corners; ``electrodes``: their voltages, with how they change."""
+    cells): of the logarithms of the cells' sides; ``conductivity`` (3, cells), ``cold`` and ``warm`` (cells,): of the
+    properties where these are numbers, the latter the two parts of the resistivity; ``rises`` and ``voltages``
+    (functions,): of what is given; ``sources``: of the heat sources, as the domain has them; ``films``: of flux,
+    coefficient and the air's rise, by boundary; ``probes``: of corners; ``electrodes``: their voltages, with how they
+    change. What a law of the temperature does is told at the points of integrals, from the scene that is ``changed`` by
+    a ``step``."""
 
     breaks: tuple[np.ndarray, ...]
     stretch: np.ndarray
@@ -46,6 +50,27 @@ class Motion:
     films: dict[str, tuple[float, float, float]]
     probes: dict[str, tuple[np.ndarray, np.ndarray]]
     electrodes: tuple[tuple[float, float], ...]
+    changed: AnyScene
+    step: float
+
+    def bends(self, domain: Domain, key: str) -> bool:
+        """Whether a property by its key changes where the temperature is what it was above the initial one."""
+        pairs = zip(domain.materials, physics.materials(self.changed), strict=True)
+        moved = self.changed.initial_temperature != domain.scene.initial_temperature
+        return moved or any(p.law(key) != q.law(key) for p, q in pairs)
+
+    def of_law(self, domain: Domain, key: str, cells: np.ndarray, rise: np.ndarray) -> np.ndarray:
+        """Of a property by its key on some cells, as `OfCells.value` of a rise (K) has it."""
+        other = replace(domain, scene=self.changed, materials=physics.materials(self.changed))
+        return OfCells(domain, key, cells).towards(OfCells(other, key, cells), rise) / self.step
+
+    def of_face(self, scene: AnyScene, boundary: Any, temperature: np.ndarray) -> np.ndarray:
+        """Of the flux (W/m2) that leaves by a boundary whose heat is no straight line of its face's temperature, at
+        such ones (K)."""
+        other = next(b for b in self.changed.boundaries if b.name == boundary.name)
+        warmer = self.changed.initial_temperature - scene.initial_temperature
+        change = faces.towards(boundary, other, temperature) + faces.slope(boundary, temperature) * warmer
+        return change / self.step
 
     @property
     def moves(self) -> bool:
@@ -82,14 +107,14 @@ def motion(domain: Any, part: Symmetry, other: Symmetry, step: float) -> Motion:
             indices, more = domain.fixed[a.name], (_number(b.value) - _number(a.value)) / step
             voltages[indices] = space.unit[indices] * more
             electrodes.append((_number(a.value), more))
-        else:
+        elif not bends(a):
             films[a.name] = _difference(_film(a, start[0]), _film(b, start[1]), step)
     owner = list(zip(physics.materials(scene), physics.materials(changed), strict=True))
     indices = domain.body
 
-    conductivity = [(q.thermal_conductivity - p.thermal_conductivity) / step for p, q in owner]
-    laws = np.array([_difference(_law(p, start[0]), _law(q, start[1]), step) for p, q in owner])
-    laws = (laws * domain.stands_for[:, None])[indices]
+    conductivity = [_change(p.thermal_conductivity, q.thermal_conductivity, step) for p, q in owner]
+    lines = np.array([_difference(_law(p, start[0]), _law(q, start[1]), step) for p, q in owner])
+    lines = (lines * domain.stands_for[:, None])[indices]
     breaks: tuple[np.ndarray, ...] = ()
     stretch, probes = np.zeros((3, len(indices))), dict[str, tuple[np.ndarray, np.ndarray]]()
     if isinstance(domain, BoxCells):
@@ -103,8 +128,8 @@ def motion(domain: Any, part: Symmetry, other: Symmetry, step: float) -> Motion:
             for p, q in zip(scene.probes, changed.probes, strict=True)
         }
     return Motion(
-        breaks, stretch, np.array(conductivity)[indices], laws[:, 0], laws[:, 1], rises,
-        voltages, _sources(scene, changed, step), films, probes, tuple(electrodes),
+        breaks, stretch, np.array(conductivity).T[:, indices], lines[:, 0], lines[:, 1], rises,
+        voltages, _sources(scene, changed, step), films, probes, tuple(electrodes), changed, step,
     )  # fmt: skip
 
 
@@ -212,6 +237,12 @@ def _film(boundary: Any, start: float) -> tuple[float, float, float]:
     if boundary.kind == "heat_flux":
         return value, 0.0, 0.0
     return 0.0, value, _number(boundary.ambient) - start
+
+
+def _change(given: Property, other: Property, step: float) -> list[float]:
+    """Of a property along x, y and z; nothing where it follows the temperature."""
+    pairs = zip(laws.along(given), laws.along(other), strict=True)
+    return [0.0] * 3 if laws.varies(given) else [(q - p) / step for p, q in pairs]
 
 
 def _law(material: Material, start: float) -> tuple[float, float]:

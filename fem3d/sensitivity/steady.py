@@ -20,21 +20,23 @@ from typing import Any
 import numpy as np
 
 from fem3d.adaptivity.estimate import left
+from fem3d.problems.following import Conduction
 from fem3d.results.outputs import of_steady
 from fem3d.results.study import Study
-from fem3d.sensitivity.adjoint import Goal, Linearized
+from fem3d.sensitivity.adjoint import FILMS, Goal, Linearized
 from fem3d.sensitivity.goals import Goals
 from fem3d.sensitivity.motion import STEP, Motion, motion
-from fem3d.solution import steady
+from fem3d.solution import newton, steady
 from fem3d.solution.steady import SteadyState
 from fem3d.spaces.domain import Domain
 from meshes import grading
-from scenes import physics
+from scenes import faces, physics
 from scenes.errors import SceneError
-from scenes.model import Scene
+from scenes.model import Scene, bends
 from scenes.result import Estimate
 
 COMPLEX = 1e-30  # the step of a derivative by a complex number: its square is nothing beside 1
+K, RHO = "thermal_conductivity", "resistivity"
 ROUNDING = 1e-8  # relative error that the dual solutions leave in a derivative
 
 Table = dict[str, dict[str, Estimate]]
@@ -50,8 +52,33 @@ class _Parts:
     resisted: np.ndarray  # (2, live cells): by the cold and by the warm part of the resistivity
     sources: list[np.ndarray]  # (cells of each,)
     films: dict[str, tuple[np.ndarray, np.ndarray]]  # (facets,): of the test, of the test times the rise
+    # What is no number is told at points, where the integrand is this over what a key changes.
+    conducted: list[np.ndarray]  # (3, cells, points) of each part of a conductivity by a law
+    pressed: np.ndarray  # (live cells, points): of a resistivity by a law
+    faces: dict[str, np.ndarray]  # (facets, points): of a film that is no straight line of the temperature
     of_rise: np.ndarray  # (functions,)
     of_potential: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class _ByLaw:
+    """Some ``cells`` with a conductivity by a law, at the points (cells, points) that integrals are ``on``: the rise
+    (K), the conductivity there, and the ``slopes`` (3, cells, points) of the rise times the weights."""
+
+    on: Any
+    cells: np.ndarray
+    rise: np.ndarray
+    conductivity: np.ndarray
+    slopes: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class _Bent:
+    """What a key changes at points: of the ``conductivity`` of each `_ByLaw`, of the ``resistivity``; nothing where no
+    law changes."""
+
+    conductivity: list[np.ndarray]
+    resistivity: np.ndarray | None
 
 
 class Tangent:
@@ -93,32 +120,59 @@ class Tangent:
         of_rise, of_potential = lin.gradient(goal, z, w)
         whole = np.zeros(domain.space.size)
         whole[heat.order] = of_rise
-        k = domain.per_cell("thermal_conductivity")
+        k = domain.per_cell(K)
         conduction = k * (self._everywhere.weights * self._slopes * self._everywhere.gradient(z)).sum(axis=-1)
-        heating, resisted = np.zeros((3, 0)), np.zeros((2, 0))
+        conducted = [law.slopes * law.on.gradient(z) for law in self._by_law]
+        for law, each in zip(self._by_law, conducted, strict=True):
+            conduction[:, law.cells] = (law.conductivity * each).sum(axis=-1)
+        heating, resisted, pressed = np.zeros((3, 0)), np.zeros((2, 0)), np.zeros((0, 0))
         if conductor is not None:
             on, rho = conductor.on, lin.rho
             each = lin.slope * (lin.slope * lin.tested(z, goal.boxes) - on.gradient(w)) * on.weights / rho
-            per_rho = each.sum(axis=0) / rho
+            pressed = each.sum(axis=0) / rho
             heating = each.sum(axis=-1)
-            resisted = np.array([per_rho.sum(axis=-1), (per_rho * on.value(lin.rise)).sum(axis=-1)])
+            resisted = np.array([pressed.sum(axis=-1), (pressed * on.value(lin.rise)).sum(axis=-1)])
         sources = []
         for _, cells in domain.sources:
             on_source = domain.space.on(cells)
             sources.append((on_source.value(z) * on_source.weights).sum(axis=-1))
-        films = {}
+        films, at_points = {}, {}
         for boundary in domain.scene.boundaries:
-            if boundary.kind in ("convection", "heat_flux"):
-                faces = self._films[boundary.name]
-                tested = (faces.value(z) + _each(goal.films.get(boundary.name))) * faces.areas
-                films[boundary.name] = tested.sum(axis=-1), (tested * faces.value(lin.rise)).sum(axis=-1)
-        return _Parts(conduction, heating, resisted, sources, films, whole, of_potential)
+            if boundary.name in self._films:
+                face = self._films[boundary.name]
+                tested = (face.value(z) + _each(goal.films.get(boundary.name))) * face.areas
+                if bends(boundary):
+                    at_points[boundary.name] = tested
+                else:
+                    films[boundary.name] = tested.sum(axis=-1), (tested * face.value(lin.rise)).sum(axis=-1)
+        return _Parts(conduction, heating, resisted, sources, films, conducted, pressed, at_points, whole, of_potential)
 
     @cached_property
     def _films(self) -> dict[str, Any]:
         """The facets of each film."""
-        kinds = ("convection", "heat_flux")
-        return {b.name: self.domain.faces(b) for b in self.domain.scene.boundaries if b.kind in kinds}
+        kinds = (*FILMS, "heat_flux")
+        return {b.name: self.linearized.face(b) for b in self.domain.scene.boundaries if b.kind in kinds}
+
+    @cached_property
+    def _by_law(self) -> list[_ByLaw]:
+        """Where the conductivity is one by a law."""
+        exact, found = self.state.heat.exact, []
+        for term in exact.terms if exact else ():
+            for on, law, _, cells in term.parts if isinstance(term, Conduction) else ():
+                rise, slopes = on.value(self.linearized.rise), on.weights * on.gradient(self.linearized.rise)
+                found.append(_ByLaw(on, cells, rise, law.value(rise), slopes))
+        return found
+
+    def _bent(self, by: Motion) -> _Bent:
+        """What a motion changes of properties by laws."""
+        domain, conductor = self.domain, self.state.conductor
+        conductivity, resistivity = [], None
+        if self._by_law and by.bends(domain, K):
+            conductivity = [by.of_law(domain, K, law.cells, law.rise) for law in self._by_law]
+        if conductor is not None and conductor.following is not None and by.bends(domain, RHO):
+            rise = conductor.on.value(self.linearized.rise)
+            resistivity = conductor.stands_for * by.of_law(domain, RHO, conductor.cells, rise)
+        return _Bent(conductivity, resistivity)
 
     @cached_property
     def _everywhere(self) -> Any:
@@ -132,28 +186,36 @@ class Tangent:
     def table(self, names: Iterable[str], motions: Mapping[str, Motion]) -> dict[str, dict[str, float]]:
         """d quantity / d ln key, by key and quantity."""
         table: dict[str, dict[str, float]] = {key: {} for key in motions}
+        bent = {key: self._bent(by) for key, by in motions.items()}
         for name, goal in self.goals(names).items():
             parts = self.parts(goal)
             for key, by in motions.items():
-                table[key][name] = self.derivative(goal, parts, by)
+                table[key][name] = self.derivative(goal, parts, by, bent[key])
         return table
 
-    def derivative(self, goal: Goal, parts: _Parts, by: Motion) -> float:
+    def derivative(self, goal: Goal, parts: _Parts, by: Motion, bent: _Bent) -> float:
         """dJ / d ln key."""
         domain, conductor = self.domain, self.state.conductor
         grown = by.volume - 2 * by.stretch
-        k = domain.per_cell("thermal_conductivity")
+        k = domain.per_cell(K)
         derivative = -float((parts.conduction * (grown + by.conductivity / k)).sum())
+        for moved, tested in zip(bent.conductivity, parts.conducted, strict=False):
+            derivative -= float((tested * moved).sum())
         derivative += float(parts.of_rise @ by.rises + parts.of_potential @ by.voltages)
         if conductor is not None:
             live = conductor.cells
             derivative += float((parts.heating * grown[:, live]).sum())
-            derivative -= float(parts.resisted[0] @ by.cold[live] + parts.resisted[1] @ by.warm[live])
+            if conductor.following is None:
+                derivative -= float(parts.resisted[0] @ by.cold[live] + parts.resisted[1] @ by.warm[live])
+            elif bent.resistivity is not None:
+                derivative -= float((parts.pressed * bent.resistivity).sum())
         for (q, cells), change, tested in zip(domain.sources, by.sources, parts.sources, strict=True):
             derivative += float(tested @ (change + q * by.volume[cells]))
         for boundary in domain.scene.boundaries:
             if boundary.name in parts.films:
                 derivative += self._film(boundary, *parts.films[boundary.name], by)
+            elif boundary.name in parts.faces:
+                derivative -= self._face(boundary, parts.faces[boundary.name], by)
         return derivative + sum(weight * term(by) for weight, term in goal.own)
 
     def _film(self, boundary: Any, tested: np.ndarray, warmed: np.ndarray, by: Motion) -> float:
@@ -163,6 +225,15 @@ class Tangent:
             return float((tested * (flux + boundary.value * grown)).sum())
         loss = warmed - (boundary.ambient - self.domain.scene.initial_temperature) * tested
         return float(boundary.value * air * tested.sum() - (loss * (h + boundary.value * grown)).sum())
+
+    def _face(self, boundary: Any, tested: np.ndarray, by: Motion) -> float:
+        """What leaves more by a film that is no straight line of the temperature, as it is tested at points."""
+        face = self._films[boundary.name]
+        temperature = self.linearized.temperature(face)
+        change = by.of_face(self.domain.scene, boundary, temperature)
+        if by.moves:
+            change = change + faces.flux(boundary, temperature) * face.along(by.stretch)[:, None]
+        return float((tested * change).sum())
 
 
 def _each(weights: np.ndarray | None) -> np.ndarray | float:
@@ -207,10 +278,14 @@ def steady_table(
     tangent = Tangent(study, state, known.rows)
     fine = tangent.table(known.values, by)
     scene, level = study.part.scene, len(state.heat.domain.space.nested) - 2
-    heat = state.heat.lower(level)
+    heat = (state.heat.exact or state.heat).lower(level)
     conductor = state.conductor and state.conductor.lower(level, heat)
-    thermal = physics.heat(scene)
-    below = steady.coupled(heat, conductor, thermal, study.voltage, study.accuracy, state.follows_pattern)
+    if state.heat.exact is None:
+        thermal = physics.heat(scene)
+        below = steady.coupled(heat, conductor, thermal, study.voltage, study.accuracy, state.follows_pattern)
+    else:
+        start = heat.take(state.heat.field(state.rise))
+        below = newton.coupled(heat, conductor, study.voltage, study.accuracy, start, finer=False)
     low = Tangent(study, below, known.rows).table(known.values, by)
     rest = 1.0
     if isinstance(scene, Scene):

@@ -360,11 +360,12 @@ class Faces:
         """(facets, points): a function (functions,)."""
         return self._filled(lambda own: own.value(u))
 
-    def slope(self, u: np.ndarray) -> np.ndarray:
-        """(facets, points): its derivative along the outward normal."""
-        found = np.empty(self.areas.shape)
+    def slope(self, u: np.ndarray, k: np.ndarray | None = None) -> np.ndarray:
+        """(facets, points): its derivative along the outward normal, times k (facets, 1 or points; or with axes)."""
+        found, factor = np.empty(self.areas.shape), np.ones((1, 1)) if k is None else k
+        full = np.broadcast_to(factor, (*factor.shape[:-2], *self.areas.shape))
         for at, own, normal in self.sides:
-            found[at] = (own.gradient(u) * normal).sum(axis=0)
+            found[at] = (full[..., at, :] * own.gradient(u) * normal).sum(axis=0)
         return found
 
     def load(self, density: np.ndarray | float = 1.0) -> np.ndarray:

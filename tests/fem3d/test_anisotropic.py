@@ -27,7 +27,7 @@ def block(k, scale=(1.0, 1.0, 1.0), **run):
             {"name": "mean", "lower": [0, 0, 0], "upper": [a, b, c]},
             {"name": "through", "quantity": "heat_flow", "lower": [a * 0.75, 0, 0], "upper": [a * 0.75, b, c]},
         ],
-        "run": {"accuracy": 1e-4, **run},
+        "run": {"accuracy": 1e-3, **run},
     }, volume
 
 
@@ -49,7 +49,7 @@ def test_a_block_on_bricks_is_the_stretched_one(run):
     # A twin of which two axes are exchanged is another problem.
     if one.traces is None:
         twin = solve(from_dict(block([K[1], K[0], K[2]], **run)[0])).steady["corner"]
-        assert abs(twin.value - one.steady["corner"].value) > 100 * (twin.error + one.steady["corner"].error)
+        assert abs(twin.value - one.steady["corner"].value) > 30 * (twin.error + one.steady["corner"].error)
 
 
 def test_a_mesh_file_has_it_too(tmp_path):

@@ -137,6 +137,27 @@ def test_the_hottest_temperature_is_that_of_kohlrausch(law, resistivity):
     assert abs(twin.value - 900.0) > twin.error
 
 
+def test_a_temperature_coefficient_beside_a_law():
+    """A law whose exponent is 0 is the number that it stands for, whatever the other half of a bar has."""
+    given = bar(K, volts=0.6, accuracy=1e-3)
+    middle, end = [LENGTH / 2, *given["box"][0]["upper"][1:]], given["box"][0]["upper"]
+    line = {"name": "line", "thermal_conductivity": K, "resistivity": RHO, "temperature_coefficient": 5e-3,
+            "reference_temperature": COLD}  # fmt: skip
+    given["material"].append(line)
+    given["box"] = [
+        {"name": "a", "material": "m", "lower": [0, 0, 0], "upper": middle},
+        {"name": "b", "material": "line", "lower": [LENGTH / 2, 0, 0], "upper": end},
+    ]
+    by_number = solve(from_dict(given)).steady
+    given["material"][0]["resistivity"] = {"value": RHO, "at": COLD, "exponent": 0.0}
+    by_law = solve(from_dict(given)).steady
+    for name in ("at", "current"):
+        assert abs(by_law[name].value - by_number[name].value) <= by_law[name].error + by_number[name].error
+    line["temperature_coefficient"] = 0.0
+    twin = solve(from_dict(given)).steady["current"]
+    assert abs(twin.value - by_number["current"].value) > 100 * (twin.error + by_number["current"].error)
+
+
 def valued(law, temperature):
     """A property at temperatures (K)."""
     if not isinstance(law, dict):

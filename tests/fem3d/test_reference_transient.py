@@ -1,6 +1,7 @@
 """Krylov fields with exponential steps against full-order implicit stepping on the same mesh."""
 
 from dataclasses import replace
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -18,9 +19,8 @@ OCTAVES = 9
 QUANTITIES = ("peak", "end", "mean")
 SINKS = [
     Sink(),
-    Sink(voltage=8.0, silicon=silicon(0.0)),
     Sink(voltage=2.0, electrodes="pad-edge", convection_coefficient=300.0, silicon=silicon(-5e-4)),
-    Sink(substrate_thickness=2e-5, substrate_length=1.4e-3, substrate_width=2e-4),
+    Sink(voltage=8.0, silicon=silicon(0.0), substrate_thickness=2e-5, substrate_length=1.4e-3, substrate_width=2e-4),
 ]
 
 
@@ -31,10 +31,15 @@ def times(pieces):
     return np.concatenate([[0.0], *(a + (b - a) * steps for a, b in pairwise(edges))])
 
 
-def stepped(sink, grid, pieces):
+def grid_of(sink):
+    return plain_grid(symmetry.reduce(sink.scene()).scene, degree=1)
+
+
+@cache
+def stepped(sink, pieces):
     """(OCTAVES, 4): peak, end and mean rise and current at the ends of the intervals."""
     part = symmetry.reduce(sink.scene())
-    full = reference.assemble(part.scene, grid)
+    full = reference.assemble(part.scene, grid_of(sink))
     marched = reference.transient(full, times(pieces))[pieces::pieces]
     found = [quantities(sink, part, full, *state) for state in marched]
     return np.array([[*(q[f"{name}_rise_K"] for name in QUANTITIES), q["current_A"]] for q in found], dtype=float)
@@ -55,21 +60,19 @@ def exponential(sink, grid, fields=20):
     return read(answer, part), np.abs(np.array(scale, dtype=float))
 
 
-@pytest.mark.parametrize(("sink", "pieces"), list(zip(SINKS, (1, 2, 2, 1), strict=True)))
+@pytest.mark.parametrize(("sink", "pieces"), list(zip(SINKS, (1, 2, 1), strict=True)))
 def test_agrees_within_the_error_of_the_stepping_which_falls_at_its_order(sink, pieces):
-    grid = plain_grid(symmetry.reduce(sink.scene()).scene, degree=1)
-    ours, scale = exponential(sink, grid)
-    coarse, fine = (np.abs((stepped(sink, grid, n) - ours) / scale).max() for n in (pieces, 2 * pieces))
+    ours, scale = exponential(sink, grid_of(sink))
+    coarse, fine = (np.abs((stepped(sink, n) - ours) / scale).max() for n in (pieces, 2 * pieces))
     assert fine < 2e-4 * (2 / pieces) ** 3
     assert 2.6 < np.log2(coarse / fine) < 3.4  # the method's order is 3
 
 
 def test_a_heat_capacity_off_by_a_part_in_a_hundred_is_seen():
     sink = SINKS[1]
-    grid = plain_grid(symmetry.reduce(sink.scene()).scene, degree=1)
     twin = replace(sink, silicon=replace(sink.silicon, specific_heat=1.01 * SILICON.specific_heat))
-    ours, scale = exponential(twin, plain_grid(symmetry.reduce(twin.scene()).scene, degree=1))
-    assert np.abs((stepped(sink, grid, 4) - ours) / scale).max() > 1e-3
+    ours, scale = exponential(twin, grid_of(twin))
+    assert np.abs((stepped(sink, 4) - ours) / scale).max() > 1e-3
 
 
 def first_grid(scene, accuracy):

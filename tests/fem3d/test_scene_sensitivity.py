@@ -74,12 +74,14 @@ def layers() -> tuple[Scene, Result, Slopes]:
     return scene, result, scene_sensitivity.of_scene(scene, result)
 
 
-def on_moved_mesh(scene: Scene, result: Result, key: str) -> dict[str, float]:
-    """The derivatives by central differences of solutions on the same cells, moved along."""
+def on_moved_mesh(scene: Scene, result: Result, *keys: str) -> dict[str, float]:
+    """The sums of the derivatives by some keys, by central differences of solutions on the same cells, moved along."""
     state, values = result.details["solution"].state, []
     space = state.heat.domain.space
     for step in (DIFFERENCE, -DIFFERENCE):
-        other = varied(scene, key, 1 + step)
+        other = scene
+        for key in keys:
+            other = varied(other, key, 1 + step)
         part = scene_run.part_of(other, True)
         by = speeds(state.heat.domain, state.heat.domain.scene, part.scene, step)
         breaks = tuple(b + step * v for b, v in zip(space.grid.breaks, by, strict=True))

@@ -46,10 +46,10 @@ def graded(scene: Scene, accuracy: float) -> grading.Grid:
     return grading.first_grid(scene, accuracy, grading.features(scene))
 
 
-@pytest.mark.parametrize("accuracy", [1e-2, 1e-5])
-def test_cells_and_unknowns_are_those_of_the_space(accuracy: float) -> None:
+@pytest.mark.parametrize(("accuracy", "pads"), [(1e-2, 2), (1e-5, 1)])
+def test_cells_and_unknowns_are_those_of_the_space(accuracy: float, pads: int) -> None:
     """Also beside voids, and of mixed degrees."""
-    scene = plate(2)
+    scene = plate(pads)
     first = graded(scene, accuracy)
     for grid in (first, grading.raised(first)):
         degrees = [np.where(np.arange(len(d)) % 3, d, np.maximum(d - 2, 1)) for d in grid.degrees]

@@ -44,7 +44,8 @@ def end_in_3d(sink):
 @pytest.mark.parametrize("name", ["fin", "plate"])
 def test_models_on_the_plate_rise_by_what_3d_does(name):
     bare, on = Sink(accuracy=3e-4), replace(ON, accuracy=3e-4)
-    rises = [ladder.solve(sink, name, steady_only=True).steady["end_rise_K"].value for sink in (bare, on)]
+    # Both 1D models lie on one mesh, whose error their difference doesn't have.
+    rises = [ladder.solve(sink, name, steady_only=True).steady["end_rise_K"].value for sink in (Sink(), ON)]
     in_3d = [end_in_3d(sink) for sink in (bare, on)]
     added = in_3d[1].value - in_3d[0].value
     # 1D overstates it: a resistance for each place under the oxide, where more heat flows near the beam, is the mean

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from scenes.errors import SceneError
+from scenes.laws import PowerLaw
 from scenes.loading import from_dict, load
 from scenes.sink import Sink
 from scenes.uncertain import read
+from scenes.varied import varied
 
 
 def test_relative_and_absolute() -> None:
@@ -32,6 +36,21 @@ def test_the_table_of_the_scene_and_one_over_it() -> None:
 def test_a_table_of_ones_own() -> None:
     sink = from_dict({"inputs": {"uncertainties": {"materials.oxide.density": "3 %"}}})
     assert read(sink, ["materials"]).relative == {"materials.oxide.density": 0.03}
+
+
+def test_a_law_and_three_along_the_axes() -> None:
+    """A law stands for its value, with its exponent beside; of three along the axes each has the table's."""
+    law = PowerLaw(130.0, 293.0, -1.3)
+    sink = replace(Sink(), silicon=replace(Sink().silicon, thermal_conductivity=law))
+    table = read(sink, ["materials", "exponent=5%", "silicon.thermal_conductivity=13 W/(m K)"]).relative
+    assert table["materials.silicon.thermal_conductivity.exponent"] == 0.05
+    assert table["materials.silicon.thermal_conductivity"] == pytest.approx(0.1)
+    more = varied(sink, "materials.silicon.thermal_conductivity.exponent", 1.1).silicon.thermal_conductivity
+    assert more == PowerLaw(130.0, 293.0, pytest.approx(-1.43))
+    along = replace(Sink(), silicon=replace(Sink().silicon, thermal_conductivity=(130.0, law, 120.0)))
+    known = read(along, ["materials"]).relative
+    usual = read(Sink(), ["materials"]).relative["materials.silicon.thermal_conductivity"]
+    assert {known[f"materials.silicon.thermal_conductivity[{axis}]"] for axis in "xyz"} == {usual}
 
 
 def test_covariance() -> None:

@@ -133,7 +133,7 @@ def judged(
 ) -> tuple[Check, ...]:
     """The checks with their u_input, where all that their ``definitions`` ask of the ``models`` has derivatives."""
     made = [check.id for check in checks if check.id in definitions and check.id not in (PROFILE, BALANCE)]
-    sink, single, alone = models.sink, models.single, sensitivities
+    sink, single, alone = models.given, models.single, sensitivities
     if single is not None:
         alone = of_sink(replace(sink, spans=1), single, None)
 

@@ -56,11 +56,11 @@ def of_both(sink: Sink, uncertain: Uncertain) -> Propagated:
 
 @pytest.fixture(scope="module")
 def samples() -> tuple[Propagated, dict[str, np.ndarray]]:
-    """The propagation, and 2,000 samples of the quantities of both models."""
+    """The propagation, and 1,000 samples of the quantities of both models."""
     sink = Sink()
     uncertain = read(sink, GIVEN, CORRELATED)
     drawn: dict[str, list[float]] = {}
-    for deviations in propagation.draw(uncertain, 2000):
+    for deviations in propagation.draw(uncertain, 1000):
         scene = sink
         for key, off in zip(uncertain.relative, deviations.tolist(), strict=True):
             scene = varied(scene, key, 1 + off)
@@ -136,7 +136,7 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
 
 def test_samples_by_the_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("validate.monte_carlo.processors", lambda: 1)  # a second worker would take longer to start
-    arguments = ["sink", "--uncertain", "oxide_thickness=5%", "--monte-carlo", "10", "--steady", "--accuracy", "1e-2",
+    arguments = ["sink", "--uncertain", "oxide_thickness=5%", "--monte-carlo", "10", "--steady", "--accuracy", "2e-2",
                  "--no-figures", "--quiet", "--out", str(tmp_path / "run")]  # fmt: skip
     assert main(arguments) == 0
     found = json.loads((tmp_path / "run" / "summary.json").read_text())["monte_carlo"]
@@ -166,29 +166,29 @@ def test_from_python_and_in_a_test() -> None:
         assert_reduction_agrees(accuracy=1e-2, end=0.31, uncertain={"oxide_thickness": "5%", "pad_width": "5%"})
 
 
-@pytest.mark.parametrize("key", ["sink.length", "environment.convection_coefficient"])
-def test_the_profile_is_followed(key: str) -> None:
+def test_the_profile_is_followed() -> None:
     """fig5's difference, against that of whole runs."""
-    sink, step = Sink(convection_coefficient=2e4, accuracy=3e-4), 0.02
+    sink, step = Sink(convection_coefficient=2e4, accuracy=1e-3), 0.02
     request = Request(transient=False)
 
     def at(other: Sink) -> float:
         return fig5(Models(other, sink_run.solve(other, request), None)).difference
 
-    found = sensitivities.of_sink(sink, sink_run.solve(sink, request), None, True).misfit[key]
-    expected = (at(varied(sink, key, 1 + step)) - at(varied(sink, key, 1 - step))) / (2 * step)
-    # Runs known to 3e-4, over the difference of their keys; central differences are off by the square of that.
-    assert found == pytest.approx(expected, rel=2e-2)
+    found = sensitivities.of_sink(sink, sink_run.solve(sink, request), None, True).misfit
+    for key in ("sink.length", "environment.convection_coefficient"):
+        expected = (at(varied(sink, key, 1 + step)) - at(varied(sink, key, 1 - step))) / (2 * step)
+        # Meshes that hardly differ are off alike; central differences are off by the square of their step.
+        assert found[key] == pytest.approx(expected, rel=2e-2), key
 
 
 def test_spans_against_one_alone() -> None:
     """The difference of a row's spans and of one sink, against whole runs."""
     key, u, given = "materials.oxide.thermal_conductivity", 0.05, {"sink.spans": 2}
-    found = compare.run("sink", overrides=given, steady=True, accuracy=1e-3, uncertain={key: str(u * 100) + "%"})
+    found = compare.run("sink", overrides=given, steady=True, accuracy=1e-2, uncertain={key: str(u * 100) + "%"})
     value, made = Sink().oxide.thermal_conductivity, []
     for step in (u, -u):
         other = given | {key: value * (1 + step)}
-        made.append(compare.run("sink", overrides=other, steady=True, accuracy=1e-3).checks["islands_equivalent"])
+        made.append(compare.run("sink", overrides=other, steady=True, accuracy=1e-2).checks["islands_equivalent"])
     more, less = (check.difference for check in made)
     assert found.checks["islands_equivalent"].u_input == pytest.approx(abs(more - less) / 2, rel=1e-2)
 

@@ -30,7 +30,7 @@ from validate.sweep.point import Job, Row, Scope, Work, ready, solve
 
 SWEEP = [
     "sweep", "sink", "--steady", "--no-blame", "--no-figures", "--workers", "2",
-    "--vary", "sink.width=60um:140um:3", "--vary", "anchor.oxide_thickness=1um:2um:3",
+    "--vary", "sink.width=60um:140um:3", "--vary", "anchor.oxide_thickness=1um:2um:2",
 ]  # fmt: skip
 
 
@@ -88,17 +88,17 @@ def test_the_table_has_what_single_runs_have(undisturbed: Path) -> None:
     from scenes import load
 
     rows = table(undisturbed)
-    assert [row["sink.width"] for row in rows] == [w for w in ("6e-05", "0.0001", "0.00014") for _ in range(3)]
+    assert [row["sink.width"] for row in rows] == [w for w in ("6e-05", "0.0001", "0.00014") for _ in range(2)]
     assert {row["status"] for row in rows} == {"ok"}
-    sink = load("sink", ["run.accuracy=1e-2", "sink.width=140um", "anchor.oxide_thickness=1.5um"])
+    sink = load("sink", ["run.accuracy=1e-2", "sink.width=140um", "anchor.oxide_thickness=2um"])
     alone = compare.run(sink, steady=True)
-    row = rows[7]
-    assert float(row["anchor.oxide_thickness"]) == 1.5e-6
+    row = rows[5]
+    assert float(row["anchor.oxide_thickness"]) == 2e-6
     assert row["fem3d_peak_rise_K"] == pytest.approx(alone.fem3d.steady["peak_rise_K"].value, rel=1e-9)
     assert row["fig4_difference"] == pytest.approx(alone.check("fig4").difference, rel=1e-6)
     assert row["fig4_verdict"] == alone.check("fig4").verdict
     # Another point is another answer.
-    assert rows[6]["fem3d_peak_rise_K"] != pytest.approx(row["fem3d_peak_rise_K"], rel=1e-3)
+    assert rows[4]["fem3d_peak_rise_K"] != pytest.approx(row["fem3d_peak_rise_K"], rel=1e-3)
 
 
 def test_a_worker_and_then_all_of_it_killed_goes_on_to_the_same_table(
@@ -120,11 +120,11 @@ def test_a_worker_and_then_all_of_it_killed_goes_on_to_the_same_table(
     run.kill()
     run.wait()
     kept = (folder / "points.jsonl").read_bytes()
-    assert 0 < stored(folder) < 9
+    assert 0 < stored(folder) < 6
     assert main([*SWEEP, "--quiet", "--out", str(folder)]) == 0
     assert (folder / "points.jsonl").read_bytes().startswith(kept[: kept.rfind(b"\n") + 1])
     points = [row["point"] for line in (folder / "points.jsonl").read_text().splitlines() for row in json.loads(line)]
-    assert sorted(points) == list(range(9))
+    assert sorted(points) == list(range(6))
     assert_same(folder, undisturbed)
 
 
@@ -136,7 +136,7 @@ def solvers(run: subprocess.Popen[bytes]) -> list[psutil.Process]:
 
 def test_a_sweep_opens_no_port_and_interrupted_ends_at_once_and_says_what_is_stored(tmp_path: Path) -> None:
     folder = tmp_path / "stopped"
-    command = [sys.executable, "-m", "validate", *SWEEP, "--accuracy", "1e-4", "--out", str(folder)]
+    command = [sys.executable, "-m", "validate", *SWEEP, "--accuracy", "1e-3", "--out", str(folder)]
     run = subprocess.Popen(
         command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # which a shell's background jobs ignore
@@ -170,7 +170,7 @@ def test_a_finished_sweep_solves_nothing_and_another_is_refused(
     assert main([*SWEEP, "--quiet", "--out", str(undisturbed)]) == 0
     assert table(undisturbed) == rows
     said = capsys.readouterr().out
-    assert "is within 5 % of 3D in the steady peak in 0 of 9 designs; it fails first where" in said
+    assert "is within 5 % of 3D in the steady peak in 0 of 6 designs; it fails first where" in said
     assert main([*SWEEP[:-2], "--out", str(undisturbed)]) == 2
     assert "holds another sweep (its vary differs)" in capsys.readouterr().err
 
@@ -227,10 +227,11 @@ def test_points_without_an_answer_are_rows_that_say_why(tmp_path: Path) -> None:
     assert (tmp_path / "none" / "report.html").exists()
 
 
-def test_why_shares_by_key_are_left_out_is_said(tmp_path: Path) -> None:
+def test_why_shares_by_key_are_left_out_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Of three keys they take 30 points; 24 are none without a word."""
     from validate.sweep import figures, table
 
+    monkeypatch.setattr(figures, "DRAWS", 64)
     keys = ("sink.width", "sink.length", "sink.thickness")
     sink, drawn = base("sink"), np.random.default_rng(0)
     for count, said in ((24, "takes 30 points with an answer, and there are 24"), (32, "")):
@@ -263,10 +264,10 @@ def test_designs_that_melt_are_named(tmp_path: Path, capsys: pytest.CaptureFixtu
     """Silicon melts at 1687 K: at 20 V the beam is far hotter, at 1 V it is not; the figure of two keys is hatched."""
     pytest.importorskip("distributed")
     melting = ["sweep", "sink", "--steady", "--no-blame", "--workers", "2", "--vary", "drive.voltage=1,9,20", "--vary",
-               "sink.width=80um,100um,120um", "--out", str(tmp_path / "hot")]  # fmt: skip
+               "sink.width=80um,120um", "--out", str(tmp_path / "hot")]  # fmt: skip
     assert main(melting) == 0
     said = " ".join(capsys.readouterr().out.split())
-    assert "too hot in 3 of 9 designs: silicon by up to 2," in said, said
+    assert "too hot in 2 of 6 designs: silicon by up to 2," in said, said
     rows = table(tmp_path / "hot")
     for row in rows:
         hot = row["drive.voltage"] == "20.0"

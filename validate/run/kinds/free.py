@@ -51,9 +51,9 @@ def _refuse(scene: AnyScene, request: Request) -> None:
 
         layout(scene)
     if inputs.differentiated(request):
-        physics.refuse_laws(physics.materials(scene), "a sensitivity")
+        if not scene.steady and (why := physics.nonlinear(scene, True)):
+            raise SceneError(f"{why}, and a sensitivity is then one of the steady state alone: add --steady")
         physics.refuse_terminals(scene, "a sensitivity")
-        physics.refuse_faces(scene, "a sensitivity")
         physics.refuse_contacts(scene, "a sensitivity doesn't follow the jump at a contact yet")
 
 

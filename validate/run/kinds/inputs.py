@@ -26,7 +26,12 @@ def followed(request: Request) -> bool:
 
 def differentiated(request: Request) -> bool:
     """Whether 3D is asked for its derivatives by numbers of the scene: where these are followed, or fitted to data."""
-    return followed(request) or (bool(request.calibrate) and not of_model(request.calibrate))
+    return followed(request) or fitted(request)
+
+
+def fitted(request: Request) -> bool:
+    """Whether numbers of the scene are fitted to data in 3D."""
+    return bool(request.calibrate) and not of_model(request.calibrate)
 
 
 def told(run: Run, outcome: Outcome[Any]) -> Outcome[Any]:

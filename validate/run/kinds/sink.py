@@ -10,7 +10,7 @@ from scenes.array import ONE_SINK
 from scenes.errors import SceneError, listed
 from scenes.formats import sink_text
 from scenes.model import AnyScene, Probe
-from scenes.physics import refuse_laws, refuse_terminals
+from scenes.physics import nonlinear, refuse_terminals
 from scenes.plan import Request, Step, noted
 from scenes.sink import OF_A_SINK, Sink
 from validate.run import of_boxes
@@ -59,10 +59,10 @@ def _refuse(sink: Sink, request: Request) -> None:
 
         lines_of(sink)
     if inputs.differentiated(request):
-        refuse_laws((sink.silicon, sink.oxide), "a sensitivity")
         refuse_terminals(sink.scene(), "a sensitivity")
         _refuse_contacts(sink, "a sensitivity")
-        _refuse_radiation(sink, "a sensitivity")
+    if inputs.fitted(request) and (why := nonlinear(sink.scene(), True)):
+        raise SceneError(f"{why}, and --calibrate then has no slopes of a sink's traces to fit by: leave it out")
 
 
 def _refuse_contacts(sink: Sink, what: str) -> None:
