@@ -67,7 +67,7 @@ def solve(
         try:
             mesh, search.near = suited.suited(mesh, study)
         except RunawayError as runaway:
-            search.fold = runaway.limit
+            search.limit = runaway.limit
     for number in range(1, MOST_LEVELS):
         verdict = search.judge(mesh, number)
         if verdict.action == "accept":
@@ -98,7 +98,7 @@ def solve(
 class Search:
     """What one level hands to the next: the limit of the last mesh's runaway, whether a transient ran away, and the
     slowest time constant (s) and the generations of fields of a transient without steady state; the
-    steady state ``near`` that of the next mesh."""
+    steady state ``near`` that of the next mesh, or the ``limit`` (as of a RunawayError) near its own."""
 
     study: Study
     with_steady: bool
@@ -109,6 +109,7 @@ class Search:
     slowest: float = np.inf
     generations: int = 0
     near: SteadyState | None = None
+    limit: float | None = None
 
     @property
     def enough(self) -> float:
@@ -143,7 +144,7 @@ class Search:
 
     @property
     def _before(self) -> Before:
-        return Before(self.near, None if self.fold is None else self.fold / (abs(self.study.voltage) or 1.0))
+        return Before(self.near, None if self.limit is None else self.limit / (abs(self.study.voltage) or 1.0))
 
     def _respond(self, mesh: Mesh, problems: Problems, level: Level | None) -> Response:
         """The response on a mesh, in fields about its steady state; where that isn't asked for, about what the slowest
@@ -170,6 +171,6 @@ class Search:
             return before
         assert runaway is not None
         change = np.inf if self.fold is None else abs(runaway.limit - self.fold)
-        self.fold = runaway.limit
+        self.fold = self.limit = runaway.limit
         # Where heat alone drives a scene the limit is a fraction of it.
         return (abs(self.study.voltage) or 1.0) - runaway.limit > SURELY * change
