@@ -28,7 +28,7 @@ INNER = 1e-4  # to which each step's linear system is solved, relatively
 SLOW, SECANTS = 0.1, 5
 HALVINGS = 3  # of a step that doesn't bring the state nearer
 SHORTEST = 1e-3  # step of the drive, relative, at which its largest value counts as found
-AROUND = 0.05  # of a limit: how far below and beyond it states are looked for first
+AROUND = 0.05  # of a limit: steps near it, which begin at twice that below it
 NEAR = 0.1  # of a drive: a step of that size fails because there is no state ahead, not because it is too long
 # Power of the drive that the rise grows with, from which on it runs away: that of a voltage is 2, that of heat 1.
 STEEP = 4.0
@@ -217,7 +217,7 @@ def _driven(newton: Newton, voltage: float, limit: float | None = None) -> Point
     heat = newton.heat
     drive, step, beyond, rise, near_by = 0.0, 1.0, np.inf, np.zeros(heat.size), 0.0
     if limit is not None:
-        step = (1 - AROUND) * limit
+        step = (1 - 2 * AROUND) * limit
     near: np.ndarray | None = None
     before: tuple[float, np.ndarray] | None = None
     while True:
@@ -231,7 +231,7 @@ def _driven(newton: Newton, voltage: float, limit: float | None = None) -> Point
             if ahead == 1.0:
                 return point
             before, drive, rise, near = (drive, rise), ahead, point.rise, point.volts
-            around = limit is not None and drive < (1 + AROUND) * limit
+            around = limit is not None and abs(drive / limit - 1) < 3 * AROUND
             step = min(2 * step, AROUND * (limit or 1.0)) if around else 2 * step
         else:
             step = (ahead - drive) / 2
