@@ -59,8 +59,8 @@ class Point:
 @dataclass
 class Newton:
     """The states of a nonlinear problem at fractions of what drives it: how many ``steps`` they took, the relative size
-    ``ahead`` of the one that would be next, and a ``tangent``, by which that is ``off`` times the last one, and ``least``
-    so where the tangent was new and the step small."""
+    ``ahead`` of the one that would be next, and a ``tangent``, by which that is ``off`` times the last one, and was
+    ``least`` times that where the tangent was new and the step small."""
 
     heat: HeatProblem
     conductor: Conductor | None

@@ -12,7 +12,8 @@ from fem3d.runs.scene import solve
 from scenes import laws
 from scenes.laws import Law, PowerLaw, Property, Table
 from scenes.model import Material, Scene
-from validate.stress.random_scenes import ROOM, Drawn, draw
+from validate.stress import random_scenes
+from validate.stress.random_scenes import ROOM, Drawn
 
 RISES = (20.0, 500.0)
 """K: the range of the largest mean rise of a box, if numbers stood in place of the laws."""
@@ -29,10 +30,9 @@ def draw(seed: int, accuracy: float = 1e-2) -> Drawn:
         return drawn
     rng, scene = np.random.default_rng([seed, 4]), drawn.scene
     material, size = scene.boxes[0].material, max(max(np.subtract(b.upper, b.lower)) for b in scene.boxes)
-    k = float(np.max(laws.at(material.thermal_conductivity, ROOM)))
-    end = (
-        10 ** float(rng.uniform(-2, 0)) * size**2 * material.density * float(laws.at(material.specific_heat, ROOM)) / k
-    )
+    conductivity, heat = (laws.at(law, ROOM) for law in (material.thermal_conductivity, material.specific_heat))
+    crossing = size**2 * material.density * float(np.max(heat)) / float(np.max(conductivity))
+    end = 10 ** float(rng.uniform(-2, 0)) * crossing
     instants = tuple((end * np.linspace(0.05, 1.0, 20)).tolist())
     return replace(drawn, scene=replace(scene, steady=False, end_time=end, output_times=instants))
 
@@ -40,7 +40,7 @@ def draw(seed: int, accuracy: float = 1e-2) -> Drawn:
 def draw_steady(seed: int, accuracy: float = 1e-2) -> Drawn:
     """The scene of a seed. Raises NumericsError where it can't be solved with numbers in place of the laws."""
     # Three of twenty of `random_scenes` run over time.
-    drawn = draw(seed // 17 * 20 + seed % 17, accuracy)
+    drawn = random_scenes.draw(seed // 17 * 20 + seed % 17, accuracy)
     rng, scene = np.random.default_rng([seed, 3]), drawn.scene
     rough = replace(scene, accuracy=ROUGH, probes=scene.means())
     linear = _changed(rough, 1.0, {b.material: replace(b.material, temperature_coefficient=0.0) for b in scene.boxes})
