@@ -17,7 +17,7 @@ from fem3d.adaptivity.brick_mesh import Bricks
 from fem3d.adaptivity.estimate import Spread
 from fem3d.adaptivity.goal_errors import Level
 from fem3d.adaptivity.mesh import Answer, Mesh
-from fem3d.adaptivity.nested import Problems
+from fem3d.adaptivity.nested import Before, Problems
 from fem3d.adaptivity.reach import not_reached
 from fem3d.adaptivity.trace_errors import ROW_SHARE, Response
 from fem3d.results.study import Study
@@ -64,7 +64,10 @@ def solve(
     search = Search(study, with_steady, with_transient, progress)
     mesh = mesh or Bricks.of(study, over_time=not with_steady)
     if with_steady and isinstance(mesh, Bricks):
-        mesh, search.near = suited.suited(mesh, study)
+        try:
+            mesh, search.near = suited.suited(mesh, study)
+        except RunawayError as runaway:
+            search.limit = runaway.limit
     for number in range(1, MOST_LEVELS):
         verdict = search.judge(mesh, number)
         if verdict.action == "accept":
@@ -94,8 +97,8 @@ def solve(
 @dataclass
 class Search:
     """What one level hands to the next: the limit of the last mesh's runaway, whether a transient ran away, and the
-    slowest time constant (s) and the generations of fields of a transient without steady state; on
-    bricks, of a nonlinear problem, the steady state ``near`` that of the next mesh."""
+    slowest time constant (s) and the generations of fields of a transient without steady state; the
+    steady state ``near`` that of the next mesh, or the ``limit`` (as of a RunawayError) near its own."""
 
     study: Study
     with_steady: bool
@@ -106,6 +109,7 @@ class Search:
     slowest: float = np.inf
     generations: int = 0
     near: SteadyState | None = None
+    limit: float | None = None
 
     @property
     def enough(self) -> float:
@@ -119,8 +123,8 @@ class Search:
         fine = level = response = None
         try:
             if self.with_steady:
-                fine = nested.solution(self.study, problems, near=self.near)
-                self.near = fine.state if self.near else None
+                fine = nested.solution(self.study, problems, before=self._before)
+                self.near = fine.state
                 level = mesh.examined(self.study, problems, fine)
             self.progress(f"level {number}: {problems.heat.size} unknowns")
             if self.with_steady and level is None:
@@ -137,6 +141,10 @@ class Search:
         goals = [*(response.goals if response else ()), *(level.goals.values() if level else ())]
         falls = response.falls if response else level.falls if level else None
         return Verdict("refine", answer, goals=goals, falls=falls, worst=worst)
+
+    @property
+    def _before(self) -> Before:
+        return Before(self.near, None if self.limit is None else self.limit / (abs(self.study.voltage) or 1.0))
 
     def _respond(self, mesh: Mesh, problems: Problems, level: Level | None) -> Response:
         """The response on a mesh, in fields about its steady state; where that isn't asked for, about what the slowest
@@ -163,6 +171,6 @@ class Search:
             return before
         assert runaway is not None
         change = np.inf if self.fold is None else abs(runaway.limit - self.fold)
-        self.fold = runaway.limit
+        self.fold = self.limit = runaway.limit
         # Where heat alone drives a scene the limit is a fraction of it.
         return (abs(self.study.voltage) or 1.0) - runaway.limit > SURELY * change

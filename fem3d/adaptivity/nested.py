@@ -10,7 +10,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -145,24 +145,32 @@ class Solution:
     quantities: Quantities
 
 
+class Before(NamedTuple):
+    """What is known of a nonlinear problem on another mesh: its steady state, or the fraction of what drives it from
+    which on there was none."""
+
+    state: SteadyState | None = None
+    limit: float | None = None
+
+
 def solution(
-    study: Study, given: Problems, level: int = -1, follow: bool | None = None, near: SteadyState | None = None
+    study: Study, given: Problems, level: int = -1, follow: bool | None = None, before: Before | None = None
 ) -> Solution:
-    """The steady state in one of the nested spaces, by default the highest; ``follow`` as of `steady.coupled`; ``near``
-    it may be that of another mesh, where a nonlinear problem is solved from."""
+    """The steady state in one of the nested spaces, by default the highest; ``follow`` as of `steady.coupled`, and what
+    is known of it from ``before``."""
     heat, conductor = given.heats[level], given.conductors[level]
     thermal = physics.heat(given.domain.scene)
     if thermal and (given.follows or heat.about is not None):
-        state = _nonlinear(study, given, range(len(given.heats))[level], near)
+        state = _nonlinear(study, given, range(len(given.heats))[level], before or Before())
     else:
         state = steady.coupled(heat, conductor, thermal, study.voltage, study.accuracy, follow)
     out = of_steady(state, study.part)
     return Solution(state, out, study.steady(out))
 
 
-def _nonlinear(study: Study, given: Problems, space: int, near: SteadyState | None = None) -> SteadyState:
-    """The steady state of a nonlinear problem in a space by its number: from one near it on other bricks, or that in
-    the lowest space; where the problems are linearized about the state of the highest space, from that."""
+def _nonlinear(study: Study, given: Problems, space: int, before: Before) -> SteadyState:
+    """The steady state of a nonlinear problem in a space by its number: from that on other bricks, or in the
+    lowest space; where the problems are linearized about the state of the highest space, from that."""
     if space in given.states:
         return given.states[space]
     heat, conductor, top = given.heats[space], given.conductors[space], len(given.heats) - 1
@@ -173,22 +181,25 @@ def _nonlinear(study: Study, given: Problems, space: int, near: SteadyState | No
             conductor = fine.conductor.lower(space, heat.exact)
         state = newton.within(fine, heat, conductor, study.voltage, study.accuracy)
     else:
-        start = None if near is None else heat.take(_on(given.domain.space, near))
-        if start is None and space:
+        start = _of(before.state, heat)
+        # On bricks a rough state came before.
+        if start is None and space and not isinstance(given.domain.space, BrickSpace):
             try:
-                lowest = _nonlinear(study, given, 0)
+                lowest = _nonlinear(study, given, 0, before)
                 start = heat.take(lowest.heat.field(lowest.rise))
             except NumericsError:
                 pass
-        state = newton.coupled(heat, conductor, study.voltage, study.accuracy, start, space == top)
+        state = newton.coupled(heat, conductor, study.voltage, study.accuracy, start, space == top, before.limit)
     given.states[space] = state
     return state
 
 
-def _on(space: Any, near: SteadyState) -> np.ndarray:
-    """(functions,): the rise of a state on other bricks in a space."""
-    found: np.ndarray = space.interpolated(near.heat.domain.space, near.heat.field(near.rise))
-    return found
+def _of(near: SteadyState | None, heat: HeatProblem) -> np.ndarray | None:
+    """(all nodes,): the rise of a state on other bricks; None without one, or where either isn't on bricks."""
+    space, before = heat.domain.space, None if near is None else near.heat.domain.space
+    if near is None or not (isinstance(space, BrickSpace) and isinstance(before, BrickSpace)):
+        return None
+    return heat.take(space.interpolated(before, near.heat.field(near.rise)))
 
 
 def free_functions(given: Problems) -> list[np.ndarray]:

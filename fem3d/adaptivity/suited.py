@@ -24,7 +24,7 @@ from fem3d.spaces.bricks import BrickSpace
 from fem3d.spaces.domain import boxes
 from fem3d.spaces.size import foreseen
 from scenes import physics
-from scenes.errors import NumericsError
+from scenes.errors import NumericsError, RunawayError
 
 LOWER = 2  # degrees by which those of the rough state are lower
 ROUGH = 1.0  # its accuracy, to which its iteration is solved
@@ -35,7 +35,7 @@ MOST_GROWTH = 2.0  # of the unknowns
 
 def suited(mesh: Bricks, study: Study) -> tuple[Bricks, SteadyState | None]:
     """The first grid suited to the conductivity of a rough steady state, and that state; the grid as it is, and None,
-    where no property follows the temperature by a law, or there is no such state."""
+    where no property follows the temperature by a law, or no state is found. Raises RunawayError where none exists."""
     scene, grid = mesh.scene, mesh.grid
     if not (physics.heat(scene) and physics.nonlinear(scene, False)):
         return mesh, None
@@ -43,6 +43,8 @@ def suited(mesh: Bricks, study: Study) -> tuple[Bricks, SteadyState | None]:
     heat = assemble(boxes(scene, rough))
     try:
         state = newton.coupled(heat, conductors.find(heat, nested.SOLVED), study.voltage, ROUGH, finer=False)
+    except RunawayError:
+        raise
     except NumericsError:
         return mesh, None
     pieces = _pieces(state, grid.degrees, study.accuracy)

@@ -23,8 +23,12 @@ MOST_STEPS = 30  # of Newton's method at one drive
 STALLED = 5
 ENDS = 1e-6  # of the accuracy: what the next step would be, relatively, with which a state counts as found
 INNER = 1e-4  # to which each step's linear system is solved, relatively
+# Where a step is more than this part of the last one, as the current's pattern moves with the heat, secants of so many
+# earlier ones serve too (Anderson, J. ACM 12, 1965).
+SLOW, SECANTS = 0.1, 5
 HALVINGS = 3  # of a step that doesn't bring the state nearer
 SHORTEST = 1e-3  # step of the drive, relative, at which its largest value counts as found
+AROUND = 0.05  # of a limit: steps near it, which begin at twice that below it
 NEAR = 0.1  # of a drive: a step of that size fails because there is no state ahead, not because it is too long
 # Power of the drive that the rise grows with, from which on it runs away: that of a voltage is 2, that of heat 1.
 STEEP = 4.0
@@ -32,6 +36,8 @@ ON_THE_WAY = 1e-3  # relative size of the last step to a state that only leads o
 HOTTEST = 1e5  # K, beyond any solid: a state that hot counts as none
 TOLD = 0.03  # of the accuracy: what a finer quadrature may change of the rise
 MOST_FINER = 6
+NEXT_TO = 1e-2  # size of a step, relative to the rise, after which a new tangent would be the same
+WORSE = 1.5  # factor on what such a step leaves, up to which the tangent serves
 OFF = 0.03  # of a step: what the next one by the same tangent may be of it, if that is to serve again
 
 
@@ -53,7 +59,8 @@ class Point:
 @dataclass
 class Newton:
     """The states of a nonlinear problem at fractions of what drives it: how many ``steps`` they took, the relative size
-    ``ahead`` of the one that would be next, and a ``tangent``, by which that is ``off`` times the last one."""
+    ``ahead`` of the one that would be next, and a ``tangent``, by which that is ``off`` times the last one, and was
+    ``least`` times that where the tangent was new and the step small."""
 
     heat: HeatProblem
     conductor: Conductor | None
@@ -62,6 +69,7 @@ class Newton:
     ahead: float = np.inf
     off: float = np.inf
     tangent: HeatProblem | None = field(default=None, repr=False)
+    least: float = 0.0
 
     def at(self, rise: np.ndarray, drive: float, near: np.ndarray | None = None) -> Point | None:
         """The point of a rise, ``near`` being the potential of a similar one at this drive; None where no law says
@@ -88,21 +96,27 @@ class Newton:
         start = np.concatenate([start[: heat.free], drive * heat.given[0]])
         point, self.off = self.at(start, drive, near), off
         sizes: list[float] = []
+        rises, directions = list[np.ndarray](), list[np.ndarray]()
         for _ in range(MOST_STEPS):
             if point is None or (len(sizes) > STALLED and sizes[-1] > sizes[-1 - STALLED] / 2):
                 return None
             self.steps += 1
-            tangent = self.tangent_at(point)
+            known, tangent = self.tangent, self.tangent_at(point)
             try:
                 direction = tangent.inner_rest.solve(tangent.solve_steady, point.residual[None], INNER)[0]
             except NumericsError:
                 return None
             sizes.append(_largest(direction))
+            rises, directions = [*rises[-SECANTS:], point.rise[: heat.free]], [*directions[-SECANTS:], direction]
+            if len(sizes) > 1 and sizes[-1] > SLOW * sizes[-2]:
+                direction = _accelerated(rises, directions)
             # Near a runaway the rest of the tangent makes steps longer than the stiffness alone has them.
             longer = max(1.0, sizes[-1] / (_largest(tangent.solve_steady(point.residual)) or 1.0))
             point = self._along(point, tangent, direction, drive)
             if point is None:
                 return None
+            if tangent is not known and sizes[-1] < NEXT_TO * _largest(point.rise):
+                self.least = self.off
             self.ahead = longer * self.off * sizes[-1] / (_largest(point.rise) or 1.0)
             if self.ahead < max(ENDS * self.accuracy, enough):
                 return point
@@ -110,9 +124,10 @@ class Newton:
 
     def tangent_at(self, point: Point) -> HeatProblem:
         """The problem linearized about a point, or about one so near that its factors serve."""
-        if self.tangent is None or self.off > OFF:
+        if self.tangent is None or self.off > max(OFF, WORSE * self.least):
             density = np.empty(0) if point.potential is None else point.potential.density
             self.tangent, self.off = linearized(self.heat, self.conductor, point.rise, density), 0.0
+            self.least = 0.0
         return self.tangent
 
     def finer(self, u: np.ndarray) -> Newton:
@@ -152,10 +167,12 @@ def coupled(
     accuracy: float,
     start: np.ndarray | None = None,
     finer: bool = True,
+    limit: float | None = None,
 ) -> SteadyState:
     """The steady state at constant inputs; ``start`` is a rise (all nodes) that may be near it. The heat problem of the
     state is the one linearized about it, by a quadrature that is made ``finer`` until its error hardly counts, as far
-    as that goes. ``voltage`` (V) names the drive in messages.
+    as that goes. ``voltage`` (V) names the drive in messages; ``limit`` is the fraction of the drive from which on
+    another mesh had no state.
 
     Raises RunawayError where no steady state exists, NumericsError where the iteration fails.
     """
@@ -165,7 +182,7 @@ def coupled(
         raise NumericsError("a part of the scene has no exit for heat: it has no steady state")
     newton = Newton(heat, conductor, accuracy)
     point = None if start is None else newton.solve(1.0, start, None)
-    point = point or _driven(newton, voltage)
+    point = point or _driven(newton, voltage, limit)
     off = 0.0
     for _ in range(MOST_FINER):
         if finer:
@@ -194,10 +211,13 @@ def within(
     return _state(newton, point or _driven(newton, voltage), 0.0)
 
 
-def _driven(newton: Newton, voltage: float) -> Point:
-    """The state at the whole drive, which is raised as far as each step leads."""
+def _driven(newton: Newton, voltage: float, limit: float | None = None) -> Point:
+    """The state at the whole drive, which is raised as far as each step leads; in steps of their own up to a little
+    beyond a ``limit`` that there may be."""
     heat = newton.heat
-    drive, step, beyond, rise = 0.0, 1.0, np.inf, np.zeros(heat.size)
+    drive, step, beyond, rise, near_by = 0.0, 1.0, np.inf, np.zeros(heat.size), 0.0
+    if limit is not None:
+        step = (1 - 2 * AROUND) * limit
     near: np.ndarray | None = None
     before: tuple[float, np.ndarray] | None = None
     while True:
@@ -211,13 +231,27 @@ def _driven(newton: Newton, voltage: float) -> Point:
             if ahead == 1.0:
                 return point
             before, drive, rise, near = (drive, rise), ahead, point.rise, point.volts
+            around = limit is not None and abs(drive / limit - 1) < 3 * AROUND
+            step = min(2 * step, AROUND * (limit or 1.0)) if around else 2 * step
         else:
             step = (ahead - drive) / 2
             if step <= NEAR / 2 * ahead:
                 beyond = ahead
         if min(step, beyond - drive) < SHORTEST * max(drive, SHORTEST):
+            if drive > (1 + SHORTEST) * near_by:
+                # From so near states may be found that weren't from further away.
+                near_by, beyond, step = drive, np.inf, 2 * SHORTEST * drive
+                continue
             steep = before is not None and _power(before, (drive, rise)) > STEEP
             raise _runaway(newton, voltage, drive, steep)
+
+
+def _accelerated(rises: list[np.ndarray], steps: list[np.ndarray]) -> np.ndarray:
+    """The last of some ``steps`` from ``rises`` (free nodes), less what combines with the earlier ones to nothing."""
+    moves, changes = np.diff(rises, axis=0), np.diff(steps, axis=0)
+    shares = np.linalg.lstsq(changes.T, steps[-1], rcond=None)[0]
+    found: np.ndarray = steps[-1] - shares @ (moves + changes)
+    return found
 
 
 def _power(before: tuple[float, np.ndarray], after: tuple[float, np.ndarray]) -> float:

@@ -8,6 +8,7 @@ import pytest
 from fem3d.adaptivity.brick_mesh import Bricks
 from fem3d.adaptivity.suited import suited
 from fem3d.runs import sink as sinks
+from fem3d.solution.newton import _accelerated
 from fem3d.spaces.bricks import BrickSpace
 from meshes import symmetry
 from scenes.laws import PowerLaw
@@ -47,3 +48,14 @@ def test_a_field_of_another_grid_is_the_same():
     assert np.abs(own - others).max() < 1e-9 * np.abs(others).max()
     u[0] += 1e-6 * np.abs(u).max()
     assert np.abs(own - coarse.sample(u, *points)[inside]).max() > 1e-9 * np.abs(others).max()
+
+
+def test_secants_take_away_what_shrinks_slowly():
+    """Of three unknowns that each step of an iteration brings nearer by a factor, four steps tell the answer."""
+    factors, answer = np.array([0.9, -0.6, 0.3]), np.array([1.0, -2.0, 5.0])
+    rises = [np.zeros(3)]
+    for _ in range(3):
+        rises.append(rises[-1] + (1 - factors) * (answer - rises[-1]))
+    steps = [(1 - factors) * (answer - rise) for rise in rises]
+    assert rises[-1] + _accelerated(rises, steps) == pytest.approx(answer, abs=1e-9)
+    assert np.abs(rises[-1] + steps[-1] - answer).max() > 0.5

@@ -149,6 +149,9 @@ IN_TURN: dict[str, Callable[[Drawn, Result], float]] = {
     "scales with V^2": squared, "reciprocity of power": reciprocal, "errors honoured by a finer solve": honest,
 }  # fmt: skip
 OF_LAWS: dict[str, Callable[[Drawn, Result], float]] = ALWAYS | {"errors honoured by a finer solve": honest}
+OF_LAWS_OVER_TIME: dict[str, Callable[[Drawn, Result], float]] = {
+    "energy closes over time": energy, "traces honoured by a finer solve": honest,
+}  # fmt: skip
 OVER_TIMES: dict[str, Callable[[Drawn, Result], float]] = {
     "traces honoured by a finer solve": honest, "traces mirrored and turned": mirrored,
 }  # fmt: skip

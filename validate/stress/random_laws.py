@@ -1,6 +1,6 @@
 """Random scenes whose properties follow the temperature: those of `random_scenes` that are steady, heated until laws
 matter, with conductivities that fall or rise by a power or a table with kinks, some along one axis alone, and such
-resistivities."""
+resistivities; one of four is heated from rest, over a time in which heat crosses some of it."""
 
 from __future__ import annotations
 
@@ -9,21 +9,38 @@ from dataclasses import replace
 import numpy as np
 
 from fem3d.runs.scene import solve
+from scenes import laws
 from scenes.laws import Law, PowerLaw, Property, Table
 from scenes.model import Material, Scene
-from validate.stress.random_scenes import ROOM, Drawn, draw
+from validate.stress import random_scenes
+from validate.stress.random_scenes import ROOM, Drawn
 
 RISES = (20.0, 500.0)
 """K: the range of the largest mean rise of a box, if numbers stood in place of the laws."""
+OVER_TIME = 2  # the remainder, of seeds by four, of those over time
 ROUGH = 0.1  # accuracy of the solution that tells how strong the heat must be for that
 LAW, RESISTIVITY, ALONG_ONE = 0.7, 0.4, 0.15
 """Of materials, those with a law of the conductivity; of conductors, of the resistivity; of laws, along one axis."""
 
 
+def draw(seed: int, accuracy: float = 1e-2) -> Drawn:
+    """The scene of a seed, over time where that is `OVER_TIME`. Raises as `draw_steady` does."""
+    drawn = draw_steady(seed, accuracy)
+    if seed % 4 != OVER_TIME:
+        return drawn
+    rng, scene = np.random.default_rng([seed, 4]), drawn.scene
+    material, size = scene.boxes[0].material, max(max(np.subtract(b.upper, b.lower)) for b in scene.boxes)
+    conductivity, heat = (laws.at(law, ROOM) for law in (material.thermal_conductivity, material.specific_heat))
+    crossing = size**2 * material.density * float(np.max(heat)) / float(np.max(conductivity))
+    end = 10 ** float(rng.uniform(-2, 0)) * crossing
+    instants = tuple((end * np.linspace(0.05, 1.0, 20)).tolist())
+    return replace(drawn, scene=replace(scene, steady=False, end_time=end, output_times=instants))
+
+
 def draw_steady(seed: int, accuracy: float = 1e-2) -> Drawn:
     """The scene of a seed. Raises NumericsError where it can't be solved with numbers in place of the laws."""
     # Three of twenty of `random_scenes` run over time.
-    drawn = draw(seed // 17 * 20 + seed % 17, accuracy)
+    drawn = random_scenes.draw(seed // 17 * 20 + seed % 17, accuracy)
     rng, scene = np.random.default_rng([seed, 3]), drawn.scene
     rough = replace(scene, accuracy=ROUGH, probes=scene.means())
     linear = _changed(rough, 1.0, {b.material: replace(b.material, temperature_coefficient=0.0) for b in scene.boxes})

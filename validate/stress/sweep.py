@@ -45,8 +45,9 @@ def examine(seed: int, limit: int = LIMIT, laws: bool = False) -> Outcome:
     try:
         with limited(limit, PATIENCE * limit):
             # A scene to be heated until laws matter is solved with numbers first, which may be out of reach as well.
-            drawn = random_laws.draw_steady(seed) if laws else draw(seed)
-            tests = invariants.OF_LAWS if laws else invariants.tests(drawn)
+            drawn = random_laws.draw(seed) if laws else draw(seed)
+            of_laws = invariants.OF_LAWS if drawn.scene.steady else invariants.OF_LAWS_OVER_TIME
+            tests = of_laws if laws else invariants.tests(drawn)
             result = invariants.solve(drawn.scene)
             unknowns = int(result.details["unknowns"])
             for each, test in tests.items():

@@ -118,6 +118,17 @@ def test_scenes_with_laws_hold_their_errors_and_a_law_that_is_off_is_seen():
     assert invariants.honest(replace(drawn, scene=warmer), found) > 1.0
 
 
+def test_some_scenes_with_laws_are_heated_over_time():
+    drawn = random_laws.draw(2)
+    assert not drawn.scene.steady
+    assert random_laws.draw(4).scene.steady
+    outcome = sweep.examine(2, laws=True)
+    assert (outcome.ended, set(outcome.violations)) == ("", set(invariants.OF_LAWS_OVER_TIME))
+    assert max(outcome.violations.values()) <= 1.0
+    warmer = replace(drawn.scene, boxes=tuple(replace(b, material=_raised(b.material)) for b in drawn.scene.boxes))
+    assert invariants.honest(replace(drawn, scene=warmer), invariants.solve(drawn.scene)) > 1.0
+
+
 def _raised(material):
     """The material with 5 % more of a conductivity that follows the temperature."""
     k = material.thermal_conductivity
