@@ -1,4 +1,5 @@
-"""Rows of sinks, or of whole sensors, on one substrate: columns of them side by side across, rows along, each an element of the array.
+"""Rows of sinks, or of whole sensors, on one substrate: columns of them side by side across, rows along, each an
+element of the array.
 
 Elements are numbered from 1, along x first, from the plate's lower corner. Any of them are driven at the sink's
 voltage, the others have no circuit.

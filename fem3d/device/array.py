@@ -4,9 +4,9 @@ Each element is a device in the middle of the plate (`fem3d.device.solve`); the 
 
     theta_k = sum_j g_kj q_j,
 
-with q the heat that leaves an element into the plate and g the plate's own solution (`fem3d.runs.plate`). To an element
-that is a warmer substrate. In the steady state, with r, w, s what a kelvin outside adds to the heat into the plate, what
-one of substrate does, and what that adds to the sensor's power, all about the closed loops' state,
+with q the heat that leaves an element into the plate and g the plate's own solution (`fem3d.runs.plate`). To an
+element that is a warmer substrate. In the steady state, with r, w, s what a kelvin outside adds to the heat into the
+plate, what one of substrate does, and what that adds to the sensor's power, all about the closed loops' state,
 
     dP = s (1 - g w)^-1 g r dT_outer.
 """
@@ -14,14 +14,14 @@ one of substrate does, and what that adds to the sensor's power, all about the c
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from fem3d.device.array_time import Over, over_time
 from fem3d.device.solve import Model, model
 from fem3d.runs.array import Footprint, coupling, foot_of
-from scenes.array import DeviceArray, driven, idle
+from scenes.array import DeviceArray, driven, idle, places
 from scenes.device import Device
 from scenes.loop.modal import Modal
 from scenes.loop.shielding import STEP, without_sink
@@ -30,7 +30,7 @@ from scenes.loop.stability import state_of
 
 @dataclass(frozen=True, eq=False)
 class Slopes:
-    """Of one kind of element: its heat into the plate (W) and its sensor's power (W) on a plate at room temperature, and
+    """Of one kind of element: its heat into the plate and its sensor's power on a plate at room temperature (W), and
     what a kelvin outside, or of substrate, adds to them (W/K)."""
 
     heat: float
@@ -71,6 +71,36 @@ class Solved:
     closed: Together
     sinks_off: Together
     over_time: tuple[Over, ...]
+
+    @property
+    def at_work(self) -> np.ndarray:
+        """(elements,): which have their circuits."""
+        return np.isin(np.arange(1, self.array.sink.count + 1), driven(self.array.sink))
+
+    @property
+    def places(self) -> list[tuple[float, float]]:
+        """The middles (x, y) of the elements in m, about that of the plate."""
+        return places(self.array.sink)
+
+    @property
+    def most_moved(self) -> int:
+        """The element, from 0, whose reading the others would change most with all sinks off."""
+        return int(np.abs(self.sinks_off.power_change.value).argmax())
+
+    @property
+    def base(self) -> tuple[float, float]:
+        """The power (W) of the sensor of an element alone at the initial outer temperature, and its error."""
+        element = self.array.element
+        outer = element.external.initial_temperature
+        errors = self.model.steady_errors(element, outer)
+        return self.model.steady(element, outer).sensor_power_W, errors["sensor_power_W"]
+
+    @property
+    def slopes(self) -> dict[str, Slopes]:
+        """Those of an element at work, of one without its sink, and of an idle one."""
+        element, fine = self.array.element, self.model.fine
+        kinds = {"closed": element, "sinks_off": without_sink(element), "idle": idle(element)}
+        return {name: slopes(fine, device) for name, device in kinds.items()}
 
 
 def solve(array: DeviceArray, say: Callable[[str], None] = lambda _: None) -> Solved:

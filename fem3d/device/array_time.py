@@ -33,6 +33,12 @@ class Over:
     sensor_power: np.ndarray
     error: float
 
+    @property
+    def largest(self) -> tuple[float, float]:
+        """The sensor's largest change (W/K), and when (s)."""
+        at = int(np.abs(self.sensor_power).argmax())
+        return float(self.sensor_power[at]), float(self.time_s[at])
+
 
 def nearest(array: DeviceArray, plate: np.ndarray) -> tuple[int, int]:
     """The elements (numbers from 0), one about the middle and the one at work that its heat warms most."""

@@ -1,5 +1,5 @@
-"""A rectangular plate of constant conductivity over time, its bottom at zero and its sides adiabatic: the rise that heat
-entering at one point of its top from time 0 on makes at another.
+"""A rectangular plate of constant conductivity over time, its bottom at zero and its sides adiabatic: the rise that
+heat entering at one point of its top from time 0 on makes at another.
 
 Of a plate without sides, per unit of heat that entered at one instant, a distance r away and a time t later,
 

@@ -72,8 +72,8 @@ class Modal:
         )  # fmt: skip
 
     def with_heat_below(self) -> Modal:
-        """The model with one flow more, the last, the heat that leaves into the substrate: what is stored and conducted,
-        weighed with the rise that a kelvin of substrate keeps up, and the films' heat weighed with it."""
+        """The model with one flow more, the last, the heat that leaves into the substrate: what is stored and
+        conducted, weighed with the rise that a kelvin of substrate keeps up, and the films' heat weighed with it."""
         below = self.substrate
         drawn = float(below.flux[0])  # what a kelvin outside sends there is what one of substrate sends outside
         return replace(
