@@ -126,7 +126,7 @@ def footprint(states: Model) -> Footprint:
     structure = states.structures[0]
     heat = structure.heat
     none = np.zeros(heat.size)
-    load = sum(structure.conductor.joule_load(p.density, none) for p in structure.patterns)
+    load = np.sum([structure.conductor.joule_load(p.density, none) for p in structure.patterns], axis=0)
     return foot_of(states.device.sink, heat, heat.whole(heat.solve_steady(load[: heat.free])))
 
 

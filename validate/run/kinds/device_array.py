@@ -120,7 +120,7 @@ def answered(outcome: Outcome[DeviceArray]) -> str:
     most, when = closed.largest
     return (
         f"{said}; {height:+g} K outside of element {closed.of + 1} changes the sensor's power of element "
-        f"{closed.at + 1} by {at_rest[0]} at rest and at most by {quantity(height * most, 'W', 2)}, "
-        f"{milliseconds(when)} after the step; with all sinks off by {at_rest[1]} and "
-        f"{quantity(height * off.largest[0], 'W', 2)}."
+        f"{closed.at + 1} by {at_rest[0]} at rest and at most by {quantity(height * most, 'W', 2)} to within "
+        f"{quantity(abs(height) * closed.error, 'W', 1)}, {milliseconds(when)} after the step; with all sinks off by "
+        f"{at_rest[1]} and {quantity(height * off.largest[0], 'W', 2)}."
     )
