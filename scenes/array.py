@@ -1,4 +1,5 @@
-"""Rows of sinks on one substrate: columns of them side by side across, rows along, each an element of the array.
+"""Rows of sinks, or of whole sensors, on one substrate: columns of them side by side across, rows along, each an
+element of the array.
 
 Elements are numbered from 1, along x first, from the plate's lower corner. Any of them are driven at the sink's
 voltage, the others have no circuit.
@@ -9,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass, fields, replace
 from typing import Any, ClassVar
 
+from scenes.device import Device
 from scenes.model import Boundary, Box, Contact, Point, Probe, Scene
 from scenes.sink import Sink, face
 
@@ -37,6 +39,24 @@ class SinkArray(Sink):
         return whole(self)
 
 
+@dataclass(frozen=True)
+class DeviceArray(Device):
+    """A whole sensor that stands on its substrate more than once; all of it is a device's."""
+
+    kind: ClassVar[str] = "device_array"
+
+    @staticmethod
+    def of(device: Device) -> DeviceArray:
+        """The array that a device's keys ask for."""
+        return DeviceArray(**{field.name: getattr(device, field.name) for field in fields(device)})
+
+    @property
+    def element(self) -> Device:
+        """One of them alone, in the middle of the same substrate."""
+        given = {field.name: getattr(self, field.name) for field in fields(self)}
+        return Device(**given | {"sink": alone(self.sink)})
+
+
 def alone(sink: Sink) -> Sink:
     """One element in the middle of the array's substrate."""
     return Sink(**_given(sink) | {"columns": 1, "rows": 1, "driven": None})
@@ -44,6 +64,11 @@ def alone(sink: Sink) -> Sink:
 
 def _given(sink: Sink) -> dict[str, Any]:
     return {field.name: getattr(sink, field.name) for field in fields(sink)}
+
+
+def idle(device: Device) -> Device:
+    """A device without circuits."""
+    return replace(device, control=replace(device.control, sink_gain=0.0, sensor_gain=0.0))
 
 
 def places(sink: Sink) -> list[tuple[float, float]]:

@@ -75,7 +75,10 @@ DEVICE_3D_TOLERANCES: dict[str, float] = {
 """The same of the device in 3D: of steady values as of the sink's equations, of what is over time as of its figures.
 The claims are stated as exact: a ten-thousandth is what 3D is asked to know."""
 
-DEVICE_CHECKS = (*DEVICE_TOLERANCES, *DEVICE_3D_TOLERANCES)
+DEVICE_ARRAY_TOLERANCES = {"dev3d_array": DEVICE_3D_TOLERANCES["dev3d_shielding"]}
+"""The same of several devices on one substrate."""
+
+DEVICE_CHECKS = (*DEVICE_TOLERANCES, *DEVICE_3D_TOLERANCES, *DEVICE_ARRAY_TOLERANCES)
 """The ids of every check that a device may have."""
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Generic, TypeVar
 
 from scenes import units as d
-from scenes.array import SinkArray
+from scenes.array import DeviceArray, SinkArray
 from scenes.checks import DEVICE_CHECKS, SLOPE_TOLERANCES, Differing, tolerances
 from scenes.device import Device
 from scenes.following import Following
@@ -147,7 +147,7 @@ SINK = SceneType("sink", _SINK, Sink(), "drive.voltage")
 DEVICE = SceneType("device", _DEVICE, Device(), "external.final_temperature")
 
 TYPES: dict[str, SceneType[Any]] = {kind.name: kind for kind in (SINK, DEVICE)}
-OF_KIND = {**TYPES, SinkArray.kind: SINK}
+OF_KIND = {**TYPES, SinkArray.kind: SINK, DeviceArray.kind: DEVICE}
 """What type of scene each kind is of: rows of sinks stand in the file of one."""
 
 

@@ -13,7 +13,7 @@ from operator import attrgetter
 from pathlib import Path
 from typing import Any, Literal, TypeVar, overload
 
-from scenes.array import SinkArray
+from scenes.array import DeviceArray, SinkArray
 from scenes.device import Device
 from scenes.errors import SceneError, did_you_mean, quoted, reason
 from scenes.files import contents, parsed
@@ -143,8 +143,12 @@ def _built(flat: Mapping[str, Any], overrides: Sequence[str], scene_type: SceneT
 
 
 def _checked(scene: Any) -> Any:
-    """The scene, checked; more than one sink on a substrate as the array that they are."""
-    return check(SinkArray.of(scene) if scene.kind == Sink.kind and scene.count > 1 else scene)
+    """The scene, checked; more than one sink, or sensor, on a substrate as the array that they are."""
+    if scene.kind == Sink.kind and scene.count > 1:
+        scene = SinkArray.of(scene)
+    elif scene.kind == Device.kind and scene.sink.count > 1:
+        scene = DeviceArray.of(scene)
+    return check(scene)
 
 
 @overload

@@ -54,8 +54,6 @@ def _check_device(device: Device) -> None:
     refuse_laws((device.sink.silicon, device.sink.oxide, device.gold, device.pdms), "a device")
     if device.sink.spans > 1:
         raise SceneError(f"sink.spans = {device.sink.spans} makes a row, and a device has one span: give 1")
-    if device.sink.count > 1:
-        raise SceneError(ONE_SINK.format(device.sink, "one device is simulated"))
     if device.sink.emissivity:
         raise SceneError(
             f"environment.emissivity = {device.sink.emissivity:g} is not solved for a device: leave it out, or give 0"

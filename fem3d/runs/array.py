@@ -19,6 +19,7 @@ from typing import Any
 
 import numpy as np
 
+from fem3d.problems.heat import HeatProblem
 from fem3d.runs import sink as alone
 from fem3d.runs.plate import Plate
 from meshes import symmetry
@@ -26,6 +27,7 @@ from scenes.array import SinkArray, driven, places
 from scenes.errors import NumericsError
 from scenes.plan import Request, Step
 from scenes.result import Estimate, Result
+from scenes.sink import Sink
 
 POINTS = 16
 """Gauss points across a foot, by which the moments of what enters there are integrated."""
@@ -79,8 +81,13 @@ def solve(sink: SinkArray, progress: Callable[[str], None] | None = None) -> Res
 def footprint(one: Result) -> Footprint:
     """Of one element's solution: two points a side that have the moments of what enters under a foot, up to the third
     across, where it is symmetric, and the mean and the variance along."""
-    sink, state = one.details["sink"], one.details["answer"].fine.state
-    space: Any = state.heat.domain.space
+    state = one.details["answer"].fine.state
+    return foot_of(one.details["sink"], state.heat, state.rise)
+
+
+def foot_of(sink: Sink, heat: HeatProblem, rise: np.ndarray) -> Footprint:
+    """The same of a rise (all nodes) of a structure on a sink's feet."""
+    space: Any = heat.domain.space
     nodes, weights = np.polynomial.legendre.leggauss(POINTS)
     part = symmetry.reduce(sink.scene())
     near = sink.anchor_distance
@@ -88,7 +95,7 @@ def footprint(one: Result) -> Footprint:
     y = -(near + sink.oxide_length / 2) + sink.oxide_length / 2 * nodes
     points = np.array([(a, b, -sink.oxide_thickness / 2) for a in x for b in y])
     inside = part.mirrored(points)
-    field = state.heat.field(state.rise)
+    field = heat.field(rise)
     flux = np.empty(len(points))
     for i, at in enumerate(inside):
         flux[i] = space.sample(field, *(at[d : d + 1] for d in range(3)), slope=2)[0, 0, 0]
@@ -102,12 +109,17 @@ def footprint(one: Result) -> Footprint:
     return Footprint(np.array([-spread, spread]), np.array([middle - deviation, middle + deviation]))
 
 
-def coupling(sink: SinkArray, foot: Footprint) -> Coupling:
-    """The plate's part of the array."""
-    plate = Plate(
+def plate_of(sink: Sink) -> Plate:
+    """The plate under an array."""
+    return Plate(
         sink.substrate_width, sink.substrate_length, sink.substrate_thickness or 0.0,
         float(sink.substrate.thermal_conductivity),
     )  # fmt: skip
+
+
+def coupling(sink: Sink, foot: Footprint) -> Coupling:
+    """The plate's part of the array."""
+    plate = plate_of(sink)
     centre = np.array([plate.x / 2, plate.y / 2])
     at = np.array(places(sink)).reshape(sink.rows, sink.columns, 2)
     columns = centre[0] + at[0, :, 0][:, None] + foot.x

@@ -71,6 +71,18 @@ class Modal:
             offset=self.offset + outer * self.external, flux_offset=self.flux_offset + outer * self.flux_external,
         )  # fmt: skip
 
+    def with_heat_below(self) -> Modal:
+        """The model with one flow more, the last, the heat that leaves into the substrate: what is stored and
+        conducted, weighed with the rise that a kelvin of substrate keeps up, and the films' heat weighed with it."""
+        below = self.substrate
+        drawn = float(below.flux[0])  # what a kelvin outside sends there is what one of substrate sends outside
+        return replace(
+            self, flux=np.vstack([self.flux, self.rates * below.jump]),
+            flux_external=np.append(self.flux_external, drawn),
+            feed=np.vstack([self.feed, below.external - self.shape @ below.jump]),
+            substrate=replace(below, flux=np.append(below.flux, -below.taken)),
+        )  # fmt: skip
+
     def within(self, sums: np.ndarray) -> Modal:
         """The model of some ``sums`` (n, k) of its modes, which are orthonormal, in modes of its own."""
         rates, vectors = np.linalg.eigh(sums.T @ (self.rates[:, None] * sums))

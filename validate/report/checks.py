@@ -141,7 +141,7 @@ def _said(check: Check, contrary: Sequence[Check]) -> str:
 
 def sides(check: Check) -> tuple[str, str]:
     """Whose the predicted and the measured value are."""
-    if check.id.startswith(("dev3d_claim", "dev3d_shielding")):
+    if check.id.startswith(("dev3d_claim", "dev3d_shielding", "dev3d_array")):
         return "paper", "3D"
     return ("paper", "1D") if check.id in DEVICE_TOLERANCES else ("1D", "3D")
 

@@ -67,7 +67,9 @@ def folder_of(scene: Any, request: Request, settings: Sequence[str] = (), data: 
     model = ["model", getattr(request.model, "__name__", str(request.model))] if request.model else []
     if scene.kind == "free":
         return _safe(scene.name, *_words(settings), *model, *["why"] * request.why, *options, *held, *fields, *against)
-    if scene.kind in ("sink", "array"):
+    if scene.kind == "device_array":
+        words = []
+    elif scene.kind in ("sink", "array"):
         words = [request.reduction.replace(":", "")] * (request.reduction != "paper")
         words += ["3d"] * (request.models == ("fem3d",)) + ["1d"] * (request.models == ("reduced1d",))
         words += ["steady"] * (not request.transient) + ["why"] * request.why + ["air"] * request.air

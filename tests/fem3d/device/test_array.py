@@ -1,0 +1,117 @@
+"""Several sensors on one substrate: what goes into the plate, what it does to them, and what is told and kept."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fem3d.device.array import Solved, solve
+from scenes.array import DeviceArray
+from scenes.errors import SceneError
+from scenes.keys import DEVICE
+from scenes.loading import load
+from scenes.loop.stability import state_of
+from tests.validate.cli import summary
+from validate.cli import main
+
+SETTINGS = ("substrate.thickness=0.5mm", "array.columns=3", "array.driven=[1,2]", "run.end_time=0.28")
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> tuple[Solved, str, dict[str, Any], Path]:
+    """The array as it is solved, what a run prints, and its summary and folder."""
+    kept: list[Solved] = []
+
+    def keeping(array: DeviceArray, say: Any) -> Solved:
+        kept.append(solve(array, say))
+        return kept[-1]
+
+    folder, printed = tmp_path_factory.mktemp("array") / "one", io.StringIO()
+    words = [word for setting in SETTINGS for word in ("--set", setting)]
+    with pytest.MonkeyPatch.context() as patch, contextlib.redirect_stdout(printed):
+        patch.setattr("fem3d.device.array.solve", keeping)
+        assert main(["device", *words, "--accuracy", "3e-2", "--out", str(folder)]) == 0
+    return kept[0], printed.getvalue(), summary(folder), folder
+
+
+def test_what_the_films_take_goes_into_the_plate_or_outside(run: Any) -> None:
+    solved = run[0]
+    device, modal = solved.array.element, solved.model.fine.with_heat_below()
+    for outer, warmer in ((-20.0, 0.0), (5.0, 2.0)):
+        state = state_of(modal.above_substrate(outer), device, 293.0 + warmer)
+        # A hundredth of the heat follows local departures, which are followed to a tenth of the accuracy, 3e-2.
+        assert state.flow[-1] == pytest.approx(state.power.sum() - state.flow[0], rel=3e-5)
+
+
+def test_the_sinks_make_the_sensors_blind_to_their_neighbours(run: Any) -> None:
+    solved = run[0]
+    closed, off = solved.closed, solved.sinks_off
+    # By the plate's rise, the elements' sum of heat by heat, and the slope of the shielding, -214 uW/K without sinks.
+    heat = np.array([solved.slopes["sinks_off"].heat] * 2 + [0.0])
+    rise = solved.plate.value @ heat
+    # What comes back from a warmer plate is its rise per watt by the conductance, 2e-4.
+    assert off.plate_rise.value == pytest.approx(rise, rel=1e-3)
+    assert off.power_change.value[:2] == pytest.approx(-213.7e-6 * rise[:2], rel=2e-2)
+    assert off.power_change.value[2] == 0.0
+    assert (
+        np.abs(closed.power_change.value) + closed.power_change.error < 1e-4 * np.abs(off.power_change.value).max()
+    ).all()
+    assert (closed.plate_rise.value > off.plate_rise.value).all()
+    # A sensor that is held sends as much into the plate whatever is outside; an idle element's outside is felt.
+    assert abs(off.per_outside.value[0, 1]) < 1e-2 * abs(off.per_outside.value[1, 2])
+    assert off.per_outside.value[1, 2] < -1e-9
+
+
+def test_over_time_it_comes_to_what_is_at_rest(run: Any) -> None:
+    solved = run[0]
+    for each, over in zip((solved.closed, solved.sinks_off), solved.over_time, strict=True):
+        at_rest = each.per_outside.value[over.at, over.of]
+        assert abs(over.sensor_power[-1] - at_rest) <= over.error
+    off = solved.over_time[1]
+    # The polymer's slowest mode, 43 per second, has a quarter left after the 30 ms of the run; the steps' sum has all.
+    assert off.sensor_power[-1] == pytest.approx(solved.sinks_off.per_outside.value[off.at, off.of], rel=0.25)
+    # Heat needs r^2/(4 a), half a millisecond, to the neighbour.
+    early = off.time_s < 0.2e-3
+    assert np.abs(off.plate_rise[early]).max() < 1e-3 * np.abs(off.plate_rise).max()
+
+
+def test_it_is_told_and_kept(run: Any) -> None:
+    _, text, found, folder = run
+    assert max(map(len, text.splitlines())) <= 80
+    said = " ".join(text.split())
+    assert "the others at work make the plate under element 1" in said
+    assert "3, idle" in said
+    assert {"array.png", "array.svg", "report.html"} <= {entry.name for entry in folder.iterdir()}
+    assert [check["verdict"] for check in found["checks"] if check["id"] == "dev3d_array"] == ["agrees"]
+    assert found["array"]["at_work"] == [1, 2]
+    assert set(found["fem3d"]["steady"]) == {f"plate{k}_rise_K" for k in (1, 2, 3)} | {
+        "sensor1_power_W", "sensor2_power_W",
+    }  # fmt: skip
+    matrix = np.array(found["array"]["sinks_off"]["sensor_power_per_outside_W_per_K"]["value"])
+    assert matrix.shape == (3, 3)
+
+
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        (("array.columns=2", "array.pitch=100um"), "lets pads touch"),
+        (("array.columns=0",), "must be a whole number from 1 to 100"),
+        (("array.columns=20",), "is smaller than the array on it"),
+        (("array.columns=5", "array.driven=[7]"), "names element 7, and the array has 5"),
+        (("array.columns=2", "substrate.thickness=none"), "stand on one substrate"),
+    ],
+)
+def test_what_is_no_array_is_refused(settings: tuple[str, ...], said: str) -> None:
+    with pytest.raises(SceneError, match=said):
+        load("device", ("substrate.thickness=0.5mm", *settings) if "none" not in settings[-1] else settings, of=DEVICE)
+
+
+@pytest.mark.parametrize("option", [("--export", "m"), ("--left-out",), ("--sensitivities",), ("--figure", "9")])
+def test_what_is_of_one_device_says_so(option: tuple[str, ...], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["device", "--set", "substrate.thickness=0.5mm", "--set", "array.columns=2", *option]) == 2
+    assert "array.columns = 2" in capsys.readouterr().err

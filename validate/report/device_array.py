@@ -1,0 +1,114 @@
+"""How several whole sensors on one substrate are told and kept."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from scenes.formats import with_error
+from validate.report import checks
+from validate.report.table import Section, Style, Table, wrapped
+
+if TYPE_CHECKING:
+    from compare.verdict import Check
+    from fem3d.device.array import Known, Solved
+    from scenes.array import DeviceArray
+    from validate.run.outcome import Outcome
+
+FIGURES = {"array": "device_array_figure.draw"}
+FIELD_FIGURE = ""
+MOST_ROWS = 12
+"""Elements that the terminal has room for."""
+MATRIX = 100
+"""Up to so many elements summary.json has whole matrices; of more, what one about the middle does."""
+
+
+def title(outcome: Outcome[DeviceArray]) -> str:
+    from validate.run.kinds.device_array import text
+
+    return text(outcome.scene)
+
+
+def headline(outcome: Outcome[DeviceArray], contrary: Sequence[Check], style: Style) -> str:
+    return style.paint(wrapped(outcome.answer), "heading")
+
+
+def sections(outcome: Outcome[DeviceArray], contrary: Sequence[Check], style: Style) -> list[Section]:
+    """The elements, and the check with its reason."""
+    return [_elements(outcome, style), *checks.of_device(outcome.checks, contrary, style)]
+
+
+def solved_of(outcome: Outcome[DeviceArray]) -> Solved:
+    found: Solved = outcome.solved.details["array"]
+    return found
+
+
+def _elements(outcome: Outcome[DeviceArray], style: Style) -> Section:
+    solved, rows = solved_of(outcome), []
+    count = len(solved.at_work)
+    shown = list(range(count))
+    if count > MOST_ROWS and not style.page:
+        order = np.argsort(solved.closed.plate_rise.value)[::-1]
+        shown = sorted({*order[: MOST_ROWS // 2].tolist(), *order[-MOST_ROWS // 2 :].tolist()})
+
+    def cell(known: Known, k: int, unit: str) -> str:
+        value, bound, shown_unit, _, _ = with_error(float(known.value[k]), float(known.error[k]), unit)
+        return f"{value} {style.plus_minus} {bound} {shown_unit}"
+
+    for k in shown:
+        cells = [f"{k + 1}{'' if solved.at_work[k] else ', idle'}", cell(solved.closed.plate_rise, k, "K")]
+        for each in (solved.closed, solved.sinks_off):
+            cells.append(cell(each.power_change, k, "W") if solved.at_work[k] else "none")
+        rows.append(cells)
+    said = (
+        "Plate: how much warmer it is under an element by the others at work. Closed, off: what that changes in the "
+        "power of its sensor, with all loops closed and with all sinks off. Outside all have the initial temperature."
+    )
+    if len(rows) < count:
+        said += f" Shown are the elements on the warmest and the coolest of {count} places."
+    heads = ("element", "plate", "closed", "sinks off")
+    return Section("Elements", [Table(heads, rows), said], headed=False)
+
+
+def entries(outcome: Outcome[DeviceArray]) -> dict[str, Any]:
+    from validate.report.summary import check_document, of_3d
+
+    solved = solved_of(outcome)
+    count = len(solved.at_work)
+    middle = solved.array.sink.rows // 2 * solved.array.sink.columns + solved.array.sink.columns // 2
+    column = slice(None) if count <= MATRIX else middle
+
+    def together(each: Any) -> dict[str, Any]:
+        names = {
+            "plate_rise_K": each.plate_rise, "sensor_power_change_W": each.power_change,
+            "sensor_power_per_outside_W_per_K": each.per_outside,
+        }  # fmt: skip
+        return {
+            name: {q: getattr(known, q)[..., column] if known.value.ndim > 1 else getattr(known, q)
+                   for q in ("value", "error")}
+            for name, known in names.items()
+        }  # fmt: skip
+
+    over = [
+        {"loops": loops, "outside_of": each.of + 1, "sensor_of": each.at + 1, "time_s": each.time_s,
+         "plate_rise_K_per_K": each.plate_rise, "sensor_power_W_per_K": each.sensor_power, "error": each.error}
+        for loops, each in zip(("closed", "sinks off"), solved.over_time, strict=False)
+    ]  # fmt: skip
+    return {
+        "fem3d": of_3d(outcome.solved, "unknowns"), "reduced1d": None, "answer": outcome.answer,
+        "checks": [check_document(check) for check in outcome.checks],
+        "array": {
+            "places_m": solved.places, "at_work": [k + 1 for k in np.flatnonzero(solved.at_work).tolist()],
+            "of_element": None if count <= MATRIX else middle + 1,
+            "plate_K_per_W": {"value": solved.plate.value[:, column], "error": solved.plate.error[:, column]},
+            "closed": together(solved.closed), "sinks_off": together(solved.sinks_off),
+            "slopes": {name: asdict(each) for name, each in solved.slopes.items()}, "over_time": over,
+        },
+    }  # fmt: skip
+
+
+def columns(outcome: Outcome[DeviceArray]) -> dict[str, np.ndarray]:
+    return {}
