@@ -21,6 +21,10 @@ class NumericsError(ArithmeticError):
     """The numerics failed; the message says why."""
 
 
+class TooLargeError(NumericsError):
+    """A mesh would take more memory than may be taken."""
+
+
 class RunawayError(NumericsError):
     """Thermal runaway: the heating grows with temperature faster than heat can leave. Above the ``limit``, a voltage
     (V), where it is given a current (A), or where there is neither a fraction of what heats the scene, no steady state

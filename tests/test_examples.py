@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import runpy
 import shutil
@@ -10,6 +11,7 @@ import sys
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -37,6 +39,19 @@ def test_an_example_runs(
     assert all(text in said.out for text in SAID[name])
     # Nothing is left behind.
     assert list(tmp_path.iterdir()) == []
+
+
+def test_the_notebook_runs(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """Its cells as a script, with the folder that it lies in on the path, as a notebook has it."""
+    monkeypatch.syspath_prepend(str(ROOT / "examples"))
+    cells = json.loads((ROOT / "examples" / "own_model.ipynb").read_text(encoding="utf-8"))["cells"]
+    names: dict[str, Any] = {}
+    for cell in cells:
+        assert not cell.get("outputs"), "what it finds is made when the pages are built"
+        if cell["cell_type"] == "code":
+            exec("".join(cell["source"]), names)
+    assert names["run"].check("heater_over_time").verdict == "differs"
+    assert capsys.readouterr().out.count("differs") == 5
 
 
 def test_one_lumped_model_in_four_forms(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -22,7 +22,7 @@ from fem3d.spaces.size import Size, foreseen
 from meshes import connected
 from meshes.columns import Columns
 from scenes import physics
-from scenes.errors import NumericsError
+from scenes.errors import TooLargeError
 from scenes.free.crowding import crowding
 from scenes.model import Scene
 from scenes.plan import Step
@@ -86,7 +86,7 @@ class OnBoxes:
 
 def of(study: Study, whole: Study, over_time: bool = False) -> tuple[Study, Mesh]:
     """What a scene is solved on and the study of it: of its part on bricks, of the ``whole`` on tetrahedra. Raises
-    NumericsError where it takes too much memory on either, and SceneError for contacts on tetrahedra."""
+    TooLargeError where it takes too much memory on either, and SceneError for contacts on tetrahedra."""
     scene, bricks = study.part.scene, None
     if scene.mesh == "tetrahedra":
         physics.refuse_sides(scene, 'run.mesh = "tetrahedra" knows no sides of a contact yet')
@@ -109,14 +109,26 @@ def of(study: Study, whole: Study, over_time: bool = False) -> tuple[Study, Mesh
     return whole, laid
 
 
+def instead(mesh: Any, whole: Study, error: TooLargeError) -> tuple[Study, Mesh]:
+    """What a scene is solved on where the bricks that it was begun on became too many, and the study of it. Raises the
+    ``error`` of the bricks where the scene insists on them or tetrahedra don't know what it has, TooLargeError."""
+    scene = whole.part.scene
+    if mesh.whole or scene.mesh or physics.has_sides(scene):
+        raise error
+    laid = on_tetrahedra(scene, foreseen(scene, mesh.grid))
+    if laid.size.memory > reach.MOST_MEMORY:
+        raise error
+    return whole, laid
+
+
 def _suits(grid: Size, most: float) -> bool:
     """Whether a grid has no more than so many unknowns, and fits the memory."""
     return grid.unknowns <= most and grid.memory <= reach.MOST_MEMORY
 
 
-def too_large(scene: Scene, size: Size) -> NumericsError:
+def too_large(scene: Scene, size: Size) -> TooLargeError:
     """What is raised where the first tetrahedra take too much memory."""
-    return NumericsError(
+    return TooLargeError(
         f"the scene takes {_shown(size)} on tetrahedra, and {reach.MOST_MEMORY / 1e9:g} GB are the most; "
         f"{crowding(scene, connected.coarsest(scene).breaks)}: let more coincide, or leave out what does not matter"
     )

@@ -12,7 +12,7 @@ from fem3d.spaces.size import Size, foreseen
 from meshes import connected, grading
 from meshes.grading import Features
 from meshes.grid import Grid
-from scenes.errors import NumericsError
+from scenes.errors import NumericsError, TooLargeError
 from scenes.free.crowding import crowding
 from scenes.model import Scene
 
@@ -53,19 +53,19 @@ def least(scene: Scene) -> Size:
 
 
 def check_planes(scene: Scene) -> None:
-    """Raises NumericsError for a scene whose planes alone make a grid of bricks that takes too much memory."""
+    """Raises TooLargeError for a scene whose planes alone make a grid of bricks that takes too much memory."""
     _check(scene, least(scene), "at any accuracy")
 
 
 def check_size(scene: Scene, grid: Grid, accuracy: float, marks: Features) -> None:
-    """Raises NumericsError for a grid that takes too much memory."""
+    """Raises TooLargeError for a grid that takes too much memory."""
     _check(scene, foreseen(scene, grid), f"at an accuracy of {accuracy:g}", because(marks))
 
 
 def _check(scene: Scene, size: Size, when: str, why: str = "") -> None:
     if size.memory > MOST_MEMORY:
         unknowns, planes = float(f"{size.unknowns:.2g}"), connected.coarsest(scene).breaks
-        raise NumericsError(
+        raise TooLargeError(
             f"the scene takes {unknowns:,.0f} unknowns and {size.memory / 1e9:.3g} GB {when}, and "
             f"{MOST_MEMORY / 1e9:g} GB are the most{why}; {crowding(scene, planes)}: let more coincide, or leave "
             "out what does not matter"

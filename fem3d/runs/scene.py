@@ -19,6 +19,7 @@ from fem3d.runs import currents, probe_quantities, readouts
 from meshes import connected, symmetry
 from meshes.symmetry import Symmetry
 from scenes import physics
+from scenes.errors import TooLargeError
 from scenes.free import structure
 from scenes.model import AnyScene, MeshScene, Point, Scene
 from scenes.plan import Step
@@ -39,7 +40,17 @@ def solve(scene: AnyScene, progress: Callable[[str], None] | None = None, whole:
     if not scene.steady and not physics.heat(scene):
         return currents.over_time(scene, lambda alone: solve(alone, progress), plan(scene))
     study, mesh = start(scene, whole)
-    answer = loop.solve(study, not scene.steady, progress or (lambda _: None), mesh, scene.steady)
+    say = progress or (lambda _: None)
+    try:
+        answer = loop.solve(study, not scene.steady, say, mesh, scene.steady)
+    except TooLargeError as error:
+        if isinstance(scene, MeshScene):
+            raise
+        from fem3d.adaptivity import choice
+
+        say("begun anew on tetrahedra: bricks would be too many")
+        study, mesh = choice.instead(mesh, probe_quantities.study(scene, part_of(scene, True)), error)
+        answer = loop.solve(study, not scene.steady, say, mesh, scene.steady)
     response, on = answer.response, answer.mesh
     details, errors = described(study, answer), answer.errors if response is None else response.errors
     details["plan"] = plan(scene, not study.part.planes, on)

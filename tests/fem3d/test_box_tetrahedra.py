@@ -14,7 +14,7 @@ from fem3d.runs import scene as runs
 from fem3d.runs.scene_sensitivity import of_scene
 from meshes import connected
 from meshes.columns import Columns
-from scenes.errors import NumericsError, SceneError
+from scenes.errors import NumericsError, SceneError, TooLargeError
 from scenes.free import check, from_dict
 from scenes.free.writing import as_dict
 from scenes.loading import load_free
@@ -158,6 +158,22 @@ def test_tetrahedra_that_take_too_much_memory_are_refused(monkeypatch: pytest.Mo
     monkeypatch.setattr(reach, "MOST_MEMORY", 8e7)
     with pytest.raises(NumericsError, match=r"on tetrahedra, and 0\.08 GB are the most; boxes, boundaries and probes"):
         runs.solve(replace(heated(), mesh="tetrahedra"))
+
+
+def test_bricks_that_become_too_many_give_way_to_tetrahedra(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A grid that was chosen may outgrow the memory: then the scene is begun anew, unless it insists on bricks."""
+
+    def small(*_: Any) -> None:
+        raise TooLargeError("the scene takes too many unknowns")
+
+    on_bricks = solved("bricks")
+    monkeypatch.setattr(reach, "check_size", small)
+    assert not runs.start(heated())[1].whole
+    result = runs.solve(replace(heated(), accuracy=3e-2))
+    assert any(step.step == "mesh" and "tetrahedra" in step.reason for step in result.details["plan"])
+    assert off(on_bricks, result) < 1.0
+    with pytest.raises(TooLargeError, match="too many"):
+        runs.solve(replace(heated(), mesh="bricks"))
 
 
 def test_what_an_accuracy_out_of_reach_leaves_is_said(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -240,14 +240,19 @@ def checks(scene: Any, sensitivities: Sensitivities, called: Mapping[str, str]) 
     return tuple(made)
 
 
+def worst(made: Iterable[Check]) -> Check | None:
+    """Of the checks of slopes that differ the one that does most, which the sentence is of."""
+    differ = [check for check in made if check.id.startswith(PREFIX) and check.verdict == "differs"]
+    return max(differ, key=lambda check: abs(check.difference), default=None)
+
+
 def sentence(made: Iterable[Check]) -> str:
     """The worst of the checks of slopes in a sentence; empty where there are none."""
     slopes = [check for check in made if check.id.startswith(PREFIX)]
     if not slopes:
         return ""
-    differ = [check for check in slopes if check.verdict == "differs"]
-    if differ:
-        return f"The 1D model {max(differ, key=lambda check: abs(check.difference)).because}."
+    if (check := worst(slopes)) is not None:
+        return f"The 1D model {check.because}."
     open_ = sum(check.verdict == "unresolved" for check in slopes)
     said = "The 1D model follows every key as 3D does"
     return f"{said}, as far as the errors tell: {open_} of {len(slopes)} are open." if open_ else f"{said}."

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import warnings
 from itertools import cycle
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -23,8 +23,12 @@ from validate.report.figures import INK, PARTS
 from validate.report.figures.drawing import new_figure
 from validate.sweep.table import TITLES, Table, of_many_keys, too_few
 
+if TYPE_CHECKING:
+    from validate.sweep.mapping import Map
+
 _LOST: dict[str, Any] = {"marker": "x", "ls": "", "color": "#d55e00", "ms": 5, "clip_on": False}
 DRAWS = 4096  # points of the surface that the indices are estimated from; a surface costs nothing to ask
+SPECK = 1e-9  # relative: how far beyond the tolerance a patch is drawn that is not known to be on its own side of it
 FOLDS = 8  # parts of the points, each left out once: the surface through all others says how well it predicts them
 
 
@@ -52,7 +56,7 @@ def _lines(table: Table) -> Figure:
     key = next((k for k, v in table.keys.items() if v.dtype != object), next(iter(table.keys)))
     across = min(len(panels), 3)
     down = math.ceil(len(panels) / across)
-    title = f"{table.job.base.name}: {'differences from 3D, by check' if table.relative else 'probes'}"
+    title = f"{table.job.base.name}: {'differences from 3D, by check' if table.relative else 'each probe'}"
     figure = new_figure(3.7 * across + 0.6, 2.5 * down + 0.9, title, [], bottom=0.85, left=0.75)
     x = _shown(table, key, table.keys[key])
     others = [values for name, values in table.keys.items() if name != key]
@@ -78,7 +82,7 @@ def _lines(table: Table) -> Figure:
         ax.set_title(panel, fontsize=10)
         _axis(ax, "x", table, key, labelled=number > len(panels) - across)
         if not table.relative:
-            ax.set_ylabel(with_mu(f"({unit})"))
+            ax.set_ylabel(with_mu(unit))
         elif (number - 1) % across == 0:
             ax.set_ylabel("1D/3D - 1 (%)")
     figure.subplots_adjust(wspace=0.32, hspace=0.5)
@@ -98,14 +102,16 @@ def _of_probe(table: Table, name: str) -> tuple[float, str]:
 
 
 def _map(table: Table, reduction: str) -> Figure:
-    """|1D/3D - 1| over two keys, the tolerance as a bold line, the points that were solved as dots and those without an
-    answer as crosses; beside it the assumption to blame where the tolerance is exceeded."""
+    """|1D/3D - 1| over two keys, the tolerance as a bold line, broken where it may be off by more than a cell; the
+    points that were solved as dots and those without an answer as crosses. Beside it the assumption to blame where the
+    tolerance is exceeded."""
     check, ok = table.job.scope.check, table.ok
     tolerance = table.tolerances[check]
     x, y = (_shown(table, key, values) for key, values in table.keys.items())
     if table.map:
         across, up = (_shown(table, key, table.map[key]) for key in table.keys)
-        size, words = np.abs(table.map["difference"]), table.map["blame"]
+        assert table.cells is not None
+        size, words = without_specks(table.cells).ravel(), table.map["blame"]
     else:
         across, up, size = x, y, np.abs(table.series(reduction)[check][0])
         is_first = reduction == table.job.scope.reductions[0]
@@ -132,9 +138,14 @@ def _map(table: Table, reduction: str) -> Figure:
     )
     molten = bool((excess > 0).any())
     crossed = percents[known].min() < 100 * tolerance < most
+    unsure = np.zeros(len(size), bool) if table.cells is None else placed_badly(table.cells).ravel()
+    unsure_there = unsure[net.triangles].any(axis=1)
     for ax in axes:
-        if crossed:
-            ax.tricontour(net, percents, levels=[100 * tolerance], colors=[INK], linewidths=2.4)
+        for mask, line in ((unsure_there, "-"), (~unsure_there, (0, (2, 1.5)))) if crossed else ():
+            hidden = mask | ~known[net.triangles].all(axis=1)
+            part = Triangulation(across, up, net.triangles, hidden)
+            if not hidden.all():
+                ax.tricontour(part, percents, levels=[100 * tolerance], colors=[INK], linewidths=2.4, linestyles=[line])
         if molten:
             colder = np.where(np.isfinite(excess), excess, -1.0)
             ax.tricontourf(net, colder, levels=[0.0, np.inf], colors="none", hatches=["//"])
@@ -146,7 +157,7 @@ def _map(table: Table, reduction: str) -> Figure:
     axes[0].plot(x[ok], y[ok], "o", color="white", ms=2.2, mec=INK, mew=0.4, clip_on=False)
     line = f"bold: {100 * tolerance:g} %" if crossed else f"the line of {100 * tolerance:g} % is not in the range"
     notes = [
-        line,
+        line + ", broken where it may be off by more than a cell" * bool(crossed and unsure.any()),
         "dots: solved",
         *(["hatched: hotter than a material's valid_to"] if molten else []),
         *([] if ok.all() else ["crosses: no answer"]),
@@ -154,6 +165,31 @@ def _map(table: Table, reduction: str) -> Figure:
     figure.text(0.012, 0.02, "; ".join(notes), fontsize=9, color=INK)
     figure.subplots_adjust(wspace=0.24)
     return figure
+
+
+def placed_badly(cells: Map) -> np.ndarray:
+    """(n, m): where a line of equal difference may be off by more than a cell: its error is more than what the
+    difference changes by from one cell to the next."""
+    slopes = np.gradient(np.abs(cells.value), axis=tuple(d for d in (0, 1) if cells.value.shape[d] > 1))
+    steepest = np.hypot(*slopes) if isinstance(slopes, tuple) else np.abs(slopes)
+    return np.asarray(cells.error > steepest)
+
+
+def without_specks(cells: Map) -> np.ndarray:
+    """(n, m): the size of the difference, but on the other side of the tolerance in a patch, of less than half of the
+    map, of which no cell is known to be on its own side: it is an error of the interpolation as likely as not."""
+    from scipy.ndimage import label
+
+    size, tolerance = np.abs(cells.value), cells.tolerance
+    for verdict, sign in (("differs", 1.0), ("agrees", -1.0)):
+        on_side = size > tolerance if sign > 0 else size <= tolerance
+        patches, count = label(on_side)
+        surely = np.unique(patches[on_side & (cells.verdicts == verdict)])
+        for number in np.setdiff1d(np.arange(1, count + 1), surely):
+            patch = patches == number
+            if patch.mean() < 0.5:
+                size[patch] = tolerance * (1 - sign * SPECK)
+    return size
 
 
 def _blamed(ax: Axes, net: Triangulation, percents: np.ndarray, words: list[int], tolerance: float) -> None:
@@ -264,7 +300,7 @@ def _axis(ax: Axes, side: str, table: Table, key: str, labelled: bool = True) ->
     plot_axis = ax.xaxis if side == "x" else ax.yaxis
     if labelled:
         unit = _unit(table, key)[1] if table.keys[key].dtype != object else ""
-        plot_axis.set_label_text(f"{key} ({unit})" if unit else key)
+        plot_axis.set_label_text(with_mu(f"{key} ({unit})") if unit else key)
     if axis.log:
         ax.set(**{f"{side}scale": "log"})
         plot_axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))

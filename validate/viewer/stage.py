@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pyvista as pv
 from matplotlib.colors import ListedColormap
+from vtkmodules.util.numpy_support import numpy_to_vtk
 
 from validate.report.figures import INK, LINES, table
 from validate.viewer.source import Source
@@ -21,6 +22,7 @@ POINTS = 401
 """Number of points of the line probe."""
 DIVERGING = "RdBu_r"
 _PANELS = (("rise", "3D"), ("rise_1d", "1D model on the same geometry"), ("difference", "1D less 3D"))
+CALLED = {"rise_1d": "rise"}
 PLOT, SLIDER, KEYS, TITLE = 3, 4, 5, 6
 """The parts of the window below and above the panels, numbered on from theirs."""
 PLOT_SHARE = 0.3
@@ -144,11 +146,12 @@ class Stage:
             # One range for both models, so that their colours mean the same.
             low, high = 0.0, max(self._range(model, step)[1] for model in ("rise", "rise_1d"))
         self._text(number, label, 12, "arial")
-        labels = 3 if view.compare else 5
+        ticks = round_ticks(low, high, 3 if view.compare else 5)
+        called, unit = QUANTITIES.get(name, (CALLED.get(name, name), "K"))
         bar = {
             # A title of its own each: pyvista would share the bar of two titles that are equal.
-            "title": QUANTITIES.get(name, ("", "K"))[1] + " " * number, "n_labels": labels, "color": INK,
-            "fmt": label_format(low, high, labels), "vertical": True, "width": 0.5 * self._bar, "height": 0.82,
+            "title": f"{called}\n({unit})" + " " * number, "n_labels": len(ticks), "color": INK,
+            "fmt": label_format(ticks), "vertical": True, "width": 0.5 * self._bar, "height": 0.82,
             "position_x": 1.0 - 0.75 * self._bar, "position_y": 0.06, "title_font_size": round(15 * self._ink),
             "label_font_size": round(15 * self._ink), "unconstrained_font_size": True,
         }  # fmt: skip
@@ -157,6 +160,9 @@ class Stage:
             number, surface, view, scalars=data, cmap=colours, clim=(low, high), nan_color="#d9d9d9",
             scalar_bar_args=bar, interpolate_before_map=True,
         )  # fmt: skip
+        drawn_bar = self.plotter.scalar_bars[bar["title"]]
+        drawn_bar.SetUseCustomLabels(True)
+        drawn_bar.SetCustomLabels(numpy_to_vtk(ticks, deep=True))
         # A little farther from the eye than the lines on it, which would show in parts otherwise.
         actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()
         actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(2.0, 2.0)
@@ -247,8 +253,19 @@ class Stage:
         return points, axis
 
 
-def label_format(low: float, high: float, labels: int) -> str:
-    """A printf format with as many digits as tell a colour bar's labels apart, and three at least."""
-    step = (high - low) / (labels - 1)
-    digits = math.ceil(math.log10(max(abs(low), abs(high)) / step)) + 1
-    return f"%.{min(max(digits, 3), 12)}g"
+def round_ticks(low: float, high: float, count: int) -> np.ndarray:
+    """(n,): the round numbers within a range that are a step of 1, 2, 2.5 or 5 times a power of ten apart; about so
+    many of them."""
+    ten = 10.0 ** math.floor(math.log10((high - low) / count))
+
+    def within(step: float) -> np.ndarray:
+        return step * np.arange(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1)
+
+    return min((within(ten * part) for part in (1.0, 2.0, 2.5, 5.0, 10.0)), key=lambda ticks: abs(len(ticks) - count))
+
+
+def label_format(ticks: np.ndarray) -> str:
+    """A printf format with as many digits as the numbers at a colour bar have, at most twelve."""
+    least = 1e-6 * (ticks[-1] - ticks[0])
+    told = (n for n in range(3, 12) if all(abs(float(f"{t:.{n}g}") - t) <= least for t in ticks))
+    return f"%.{next(told, 12)}g"

@@ -13,6 +13,7 @@ import pytest
 
 from scenes.errors import SceneError
 from validate.sweep.design import Axis, Design, base
+from validate.sweep.figures import placed_badly, without_specks
 from validate.sweep.mapping import Map, refine
 from validate.sweep.point import Job, Row, Scope, Work
 from validate.sweep.store import Store
@@ -54,6 +55,28 @@ SURFACES: dict[str, Formula] = {
     "an island": lambda x, y: 0.02 + 0.08 * np.exp(-((x - 0.31) ** 2 + (y - 0.62) ** 2) / 0.1**2),
     "a bend": lambda x, y: 0.05 + 0.1 * np.abs(x - 0.37) - 0.08 * np.abs(y - 0.22),
 }
+
+
+def _cells(value: np.ndarray, error: float) -> Map:
+    none = np.zeros(value.shape, bool)
+    return Map({}, 0.05, value, np.full(value.shape, error), 0 * value, 0 * value, none, none)
+
+
+def test_a_patch_that_may_be_rounding_is_not_drawn() -> None:
+    """An island of 0.06 in 0.04: it is there where the error is 0.005, and none where it is 0.02; the other side of a
+    line, which is known farther from it, stays."""
+    island = np.full((7, 7), 0.04)
+    island[3, 3] = 0.06
+    assert (without_specks(_cells(island, 0.005)) > 0.05).sum() == 1
+    assert not (without_specks(_cells(island, 0.02)) > 0.05).any()
+    slope = np.broadcast_to(np.linspace(0.0, 0.1, 21), (5, 21))
+    assert np.array_equal(without_specks(_cells(slope, 0.02)), slope)
+
+
+def test_a_line_is_sure_where_its_error_is_less_than_a_cell() -> None:
+    slope = np.broadcast_to(np.linspace(0.0, 0.1, 21), (5, 21))  # 0.005 from one cell to the next
+    assert not placed_badly(_cells(slope, 0.004)).any()
+    assert placed_badly(_cells(slope, 0.006)).all()
 
 
 @pytest.mark.parametrize("name", SURFACES)

@@ -255,7 +255,7 @@ def test_every_panel_of_a_free_sweep_has_its_probes_unit() -> None:
     for name, values in (("middle", [400.0, 700.0]), ("current", [4e-3, 8e-3])):
         columns |= {f"fem3d_{name}": np.array(values), f"fem3d_{name}_error": np.zeros(2)}
     figure = figures.draw(table.Table(job, {key: np.array([1.0, 2.0])}, columns))["figure_lines"]
-    assert [ax.get_ylabel() for ax in figure.axes] == ["(K)", "(mA)"]
+    assert [ax.get_ylabel() for ax in figure.axes] == ["K", "mA"]
     assert figure.axes[1].lines[0].get_ydata().max() == pytest.approx(8.0)
 
 

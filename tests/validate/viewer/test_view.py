@@ -115,13 +115,19 @@ def test_a_time_beyond_the_end_is_refused_and_one_between_stored_times_is_named(
 
 @pytest.mark.parametrize(
     ("low", "high", "labels"),
-    [(0.0, 20.33, ["0", "5.08", "10.2", "15.2", "20.3"]), (293.0, 293.004, ["293", "293.001", "293.002", "293.003"])],
-)
-def test_the_labels_of_a_colour_bar_can_be_told_apart_and_read(low: float, high: float, labels: list[str]) -> None:
-    from validate.viewer.stage import label_format
+    [
+        (0.0, 20.33, ["0", "5", "10", "15", "20"]), (-3.1, 0.02, ["-3", "-2", "-1", "0"]),
+        (293.0, 293.004, ["293", "293.001", "293.002", "293.003", "293.004"]), (0.0, 8.7e7, ["0", "2e+07", "4e+07"]),
+        (-1.4, 1.4, ["-1", "-0.5", "0", "0.5", "1"]),
+    ],
+)  # fmt: skip
+def test_a_colour_bar_has_round_labels(low: float, high: float, labels: list[str]) -> None:
+    from validate.viewer.stage import label_format, round_ticks
 
-    form = label_format(low, high, 5)
-    assert [form % value for value in np.linspace(low, high, 5)][: len(labels)] == labels
+    ticks = round_ticks(low, high, 5)
+    assert [label_format(ticks) % tick for tick in ticks][: len(labels)] == labels
+    assert ticks[0] >= low - 1e-9
+    assert ticks[-1] <= high + 1e-9
 
 
 @pytest.mark.parametrize(("least", "shown"), [(-2.838e-5, 0.0), (-0.5, -0.5)])

@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.ticker import NullLocator
 
 from compare import quantities
 from scenes.formats import cut, scale, sink_text
@@ -30,10 +31,14 @@ _VISIBLE = 0.005
 _MODELS = {"3D": LINES["end_K"], "1D": LINES["mean_K"]}
 _ROW, _BAR = 0.3, 0.38
 """Inches of a key's row in a tornado, and how much of it a bar takes."""
+_SEEN = 0.005
+"""The part of a panel's longest bar from which on an error is wider than the line that draws it."""
 _MARKS = 40
 """How many of the data have bars."""
 _LEAST = 0.1
-"""Percent below which the axis of what the air does is linear, as the differences change their sign."""
+"""Percent below which the axis of what the air does becomes linear, as the differences change their sign."""
+_FINE = 300
+"""Places of a line that is drawn smoothly through the coefficients at which the air was solved, its dots."""
 
 
 def why(outcome: Outcome[Sink]) -> Figure:
@@ -114,14 +119,17 @@ def seen_parts(budget: Budget) -> list[int]:
 
 
 def sensitivity(outcome: Outcome[Any]) -> Figure:
-    """A tornado for each quantity with a pair of bars for each key, the largest on top; an error in 3D as a line across
-    its end, the names of keys that 1D follows beyond the tolerance in red."""
-    from validate.inputs.sensitivities import PREFIX, sentence
+    """A tornado for each quantity with a pair of bars for each key, the largest on top, and of the quantity that the
+    headline is of; an error in 3D, where it is wider than a line, across a bar's end, the names of keys that 1D follows
+    beyond the tolerance in red."""
+    from validate.inputs.sensitivities import PREFIX, sentence, worst
     from validate.report.analyses import followed, short
 
     sensitivities = outcome.sensitivities
     assert sensitivities is not None
-    names = followed(outcome)
+    names, every = followed(outcome), followed(outcome, full=True)
+    headline = worst(outcome.checks)
+    names |= {name: called for name, called in every.items() if headline and headline.title.startswith(f"{called},")}
     keys = sensitivities.sorted(names)
     slopes = [s for by_name in sensitivities.steady.values() for s in by_name.values()]
     models = {"fem3d": "3D"} if any(s.fem3d is not None for s in slopes) else {}
@@ -141,7 +149,9 @@ def sensitivity(outcome: Outcome[Any]) -> Figure:
         if "fem3d" in models:
             value, error = np.array([(s.fem3d.value, s.fem3d.error) if s and s.fem3d else [np.nan] * 2 for s in row]).T
             colour, label = _MODELS["3D"], models["fem3d"]
-            ax.barh(places - apart, value, wide, xerr=error, color=colour, ecolor=INK, label=label)
+            ax.barh(places - apart, value, wide, color=colour, label=label)
+            error[error < _SEEN * np.nanmax(np.abs(value), initial=0.0)] = np.nan
+            ax.errorbar(value, places - apart, xerr=error, fmt="none", ecolor=INK, elinewidth=1.2, capsize=3)
         if "reduced1d" in models:
             value = [np.nan if s is None or s.reduced1d is None else s.reduced1d for s in row]
             ax.barh(places + apart, value, wide, color=_MODELS["1D"], label=models["reduced1d"])
@@ -232,6 +242,8 @@ def _at_rest(results: Validation, keys: list[str], said: str, colours: dict[str,
 def air(outcome: Outcome[Sink]) -> Figure:
     """The differences, left out in full and lumped in broken lines, with still air marked; beside it until when the air
     may be left out, for each coefficient at which it may not be to the end."""
+    from scipy.interpolate import PchipInterpolator
+
     from validate.inputs.air import STILL
 
     losses = outcome.air
@@ -241,13 +253,18 @@ def air(outcome: Outcome[Sink]) -> Figure:
     figure = new_figure(width, 5.2, text, losses.checks[:1], bottom=1.1, left=1.0)
     axes = np.atleast_1d(figure.subplots(1, panels, gridspec_kw={"wspace": 0.22}))
     colours = {"peak": LINES["peak_K"], "mean": LINES["mean_K"], "end": LINES["end_K"], "current": INK}
+    fine = np.geomspace(losses.coefficients[0], losses.coefficients[-1], _FINE)
     for name, colour in colours.items():
         for differences, line, word in ((losses.left_out, "-", "left out"), (losses.lumped, (0, (4, 3)), "lumped")):
-            axes[0].plot(losses.coefficients, 100 * differences[name], color=colour, ls=line, label=f"{name}, {word}")
-    axes[0].set_yscale("symlog", linthresh=_LEAST)
+            shown, style = np.arcsinh(100 * differences[name] / _LEAST), {"color": colour, "ls": line}
+            between = PchipInterpolator(np.log(losses.coefficients), shown)(np.log(fine))
+            axes[0].plot(losses.coefficients, 100 * differences[name], ".", ms=4, color=colour)
+            axes[0].plot(fine, _LEAST * np.sinh(between), label=f"{name}, {word}", **style)
+    axes[0].set_yscale("asinh", linear_width=_LEAST)
+    axes[0].yaxis.set_minor_locator(NullLocator())
     axes[0].set_yticks(ticks := _ticks(losses), [f"{v:+g}" if v else "0" for v in ticks])
     axes[0].set_ylabel("difference from 3D with air, steady (%)")
-    axes[0].set_title("dotted: the tolerance of rises", fontsize=9, loc="right")
+    axes[0].set_title("dots: solved; dotted: the tolerance of rises", fontsize=9, loc="right")
     for sign in (-1, 1):
         axes[0].axhline(sign * 100 * outcome.scene.tolerance("air_peak"), color="#999999", lw=0.9, ls=":")
     if losses.over_time is not None:
@@ -257,10 +274,11 @@ def air(outcome: Outcome[Sink]) -> Figure:
         logarithmic(axes[1], "y")
         axes[1].set(ylim=(None, 1e3 * outcome.scene.end_time), ylabel="may be left out until (ms)")
         axes[1].set_title("up to the end of the run", fontsize=9, loc="right")
-    for ax in axes:
+    # Where no line is: the differences rise from the lower left, the times fall from the upper left.
+    for ax, height, side in zip(axes, (0.97, 0.03), ("top", "bottom"), strict=False):
         for at, word in ((STILL, "still air, large bodies"), (losses.conduction, "still air, this size")):
             ax.axvline(at, color="#999999", lw=0.9)
-            ax.text(at * 0.94, 0.03, word, rotation=90, ha="right", va="bottom", fontsize=8.5,
+            ax.text(at * 0.94, height, word, rotation=90, ha="right", va=side, fontsize=8.5,
                     transform=ax.get_xaxis_transform())  # fmt: skip
         ax.set(xlim=losses.coefficients[[0, -1]], xlabel="coefficient (W/(m² K))")
         logarithmic(ax, "x")
