@@ -394,8 +394,7 @@ def independent(conductor: Conductor, potentials: Sequence[Potential]) -> list[P
             share = product(pattern.density, new.density) / product(pattern.density, pattern.density)
             new = new.plus(-share, pattern, 1.0)
         left = product(new.density, new.density)
-        # What a potential's solution leaves is no field: scaled up, it would be supplied to at the wrong potential.
-        if left > max(SAME, 2 * conductor.solved) ** 2 * whole:
+        if left > SAME**2 * whole:
             size = product(found[0].density, found[0].density) if found else left
             found.append(new.plus(0.0, new, np.sqrt(size / left)))
     return found
