@@ -139,17 +139,13 @@ def refuse_faces(scene: AnyScene, what: str) -> None:
 
 def refuse_following(scene: AnyScene, over_time: bool) -> None:
     """Refuses what the 3D solution does not have yet: an ambient temperature that varies over time beside a coefficient
-    that follows the face's, and a law of a resistivity beside a contact."""
+    that follows the face's."""
     for b in scene.boundaries if over_time else ():
         if bends(b) and isinstance(b.ambient, Schedule):
             raise SceneError(
                 f"boundary {quoted(b.name)}: its coefficient follows the temperature and its ambient varies in time, "
                 "and one of these is solved: give one ambient, or one coefficient"
             )
-    if "resistivity" in may_follow(scene, over_time) and any("resistivity" in m.follows for m in materials(scene)):
-        refuse_contacts(
-            scene, "a resistivity follows the temperature, and no law of one is solved beside a contact yet"
-        )
 
 
 def refuse_laws(used: Iterable[Material], what: str) -> None:

@@ -11,7 +11,7 @@ from fem3d.problems.cholesky import Ordering
 from fem3d.problems.current import SOLVED, Conductor, Resistivity, Section
 from fem3d.problems.following import OfCells, following
 from fem3d.problems.heat import HeatProblem
-from fem3d.problems.paths import Paths, across, crossings
+from fem3d.problems.paths import OfPaths, Paths, across, crossings
 from fem3d.problems.reactions import SharedReactions
 from fem3d.problems.terminals import Terminal
 from fem3d.spaces.domain import Domain
@@ -45,10 +45,15 @@ def find(heat: HeatProblem, solved: float = SOLVED) -> Conductor | None:
         cold = np.vstack([cold, np.repeat([c.resistance for c in crossed], counts)[:, None]])
         warm, stands_for = (np.vstack([x, np.full((sum(counts), 1), y)]) for x, y in ((warm, 0.0), (stands_for, 1.0)))
         names = np.concatenate([names, np.repeat([c.name for c in crossed], counts)])
+    following_law: OfCells | OfPaths | None = None
+    if len(np.intersect1d(following(domain, "resistivity"), cells)):
+        following_law = OfCells(domain, "resistivity", cells)
+        if isinstance(on, Paths):
+            following_law = OfPaths(following_law, cold[len(cells) :])
     return Conductor(
         heat, cells, on, np.flatnonzero(space.of(cells) & ~fixed & space.nested[-1]), cold, warm, voltages, reactions,
         sections, jumps, csc_array(matrix), stands_for, names, Ordering(space.places), solved, terminals,
-        OfCells(domain, "resistivity", cells) if len(np.intersect1d(following(domain, "resistivity"), cells)) else None,
+        following_law,
     )  # fmt: skip
 
 

@@ -18,6 +18,7 @@ from fem3d.problems.cholesky import Factors, Ordering, part
 from fem3d.problems.following import FINEST, OfCells
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.kept import Kept
+from fem3d.problems.paths import OfPaths, Paths
 from fem3d.problems.terminals import Terminal, packed, unpacked
 from fem3d.spaces.integrals import WHOLE, Faces, Pieces
 from scenes.errors import NumericsError
@@ -97,7 +98,7 @@ class Conductor:
     ordering: Ordering
     solved: float = SOLVED
     terminals: tuple[Terminal, ...] = ()
-    following: OfCells | None = None
+    following: OfCells | OfPaths | None = None
     pieces: Pieces = WHOLE
     more: int = 0
     kept: Kept = field(init=False, default_factory=Kept)
@@ -134,11 +135,15 @@ class Conductor:
         if not len(at):
             return self
         pieces, more = np.array(self.pieces), self.more
-        pieces[self.on.within(self.on.gradient(u))[:, at].max(axis=1).argmax()] *= 4
+        warmed = self.on.warmed if isinstance(self.on, Paths) else self.on
+        pieces[warmed.within(warmed.gradient(u))[:, at].max(axis=1).argmax()] *= 4
         if pieces.max() > FINEST:
             pieces, more = np.array(self.pieces), more + 2
         x, y, z = pieces.tolist()
-        return replace(self, on=self.heat.domain.space.on(self.cells, more, (x, y, z)), pieces=(x, y, z), more=more)
+        on: Any = self.heat.domain.space.on(self.cells, more, (x, y, z))
+        if isinstance(self.on, Paths):
+            on = self.on.finer(on, self.space.on(self.cells, more, (x, y, z)))
+        return replace(self, on=on, pieces=(x, y, z), more=more)
 
     def taken(self, density: np.ndarray, dissipated: float) -> float:
         """Of what drives a current the part that the conductor takes, which ``dissipated`` so much (W): the rest is

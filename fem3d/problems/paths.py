@@ -7,13 +7,14 @@ its heat enters the temperature's functions on both sides alike, or on the only 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from scipy.sparse import csc_array
 
+from fem3d.problems.following import OfCells
 from fem3d.spaces.domain import Domain
 from fem3d.spaces.integrals import Cells, Faces
 from fem3d.spaces.split import Interface
@@ -61,16 +62,49 @@ def across(domain: Domain, probe: Any, contacts: Sequence[tuple[np.ndarray, floa
     return row
 
 
+@dataclass(frozen=True, eq=False)
+class OfPaths:
+    """The resistivity of cells and, behind these, the resistances (rows, 1) of ``crossings``, which follow nothing, as
+    `OfCells` has one."""
+
+    cells: OfCells
+    crossings: np.ndarray
+
+    def value(self, rise: np.ndarray) -> np.ndarray:
+        """(rows, points) at a rise (rows, points) in K."""
+        return self._with(self.cells.value, rise, self.crossings)
+
+    def slope(self, rise: np.ndarray) -> np.ndarray:
+        """Its derivative (per K)."""
+        return self._with(self.cells.slope, rise, np.zeros_like(self.crossings))
+
+    def bent(self, on: Paths, u: np.ndarray) -> np.ndarray:
+        """As of the cells."""
+        return self.cells.bent(on.warmed, u)
+
+    def of(self, cell: int) -> OfCells:
+        """That of one of the cells, by its place among them."""
+        return self.cells.of(cell)
+
+    def _with(self, of: Callable[[np.ndarray], np.ndarray], rise: np.ndarray, behind: np.ndarray) -> np.ndarray:
+        count = len(rise) - len(behind)
+        return np.concatenate([of(rise[:count]), np.broadcast_to(behind, (len(behind), rise.shape[1]))])
+
+
 class Paths:
     """Integrals over cells and crossings as those of `Cells`: rows are the cells, then the facets of each crossing,
     with points of no weight where there are fewer. `value` and `load` are of the temperature's functions, `gradient`
     and `flow` of the potential's."""
 
     def __init__(self, warmed: Cells, electric: Cells, crossings: Sequence[Crossing]) -> None:
-        self._warmed, self._electric, self._crossings = warmed, electric, crossings
+        self.warmed, self._electric, self._crossings = warmed, electric, crossings
         counts = [warmed.weights.shape[1], *(c.warmed[0].areas.shape[1] for c in crossings)]
         self._points = max(counts)
         self.weights = self._rows([warmed.weights, *(c.warmed[0].areas for c in crossings)])
+
+    def finer(self, warmed: Cells, electric: Cells) -> Paths:
+        """The same with other points in the cells."""
+        return Paths(warmed, electric, self._crossings)
 
     def _rows(self, parts: Sequence[np.ndarray]) -> np.ndarray:
         """(..., rows, points): what is known of cells and of each crossing, (..., rows of it, points of it)."""
@@ -80,7 +114,7 @@ class Paths:
     def _parts(self, rows: np.ndarray) -> list[np.ndarray]:
         """The inverse: of the cells and of each crossing."""
         full, parts, start = np.broadcast_to(rows, (*rows.shape[:-2], *self.weights.shape)), [], 0
-        for like in (self._warmed.weights, *(c.warmed[0].areas for c in self._crossings)):
+        for like in (self.warmed.weights, *(c.warmed[0].areas for c in self._crossings)):
             parts.append(full[..., start : start + like.shape[0], : like.shape[1]])
             start += like.shape[0]
         return parts
@@ -88,12 +122,16 @@ class Paths:
     def value(self, u: np.ndarray) -> np.ndarray:
         """(rows, points): a function of the temperature's, between both sides of a contact their mean."""
         at_contacts = [np.mean([face.value(u) for face in c.warmed], axis=0) for c in self._crossings]
-        return self._rows([self._warmed.value(u), *at_contacts])
+        return self._rows([self.warmed.value(u), *at_contacts])
+
+    def value_at(self, u: np.ndarray, cell: int, point: int) -> np.ndarray:
+        """(...,): functions (..., functions) of the temperature's at one of the points of one of the cells."""
+        return self.warmed.value_at(u, cell, point)
 
     def load(self, density: np.ndarray) -> np.ndarray:
         """(functions,): the integral of a density (rows, 1 or points) times each of the temperature's."""
         in_cells, *others = self._parts(density)
-        load = self._warmed.load(in_cells)
+        load = self.warmed.load(in_cells)
         for crossing, part in zip(self._crossings, others, strict=True):
             for face in crossing.warmed:
                 load += face.load(part / len(crossing.warmed))
@@ -102,7 +140,7 @@ class Paths:
     def mass_of(self, density: np.ndarray) -> csc_array:
         """(functions, functions) of the temperature's: the integral of a density (rows, 1 or points) times u v, of
         cells alone: nothing follows the temperature at a contact."""
-        return self._warmed.mass_of(self._parts(density)[0])
+        return self.warmed.mass_of(self._parts(density)[0])
 
     def gradient(self, u: np.ndarray) -> np.ndarray:
         """(3, rows, points): the gradient of a function of the potential's, of contacts the jump."""

@@ -107,7 +107,7 @@ def _resisting(
             conductor.stands_for[rows] * law.value(rise) - conductor.cold[rows] - conductor.warm[rows] * rise
         )
 
-    excess = np.stack([beyond(rise) for rise in on.value(states)])
+    excess = np.stack([beyond(on.value(state)) for state in states])
     scale = np.broadcast_to(conductor.cold, excess.shape[1:])
     chosen, points = choose((excess / scale).reshape(len(states), -1), tolerance)
     places = [tuple(int(i) for i in np.unravel_index(p, scale.shape)) for p in points]
