@@ -156,7 +156,7 @@ class Search:
             bases = [Base.of_steady(solution.state) for solution in (level.fine, level.low)]
             return mesh.responded(study, problems, bases, shift, level, self.generations)
         shift = transient.shift(min(study.end, self.slowest), study.earliest)
-        bare = [Base.bare(*own) for own in zip(problems.heats, problems.conductors, strict=True)][::-1]
+        bare = [Base.bare(*pair) for pair in zip(problems.heats, problems.conductors, strict=True)][::-1]
         linear = not bare[0].follows
         bases = transient_base.nested(problems, shift, study.end, study.accuracy) if linear else bare
         response = mesh.responded(study, problems, bases, shift, None, self.generations)

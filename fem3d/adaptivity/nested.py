@@ -89,7 +89,8 @@ class Problems:
             return [(changes > 0).any(axis=0)]
         matter = (changes > 0) & (changes >= ALONG * changes.max(axis=0))
         return [
-            np.bincount(at, own, len(n)) > 0 for at, own, n in zip(space.ijk, matter, space.grid.degrees, strict=True)
+            np.bincount(at, flags, len(n)) > 0
+            for at, flags, n in zip(space.ijk, matter, space.grid.degrees, strict=True)
         ]
 
     def let_go(self) -> None:
@@ -102,38 +103,42 @@ class Problems:
     @property
     def cold_potentials(self) -> list[np.ndarray]:
         """(channels, functions) in each space: the potentials at the initial temperature, per unit of each channel."""
-        return [own.cold_potentials for own in self.conductors if own is not None]
+        return [conductor.cold_potentials for conductor in self.conductors if conductor is not None]
 
     @cached_property
     def electric_parts(self) -> Parts:
         """What the degrees p - 1 and p take away of the power of the cold conductor, relative to it."""
-        space, own = self.domain.electric.space, self.conductor
-        if own is None:
+        space, conductor = self.domain.electric.space, self.conductor
+        if conductor is None:
             none = space.spread(np.empty(0, int), np.empty(0))
             return Parts(none, none, none)
         potentials = self.cold_potentials
-        powers = [max(float(np.einsum("cn,cn->", phi, (own.matrix @ phi.T).T)), 1e-300) for phi in potentials[1:]]
+        powers = [max(float(np.einsum("cn,cn->", phi, (conductor.matrix @ phi.T).T)), 1e-300) for phi in potentials[1:]]
         if space.by_cells:
             # What the power loses is the square of what the potential does.
             before, last = (
-                [sum((current(own, c)(c) for c in phi - lower), np.zeros(len(self.domain.body))) / power]
+                [sum((current(conductor, c)(c) for c in phi - lower), np.zeros(len(self.domain.body))) / power]
                 for (lower, phi), power in zip(pairwise(potentials), powers, strict=True)
             )
             return Parts(before, last, [np.zeros_like(last[0])])
         products = [
-            (phi * (own.matrix @ lower.T).T).sum(axis=0) / power
+            (phi * (conductor.matrix @ lower.T).T).sum(axis=0) / power
             for (lower, phi), power in zip(pairwise(potentials), powers, strict=True)
         ]
-        sizes = sum((v * estimate.weights(own.matrix, v, space.depth) for v in potentials[-1]), np.zeros(space.size))
+        sizes = sum(
+            (v * estimate.weights(conductor.matrix, v, space.depth) for v in potentials[-1]), np.zeros(space.size)
+        )
         return parts_of(space, free_functions(self), [np.ones_like(p) for p in products], products, sizes)
 
 
 def problems(domain: Domain, accuracy: float) -> Problems:
     """The problems of a domain, to be solved for an accuracy."""
     heat = assemble(domain)
-    own = conductors.find(heat, SOLVED * accuracy)
+    conductor = conductors.find(heat, SOLVED * accuracy)
     lower = [heat.lower(k) for k in range(len(domain.space.nested) - 1)]
-    return Problems(domain, (*lower, heat), (*(own and own.lower(k, h) for k, h in enumerate(lower)), own))
+    return Problems(
+        domain, (*lower, heat), (*(conductor and conductor.lower(k, h) for k, h in enumerate(lower)), conductor)
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -204,7 +209,7 @@ def _of(near: SteadyState | None, heat: HeatProblem) -> np.ndarray | None:
 
 def free_functions(given: Problems) -> list[np.ndarray]:
     """In each space the functions that the potential is sought of."""
-    return [own.free for own in given.conductors if own is not None]
+    return [conductor.free for conductor in given.conductors if conductor is not None]
 
 
 def parts_of(
@@ -221,11 +226,11 @@ def parts_of(
     new = [np.setdiff1d(upper, lower) for lower, upper in pairwise(free)]
     if not tested:
         products = [dual * residual for dual, residual in zip(duals, residuals, strict=True)]
-        before, last = (space.spread(at, own[at]) for at, own in zip(new, products, strict=True))
+        before, last = (space.spread(at, product[at]) for at, product in zip(new, products, strict=True))
         return Parts(before, last, estimate.every_second(space, free[-1], sizes[free[-1]]))
-    found = []
+    spreads = []
     for at, dual, of_change in zip(new, duals, tested, strict=True):
         added = np.zeros(len(dual))
         added[at] = dual[at]
-        found.append([of_change(added)])
-    return Parts(found[0], found[1], [np.zeros_like(found[0][0])])
+        spreads.append([of_change(added)])
+    return Parts(spreads[0], spreads[1], [np.zeros_like(spreads[0][0])])

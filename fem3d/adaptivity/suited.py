@@ -26,6 +26,8 @@ from fem3d.spaces.size import foreseen
 from scenes import physics
 from scenes.errors import NumericsError, RunawayError
 
+# Found on the sink with a falling k from 1 to 12 V. A poor choice costs time: errors are estimated on whatever grid
+# comes of it. What they do over the random scenes with laws has no row in `validate stress` yet.
 LOWER = 2  # degrees by which those of the rough state are lower
 ROUGH = 1.0  # its accuracy, to which its iteration is solved
 SHARE = 0.5  # of the accuracy: what d^p may be, as of the last degree some is left
@@ -58,8 +60,8 @@ def suited(mesh: Bricks, study: Study) -> tuple[Bricks, SteadyState | None]:
 def _cut(breaks: np.ndarray, pieces: np.ndarray) -> np.ndarray:
     """All breakpoints but the last, of intervals in so many equal pieces."""
     within = np.arange(pieces.sum()) - np.repeat(np.cumsum(pieces) - pieces, pieces)
-    found: np.ndarray = np.repeat(breaks[:-1], pieces) + within * np.repeat(np.diff(breaks) / pieces, pieces)
-    return found
+    starts: np.ndarray = np.repeat(breaks[:-1], pieces) + within * np.repeat(np.diff(breaks) / pieces, pieces)
+    return starts
 
 
 def _pieces(state: SteadyState, degrees: tuple[np.ndarray, ...], accuracy: float) -> list[np.ndarray]:
@@ -72,7 +74,7 @@ def _pieces(state: SteadyState, degrees: tuple[np.ndarray, ...], accuracy: float
         for on, law, _, cells in term.parts if isinstance(term, Conduction) else ():
             rise = on.value(u)
             steepness = np.abs(law.slope(rise) / law.value(rise)).max(axis=-1).reshape(-1, len(cells)).max(axis=0)
-            for change, at, own in zip(changes, space.ijk, steepness * on.within(on.gradient(u)), strict=True):
-                np.maximum.at(change, at[cells], own)
+            for change, at, relative in zip(changes, space.ijk, steepness * on.within(on.gradient(u)), strict=True):
+                np.maximum.at(change, at[cells], relative)
     most = [4 * np.arctanh((SHARE * accuracy) ** (1 / np.maximum(p, 2))) for p in degrees]
     return [np.clip(np.ceil(c / m), 1, MOST_PIECES).astype(int) for c, m in zip(changes, most, strict=True)]

@@ -75,7 +75,7 @@ class Solved:
     @property
     def at_work(self) -> np.ndarray:
         """(elements,): which have their circuits."""
-        return np.isin(np.arange(1, self.array.sink.count + 1), driven(self.array.sink))
+        return at_work(self.array)
 
     @property
     def places(self) -> list[tuple[float, float]]:
@@ -119,6 +119,11 @@ def solve(array: DeviceArray, say: Callable[[str], None] = lambda _: None) -> So
     say("over time")
     known = float(np.max(plate.error / np.maximum(np.abs(plate.value), 1e-300)))
     return Solved(array, states, plate, closed, off, over_time(array, states, plate.value, known))
+
+
+def at_work(array: DeviceArray) -> np.ndarray:
+    """(elements,): which have their circuits."""
+    return np.isin(np.arange(1, array.sink.count + 1), driven(array.sink))
 
 
 def footprint(states: Model) -> Footprint:
@@ -173,7 +178,7 @@ class _Values:
 
 
 def _together(array: DeviceArray, modal: Modal, device: Device, plate: np.ndarray) -> _Values:
-    on = np.isin(np.arange(1, array.sink.count + 1), driven(array.sink))
+    on = at_work(array)
     kinds = slopes(modal, device), slopes(modal, idle(device))
 
     def each(name: str) -> np.ndarray:

@@ -130,6 +130,6 @@ def within(name: str) -> list[str]:
 def _resistivity(domain: Domain, cells: np.ndarray, line: np.ndarray, each: np.ndarray) -> Resistivity:
     """The resistivity of facets seen from some cells; a ``line`` (facets, 2) where no law bends it."""
     if len(np.intersect1d(following(domain, "resistivity"), cells)):
-        own = OfCells(domain, "resistivity", cells)
-        return lambda rise: each * own.value(rise)
+        of_facets = OfCells(domain, "resistivity", cells)
+        return lambda rise: each * of_facets.value(rise)
     return lambda rise: line[:, :1] + line[:, 1:] * rise

@@ -174,45 +174,45 @@ class Conductor:
     def respond(self, charge: np.ndarray) -> np.ndarray:
         """(..., functions): the potentials of the cold conductor for charges (..., functions), all given voltages and
         currents being zero. Terminals have what their unit functions see of the charges."""
-        found = np.zeros_like(charge)
-        found[..., self.free] = self.solve_cold(charge[..., self.free])
+        potentials = np.zeros_like(charge)
+        potentials[..., self.free] = self.solve_cold(charge[..., self.free])
         if not self.terminals:
-            return found
+            return potentials
         shapes, inverse = self._floating
         # A row of the whole problem, tested with a shape: the free functions drop out.
         seen = charge.copy()
         seen[..., self._given_functions] = 0.0
-        own = np.stack([charge @ t.unit for t in self.terminals], axis=-1)
-        return found + (seen @ shapes.T + own) @ inverse @ shapes
+        entering = np.stack([charge @ t.unit for t in self.terminals], axis=-1)
+        return potentials + (seen @ shapes.T + entering) @ inverse @ shapes
 
     @property
     def _floating(self) -> tuple[np.ndarray, np.ndarray]:
         """The potentials (terminals, functions) of the cold conductor with one terminal at 1 V and all else earthed,
         and the inverse of the matrix of currents (A/V) that enter the terminals then and pass their resistances."""
 
-        def found() -> tuple[np.ndarray, np.ndarray]:
+        def solved() -> tuple[np.ndarray, np.ndarray]:
             shapes = np.array([t.unit for t in self.terminals])
             charge = (self.matrix @ shapes.T).T
             shapes[:, self.free] = -self.solve_cold(charge[:, self.free])
             matrix = shapes @ (self.matrix @ shapes.T) + np.diag([t.conductance for t in self.terminals])
             return shapes, np.linalg.inv(matrix)
 
-        known: tuple[np.ndarray, np.ndarray] = self.kept.get("floating", found)
+        known: tuple[np.ndarray, np.ndarray] = self.kept.get("floating", solved)
         return known
 
     @cached_property
     def _given_functions(self) -> np.ndarray:
         """(functions,): those that aren't free."""
-        found = np.ones(self.voltages.shape[1], bool)
-        found[self.free] = False
-        return found
+        given = np.ones(self.voltages.shape[1], bool)
+        given[self.free] = False
+        return given
 
     def _earthed(self, voltage: np.ndarray) -> np.ndarray:
         """Given voltages (functions,) with terminals at zero."""
-        found = voltage.copy()
+        earthed = voltage.copy()
         for t in self.terminals:
-            found[t.unit > 0] = 0.0
-        return found
+            earthed[t.unit > 0] = 0.0
+        return earthed
 
     def _charge(self, voltage: np.ndarray) -> np.ndarray:
         """(functions,): the charges with which the cold conductor answers given values, from `_earthed` ones on."""
@@ -230,11 +230,11 @@ class Conductor:
     def supplied_at(self) -> np.ndarray:
         """(channels, functions): the potentials at which currents are supplied: the cold ones, but the voltages behind
         the resistances of terminals, and nothing where the current is given."""
-        found = self.cold_potentials.copy()
+        potentials = self.cold_potentials.copy()
         for t in self.terminals:
             source = np.where(np.isinf(t.resistance), 0.0, self.voltages[:, t.at])
-            found += np.outer(source - found[:, t.at], t.unit)
-        return found
+            potentials += np.outer(source - potentials[:, t.at], t.unit)
+        return potentials
 
     @property
     def by_current(self) -> bool:
@@ -258,25 +258,25 @@ class Conductor:
         """
         w = self.respond(row)
         density = self.on.gradient(w) / self.cold
-        left = row - self.on.flow(density)
-        left[self.free] = 0.0
+        charges = row - self.on.flow(density)
+        charges[self.free] = 0.0
         for t in self.terminals:
             # What is left there flows through the resistance: its share of the voltage behind it.
-            left[t.unit > 0] = 0.0
-            left[t.at] = w[t.at] * t.conductance
-        return self.voltages @ left, density, {t.name: float(w[t.at]) for t in self.terminals if t.conductance}
+            charges[t.unit > 0] = 0.0
+            charges[t.at] = w[t.at] * t.conductance
+        return self.voltages @ charges, density, {t.name: float(w[t.at]) for t in self.terminals if t.conductance}
 
     @cached_property
     def influences(self) -> dict[str, Influence]:
         """`influence` of each probe of a mean potential that lies in the conductor."""
-        domain, found = self.heat.domain.electric, {}
+        domain, known = self.heat.domain.electric, {}
         mine = domain.space.of(self.cells)
         for probe in domain.scene.probes:
             if probe.quantity == "potential" and probe.reduce == "mean":
                 row = domain.mean(probe, domain.live)
                 if abs(row @ domain.space.unit - 1.0) < 1e-9 and not row[~mine].any():
-                    found[probe.name] = self.influence(row)
-        return found
+                    known[probe.name] = self.influence(row)
+        return known
 
     def solve(self, rise: np.ndarray, voltage: np.ndarray, guess: np.ndarray | None = None) -> Potential:
         """The potential at a rise and given voltages (functions,), perhaps from that of a similar state, by conjugate
@@ -307,8 +307,8 @@ class Conductor:
                 return self.preconditioner(v)
             charges = np.zeros(len(start))
             charges[free] = v[: len(free)]
-            for t, own in zip(ends, v[len(free) :], strict=True):
-                charges[t.at] = own
+            for t, value in zip(ends, v[len(free) :], strict=True):
+                charges[t.at] = value
             return self._unknowns(self.respond(charges))
 
         first = self.respond(self._charge(voltage)) if guess is None else guess
@@ -360,7 +360,7 @@ class Conductor:
         supply = self.supplied_at @ potential.reaction
         reaction = potential.reaction.copy()
         reaction[self.free] = 0.0
-        currents = {name: float(own @ reaction) for name, own in self.electrodes.items()}
+        currents = {name: float(row @ reaction) for name, row in self.electrodes.items()}
         currents |= {f"through:{name}": current for name, current in potential.through.items()}
         return Pattern(potential.density, supply, currents)
 
@@ -385,19 +385,19 @@ class Conductor:
 def independent(conductor: Conductor, potentials: Sequence[Potential]) -> list[Pattern]:
     """The current fields of some potentials, each without what earlier ones hold of it, orthogonal in the cold
     resistance and of the size of the first; those that add nothing are left out."""
-    found: list[Pattern] = []
+    patterns: list[Pattern] = []
     product = conductor.product
     for potential in potentials:
         new = conductor.pattern(potential)
         whole = product(new.density, new.density)
-        for pattern in found:
+        for pattern in patterns:
             share = product(pattern.density, new.density) / product(pattern.density, pattern.density)
             new = new.plus(-share, pattern, 1.0)
-        left = product(new.density, new.density)
-        if left > SAME**2 * whole:
-            size = product(found[0].density, found[0].density) if found else left
-            found.append(new.plus(0.0, new, np.sqrt(size / left)))
-    return found
+        remaining = product(new.density, new.density)
+        if remaining > SAME**2 * whole:
+            size = product(patterns[0].density, patterns[0].density) if patterns else remaining
+            patterns.append(new.plus(0.0, new, np.sqrt(size / remaining)))
+    return patterns
 
 
 def combined(parts: Sequence[Pattern | Potential], c: np.ndarray) -> np.ndarray:

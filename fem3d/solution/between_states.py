@@ -56,9 +56,9 @@ def _conducted(
 ) -> Conducted:
     excess, scales = [], []
     for on, law, cold, _ in term.parts:
-        own = np.stack([law.value(rise) for rise in on.value(states)]) - cold
-        excess.append(own)
-        scales.append(np.broadcast_to(cold, own.shape[1:]).ravel())
+        each = np.stack([law.value(rise) for rise in on.value(states)]) - cold
+        excess.append(each)
+        scales.append(np.broadcast_to(cold, each.shape[1:]).ravel())
     flat = np.concatenate([e.reshape(len(states), -1) for e in excess], axis=1)
     chosen, points = choose(flat / np.concatenate(scales), tolerance)
     starts = np.cumsum([0, *(s.size for s in scales)])
@@ -72,19 +72,19 @@ def _conducted(
         of_points.append((one, float(cold[(*axis, cell, 0)]), tuple(int(d) for d in axis)))
 
     def at_points(rises: np.ndarray) -> np.ndarray:
-        found = np.empty_like(rises)
+        values = np.empty_like(rises)
         for i, (one, cold, axis) in enumerate(of_points):
-            found[i] = one.value(rises[i][None])[(*axis, 0)] - cold
-        return found
+            values[i] = one.value(rises[i][None])[(*axis, 0)] - cold
+        return values
 
     matrices = np.zeros((len(chosen), r, len(fields)))
-    for (on, _, _, density), own in zip(term.parts, excess, strict=True):
+    for (on, _, _, density), each in zip(term.parts, excess, strict=True):
         slopes = isinstance(term, Conduction)
         tested = np.array([on.gradient(u) for u in fields]) if slopes else on.value(fields)
         weights = on.weights if slopes else on.weights * density
         flat_tested = tested.reshape(len(fields), -1)
         for matrix, s in zip(matrices, chosen, strict=True):
-            weighted = (np.broadcast_to(own[s], tested.shape[1:]) * weights).ravel()
+            weighted = (np.broadcast_to(each[s], tested.shape[1:]) * weights).ravel()
             matrix += (flat_tested[:r] * weighted) @ flat_tested.T
     inverse = np.linalg.inv(flat[np.ix_(chosen, points)]) if chosen else np.empty((0, 0))
     interpolation = Interpolation(np.array(rows).reshape(len(points), len(fields)), at_points, inverse)
@@ -115,11 +115,11 @@ def _resisting(
     own_laws = [law.of(cell) for cell, _ in places]
 
     def at_points(rises: np.ndarray) -> np.ndarray:
-        found = np.empty_like(rises)
+        values = np.empty_like(rises)
         for i, (cell, _) in enumerate(places):
             line = conductor.cold[cell, 0] + conductor.warm[cell, 0] * rises[i]
-            found[i] = conductor.stands_for[cell, 0] * own_laws[i].value(rises[i][None])[0] - line
-        return found
+            values[i] = conductor.stands_for[cell, 0] * own_laws[i].value(rises[i][None])[0] - line
+        return values
 
     flat = excess.reshape(len(states), -1)
     inverse = np.linalg.inv(flat[np.ix_(chosen, points)]) if chosen else np.empty((0, 0))
@@ -130,12 +130,12 @@ def _resisting(
 def choose(excess: np.ndarray, tolerance: float) -> tuple[list[int], list[int]]:
     """Which rows (states) and columns (points) of a table interpolate it to a tolerance, at most `MOST` of each: in
     turn where most is left, as in Gaussian elimination with full pivoting."""
-    left, states, points = excess.copy(), list[int](), list[int]()
-    while left.size and len(states) < min(MOST, len(excess)):
-        state, point = (int(i) for i in np.unravel_index(np.abs(left).argmax(), left.shape))
-        if not abs(left[state, point]) > tolerance:
+    remaining, states, points = excess.copy(), list[int](), list[int]()
+    while remaining.size and len(states) < min(MOST, len(excess)):
+        state, point = (int(i) for i in np.unravel_index(np.abs(remaining).argmax(), remaining.shape))
+        if not abs(remaining[state, point]) > tolerance:
             break
         states.append(state)
         points.append(point)
-        left -= np.outer(left[:, point] / left[state, point], left[state])
+        remaining -= np.outer(remaining[:, point] / remaining[state, point], remaining[state])
     return states, points
