@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 
 import compare
+from reduced1d.network.sink import solve as by_lines
 from reduced1d.sink import solve
 from scenes.errors import SceneError
 from scenes.loading import from_dict
@@ -80,15 +82,21 @@ def test_a_table_of_values(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -
 def test_the_network_is_judged_and_has_no_slope_where_it_jumps() -> None:
     """Pads and oxide are square: with another side the longest they lie another way, so that there is no slope."""
     run = compare.run("sink", reduction="network", accuracy=1e-2, steady=True)
-    assert run.check("fig4").difference == pytest.approx(19.6395 / 20.3323 - 1, abs=run.check("fig4").u_num + 1e-5)
     sink, three = run.outcome.scene, run.outcome.fem3d
     assert three is not None
+
+    def peak(voltage: float) -> float:
+        return by_lines(replace(sink, voltage=voltage)).steady["peak_rise_K"].value
+
+    assert run.check("fig4").difference == pytest.approx(peak(1.0) / three.steady["peak_rise_K"].value - 1, rel=1e-9)
     keys = ["anchor.pad_width", "anchor.oxide_length", "drive.voltage"]
     followed = follow(Network(), sink, keys, None, lambda _: None, lambda beside: asked.of_sink(beside, three))
     assert set(followed.left_out) == {"anchor.pad_width", "anchor.oxide_length"}
     assert all("jumps or bends" in why for why in followed.left_out.values())
-    by_voltage = followed.slopes["drive.voltage"]["peak_rise_K"] / 19.6395
-    assert float(by_voltage) == pytest.approx(1.988, abs=1e-3)
+    # Slopes by differences over 1e-3 are off by its square.
+    by_voltage = (peak(1.001) - peak(0.999)) / 0.002
+    assert float(followed.slopes["drive.voltage"]["peak_rise_K"]) == pytest.approx(by_voltage, rel=1e-6)
+    assert by_voltage != pytest.approx(2 * peak(1.0), rel=1e-3)
 
 
 @pytest.mark.parametrize(("reduction", "more", "said"), [
