@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from scenes import physics
-from scenes.formats import cut, scale
+from scenes.formats import cut, quantity, scale
 from scenes.model import UNITS, AnyScene, Schedule
 from scenes.result import Traces
 from validate.report.figures.drawing import VISIBLE, band, new_figure, smooth
@@ -64,6 +64,9 @@ def draw(outcome: Outcome[AnyScene]) -> Figure:
     axes[-1].set_xlim(first * factor, scene.end_time * factor)
     listed = ", ".join(cut(probe, MOST_NAME) for probe in wider[:3]) + (" and more" if len(wider) > 3 else "")
     note = f"is shaded where it is wider than the line: {listed}" if wider else "is narrower than the lines"
+    if not sure.all():
+        starts = "the start and each jump of a given temperature" if traces.jumps else "the start"
+        note += f"; it holds, and lines begin, {quantity(traces.since, 's', 2)} after {starts}"
     figure.text(0.5, 0.12 / height, f"the estimated error of the 3D traces {note}", ha="center", fontsize=9)
     return figure
 
