@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -29,6 +30,7 @@ LONG = 4.0
 # In the first grid the energy at singular edges may miss this factor times the accuracy (`validate stress`:
 # "constants").
 LAYERS = 75.0
+FINE = 3e-5  # accuracy from which on the tails of constrictions count (`validate bench`: levels at 3e-5 and 1e-5)
 AT_ONCE = 3  # layers that an interval is cut into in one step, at most: a coarse grid's error isn't its edges' alone
 # Degrees by which a layer at an edge may have fewer than the next larger one, over the exponent: both take away alike,
 # RATIO^(2 s) a layer, and rho^-2 a degree beside a singular end, as in fem3d.adaptivity.estimate.
@@ -69,22 +71,27 @@ def first_grid(scene: Scene, accuracy: float, marks: Features) -> Grid:
 
     Intervals at a feature are no longer than half of its reach, the length over which a constriction there spreads, and
     at a singular edge of exponent s so short that their energy, which falls with the length to the power 2 s, suits the
-    accuracy. Where both ends of a long one are features it is cut in the middle, as it would be by a mirror. A layer
-    that is at most half as thick as what changes at it is wide is thin: it is crossed by one interval of low degree.
+    accuracy. Where both ends of a long one are features it is cut in the middle, as it would be by a mirror. At a high
+    accuracy what a constriction spreads beyond that counts too, and is told apart from the smooth rest. A layer that is
+    at most half as thick as what changes at it is wide is thin: it is crossed by one interval of low degree.
     """
     planes = [np.array(connected.scene_planes(scene, d)) for d in range(3)]
     thin, reaches = _reaches(scene, planes)
     # One degree for each further half digit or so: about what a first grid was found to need (docs/benchmark.md).
-    degree, across = (4 if accuracy > 3e-4 else 5 if accuracy > 3e-5 else 6), (2 if accuracy > 3e-3 else 3)
+    degree = 4 if accuracy > 3e-4 else 5 if accuracy > FINE else 6 if accuracy > FINE / 2 else 7
+    across = 2 if accuracy > 3e-3 else 3 if accuracy > FINE else 4
     breaks, degrees = [], []
     for d in range(3):
         axis_breaks, axis_degrees = [planes[d][:1]], []
         for i, (a, b, flat) in enumerate(zip(planes[d][:-1], planes[d][1:], thin[d].tolist(), strict=True)):
             at, near = [marks.exponents[d].get(float(c)) for c in (a, b)], reaches[d][i : i + 2]
-            longest = (_longest(float(c), marks, d, r, accuracy) for c, r in zip((a, b), near.tolist(), strict=True))
+            longest = [_longest(float(c), marks, d, r, accuracy) for c, r in zip((a, b), near.tolist(), strict=True)]
             inner = [] if flat else _graded(a, b, *longest)
             if not flat and {a, b} <= marks.planes[d] and b - a > LONG * near.min():
                 inner = sorted([*inner, (a + b) / 2])
+            if inner and accuracy <= FINE:
+                graded = [c for c, length in zip((a, b), longest, strict=True) if length is not None]
+                inner = _beyond_reach(a, b, inner, float(near.min()), graded)
             axis_breaks.append(np.array([*inner, b]))
             axis_degrees += [across] if flat else _layered(len(inner) + 1, degree, at[0] is not None, at[1] is not None)
         breaks.append(np.concatenate(axis_breaks))
@@ -168,6 +175,17 @@ def _graded(a: float, b: float, at_a: float | None, at_b: float | None) -> list[
         return distances
 
     return [a + step for step in reversed(steps(at_a))] + [b - step for step in steps(at_b)]
+
+
+def _beyond_reach(a: float, b: float, inner: list[float], reach: float, graded: list[float]) -> list[float]:
+    """Breakpoints inside (a, b), with one more in each interval that is longer than twice a reach: a reach away from
+    that end of it which is next to the nearer of the ``graded`` ends."""
+    cuts = []
+    for low, high in pairwise([a, *inner, b]):
+        if high - low > 2 * reach:
+            nearer = min(graded, key=lambda end: abs((low + high) / 2 - end))
+            cuts.append(low + reach if nearer == a else high - reach)
+    return sorted([*inner, *cuts])
 
 
 def _layered(count: int, degree: int, at_a: bool, at_b: bool) -> list[int]:

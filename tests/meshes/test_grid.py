@@ -45,6 +45,16 @@ def test_a_missing_cell_is_seen_in_the_volume():
     assert abs(found["volume_m3"] / exact_volume(Sink()) - 1) > 1e-9
 
 
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_at_a_high_accuracy_what_a_constriction_spreads_is_told_from_the_smooth_rest(mirrored):
+    """The beam, 100 um wide, spreads over as much what enters at its end, beyond the layers of up to 75 um there."""
+    whole = Sink().scene()
+    scene = whole if mirrored else symmetry.reduce(whole).scene
+    coarse, fine = (set(np.round(first(scene, a).breaks[1] * 1e6, 3).tolist()) for a in (4e-5, 3e-5))
+    beyond = {c for c in fine - coarse if 75 < c < 925}
+    assert beyond == ({175.0, 825.0} if mirrored else {175.0})
+
+
 def test_later_boxes_win():
     lower, upper = (0.0, 0.0, 0.0), (2.0, 1.0, 1.0)
     boxes = (Box("all", SILICON, lower, upper), Box("half", OXIDE, (1.0, 0.0, 0.0), upper))
