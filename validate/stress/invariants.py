@@ -13,6 +13,7 @@ import numpy as np
 from fem3d.runs.scene import solve
 from scenes.model import Boundary, Box, Material, Point, Probe, Scene, Value
 from scenes.result import Result
+from validate.stress.random_effects import AT_PLUS
 from validate.stress.random_scenes import ROOM, Drawn
 
 ROUNDING = 1e-7  # part of the largest value of a kind that solves of badly conditioned scenes may be off by
@@ -28,13 +29,15 @@ def energy(drawn: Drawn, result: Result) -> float:
     """
     if result.traces is not None:
         return float(result.details["energy_imbalance"]) / (OVER_TIME * drawn.scene.accuracy)
-    scene = drawn.scene
+    scene, error = drawn.scene, 0.0
     volts = {b.name: float(b.value) for b in scene.boundaries if b.kind == "voltage"}  # type: ignore[arg-type]
+    if AT_PLUS in result.steady:
+        volts["plus"] = result.steady[AT_PLUS].value
+        error += abs(result.steady[AT_PLUS].error * result.steady["into minus"].value)
     heats = [
         float(box.heat_source) * float(np.prod(np.subtract(box.upper, box.lower)))  # type: ignore[arg-type]
         for box in scene.boxes
     ]
-    error = 0.0
     for b in scene.boundaries:
         if b.name != "plus":
             factor = volts["minus"] - volts["plus"] if b.kind == "voltage" else 1.0
@@ -163,12 +166,13 @@ def _apart(
 ) -> float:  # fmt: skip
     """The largest distance of two results over their errors, the first's rises, currents and flows being multiplied;
     of traces at some times (s)."""
-    factors = {"rise": rises, "current": currents, "flow": flows}
+    factors = {"rise": rises, "current": currents, "flow": flows, "potential": currents}
     largest = dict.fromkeys(factors, 0.0)
     pairs, mine, theirs = [], _numbers(one, times), _numbers(two, times)
     for name, (a, error) in mine.items():
         b, other = theirs[name]
         kind = "rise" if name.startswith("mean") else "current" if name in ("into plus", "into minus") else "flow"
+        kind = "potential" if name == AT_PLUS else kind
         off = ROOM if kind == "rise" else 0.0
         largest[kind] = max(largest[kind], float(np.abs(b - off).max()))
         pairs.append((kind, np.abs(factors[kind] * (a - off) - (b - off)).max(), abs(factors[kind]) * error + other))
