@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 
@@ -12,17 +13,16 @@ from fem3d.runs.scene import solve
 from scenes import laws
 from scenes.errors import NumericsError
 from scenes.model import Boundary, Box, Contact, Point, Probe, Scene
-from validate.stress import random_laws
-from validate.stress.random_scenes import ROOM, Drawn
+from validate.stress import invariants, random_laws
+from validate.stress.random_scenes import AT_PLUS, ROOM, Drawn
 from validate.verify.manufactured import face
 
 HOTTEST = 1500.0  # K, of the surroundings of a face that radiates
 CONTACTS, RADIATION, CURRENT, BEHIND = 0.4, 0.4, 0.3, 0.3
 """Of pairs of boxes that touch; of scenes; of scenes with a voltage, those with a current, and with a resistance."""
 LARGER = 1e3  # times the lengths of a scene that radiates, at most: radiation matters where solids are large or hot
-AT_PLUS = "at plus"
-"""The probe of the potential that an electrode takes whose voltage isn't given."""
-NEXT = 0.5  # of the other box's own resistance, in powers of ten around it: how a contact's compares
+BETWEEN, BEFORE = (-2.0, 0.5), (-1.0, 0.5)
+"""Powers of ten: of a contact's resistance over that of a box beside it, of a resistance in front over the scene's."""
 
 
 def draw(seed: int, accuracy: float = 1e-2) -> Drawn:
@@ -31,7 +31,7 @@ def draw(seed: int, accuracy: float = 1e-2) -> Drawn:
     rng, scene = np.random.default_rng([seed, 5]), drawn.scene
     scene = replace(scene, contacts=tuple(_contacts(rng, scene)))
     if rng.random() < RADIATION:
-        scene = _radiating(rng, _larger(scene, 10 ** float(rng.uniform(0, np.log10(LARGER)))))
+        scene = _radiating(rng, larger(scene, 10 ** float(rng.uniform(0, np.log10(LARGER)))))
     return replace(drawn, scene=_driven(rng, scene))
 
 
@@ -43,8 +43,11 @@ def _contacts(rng: np.random.Generator, scene: Scene) -> list[Contact]:
             axis = _touching(one, other)
             if axis is None or rng.random() >= CONTACTS:
                 continue
-            thick, times = one.upper[axis] - one.lower[axis], 10 ** rng.uniform(-2, NEXT, 2)
-            k, rho = (np.max(laws.at(getattr(one.material, key), ROOM) or 0.0) for key in ("thermal_conductivity", "resistivity"))
+            thick, times = one.upper[axis] - one.lower[axis], 10 ** rng.uniform(*BETWEEN, 2)
+            k, rho = (
+                np.max(laws.at(getattr(one.material, key), ROOM) or 0.0)
+                for key in ("thermal_conductivity", "resistivity")
+            )
             conduct = one.material.resistivity is not None and other.material.resistivity is not None
             electrical = float(times[1] * thick * rho) if conduct and rng.random() < 0.5 else 0.0
             name = f"{one.name} to {other.name}"
@@ -59,41 +62,32 @@ def _touching(one: Box, other: Box) -> int | None:
     return int(flat[0]) if len(flat) == 1 and (low <= high).all() else None
 
 
-def _larger(scene: Scene, s: float) -> Scene:
+def larger(scene: Scene, s: float) -> Scene:
     """The scene with ``s`` times the lengths and the same temperatures: heat that enters and films are less by area."""
 
-    def placed(thing: Box | Boundary | Probe) -> dict[str, Point]:
-        return {side: tuple(s * c for c in getattr(thing, side)) for side in ("lower", "upper")}  # type: ignore[misc]
+    def move(lower: Point, upper: Point) -> tuple[Point, Point]:
+        x, y, z, far_x, far_y, far_z = (s * c for c in (*lower, *upper))
+        return (x, y, z), (far_x, far_y, far_z)
 
-    by_kind = {"heat_flux": 1 / s, "convection": 1 / s}
-    boxes = tuple(replace(b, heat_source=float(b.heat_source) / s**2, **placed(b)) for b in scene.boxes)  # type: ignore
-    boundaries = tuple(
-        replace(b, value=float(b.value) * by_kind.get(b.kind, 1.0), **placed(b)) for b in scene.boundaries  # type: ignore
-    )
+    grown = invariants.changed(scene, {"heat_source": s**-2, "heat_flux": 1 / s, "convection": 1 / s}, move=move)
     contacts = tuple(
         replace(c, thermal_resistance=s * c.thermal_resistance, electrical_resistance=s * c.electrical_resistance)
         for c in scene.contacts
     )
-    return replace(
-        scene, boxes=boxes, boundaries=boundaries, contacts=contacts, end_time=s**2 * scene.end_time,
-        probes=tuple(replace(p, **placed(p)) for p in scene.probes),
-        output_times=tuple(s**2 * t for t in scene.output_times),
-    )  # fmt: skip
+    times = tuple(s**2 * t for t in scene.output_times)
+    return replace(grown, contacts=contacts, end_time=s**2 * scene.end_time, output_times=times)
 
 
 def _radiating(rng: np.random.Generator, scene: Scene) -> Scene:
     """The scene with a face, of a box that has one free, that radiates."""
     taken = {(b.lower, b.upper) for b in scene.boundaries}
     free = []
-    for box in scene.boxes:
-        for axis in range(3):
-            for side in (0, 1):
-                lower, upper = face(box.lower, box.upper, axis, side)
-                probe = Box("", box.material, lower, upper)
-                if (lower, upper) in taken or (axis == 2 and lower[2] == 0.0):
-                    continue
-                if not any(_beside(probe, b, axis) for b in scene.boxes if b is not box):
-                    free.append((lower, upper))
+    for box, axis, side in product(scene.boxes, range(3), (0, 1)):
+        lower, upper = face(box.lower, box.upper, axis, side)
+        flat, others = replace(box, lower=lower, upper=upper), (b for b in scene.boxes if b is not box)
+        held = (lower, upper) in taken or (axis == 2 and lower[2] == 0.0)
+        if not held and all(_touching(flat, other) is None for other in others):
+            free.append((lower, upper))
     if not free:
         return scene
     lower, upper = free[int(rng.integers(len(free)))]
@@ -103,16 +97,9 @@ def _radiating(rng: np.random.Generator, scene: Scene) -> Scene:
     return replace(scene, boundaries=(*scene.boundaries, new), probes=probes)
 
 
-def _beside(flat: Box, box: Box, axis: int) -> bool:
-    """Whether a box lies at a flat box that is across an axis."""
-    low, high = np.maximum(flat.lower, box.lower), np.minimum(flat.upper, box.upper)
-    across = np.arange(3) != axis
-    return bool((low <= high).all() and (low < high)[across].all())
-
-
 def _driven(rng: np.random.Generator, scene: Scene) -> Scene:
-    """The scene driven by the current that its voltage makes in the cold, or with a resistance like its own before it."""
-    kind, factor = rng.random(), 10 ** float(rng.uniform(-1, NEXT))
+    """The scene driven by the current that its voltage makes in the cold, or with a resistance like its own before."""
+    kind, factor = rng.random(), 10 ** float(rng.uniform(*BEFORE))
     plus = next((b for b in scene.boundaries if b.name == "plus"), None)
     if plus is None or kind >= CURRENT + BEHIND:
         return scene
@@ -129,4 +116,5 @@ def _driven(rng: np.random.Generator, scene: Scene) -> Scene:
         new = replace(plus, series_resistance=factor * float(plus.value) / current)  # type: ignore[arg-type]
     boundaries = tuple(new if b is plus else b for b in scene.boundaries)
     # The potential that the electrode takes.
-    return replace(scene, boundaries=boundaries, probes=(*scene.probes, Probe(AT_PLUS, plus.lower, plus.upper, "potential")))
+    probes = (*scene.probes, Probe(AT_PLUS, plus.lower, plus.upper, "potential"))
+    return replace(scene, boundaries=boundaries, probes=probes)
