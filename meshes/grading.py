@@ -178,13 +178,13 @@ def _graded(a: float, b: float, at_a: float | None, at_b: float | None) -> list[
 
 
 def _beyond_reach(a: float, b: float, inner: list[float], reach: float, graded: list[float]) -> list[float]:
-    """Breakpoints inside (a, b), with one more in each interval that is longer than twice a reach: a reach away from
-    that end of it which is next to the nearer of the ``graded`` ends."""
+    """Breakpoints inside (a, b), with one more in each interval that is longer than four times a reach: two of them
+    away from that end of it which is next to the nearer of the ``graded`` ends."""
     cuts = []
     for low, high in pairwise([a, *inner, b]):
-        if high - low > 2 * reach:
+        if high - low > 4 * reach:
             nearer = min(graded, key=lambda end: abs((low + high) / 2 - end))
-            cuts.append(low + reach if nearer == a else high - reach)
+            cuts.append(low + 2 * reach if nearer == a else high - 2 * reach)
     return sorted([*inner, *cuts])
 
 
