@@ -179,7 +179,7 @@ def _numbers(model: Model, name: str, value: Any, shape: tuple[int, ...], when: 
     what = f"{shape[0]} numbers, one for each time" if shape else "one number"
     try:
         array = np.asarray(value)
-        if array.dtype.kind not in "fiub":
+        if array.dtype.kind not in "fiu":
             raise TypeError
         array = array.astype(float)
     except (TypeError, ValueError):

@@ -79,11 +79,9 @@ def opened(given: str, folder: str) -> Function:
     call = getattr(module, name, None)
     known = [n for n, each in vars(module).items() if callable(each) and not n.startswith("_")]
     if not callable(call):
-        what = "has no function" if call is None else "has, but not as a function,"
+        what = f"has no function {quoted(name)}" if call is None else f"has {quoted(name)}, but not as a function"
         listed = f"give {' or '.join(known)}" if known else "it has none"
-        raise SceneError(
-            f"--model {quoted(given)}: {path.name} {what} {quoted(name)}: {listed}{did_you_mean(name, known)}"
-        )
+        raise SceneError(f"--model {quoted(given)}: {path.name} {what}: {listed}{did_you_mean(name, known)}")
     return Function(call, f"{path.name}:{name}", path)
 
 

@@ -94,7 +94,7 @@ class Netlist:
             (Path(folder) / "model.cir").write_text(text, encoding="utf-8")
             said = _ngspice(self.name, folder)
             path = Path(folder) / "model.raw"
-            if singular := re.search(r"singular matrix:\s*check nodes?\s*(.*)", said):
+            if singular := re.search(r"singular matrix:\s*check nodes?[ \t]*(.*)", said):
                 where = f", at {printable(singular[1].strip())}" if singular[1].strip() else ""
                 raise SceneError(
                     f"--model {self.name}: ngspice finds its matrix singular{where}: give every node a way for direct "

@@ -123,6 +123,10 @@ def text(scene, times):
     return {"tip": "hot"}
 
 
+def yes(scene, times):
+    return {"tip": True}
+
+
 def tuple_(scene, times):
     return (1.0, 2.0)
 
