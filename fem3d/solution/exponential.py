@@ -16,7 +16,7 @@ from typing import Protocol
 import numpy as np
 from numpy.polynomial import legendre
 
-from scenes.errors import RunawayInTimeError
+from scenes.errors import NumericsError, RunawayInTimeError
 from scenes.units import TIME
 
 FAST = 200.0  # beyond this decay over a step the convolution is summed by parts, below it by Gauss's rule of 48 points
@@ -86,10 +86,10 @@ def integrate(
 
     ``source(t)`` is the source from t on up to the next instant of ``jumps``, at each of which a step ends and the
     state jumps. A ``stiff`` source follows the state so strongly that sweeps alone don't settle it: each goes along the
-    source's slope. No step is longer than the time since the last jump and a quarter of ``graded`` (s).
+    source's slope, as it does from the first step on that sweeps don't settle although nothing grows. No step is longer than the time since the last jump and a quarter of ``graded`` (s).
 
-    Raises RunawayInTimeError where the source outruns every step, or what ``holds``, of a time and the state then, no
-    longer does.
+    Raises RunawayInTimeError where the state grows and the source outruns every step, or what ``holds``, of a time and
+    the state then, no longer does; NumericsError where nothing grows and no step is short enough.
     """
     nodes = _lobatto(degree)
     to_legendre = np.linalg.inv(legendre.legvander(2 * nodes - 1, degree))
@@ -106,6 +106,8 @@ def integrate(
             last = length >= remaining * (1 - 1e-12)
             taken = remaining if last else length
             if taken < 1e-13 * end and not last:
+                if _growth(piece, rates, time, state, size) <= 0:
+                    raise NumericsError(f"no step in time is short enough at t = {TIME.show(float(f'{time:.3g}'))}")
                 raise _runaway(time)
             times = time + taken * nodes
             kernel = convolve(rates * taken)
@@ -130,7 +132,9 @@ def integrate(
                     settled = True
                     break
             if not settled:
-                length = taken / 4
+                # Where the source only damps the state, no step needs to be as short as its slope makes sweeps.
+                again = not stiff and _growth(piece, rates, time, state, size) * taken < 1
+                stiff, length = stiff or again, taken if again else taken / 4
                 continue
             tail = taken * np.sqrt((kernel[:, -1] * coefficients[-1]) ** 2 + (kernel[:, -2] * coefficients[-2]) ** 2)
             error = float(np.linalg.norm(tail, axis=1).max()) / (accuracy * size)
@@ -170,6 +174,12 @@ def _slope(source: Source, time: float, state: np.ndarray, step: float) -> np.nd
     values = source(np.full(2 * r, time), states)
     slopes: np.ndarray = ((values[:r] - values[r:]) / (2 * step)).T
     return slopes
+
+
+def _growth(source: Source, rates: np.ndarray, time: float, state: np.ndarray, size: float) -> float:
+    """The largest rate (1/s) at which a small change of a state grows; negative where all decay."""
+    slope = _slope(source, time, state, APART * size)
+    return float(np.linalg.eigvals(slope - np.diag(rates)).real.max()) if np.isfinite(slope).all() else np.inf
 
 
 def _runaway(time: float) -> RunawayInTimeError:
