@@ -23,6 +23,7 @@ FAST = 200.0  # beyond this decay over a step the convolution is summed by parts
 SWEEPS = 30
 APART = 1e-6  # of the norm of the state: the differences that tell the slope of a stiff source
 SETTLED = 1e-8  # relative change of a stiff source in a sweep, with which it is found
+STILL = 1e-3  # change of the states in a sweep, over the error allowed, with which a stiff source is found too
 RENEWED = 8  # sweeps after which a stiff source's slope is taken anew
 # Halvings of the step in which something ceases to hold: its time is then known to a millionth of the step.
 HALVINGS = 20
@@ -86,7 +87,8 @@ def integrate(
 
     ``source(t)`` is the source from t on up to the next instant of ``jumps``, at each of which a step ends and the
     state jumps. A ``stiff`` source follows the state so strongly that sweeps alone don't settle it: each goes along the
-    source's slope, as it does from the first step on that sweeps don't settle although nothing grows. No step is longer than the time since the last jump and a quarter of ``graded`` (s).
+    source's slope, as all do from the first step on that they don't settle although nothing grows. No step is longer
+    than the time since the last jump and a quarter of ``graded`` (s).
 
     Raises RunawayInTimeError where the state grows and the source outruns every step, or what ``holds``, of a time and
     the state then, no longer does; NumericsError where nothing grows and no step is short enough.
@@ -114,10 +116,10 @@ def integrate(
             decay = np.exp(-np.outer(nodes, rates * taken)) * state
             values = piece(times, np.repeat(state[None], len(nodes), axis=0))
             scale = float(np.abs(values).max())
-            settled, newton = False, None
+            settled, newton, states = False, None, np.full(values.shape, np.inf)
             for sweep in range(SWEEPS):
                 coefficients = to_legendre @ values
-                states = decay + taken * np.einsum("tkr,kr->tr", kernel, coefficients)
+                before, states = states, decay + taken * np.einsum("tkr,kr->tr", kernel, coefficients)
                 old, values = values, piece(times, states)
                 if stiff and np.isfinite(values).all():
                     if sweep % RENEWED == 0:
@@ -128,7 +130,9 @@ def integrate(
                 change = float(np.abs(values - old).max())
                 if not np.isfinite(change) or change > 1e3 * scale:
                     break
-                if change <= (SETTLED if stiff else 1e-13) * scale:
+                # What is the small difference of large sources is known no better than they are: its states are.
+                still = newton is not None and float(np.abs(states - before).max()) <= STILL * accuracy * size
+                if still or change <= (SETTLED if stiff else 1e-13) * scale:
                     settled = True
                     break
             if not settled:

@@ -237,7 +237,8 @@ class _Resistivity:
         assert conductor is not None
         g = heat.inputs.at(np.array([time]))[0]
         ratio = 1 + np.concatenate([state, g]) @ self._change
-        if conductor.terminals and ratio.max(initial=1.0) > MOST:
+        by_current = any(np.isinf(t.resistance) for t in conductor.terminals)
+        if by_current and ratio.max(initial=1.0) > MOST:
             return False
         if ratio.min(initial=1.0) > ENOUGH:
             return True
