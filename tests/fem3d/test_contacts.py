@@ -208,6 +208,7 @@ def _rim(resistance: float, **more: Any) -> Scene:
     ))  # fmt: skip
 
 
+@pytest.mark.long
 def test_a_contact_that_ends_inside_agrees_with_quadrilaterals_of_scikit_fem() -> None:
     found = solve(_rim(RESISTANCE)).steady
     reference, error = rim_by_quadrilaterals(LENGTH, K, RESISTANCE, 1e4)
@@ -242,6 +243,7 @@ def test_a_slab_with_a_contact_inside_warms_up_as_its_layers_do() -> None:
             assert (off <= traces.errors[name] < 2e-3) if worse == 1.0 else (off > 2 * traces.errors[name]), name
 
 
+@pytest.mark.long
 def test_currents_and_heat_over_time_end_in_the_steady_state() -> None:
     # As the resistance rises with the temperature, both fields change together.
     case = {"thermal": 5e-4, "electric": 3e-8, "behind": 2e-8, "coefficient": 1e-3}
@@ -354,6 +356,7 @@ def test_a_law_of_a_resistivity_beside_a_contact_is_the_line_that_it_says(electr
         assert abs(other[name].value - value.value) > other[name].error + value.error
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("electrical", "of"), [(3e-10, SAID), (1e-11, LINE)])
 def test_over_time_a_bar_with_a_contact_ends_in_the_steady_state(electrical: float, of: dict[str, Any]) -> None:
     names = ("p", "q", "current")
