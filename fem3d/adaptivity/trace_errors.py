@@ -88,8 +88,13 @@ def marched(study: Study, base: Base, shift: float, steady_out: Outputs | None, 
     states, stopped = 0, np.inf
     while True:
         reduced = base.project(space.fields(count))
+        # One comparison for two errors: fewer fields and a looser step.
+        dropped = space.dropped(count, DROPPED)
+        # In so short a time hardly anything diffuses: all generations are one, and dropping some tells nothing.
+        dropped = dropped if dropped < reduced.states else 0
         try:
             answer = transient.march(base, reduced, end, TIME_SHARE * accuracy)
+            fewer = transient.march(base, reduced, end, 10 * TIME_SHARE * accuracy, dropped)
         except (RunawayInTimeError, UndershootError) as stop:
             # In more fields a runaway is one at the same time.
             same = isinstance(stop, RunawayInTimeError) and abs(stop.time - stopped) <= SAME_TIME * stop.time
@@ -99,18 +104,6 @@ def marched(study: Study, base: Base, shift: float, steady_out: Outputs | None, 
             continue
         out = outputs.of_transient(answer, study.part, checked)
         traces, scales = study.traces(out), study.trace_scales(steady_out or out)
-        # One comparison for two errors: fewer fields and a looser step.
-        dropped = space.dropped(count, DROPPED)
-        if dropped >= reduced.states:
-            # In so short a time hardly anything diffuses: all generations are one, and dropping some tells nothing.
-            dropped = 0
-        try:
-            fewer = transient.march(base, reduced, end, 10 * TIME_SHARE * accuracy, dropped)
-        except (RunawayInTimeError, UndershootError):
-            if count >= MOST_FIELDS:
-                raise
-            count += 4
-            continue
         gaps = distance(traces, study.traces(outputs.of_transient(fewer, study.part, checked)))
         enough = max(gaps[name] / scales[name] for name in gaps) <= SPACE_SHARE * accuracy
         # More generations that add no states are all but sums of those before.
