@@ -177,6 +177,17 @@ def potential_of(boundary: Boundary | GroupBoundary) -> Value | str:
     return f"that of {boundary.name}" if boundary.series_resistance == math.inf else boundary.value
 
 
+def share_terminals(
+    voltages: dict[int, set[Value | str]], touched: Iterable[tuple[Boundary | GroupBoundary, Collection[int]]]
+) -> None:
+    """Adds a second one to the ``voltages`` of parts of conductors (by `potential_of`) that an electrode behind a
+    resistance shares with a part that carries current: what potential they have there is known by solving alone."""
+    for b, parts in touched:
+        if b.series_resistance and any(len(voltages[part]) > 1 for part in parts):
+            for part in parts:
+                voltages[part].add(f"beside {b.name}")
+
+
 def refuse_terminals(scene: AnyScene, what: str) -> None:
     """Refuses, for ``what`` takes voltages alone, a given current and a series resistance."""
     for b in scene.boundaries:

@@ -92,9 +92,11 @@ class Placed:
         only, with its voltage; a conductor ends at its electrodes."""
         parts, electrodes = self._parts
         voltages: dict[int, set[Value | str]] = {}
-        for b in electrodes:
-            for part in self.touched(parts, [b]):
+        touched = [(b, self.touched(parts, [b])) for b in electrodes]
+        for b, of_one in touched:
+            for part in of_one:
                 voltages.setdefault(part, set()).add(physics.potential_of(b))
+        physics.share_terminals(voltages, touched)
         live = np.isin(parts, [part for part, potentials in voltages.items() if len(potentials) > 1])
         alone = ((part, next(iter(potentials))) for part, potentials in voltages.items() if len(potentials) == 1)
         return live, tuple((parts == part, value) for part, value in alone if not isinstance(value, str))

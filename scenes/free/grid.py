@@ -15,7 +15,7 @@ import numpy as np
 from scenes.errors import SceneError
 from scenes.free.crowding import crowding
 from scenes.model import Boundary, Point, Probe, Scene, Value
-from scenes.physics import potential_of
+from scenes.physics import potential_of, share_terminals
 
 VOID = -1
 ROUNDING = 1e-9
@@ -181,9 +181,11 @@ class Grid:
         `scenes.physics.potential_of` has them."""
         electrodes = [b for b in self.scene.boundaries if b.kind == "voltage"]
         labels, voltages = self.parts(self.conducting, electrodes), dict[int, set[Value | str]]()
-        for b in electrodes:
-            for label in self.parts_at(labels, b):
+        touched = [(b, self.parts_at(labels, b)) for b in electrodes]
+        for b, parts in touched:
+            for label in parts:
                 voltages.setdefault(label, set()).add(potential_of(b))
+        share_terminals(voltages, touched)
         return labels, voltages
 
     def joined(self) -> dict[int, set[str]]:

@@ -58,6 +58,20 @@ def test_a_current_fed_into_the_middle_parts_as_the_conductances_say():
     assert found["source's"] == pytest.approx(volts - series * from_source, rel=1e-9)
 
 
+def test_beyond_an_electrode_inside_where_nothing_passes_the_potential_is_the_electrodes_own():
+    """Half the bar carries current, from 0.1 V behind as much resistance: 0.05 V at the electrode and in the rest."""
+    metal, y = replace(METAL, temperature_coefficient=0.0), SIZE[1] / 2
+    series = metal.resistivity * y / AREA
+    beyond = Probe("beyond", (0.0, 1.5 * y, 0.0), (0.0, 1.5 * y, 0.0), "potential")
+    scene = bar(end("ground", 0.0, 0.0), end("source", y, 0.1, series), metal=metal, probes=(beyond,))
+    for steady in (True, False):
+        again = replace(scene, steady=steady, end_time=1e-3, output_times=() if steady else (1e-3,))
+        found = scene_run.solve(again)
+        value = found.steady["beyond"].value if steady else found.traces.values["beyond"][-1]
+        # Linear along the bar, as above.
+        assert value == pytest.approx(0.05, rel=1e-9)
+
+
 def mean_rise(current, times, terms=400):
     """(times,): the mean rise (K) of the bar at a current from rest: c T' = k T'' + J^2 rho (1 + a T), mode by mode."""
     n = 2 * np.arange(terms) + 1
