@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 
 WIDEST = np.radians(140.0)  # angle of a triangle
-MOST_CORNERS = 2  # of other tiles, on one side of a tile
+MOST_CORNERS = 8  # of other tiles, on one side of a tile
 MIDDLE = 0.25  # a tile is cut where another one has a corner on its side, if that is so far (of its length) from its ends
 UNIT = 1 << 36  # of the whole numbers that coordinates are, so that equal ones are: from one plane to the next
 FLAT = 1e-9  # area of a triangle over that of its tile that counts as none
@@ -55,7 +55,7 @@ class Tiles:
                 cut = k + 1 + _middle(shares[1])
                 rest += [(i, j, k, cut), (i, j, cut, m)]
         corners = np.array(tiles, np.int64).reshape(-1, 2, 2) * UNIT
-        return Tiles(breaks, corners[:, 0], corners[:, 1])
+        return Tiles(breaks, corners[:, 0], corners[:, 1]).finer(np.zeros((len(corners), 2), int))[0]
 
     def metres(self, axis: int, at: np.ndarray) -> np.ndarray:
         """Coordinates in m."""
@@ -80,10 +80,15 @@ class Tiles:
         return values, [along, np.sort(places[:, 0] * height + places[:, 1])], places
 
     @property
+    def places(self) -> np.ndarray:
+        """(points, 2): all corners."""
+        values, _, order = self._corners
+        return np.column_stack([values[e][order[:, e]] for e in range(2)])
+
+    @cached_property
     def points(self) -> np.ndarray:
         """(points, 2): all corners, in m."""
-        values, _, places = self._corners
-        return np.column_stack([self.metres(e, values[e][places[:, e]]) for e in range(2)])
+        return np.column_stack([self.metres(e, self.places[:, e]) for e in range(2)])
 
     def _on_sides(self, axis: int) -> np.ndarray:
         """(tiles, 2 sides, 2): between which of the sorted keys along an axis the corners inside a side lie."""
