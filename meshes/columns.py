@@ -21,6 +21,8 @@ from meshes.grid import VOID, Grid
 from meshes.tiles import UNIT, Tiles
 from scenes.model import Scene
 
+STEEP = 2.0
+
 
 @dataclass(frozen=True, eq=False)
 class Columns:
@@ -70,9 +72,9 @@ class Columns:
         triangles, tile = triangles[solid], tile[solid]
         layer = (self.heights - 1) // UNIT
         nodes, cells, under = _climbed(triangles, self._owner[tile], layer, self._needs(triangles, tile))
-        places, breaks = np.empty((3, len(nodes))), self._grid.breaks[self.up]
+        places = np.empty((3, len(nodes)))
         places[self._plan] = self.tiles.points[nodes[:, 0]].T
-        places[self.up] = np.interp(self.heights, np.arange(len(breaks)) * float(UNIT), breaks)[nodes[:, 1]]
+        places[self.up] = self._metres[nodes[:, 1]]
         at = self.heights[nodes[:, 1]][cells]
         ends = np.column_stack([at.min(axis=1), at.max(axis=1)])
         return MeshTet(places, np.ascontiguousarray(np.sort(cells, axis=1).T)), tile[under], ends
@@ -107,7 +109,32 @@ class Columns:
         needs[:, at] = on_planes
         for corner in triangles.T:
             np.logical_or.at(needs, corner, wanted[tile])
-        return needs
+        return self._graded(triangles, needs)
+
+    def _graded(self, triangles: np.ndarray, needs: np.ndarray) -> np.ndarray:
+        """``needs`` (points, heights) with more, so that for each node there is one on the chains beside it that is less
+        far above or below than `STEEP` times their distance: faces between chains have no wider angles then."""
+        pairs = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+        pairs = np.unique(np.sort(pairs, axis=1), axis=0)
+        one, other = np.concatenate([pairs, pairs[:, ::-1]]).T
+        points, at = self.tiles.points, self._metres
+        reach = STEEP * np.linalg.norm(points[one] - points[other], axis=1)[:, None]
+        while True:
+            below = np.maximum.accumulate(np.where(needs, at, -np.inf), axis=1)
+            above = np.minimum.accumulate(np.where(needs, at, np.inf)[:, ::-1], axis=1)[:, ::-1]
+            away = np.minimum(at - below, above - at)
+            away[np.isinf(below) | np.isinf(above)] = 0.0
+            edge, height = np.nonzero(needs[one] & (away[other] > reach))
+            if not len(edge):
+                return needs
+            needs[other[edge], height] = True
+
+    @property
+    def _metres(self) -> np.ndarray:
+        """(heights,): in m."""
+        breaks = self._grid.breaks[self.up]
+        metres: np.ndarray = np.interp(self.heights, np.arange(len(breaks)) * float(UNIT), breaks)
+        return metres
 
     def _of_tiles(self, times: np.ndarray) -> np.ndarray:
         """(tiles, 2): how many times each is to be halved for its cells, ``times`` (3, cells)."""

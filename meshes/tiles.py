@@ -14,7 +14,8 @@ from functools import cached_property
 import numpy as np
 
 WIDEST = np.radians(140.0)  # angle of a triangle
-MOST_CORNERS = 8  # of other tiles, on one side of a tile
+THIN = 4.0
+MOST_CORNERS = 2  # of other tiles, on one side of a tile
 MIDDLE = 0.25  # a tile is cut where another one has a corner on its side, if that is so far (of its length) from its ends
 UNIT = 1 << 36  # of the whole numbers that coordinates are, so that equal ones are: from one plane to the next
 FLAT = 1e-9  # area of a triangle over that of its tile that counts as none
@@ -158,9 +159,12 @@ class Tiles:
         that the corner of too wide an angle lies on; -1 for none."""
         counts = np.array([np.ptp(self._on_sides(axis), axis=2).max(axis=1) for axis in range(2)])
         longer = self.sizes.argmax(axis=1)
-        crowded = (counts > MOST_CORNERS).any(axis=0)
+        crowded = counts > MOST_CORNERS
         if crowded.any():
-            return np.where(crowded, longer, -1)
+            along = counts.argmax(axis=0)
+            rows = np.arange(len(along))
+            over = self.sizes[rows, 1 - along] / self.sizes[rows, along]
+            return np.where(crowded.any(axis=0), np.where((over > 1) & (over <= THIN), 1 - along, along), -1)
         triangles, tiles = self.triangles
         corners = self.points[triangles]
         sides = np.linalg.norm(np.roll(corners, -1, axis=1) - np.roll(corners, 1, axis=1), axis=2)

@@ -34,6 +34,7 @@ AIM = 0.5  # of what is enough, at which a refinement aims, as on bricks
 # Unknowns: factors of so many take some 20 s; half as many more than a mesh has are little use.
 MOST_UNKNOWNS, LEAST_GROWTH = 60_000, 1.5
 MOST_GROWTH = 3.0  # times the cells of a level that the next one may have
+VARIES, FLAT = 0.1, 2.0
 SURELY, ENOUGH, TRIALS = 0.9, 0.5, 5
 # An error falls like this power of the size of the cells that cause it, at least, where an edge is re-entrant.
 FALLS = 4 / 3
@@ -126,13 +127,19 @@ class Tetrahedra:
         """Finer where cells miss more than their share, those that miss most first, as far as `MOST_GROWTH` goes."""
         if self._last:
             return None
-        missing = np.array(estimate.worst(goals))
+        by_axis = np.array(estimate.worst(goals))
+        missing = by_axis.sum(axis=0)
         missing *= max(worst / max(float(missing.sum()), 1e-300), 1.0)
-        excess = missing / max(grading.share_of(missing.ravel(), AIM * enough), 1e-300)
-        times = np.ceil(np.log2(np.maximum(excess, 1.0)) / FALLS).clip(max=self.laid.most).astype(int)
-        order = np.argsort(-missing, axis=None)
-        order = order[: np.searchsorted(np.cumsum(missing.flat[order]), MARKED * missing.sum()) + 1]
-        order = order[times.flat[order] > 0]
+        excess = missing / max(grading.share_of(missing, AIM * enough), 1e-300)
+        often = np.ceil(np.log2(np.maximum(excess, 1.0)) / FALLS).clip(max=self.laid.most).astype(int)
+        corners = self.laid.cells.p[:, self.laid.cells.t]
+        size = np.ptp(corners, axis=1)
+        varies = by_axis * size**2
+        size[varies < VARIES * varies.max(axis=0)] = 0.0
+        times = np.where(FLAT * size > size.max(axis=0), often, 0)
+        order = np.argsort(-missing)
+        order = order[: np.searchsorted(np.cumsum(missing[order]), MARKED * missing.sum()) + 1]
+        order = order[often[order] > 0]
         best, fit = None, len(order)
         for _ in range(TRIALS):
             if not fit:
@@ -198,7 +205,7 @@ class Tetrahedra:
 def _of(times: np.ndarray, which: np.ndarray) -> np.ndarray:
     """The ``times`` of some places of an array, and nothing at the others."""
     some = np.zeros_like(times)
-    some.flat[which] = times.flat[which]
+    some[:, which] = times[:, which]
     return some
 
 
