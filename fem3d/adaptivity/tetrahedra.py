@@ -34,7 +34,7 @@ AIM = 0.5  # of what is enough, at which a refinement aims, as on bricks
 # Unknowns: factors of so many take some 20 s; half as many more than a mesh has are little use.
 MOST_UNKNOWNS, LEAST_GROWTH = 60_000, 1.5
 MOST_GROWTH = 3.0  # times the cells of a level that the next one may have
-VARIES, FLAT = 0.1, 2.0
+VARIES, FLAT = 0.4, 2.0
 SURELY, ENOUGH, TRIALS = 0.9, 0.5, 5
 # An error falls like this power of the size of the cells that cause it, at least, where an edge is re-entrant.
 FALLS = 4 / 3
