@@ -130,6 +130,8 @@ class _Mirror:
         pairs = [(b.value, c.value) for b, c in twins]
         if not fits or len(pairs) != len(electrodes):
             return None
+        if any(b.contact_resistance != c.contact_resistance for b, c in twins):
+            return None
         alike = all(b.series_resistance == c.series_resistance for b, c in twins)
         if alike and all(a == b for a, b in pairs):
             return mirror
@@ -220,9 +222,15 @@ class _Mirror:
         return next((b.name for b in scene.boxes if self.maps(box, b)), None)
 
     def _keeps_conditions(self, scene: Scene) -> bool:
-        """Whether the mirror maps every thermal condition onto one that is the same."""
-        thermal = [((b.kind, b.value, b.ambient), b) for b in scene.boundaries if b.kind != "voltage"]
-        return all(any(what == other and self.maps(b, c) for other, c in thermal) for what, b in thermal)
+        """Whether the mirror maps every thermal condition onto one of its own that is the same."""
+        thermal = [b for b in scene.boundaries if b.kind != "voltage"]
+        images = list(thermal)
+        for b in thermal:
+            image = next((c for c in images if _thermal(b) == _thermal(c) and self.maps(b, c)), None)
+            if image is None:
+                return False
+            images.remove(image)
+        return True
 
     def _keeps_probes(self, scene: Scene) -> bool:
         """Whether no probe crosses the plane unevenly, or reads what passes it."""
@@ -244,8 +252,7 @@ class _Mirror:
                 copies = 2.0 if self._reaches_over(b) else 1.0
                 flows[b.name] = Flow(b.name, copies, copies)
             else:
-                of_kind = [k for k in kept.values() if (k.kind == "voltage") == (b.kind == "voltage")]
-                twin = next(k for k in of_kind if self.maps(b, k))
+                twin = next(k for k in kept.values() if _thermal(b) == _thermal(k) and self.maps(b, k))
                 flows[b.name] = Flow(twin.name, 1.0, 1.0 if self.level is None else -1.0)
         if self.level is not None:
             name, (low, high) = f"symmetry-{'xyz'[self.axis]}", _corners(scene)
@@ -295,6 +302,11 @@ class _Mirror:
             any(all(b.lower[d] <= q[d] <= b.upper[d] for d in range(3)) for b in scene.boxes)
             for q in ([c + side * 1e3 * self.small * (d == self.axis) for d, c in enumerate(point)] for side in (-1, 1))
         )
+
+
+def _thermal(b: Boundary) -> tuple[object, ...]:
+    """What a boundary says of heat; nothing of an electrode."""
+    return () if b.kind == "voltage" else (b.kind, b.value, b.ambient, b.contact_resistance)
 
 
 def _corners(scene: Scene) -> Corners:

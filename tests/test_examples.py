@@ -41,6 +41,7 @@ def test_an_example_runs(
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.long
 def test_the_notebook_runs(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     """Its cells as a script, with the folder that it lies in on the path, as a notebook has it."""
     monkeypatch.syspath_prepend(str(ROOT / "examples"))
@@ -54,6 +55,7 @@ def test_the_notebook_runs(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Captu
     assert capsys.readouterr().out.count("differs") == 5
 
 
+@pytest.mark.long
 def test_one_lumped_model_in_four_forms(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Each form's differences are the function's, to what its own steps and rows may be off by."""
     monkeypatch.chdir(tmp_path)
@@ -93,6 +95,7 @@ def test_one_lumped_model_in_four_forms(tmp_path: Path, monkeypatch: pytest.Monk
     assert abs(heavier["heater_over_time"].difference - wanted["heater_over_time"].difference) > 0.05
 
 
+@pytest.mark.long
 def test_what_is_solved_in_one_screen_is_what_the_toolkit_solves() -> None:
     """scikit-fem's own elements on one mesh against the toolkit's bricks: within 1 %, as the paper's model isn't."""
     plain = runpy.run_path(str(ROOT / "examples" / "plain_scikit_fem.py"))
@@ -103,6 +106,7 @@ def test_what_is_solved_in_one_screen_is_what_the_toolkit_solves() -> None:
     assert plain["peak"] != pytest.approx(run.reduced1d.steady["peak_rise_K"].value, rel=0.01)
 
 
+@pytest.mark.long
 def test_a_failing_assertion_reads_well(tmp_path: Path) -> None:
     """As a user would see it: both values, the difference, the tolerance, the numerical error, no line of this code."""
     (tmp_path / "test_mine.py").write_text(

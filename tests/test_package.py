@@ -39,6 +39,7 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "site"
 
 
+@pytest.mark.long
 @needs_setuptools
 def test_a_run_of_the_wheel_alone(installed: Path, tmp_path: Path) -> None:
     assert {path.parent.name for path in installed.glob("*/py.typed")} == set(PACKAGES)

@@ -49,9 +49,14 @@ class Level:
     falls: Spread
 
     @property
+    def relative(self) -> dict[str, float]:
+        """The errors over their scales."""
+        return {q: e / self.scales[q] for q, e in self.errors.items()}
+
+    @property
     def worst(self) -> float:
         """The largest relative error."""
-        return max((e / self.scales[q] for q, e in self.errors.items()), default=0.0)
+        return max(self.relative.values(), default=0.0)
 
 
 def examined(study: Study, given: Problems, fine: Solution, judge: Estimator) -> Level | None:

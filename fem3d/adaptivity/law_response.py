@@ -18,7 +18,8 @@ import numpy as np
 
 from fem3d.adaptivity import transient_base
 from fem3d.adaptivity.transient_base import Hot
-from fem3d.problems.current import Conductor, combined
+from fem3d.problems.current import Conductor
+from fem3d.problems.current_fields import combined
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.linearized import at_films, linearized
 from fem3d.results.study import Study

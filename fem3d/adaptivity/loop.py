@@ -6,13 +6,13 @@ raise it a little everywhere, or to ask another mesh whether heating really runs
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 import numpy as np
 
-from fem3d.adaptivity import field_error, nested, suited, transient_base
+from fem3d.adaptivity import field_error, nested, reach, suited, transient_base
 from fem3d.adaptivity.brick_mesh import Bricks
 from fem3d.adaptivity.estimate import Spread
 from fem3d.adaptivity.goal_errors import Level
@@ -35,17 +35,22 @@ Progress = Callable[[str], None]
 
 class Verdict(NamedTuple):
     """What is to be done after a level: "accept" its ``answer``; "refine" the mesh for what its ``goals`` miss, which
-    ``falls`` with the degree (`estimate.falling`), or for as much more as the ``worst`` relative error says; "raise"
-    it, as a lower space has no steady state although the fine one has; or see whether another mesh confirms the
-    ``runaway``."""
+    ``falls`` with the degree (`estimate.falling`), or for as much more as the ``worst`` of the ``relative`` errors
+    says; "raise" it, as a lower space has no steady state although the fine one has; or see whether another mesh
+    confirms the ``runaway``."""
 
     action: Literal["accept", "refine", "raise", "runaway"]
     answer: Answer | None = None
     level: Level | None = None
     goals: Sequence[Spread] = ()
     falls: Spread | None = None
-    worst: float = np.inf
+    relative: Mapping[str, float] = {}
     runaway: RunawayError | None = None
+
+    @property
+    def worst(self) -> float:
+        """The largest relative error."""
+        return max(self.relative.values(), default=np.inf)
 
 
 def solve(
@@ -61,7 +66,7 @@ def solve(
     Raises RunawayError where no steady state exists, RunawayInTimeError where a transient runs away, NumericsError
     where the accuracy can't be reached.
     """
-    search = Search(study, with_steady, with_transient, progress)
+    search, falling = Search(study, with_steady, with_transient, progress), reach.Falling(study.accuracy)
     mesh = mesh or Bricks.of(study, over_time=not with_steady)
     if with_steady and isinstance(mesh, Bricks):
         try:
@@ -77,6 +82,8 @@ def solve(
             return field_error.improved(study, verdict.answer, verdict.level, progress)
         finer: Mesh | None
         if verdict.action == "refine":
+            assert verdict.answer is not None
+            falling.check(verdict.answer.heat.size, verdict.relative)
             finer = mesh.refined(verdict.goals, verdict.falls, verdict.worst, search.enough)
         elif verdict.action == "runaway" and search.confirms(verdict.runaway):
             finer = None
@@ -135,12 +142,12 @@ class Search:
             return Verdict("runaway", runaway=runaway)
         errors = level.errors if level else {}
         answer = Answer(mesh, problems.heat, problems.conductor, fine, errors, response, number)
-        worst = response.worst if response else level.worst if level else np.inf
-        if response.accepted if response else worst <= self.enough:
+        relative = response.relative if response else level.relative if level else {}
+        if response.accepted if response else max(relative.values(), default=0.0) <= self.enough:
             return Verdict("accept", answer, level)
         goals = [*(response.goals if response else ()), *(level.goals.values() if level else ())]
         falls = response.falls if response else level.falls if level else None
-        return Verdict("refine", answer, goals=goals, falls=falls, worst=worst)
+        return Verdict("refine", answer, goals=goals, falls=falls, relative=relative)
 
     @property
     def _before(self) -> Before:

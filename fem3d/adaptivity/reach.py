@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
@@ -28,6 +28,9 @@ LAYER = 0.1  # layers shorter than this fraction of the narrowest length of a sc
 # counts what is refused for it: no scene that it solves keeps more; were only a tenth left for all other errors, cells
 # would grow without end.
 KEPT = 0.75
+# Where errors fall most slowly a decade takes 20 times the unknowns (`fem3d.adaptivity.choice`): 8 times as many leave
+# a fifth. Where they leave more than 0.9 nothing falls, and something else than the mesh is wrong.
+GROWN, NOT_LESS = 8.0, 0.9
 
 
 def first_grid(scene: Scene, accuracy: float, marks: Features) -> Grid:
@@ -124,6 +127,26 @@ class Edges:
 
     def _out_of_reach(self) -> NumericsError:
         return NumericsError(f"an accuracy of {self._accuracy:g} isn't reached in this scene" + because(self._marks))
+
+
+class Falling:
+    """Whether the largest error falls as meshes become finer: told level by level."""
+
+    def __init__(self, accuracy: float) -> None:
+        self._accuracy, self._levels = accuracy, list[tuple[int, float]]()
+
+    def check(self, unknowns: int, relative: Mapping[str, float]) -> None:
+        """Raises NumericsError where the largest of the ``relative`` errors, by their quantities' names, is hardly less
+        than on three meshes or more since there were `GROWN` times fewer unknowns."""
+        name, worst = max(relative.items(), key=lambda item: item[1])
+        smaller = [k for k, (n, _) in enumerate(self._levels[:-2]) if GROWN * n <= unknowns]
+        if smaller and worst > NOT_LESS * max(w for _, w in self._levels[smaller[-1] :]):
+            raise not_reached(
+                self._accuracy,
+                f": the error of {name} is {worst:.2g} of its size and doesn't fall, although the mesh grew from "
+                f"{self._levels[smaller[-1]][0]:,} to {unknowns:,} unknowns",
+            )
+        self._levels.append((unknowns, worst))
 
 
 def _asymptotic(grid: Grid, marks: Features) -> float:

@@ -36,7 +36,7 @@ KNOTS = 12  # bends and jumps of the inputs, at most, after which errors are loo
 class Response:
     """Traces and their errors (in their units), the heat balance, and what refinement needs if they are too large: what
     the intervals miss for the power and for each of the ``goals`` with it, by which factors each degree takes away less
-    of that than the one before (``falls``), and the ``worst`` relative error."""
+    of that than the one before (``falls``)."""
 
     times: np.ndarray
     traces: Quantities
@@ -48,7 +48,6 @@ class Response:
     generations: int  # of fields
     goals: list[Spread] = field(default_factory=list)
     falls: Spread = field(default_factory=list)
-    worst: float = 0.0
     relative: dict[str, float] = field(default_factory=dict)  # errors without the rows' own, over their scales
     scales: dict[str, float] = field(default_factory=dict)  # what they are relative to
     between: float = 0.0  # the largest relative error of straight lines between rows
@@ -146,7 +145,7 @@ def respond(
     `goal_errors.examined`, ``as_it_is`` as of `concluded`."""
     steady_errors: Mapping[str, float] = {}
     if steady is not None:
-        steady_errors = {name: error / steady.scales[name] for name, error in steady.errors.items()}
+        steady_errors = steady.relative
         given.let_go()
     march = marched(study, bases[0], shift, None if steady is None else steady.fine.out, generations)
     if march.hot is not None:
@@ -228,9 +227,11 @@ def concluded(
     """The response with its errors: at its rows, where the accuracy is reached or it is to be taken ``as_it_is``, else
     with what its ``goals`` miss, and by which factors that ``falls``."""
     answer, reduced, scales, count = fine.answer, fine.reduced, fine.scales, fine.generations
-    worst = max(errors[name] / scales[name] for name in errors)
-    if worst > (1 - ROW_SHARE) * study.accuracy and not as_it_is:
-        return Response(fine.checked, fine.traces, errors, False, np.nan, answer, reduced, count, goals, falls, worst)
+    relative = {name: errors[name] / scales[name] for name in errors}
+    if max(relative.values()) > (1 - ROW_SHARE) * study.accuracy and not as_it_is:
+        return Response(
+            fine.checked, fine.traces, errors, False, np.nan, answer, reduced, count, goals, falls, relative
+        )
     return with_rows(study, answer, reduced, errors, scales, count)
 
 

@@ -13,7 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from fem3d.adaptivity.nested import Problems
-from fem3d.problems.current import Conductor, Potential, combined, independent
+from fem3d.problems.current import Conductor, Potential
+from fem3d.problems.current_fields import combined, independent
 from fem3d.problems.heat import HeatProblem
 from fem3d.solution import transient
 from fem3d.solution.transient import Base, Krylov, Transient

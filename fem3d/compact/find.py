@@ -14,7 +14,7 @@ from fem3d.compact import fields
 from fem3d.compact.judge import MOST_PLACES, Judge, Truth, first_time, rise_of
 from fem3d.compact.mesh import problem
 from fem3d.compact.tensors import Structure, tensors
-from fem3d.problems.current import independent
+from fem3d.problems.current_fields import independent
 from fem3d.results.probes import reading
 from fem3d.runs import scene as scene_run
 from fem3d.solution import transient

@@ -5,7 +5,7 @@ Potentials are functions of the whole space, zero where no current flows. Voltag
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -23,7 +23,6 @@ from fem3d.problems.terminals import Terminal, packed, unpacked
 from fem3d.spaces.integrals import WHOLE, Faces, Pieces
 from scenes.errors import NumericsError
 
-SAME = 1e-9  # relative size below which a current field is taken for a sum of others
 # Error of a potential over that of its first guess, in the energy norm, unless a looser one is asked for.
 SOLVED = 1e-12
 NOTHING = 1e-30  # a residual of which, relatively, only an exact solution leaves no more
@@ -354,8 +353,7 @@ class Conductor:
         """The current field of a potential.
 
         What little enters inside the conductor, where a potential isn't solved for to the last digit, is supplied to at
-        the cold potential. It counts in fields that are small differences of others: of the power that these take, the
-        electrodes alone would give a part that is wrong by as much as the solve over the difference.
+        the cold potential.
         """
         supply = self.supplied_at @ potential.reaction
         reaction = potential.reaction.copy()
@@ -380,26 +378,3 @@ class Conductor:
         """The Joule heat of each conducting body by its name (W)."""
         per_cell = (self.on.weights * self.heating(density, density, rise)).sum(axis=1)
         return {name: float(per_cell[self.names == name].sum()) for name in dict.fromkeys(self.names.tolist())}
-
-
-def independent(conductor: Conductor, potentials: Sequence[Potential]) -> list[Pattern]:
-    """The current fields of some potentials, each without what earlier ones hold of it, orthogonal in the cold
-    resistance and of the size of the first; those that add nothing are left out."""
-    patterns: list[Pattern] = []
-    product = conductor.product
-    for potential in potentials:
-        new = conductor.pattern(potential)
-        whole = product(new.density, new.density)
-        for pattern in patterns:
-            share = product(pattern.density, new.density) / product(pattern.density, pattern.density)
-            new = new.plus(-share, pattern, 1.0)
-        remaining = product(new.density, new.density)
-        if remaining > SAME**2 * whole:
-            size = product(patterns[0].density, patterns[0].density) if patterns else remaining
-            patterns.append(new.plus(0.0, new, np.sqrt(size / remaining)))
-    return patterns
-
-
-def combined(parts: Sequence[Pattern | Potential], c: np.ndarray) -> np.ndarray:
-    """The current density with coefficients c."""
-    return np.sum([f * p.density for f, p in zip(c, parts, strict=True)], axis=0)

@@ -13,7 +13,7 @@ import numpy as np
 from fem3d.adaptivity import goal_errors, trace_errors
 from fem3d.adaptivity.mesh import Answer
 from fem3d.adaptivity.nested import Solution
-from fem3d.problems.current import combined
+from fem3d.problems.current_fields import combined
 from fem3d.results import outputs
 from fem3d.results.study import Study
 from fem3d.solution import continuation

@@ -51,11 +51,13 @@ def study(sink: Sink, count: int, part: Symmetry) -> Study:
 def steady(sink: Sink, count: int, out: Outputs) -> Quantities:
     """Steady quantities of summary.json, and ``end_flow_W``, the heat through one end of the row.
 
-    That is what leaves at the anchor, less what the pad makes, with what the air takes from it.
+    That is what leaves at the anchor, less what the pad makes, with what leaves at its faces.
     """
-    none = np.float64(0.0)
     values = _both(sink, count, out)
-    end_flow = values["anchor_heat_W"] - out.get("flow:air-pad-0", none) - out.get("joule:pad-0", none)
+    entering = [
+        v for n, v in out.items() if n == "joule:pad-0" or n.startswith(("flow:air-pad-0", "flow:radiation-pad-0"))
+    ]
+    end_flow = values["anchor_heat_W"] - sum(entering, np.float64(0.0))
     rises = {f"{n.removesuffix('_K')}_rise_K" if n.endswith("_K") else n: v for n, v in values.items()}
     return rises | {
         "heat_out_W": 2 * values["anchor_heat_W"] + _over_islands(sink, count, values),

@@ -20,7 +20,8 @@ from itertools import pairwise
 import numpy as np
 
 from fem3d.adaptivity import goal_errors
-from fem3d.problems.current import Conductor, Pattern, independent
+from fem3d.problems.current import Conductor, Pattern
+from fem3d.problems.current_fields import independent
 from fem3d.problems.heat import HeatProblem
 from fem3d.results import outputs
 from fem3d.results.study import Study

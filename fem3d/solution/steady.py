@@ -12,7 +12,8 @@ from functools import cached_property
 
 import numpy as np
 
-from fem3d.problems.current import Conductor, Pattern, Potential, combined, independent
+from fem3d.problems.current import Conductor, Pattern, Potential
+from fem3d.problems.current_fields import combined, independent
 from fem3d.problems.heat import HeatProblem
 from fem3d.solution import continuation
 from fem3d.solution.reduced import project

@@ -65,6 +65,7 @@ def test_the_lump_has_it_as_a_conductance():
     assert steady["heat_out_W"].value == pytest.approx(steady["power_W"].value, rel=1e-9)
 
 
+@pytest.mark.long
 def test_on_a_plate_that_hardly_resists_it_is_on_room_temperature_and_on_silicon_is_not():
     """The gas is boxes then, which conduct across the gap alone."""
     rough = replace(AIR, accuracy=1e-2)

@@ -30,6 +30,7 @@ def plate(resistance, **more):
     return ladder.solve(Sink(contact_resistance=resistance, **more), "plate", times=solved(**more).traces.time)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("more", [{}, {"electrodes": "pad-edge"}])
 def test_3d_and_the_plate_agree_at_rest_and_over_time(more):
     three, one = solved(**more), plate(RESISTANCE, **more)
@@ -98,6 +99,7 @@ def test_a_device_has_no_contacts_yet():
         load("device", ["anchor.contact_resistance=1e-7"])
 
 
+@pytest.mark.long
 def test_contacts_are_solved_beside_gas_on_a_substrate():
     """Heat that the gas doesn't take passes the contacts: they make the peak warmer, by more than both errors."""
     others = ["gap_gas_conductivity=0.026", "substrate.thickness=0.5mm", "run.accuracy=1e-2"]

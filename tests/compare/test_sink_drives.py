@@ -72,6 +72,7 @@ def test_the_lump_at_a_given_current_warms_like_an_exponential():
     assert np.abs(twin.values["mean_K"] - 293.0 - exact).max() > 2 * traces.errors["mean_K"]
 
 
+@pytest.mark.long
 def test_a_given_current_has_a_largest_one_in_both_models():
     model = lump(Sink())
     limit = np.sqrt(model.conductance / model.coefficient / model.resistance)
@@ -85,6 +86,7 @@ def test_a_given_current_has_a_largest_one_in_both_models():
     assert sink_run.solve(Sink(current=0.99 * in_3d.value.limit), STEADY).steady["peak_rise_K"].value > 1e4
 
 
+@pytest.mark.long
 def test_a_falling_resistance_runs_away_at_more_volts_behind_a_resistance_and_behind_a_large_one_at_none():
     falling = replace(Sink().silicon, temperature_coefficient=-1e-3)
     sinks = [Sink(silicon=falling, series_resistance=ohm) for ohm in (0.0, 10.0, 40.0)]

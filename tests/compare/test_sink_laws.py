@@ -15,6 +15,7 @@ LAW = PowerLaw(130.0, 293.0, -1.3)
 SINK = replace(Sink(voltage=2.0, accuracy=1e-2), silicon=replace(Sink().silicon, thermal_conductivity=LAW))
 
 
+@pytest.mark.long
 def test_the_constant_conductivity_is_an_assumption_of_its_own():
     outcome = answer(SINK, Request(transient=False, why=True))
     (peak,) = [split for split in outcome.why.steady if split.quantity == "peak"]
@@ -47,6 +48,7 @@ def test_the_ladder_starts_anywhere():
     assert radiating[-2:] == ["radiation", "rest (thin plate)"]
 
 
+@pytest.mark.long
 def test_a_table_that_1d_gets_out_of_is_said():
     table = Table((293.0, 350.0), (130.0, 100.0))
     sink = replace(SINK, silicon=replace(SINK.silicon, thermal_conductivity=table))

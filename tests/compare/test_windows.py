@@ -35,6 +35,7 @@ def share_that_holds(
     return float(worst_held), float(end_held), float(seen)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("rows", "shared", "other"), [
     (2001, 0.0, 0.0), (40, 0.0, 0.0), (2001, 1.0, 0.0), (2001, 0.5, 0.0), (2001, 0.0, 0.01),
 ])  # fmt: skip
@@ -50,6 +51,7 @@ def test_half_an_interval_is_caught() -> None:
     assert worst_held < 0.75
 
 
+@pytest.mark.long
 def test_an_offset_is_found() -> None:
     """Twice the noise of one row: seen in every repetition, and in 5 of 100 what isn't there."""
     assert share_that_holds(2001, 0.1, 0.0)[2] == 1.0

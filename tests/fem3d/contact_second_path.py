@@ -1,8 +1,10 @@
-"""A contact that ends inside, solved again: by quadrilaterals of scikit-fem's own, and jumps at their points."""
+"""Contacts solved again: one that ends inside by quadrilaterals of scikit-fem's own, and jumps at their points; a bar
+of two halves that a current warms, by hand."""
 
 from __future__ import annotations
 
 import numpy as np
+from scipy.optimize import brentq
 from scipy.sparse import coo_array
 from scipy.sparse.linalg import spsolve
 from skfem import Basis, BilinearForm, ElementQuad2, FacetBasis, LinearForm, MeshQuad
@@ -83,3 +85,29 @@ def _solved(length: float, k: float, resistance: float, flux: float, layers: int
     across = float(np.ones(len(lower)) @ (small @ (jump @ u))) / resistance
     return {"below": float(u[corner]), "above": float(u[partner[places[0, lower].argmin()]]), "block": float(mean),
             "across": across}  # fmt: skip
+
+
+def warmed_bar(
+    lengths: tuple[float, float], area: float, k: float, line: tuple[float, float], thermal: float, electric: float,
+    voltage: float,
+) -> tuple[float, float, float]:  # fmt: skip
+    """The rises (K) at both sides of a contact between two halves with cold ends, and the current (A); the resistivity
+    is ``line`` = (rho, a), rho (1 + a rise).
+
+    With m^2 = rho a j^2/k, rise + 1/a = cos(m s)/a + B sin(m s) in each half, s from its cold end. What enters the
+    contact, and half its own heat, crosses it; what drives j through it all is the voltage.
+    """
+    rho, a = line
+
+    def at(j: float) -> tuple[float, np.ndarray]:
+        m = j * np.sqrt(rho * a / k)
+        c, s = np.cos(m * np.array(lengths)), np.sin(m * np.array(lengths))
+        # Unknown are both B: the heat that the halves take up is the contact's own, and half its difference crosses.
+        matrix = np.array([k * m * c, np.array([-1, 1]) * (k * m * c / 2 + s / thermal)])
+        right = [j**2 * electric + k * m * s.sum() / a, (np.array([-1, 1]) @ (k * m * s / 2 - c / thermal)) / a]
+        b = np.linalg.solve(matrix, right)
+        inside = j * rho * a * (s / a + b * (1 - c)).sum() / m
+        return inside + j * electric - voltage, (c - 1) / a + b * s
+
+    j = brentq(lambda j: at(j)[0], 1e-6 * voltage / electric, voltage / (rho * sum(lengths) + electric), rtol=1e-12)
+    return (*at(j)[1].tolist(), j * area)

@@ -31,6 +31,7 @@ def block(k, scale=(1.0, 1.0, 1.0), **run):
     }, volume
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("run", [{"steady": True}, {"end_time": 2e-5, "output_times": [2e-6, 2e-5]}])
 def test_a_block_on_bricks_is_the_stretched_one(run):
     stretch = tuple(1 / np.sqrt(k) for k in K)
@@ -52,6 +53,7 @@ def test_a_block_on_bricks_is_the_stretched_one(run):
         assert abs(twin.value - one.steady["corner"].value) > 30 * (twin.error + one.steady["corner"].error)
 
 
+@pytest.mark.long
 def test_a_mesh_file_has_it_too(tmp_path):
     """Of an accuracy that few levels reach; a twin of which two axes are exchanged is another problem."""
     given, _ = block(list(K), steady=True, accuracy=0.1)

@@ -52,6 +52,7 @@ coupled = cache(array.solve)
 in_one_mesh = cache(lambda sink: free.solve(whole(sink)))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("sink", [TOUCHING, ROW])
 def test_coupled_elements_are_those_of_one_mesh(sink: SinkArray) -> None:
     driven, found, one = sink.driven, coupled(sink), in_one_mesh(sink)
@@ -65,6 +66,7 @@ def test_coupled_elements_are_those_of_one_mesh(sink: SinkArray) -> None:
                 assert own.error < 0.02 * own.value
 
 
+@pytest.mark.long
 def test_contacts_are_of_every_element() -> None:
     """Coupled elements whose oxide has contacts are those of one mesh that has them too; without, the peak is 0.7 %
     lower, 20 times what both errors are."""

@@ -48,6 +48,7 @@ def off(a: Result, b: Result) -> float:
     return float(max(gaps))
 
 
+@pytest.mark.long
 def test_values_agree_with_those_on_bricks_within_their_errors() -> None:
     """A parabola of degree 2 hides how slowly the pads' part falls: believed as fast as both together, the middle was
     2.4 times as far off as its error said."""
@@ -184,6 +185,7 @@ def test_what_an_accuracy_out_of_reach_leaves_is_said(monkeypatch: pytest.Monkey
     assert off(solved("bricks"), result) < 1.0
 
 
+@pytest.mark.long
 def test_sensitivities_are_those_on_bricks_and_what_moves_has_none() -> None:
     keys = ["material.silicon.thermal_conductivity", "boundary.plus.voltage"]
     scene = heated()
@@ -199,6 +201,7 @@ def test_sensitivities_are_those_on_bricks_and_what_moves_has_none() -> None:
     assert "which tetrahedra don't follow" in slopes.left_out["box.pad-0.upper.x"]
 
 
+@pytest.mark.long
 def test_over_time_values_agree_within_their_errors() -> None:
     found = []
     for mesh in ("bricks", "tetrahedra"):
@@ -213,6 +216,7 @@ def test_over_time_values_agree_within_their_errors() -> None:
             assert abs(x - y) <= a.errors[name] + b.errors[name]
 
 
+@pytest.mark.long
 def test_laws_of_the_temperature_give_the_same_on_both() -> None:
     document, found = as_dict(heated(2)), []
     document["material"][0]["thermal_conductivity"] = {"value": 130.0, "at": 293.0, "exponent": -1.3}

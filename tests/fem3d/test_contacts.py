@@ -17,7 +17,7 @@ from scenes.errors import SceneError
 from scenes.free import as_dict, check, from_dict
 from scenes.laws import PowerLaw
 from scenes.model import Boundary, Box, Contact, Material, Probe, Scene
-from tests.fem3d.contact_second_path import rim_by_quadrilaterals
+from tests.fem3d.contact_second_path import rim_by_quadrilaterals, warmed_bar
 from validate.verify.series import Layer, step_response
 
 LENGTH, SIDE, K, CAPACITY = 1e-3, 0.2e-3, 2.0, 3e6
@@ -208,6 +208,7 @@ def _rim(resistance: float, **more: Any) -> Scene:
     ))  # fmt: skip
 
 
+@pytest.mark.long
 def test_a_contact_that_ends_inside_agrees_with_quadrilaterals_of_scikit_fem() -> None:
     found = solve(_rim(RESISTANCE)).steady
     reference, error = rim_by_quadrilaterals(LENGTH, K, RESISTANCE, 1e4)
@@ -242,6 +243,7 @@ def test_a_slab_with_a_contact_inside_warms_up_as_its_layers_do() -> None:
             assert (off <= traces.errors[name] < 2e-3) if worse == 1.0 else (off > 2 * traces.errors[name]), name
 
 
+@pytest.mark.long
 def test_currents_and_heat_over_time_end_in_the_steady_state() -> None:
     # As the resistance rises with the temperature, both fields change together.
     case = {"thermal": 5e-4, "electric": 3e-8, "behind": 2e-8, "coefficient": 1e-3}
@@ -354,13 +356,19 @@ def test_a_law_of_a_resistivity_beside_a_contact_is_the_line_that_it_says(electr
         assert abs(other[name].value - value.value) > other[name].error + value.error
 
 
-def test_over_time_a_law_beside_a_contact_ends_in_the_steady_state() -> None:
-    steady = solve(from_dict(_warming(3e-10, **SAID))).steady
+@pytest.mark.long
+@pytest.mark.parametrize(("electrical", "of"), [(3e-10, SAID), (1e-11, LINE)])
+def test_over_time_a_bar_with_a_contact_ends_in_the_steady_state(electrical: float, of: dict[str, Any]) -> None:
+    names = ("p", "q", "current")
+    values, others = (
+        warmed_bar((4e-5, 6e-5), 2e-11, 100.0, (1e-5, slope), 1e-6, electrical, 0.9) for slope in (2e-3, 1.9e-3)
+    )
     # The slowest mode has decayed by exp(-12).
-    traces = solve(from_dict(_warming(3e-10, 3e-4, **SAID))).over_time
-    for name, value in steady.items():
-        assert abs(traces.values[name][-1] - value.value) <= traces.errors[name] + value.error
-        assert traces.errors[name] < 1e-3 * abs(value.value)
+    traces = solve(from_dict(_warming(electrical, 3e-4, **of))).over_time
+    for name, value, other in zip(names, values, others, strict=True):
+        last = traces.values[name][-1] - (0.0 if name == "current" else 300.0)
+        assert abs(last - value) <= traces.errors[name] < 1e-3 * abs(value)
+        assert abs(last - other) > traces.errors[name]
 
 
 def test_the_current_across_a_contact_is_told_by_the_jump() -> None:

@@ -103,6 +103,7 @@ def test_a_current_that_is_switched_off_and_on_is_the_sum_of_its_pieces():
     assert abs(found.values["mean"][-1] - 293.0 - exact) < found.errors["mean"]
 
 
+@pytest.mark.long
 def test_a_given_current_with_a_rising_resistance_has_a_largest_one():
     with pytest.raises(RunawayError, match="rises as it heats; the largest current") as caught:
         scene_run.solve(driven(1.02 * LIMIT))

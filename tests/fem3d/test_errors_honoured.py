@@ -89,6 +89,7 @@ def test_heat_balances_steady_to_rounding_and_over_time_to_the_accuracy(sink, ru
     assert 0 < runs[1e-2].details["transient_imbalance"] < 1e-3
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [1349, 425])
 def test_errors_hold_where_the_rim_of_an_electrode_causes_nearly_all_of_them(seed):
     """An edge of exponent 1/3 in a film thinner than the cells beside it; one of 1/2 in half of a scene."""

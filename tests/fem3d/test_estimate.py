@@ -1,11 +1,14 @@
 """Errors from three nested degrees: rates recovered, what is left of known decays, true errors of solutions."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from fem3d.adaptivity import estimate, goal_errors, nested, reach
 from fem3d.adaptivity.estimate import SLOWEST, Estimator, Parts
-from fem3d.problems.current import combined, independent
+from fem3d.problems import conductors
+from fem3d.problems.current_fields import combined, independent
 from fem3d.runs import probe_quantities
 from fem3d.runs.scene import part_of
 from fem3d.solution.reduced import project
@@ -210,6 +213,21 @@ def test_a_current_field_that_heating_hardly_changes_makes_the_heat_better():
         return np.abs(own.joule_load(combined(patterns, c), rise) - own.joule_load(hot.density, rise)).sum()
 
     assert off([cold, hot]) < 0.05 * off([cold])
+
+
+def test_what_the_solve_of_a_potential_leaves_is_no_current_field():
+    """Two fields that differ by the gradient of a potential, from which current enters inside, are one."""
+    scene = bar(silicon(2e-3), end(0, "temperature", 293.0), end(0, "voltage", 1.0), end(1, "voltage", 0.0))
+    heat = problem(scene, bar_grid(scene, 4, 3))
+    own = conductors.find(heat)
+    cold = own.solve(np.zeros(heat.size), own.voltages[0])
+    amiss = np.zeros_like(cold.potential)
+    amiss[own.free] = 1e-7 * np.random.default_rng(1).normal(size=len(own.free))
+    density = cold.density - own.on.gradient(amiss) / own.cold
+    patterns = independent(own, [cold, replace(cold, density=density, reaction=-own.on.flow(density))])
+    for pattern in patterns:
+        inside = own.on.flow(pattern.density)[own.free]
+        assert inside @ own.solve_cold(inside) < 1e-12 * own.product(pattern.density, pattern.density)
 
 
 def middle(voltage, intervals, degree):

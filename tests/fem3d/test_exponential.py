@@ -36,6 +36,7 @@ def truth():
     return times, solve_ivp(slope, (0, 1), np.zeros(4), "Radau", times, rtol=1e-11, atol=1e-13).y.T
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("accuracy", [1e-4, 1e-6, 1e-8])
 def test_a_stiff_problem_is_solved_to_the_accuracy_asked_for(truth, accuracy):
     times, expected = truth

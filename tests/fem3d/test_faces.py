@@ -199,6 +199,16 @@ def test_a_radiating_sink_is_colder_by_what_an_independent_code_finds():
     assert radiating == pytest.approx(found.steady["heat_out_W"].value - found.steady["power_W"].value, rel=1e-6)
 
 
+def test_the_heat_of_a_row_that_radiates_into_air_is_balanced():
+    sink = Sink(voltage=10.0, spans=2, emissivity=0.7, convection_coefficient=187.5, accuracy=2e-2)
+    result = sinks.solve(sink, STEADY)
+    steady, out = result.steady, result.details["answer"].fine.out
+    # What is made leaves by the faces of spans and bridge, the island and the two ends: the pads carry no current.
+    faces = sum(v for n, v in out.items() if n.startswith("flow:") and ("span" in n or "bridge" in n))
+    left = 2 * steady["end_flow_W"].value + steady["island1_heat_W"].value - faces
+    assert left == pytest.approx(out["power"], rel=1e-9)
+
+
 def test_a_boundary_with_both_is_two_and_is_written_so_that_it_reads_back():
     scene = from_dict(slab({**RADIATION, **FILM}))
     assert [(b.name, b.kind) for b in scene.boundaries[1:]] == [("top", "convection"), ("top radiation", "radiation")]

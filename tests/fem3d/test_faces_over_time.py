@@ -99,6 +99,7 @@ def lines(emissivity=EMISSIVITY, exponent=-0.8, pieces=400):
     return np.array([t, radiated(t, emissivity) * WIDTH**2])
 
 
+@pytest.mark.long
 def test_a_slab_has_the_course_of_the_method_of_lines():
     """Heat of one face, which becomes hot at once, reaches the other, which radiates; k falls with the temperature."""
     document = deepcopy(slab(RADIATION, 1e-3, thermal_conductivity=LAW, density=DENSITY, specific_heat=CAPACITY))

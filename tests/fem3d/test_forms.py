@@ -69,6 +69,7 @@ def differences(p, wrong=1.0):
     return found
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("p", [1, 2, 4, 6])
 def test_matrices_loads_and_faces_are_those_of_the_forms(p):
     found = differences(p)

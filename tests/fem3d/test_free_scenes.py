@@ -119,6 +119,7 @@ def test_heat_into_the_ends_of_a_joule_heated_wire_is_all_its_power_steady_and_l
     assert 0.7501 < steady["quarter"].value < 0.7510
 
 
+@pytest.mark.long
 def test_a_voltage_switched_off_stops_the_current_and_the_wire_cools():
     off_at = 5e-4
     schedule = Schedule((off_at, off_at), (1.0, 0.0))

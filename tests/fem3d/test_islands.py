@@ -58,11 +58,13 @@ def second(sink: Sink) -> Rises:
     return SecondRow(sink, 8e-6).steady()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("sink", [PAIR, Sink(spans=3, length=400e-6, convection_coefficient=10.0)])
 def test_a_row_agrees_with_a_second_path(sink: Sink) -> None:
     assert max(apart(sink, second(sink), None).values()) < 1
 
 
+@pytest.mark.long
 def test_a_row_agrees_with_a_second_path_over_time() -> None:
     sink = Sink(spans=3)
     assert max(apart(sink, SecondRow(sink, 8e-6).at(1e-3), 1e-3).values()) < 1
@@ -73,6 +75,7 @@ def test_a_shorter_island_is_seen() -> None:
     assert max(apart(replace(PAIR, island_length=45e-6), second(PAIR), None).values()) > 10
 
 
+@pytest.mark.long
 def test_spans_that_stand_for_others_differ_by_no_more_than_their_error(monkeypatch: pytest.MonkeyPatch) -> None:
     """Short spans on thick oxide, so that what the ends do is felt far into the row."""
     sink = Sink(spans=12, length=200e-6, oxide_thickness=8e-6, accuracy=1e-2)

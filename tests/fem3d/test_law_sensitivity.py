@@ -77,6 +77,7 @@ def strip() -> tuple[Scene, Result, Slopes]:
     return scene, result, scene_sensitivity.of_scene(scene, result)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("keys", [PROPERTIES, CONDITIONS, PLACES])
 def test_derivatives_are_those_of_the_discrete_solution(
     strip: tuple[Scene, Result, Slopes], keys: tuple[str, ...]

@@ -116,6 +116,7 @@ def test_a_flux_that_is_given_is_read_as_it_is():
 RISING = {"value": RHO, "at": COLD, "exponent": 1.0}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("law", "resistivity"),
     [
@@ -187,6 +188,7 @@ def test_a_given_current_and_a_series_resistance(series):
     assert abs(twin.value - known["at"].value) > twin.error + known["at"].error
 
 
+@pytest.mark.long
 def test_a_conductivity_that_falls_too_fast_runs_away():
     """k = k0 (T/T0)^-2 conducts theta below k0 T0 alone, however hot it gets."""
     law = {**POWER, "exponent": -2.0}
@@ -202,6 +204,7 @@ def test_a_conductivity_that_falls_too_fast_runs_away():
     assert caught.value.limit / twin < 0.99
 
 
+@pytest.mark.long
 def test_heat_alone_that_no_longer_leaves():
     """A bar with a source q has theta = q L^2 / 8 in its middle: the fraction of q that has a state is 1/1.2."""
     given = bar({**POWER, "exponent": -3.0}, accuracy=1e-2)
@@ -237,6 +240,7 @@ def of_sink(law, volts=1.0, **given):
     return Sink(voltage=volts, silicon=replace(SILICON, thermal_conductivity=law), accuracy=1e-3, **given)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("law", "volts", "peak"),
     [
@@ -253,6 +257,7 @@ def test_the_sink_is_as_hot_as_the_second_path_has_it(law, volts, peak):
     assert abs(twin.value - peak) > twin.error
 
 
+@pytest.mark.long
 def test_another_voltage_is_solved_anew():
     first = sinks.solve(of_sink(FALLING), STEADY)
     again = sinks.solve(of_sink(FALLING, 2.0), STEADY, earlier=first).steady["peak_rise_K"]

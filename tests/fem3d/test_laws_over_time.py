@@ -81,6 +81,7 @@ def second_path(scene, grid, times, pieces):
     return np.array(found)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("exponent", [1.0, -0.5])
 def test_the_second_path_has_the_same_course_on_the_same_mesh(exponent):
     """Conductivity and resistivity follow the temperature; the second path's steps are of order 3."""
@@ -100,6 +101,7 @@ def test_the_second_path_has_the_same_course_on_the_same_mesh(exponent):
     assert coarse > 4 * fine
 
 
+@pytest.mark.long
 def test_a_law_that_is_constant_changes_nothing():
     """Two of them, beside a voltage that rises and a temperature that jumps."""
     given = over(K, 2 * SLOWEST, [SLOWEST], volts=0.4)
@@ -121,6 +123,7 @@ def test_a_law_that_is_constant_changes_nothing():
     assert np.abs(off).max() > twin.errors["at"] + known.errors["at"]
 
 
+@pytest.mark.long
 def test_the_sink_ends_in_its_steady_state():
     """Its peak rises by 21.2769 K at 1 V, as the second path has it."""
     result = sinks.solve(replace(of_sink(FALLING), end_time=0.1, accuracy=1e-2), Request(models=("fem3d",)))
@@ -129,6 +132,7 @@ def test_the_sink_ends_in_its_steady_state():
     assert abs(traces.values["peak_K"][-1] - 293.0 - 20.3324) > traces.errors["peak_K"]
 
 
+@pytest.mark.long
 def test_a_resistivity_that_falls_with_the_square_of_the_temperature_runs_away_when_it_must():
     """Of an insulated bar c dT/dt = H (T/T0)^2: T = T0 / (1 - H t / T0), which is 100,000 K hot just before T0 / H."""
     given = over(K, 1.0, volts=1.0, resistivity={"value": RHO, "at": COLD, "exponent": -2.0})

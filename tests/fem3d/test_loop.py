@@ -21,12 +21,20 @@ class Meshes:
         self.told, self.number, self.way = told, number, way
 
     def problems(self) -> Any:
-        return SimpleNamespace(heat=SimpleNamespace(size=10), conductor=None, told=self.told[self.number])
+        return SimpleNamespace(
+            heat=SimpleNamespace(size=10 * 2**self.number), conductor=None, told=self.told[self.number]
+        )
 
     def examined(self, study: Any, given: Any, fine: Any) -> Any:
         error = self.told[self.number]
         return error and SimpleNamespace(
-            worst=error, errors={"probe": error}, goals={"probe": []}, falls=None, fine=fine, low=fine
+            worst=error,
+            relative={"probe": error},
+            errors={"probe": error},
+            goals={"probe": []},
+            falls=None,
+            fine=fine,
+            low=fine,
         )
 
     def _next(self, how: str) -> Meshes | None:
@@ -104,5 +112,15 @@ def test_a_transient_runs_away_where_two_meshes_say_so() -> None:
 def test_no_mesh_is_left() -> None:
     with pytest.raises(NumericsError, match="isn't reached"):
         solved([None])
-    with pytest.raises(NumericsError, match="isn't reached"):
-        solved([0.5] * loop.MOST_LEVELS)
+    # An error that falls by a twentieth from level to level, too slowly to end.
+    with pytest.raises(NumericsError, match=r"isn't reached in this scene$"):
+        solved([0.5 * 0.95**n for n in range(loop.MOST_LEVELS)])
+
+
+def test_an_error_that_does_not_fall_is_named() -> None:
+    """Each mesh has twice the unknowns of the one before."""
+    sentence = "the error of probe is 0.5 of its size and doesn't fall, although the mesh grew from 10 to 80 unknowns"
+    with pytest.raises(NumericsError, match=sentence):
+        solved([0.5, 0.5, 0.5, 0.5, 0.001])
+    # One that was told too small at first falls.
+    assert solved([0.2, 0.5, 0.4, 0.3, 0.001]).levels == 5

@@ -89,6 +89,7 @@ def test_the_hottest_place_of_a_conductor_is_kohlrausch_s(coefficient):
     assert errors[0] > 10 * errors[1]  # quadratic elements are of order 4 at their corners
 
 
+@pytest.mark.long
 def test_a_given_current_and_a_series_resistance_make_the_state_of_the_voltage():
     cold = [end(0, "temperature", ROOM), end(1, "temperature", ROOM)]
     ends = [*cold, end(0, "voltage", 5.0), end(1, "voltage", 0.0)]
@@ -111,6 +112,7 @@ def test_radiation_between_given_temperatures():
     assert abs(at(places, newton.steady(problem), BAR[1]) - expected) < 1e-9 * (1400.0 - expected)
 
 
+@pytest.mark.long
 def test_a_transient_against_the_method_of_lines_of_the_kirchhoff_variable():
     law, source, times = newton.power(*FALLING), 1e11, [1e-4, 1e-3]
     warms = newton.power(2330.0 * 712.0, 293.0, 0.3)

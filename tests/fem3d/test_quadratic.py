@@ -50,6 +50,7 @@ def furthest(made, cells):
     return worst
 
 
+@pytest.mark.long
 def test_the_cells_follow_the_solution_to_the_bound_that_they_state(made):
     """The bound adds the largest distances along the three axes; a product of interpolations may exceed the sum by the
     quadratic Lebesgue constant, 1.25 squared."""

@@ -106,6 +106,7 @@ def test_over_time_it_rises_with_the_strip():
     assert power == pytest.approx(0.05 * traces.values["current"][-1], abs=traces.errors["whole"])
 
 
+@pytest.mark.long
 def test_slopes_are_differences():
     """By a voltage, which the resistance holds beside the current, and by the resistivity."""
     scene = chip()

@@ -60,6 +60,7 @@ def exponential(sink, grid, fields=20):
     return read(answer, part), np.abs(np.array(scale, dtype=float))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("sink", "pieces"), list(zip(SINKS, (1, 2, 1), strict=True)))
 def test_agrees_within_the_error_of_the_stepping_which_falls_at_its_order(sink, pieces):
     ours, scale = exponential(sink, grid_of(sink))

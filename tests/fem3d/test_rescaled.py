@@ -19,6 +19,7 @@ def close(again, alone):
     ]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("electrodes", ["beam-end", "pad-edge"])
 def test_it_agrees_with_a_run_of_its_own_also_when_chained(electrodes):
     sink = Sink(voltage=0.5, electrodes=electrodes, accuracy=ACCURACY)

@@ -18,6 +18,7 @@ LONG = Sink(spans=7, accuracy=1e-2, island_length=50e-6, convection_coefficient=
 KEYS = ("sink.length", "sink.island_length", "drive.voltage")
 
 
+@pytest.mark.long
 def test_spans_that_stand_for_others_have_the_derivatives_of_those(monkeypatch: pytest.MonkeyPatch) -> None:
     found = sink_run.solve(LONG, STEADY)
     assert found.details["spans_solved"] == 5
@@ -35,6 +36,7 @@ def test_spans_that_stand_for_others_have_the_derivatives_of_those(monkeypatch: 
             assert mine.error < 0.02
 
 
+@pytest.mark.long
 def test_over_time() -> None:
     """Against differences of whole runs, the top of an outer span among them, which wanders."""
     sink, step = Sink(spans=3, accuracy=1e-2, length=400e-6), 0.05

@@ -48,6 +48,7 @@ def test_the_limit_is_near_that_of_the_fin_behind_the_anchor_resistance(coeffici
 
 
 # Between electrodes at the pads' edges the resistivity nearly vanishes at the fold, and the current's pattern with it.
+@pytest.mark.long
 @pytest.mark.parametrize(("electrodes", "voltage", "within"), [("beam-end", 4.0, 1e-3), ("pad-edge", 4.7, 1e-2)])
 def test_just_below_the_limit_there_is_a_steady_state_and_just_above_it_none(electrodes, voltage, within):
     sink = Sink(silicon=silicon(-2e-3), voltage=voltage, electrodes=electrodes, convection_coefficient=100.0)
@@ -78,6 +79,7 @@ def test_five_volts_with_a_falling_and_ten_with_a_rising_resistance_converge():
     assert 1000 < solved(Sink(voltage=10.0))["peak_rise_K"] < 2000
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("coefficient", "voltage", "electrodes"), [(-2e-3, 5.0, "pad-edge"), (-5e-4, 30.0, "beam-end")]
 )

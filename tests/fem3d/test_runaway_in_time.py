@@ -42,6 +42,7 @@ def test_a_bar_that_keeps_its_heat_runs_away_when_its_equation_does():
     assert abs(before.values["mean"][-1] - 293.0 - rise) < before.errors["mean"]
 
 
+@pytest.mark.long
 def test_what_is_solved_until_then_is_kept_and_the_largest_voltage_named():
     cold = Boundary("cold", "temperature", (0.0, 0.0, 0.0), (0.0, 5e-6, 2e-6), 293.0)
     scene = replace(bar(100 * RUNS_AWAY, cold, accuracy=1e-2), output_times=(0.1 * RUNS_AWAY, 50 * RUNS_AWAY))

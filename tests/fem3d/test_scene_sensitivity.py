@@ -94,6 +94,7 @@ def on_moved_mesh(scene: Scene, result: Result, *keys: str) -> dict[str, float]:
     return {n: float(v - less[n]) / (2 * DIFFERENCE) for n, v in more.items()}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("key", KEYS)
 def test_derivatives_are_those_of_the_discrete_solution(layers: tuple[Scene, Result, Slopes], key: str) -> None:
     scene, result, slopes = layers

@@ -101,6 +101,7 @@ def test_a_mesh_that_stays_is_caught() -> None:
     assert abs(found["still"]["end_rise_K"] - found["as it is"]["end_rise_K"]) > 1e-2
 
 
+@pytest.mark.long
 def test_errors_hold() -> None:
     sink = Sink(convection_coefficient=2e4, voltage=3.0)
     coarse, fine = slopes(replace(sink, accuracy=1e-2)), slopes(replace(sink, accuracy=1e-3))
@@ -124,6 +125,7 @@ def test_laws_of_scale() -> None:
     assert sum(found[key]["peak_rise_K"].value for key in SIZES) == pytest.approx(0, abs=1e-3)
 
 
+@pytest.mark.long
 def test_over_time() -> None:
     sink, key = Sink(), "anchor.pad_length"
     course = slopes(sink, True).course

@@ -70,6 +70,7 @@ def test_the_estimate_is_near_the_true_error_at_any_exponent(contrast):
     assert estimated(replace(marks, exponents=({}, {}, {}))) < 0.9 * true
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("contrast", "finer"), [(10.0, 3e-3), (30.0, 6e-3)])
 def test_errors_of_answers_hold_at_small_exponents(contrast, finer):
     def answer(accuracy):
@@ -147,6 +148,7 @@ def thin_films(accuracy: float) -> Scene:
     return Scene("films", boxes, boundaries, probes, 293.0, accuracy=accuracy, steady=True)
 
 
+@pytest.mark.long
 def test_edges_of_films_spread_over_their_thickness():
     """Degrees agree on cells far longer than a film is thick, at whose edges they see nothing."""
     true = solve(thin_films(1e-3)).steady

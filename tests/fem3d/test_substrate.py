@@ -52,6 +52,7 @@ def plate(thickness=0.5e-3):
     return Scene("plate", (box,), boundaries, (Probe("source", *top),), accuracy=1e-3, steady=True)
 
 
+@pytest.mark.long
 def test_a_square_on_a_plate_has_the_spreading_resistance_of_its_series():
     found = scene_run.solve(plate()).steady["source"]
     exact = 293.0 + spreading(SUBSTRATE.thermal_conductivity, (1e-3, 0.8e-3, 0.5e-3), (1e-4, 1e-4))
@@ -70,6 +71,7 @@ def at_rest(sink):
     return sink_run.solve(replace(sink, accuracy=CLOSE), Request(transient=False)).steady
 
 
+@pytest.mark.long
 def test_the_substrate_adds_what_lies_between_an_even_temperature_and_an_even_flux_under_the_oxide():
     bare, on = at_rest(BARE), at_rest(ON)
     added = (on["anchor_resistance_K_per_W"], bare["anchor_resistance_K_per_W"])
@@ -85,6 +87,7 @@ def test_the_substrate_adds_what_lies_between_an_even_temperature_and_an_even_fl
     assert peaks[1].value / peaks[0].value - 1 == pytest.approx(0.0057, abs=0.0001)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["fin", "plate"])
 def test_models_on_the_plate_rise_by_what_3d_does(name):
     # Both lie on one mesh, whose error their difference doesn't have.
@@ -99,6 +102,7 @@ def test_models_on_the_plate_rise_by_what_3d_does(name):
     assert below(BARE) == 0
 
 
+@pytest.mark.long
 def test_what_a_substrate_is_given_leaves_through_its_bottom_and_both_mirrors_stay():
     found = sink_run.solve(ON, Request(transient=True))
     steady = found.steady

@@ -41,6 +41,12 @@ def test_the_sink_is_reduced_to_a_quarter():
     assert plane.value == 0.5
 
 
+def test_of_two_conditions_on_a_face_each_is_the_image_of_its_own_kind():
+    flows = symmetry.reduce(Sink(convection_coefficient=10.0, emissivity=0.7).scene()).flows
+    assert flows["radiation-pad-1-z1"].boundary == "radiation-pad-0-z1"
+    assert flows["air-pad-1"].boundary == "air-pad-0"
+
+
 @pytest.mark.parametrize(
     ("scene", "left"),
     [
@@ -54,6 +60,13 @@ def test_the_sink_is_reduced_to_a_quarter():
         (replace(SCENE, boundaries=tuple(
             replace(b, ambient=300.0) if b.name == "air-pad-0" else b for b in SCENE.boundaries
         )), ((0, "even"),)),
+        (replace(SCENE, boundaries=tuple(
+            replace(b, contact_resistance=1e-9) if b.name == "electrode-0" else b for b in SCENE.boundaries
+        )), ((0, "even"),)),
+        # The same condition once more on one side.
+        (replace(SCENE, boundaries=(*SCENE.boundaries, *(
+            replace(b, name="more") for b in SCENE.boundaries if b.name == "air-pad-0"
+        ))), ((0, "even"),)),
     ],
 )  # fmt: skip
 def test_a_scene_that_is_not_symmetric_is_not_reduced(scene, left):

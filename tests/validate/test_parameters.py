@@ -52,6 +52,7 @@ def summary(folder: Path) -> Any:
     return json.loads((folder / "summary.json").read_text())
 
 
+@pytest.mark.long
 def test_slopes_and_uncertainties_of_a_sink(mine: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     given = ["sink", str(mine), "--steady", "--no-figures", "--accuracy", "1e-2", "--out", str(tmp_path / "run")]
     assert main([*given, "--sensitivities", "--uncertain", "parameters.w=2%", "--set", "parameters.w=90um"]) == 0
@@ -72,6 +73,7 @@ def test_slopes_and_uncertainties_of_a_sink(mine: Path, tmp_path: Path, capsys: 
     assert "parameters" in (tmp_path / "run" / "report.html").read_text()
 
 
+@pytest.mark.long
 def test_a_sweep_over_a_parameter(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     given = ["sweep", "bridge", "--vary", "parameters.gap=1um,3um", "--workers", "1", "--no-figures", "--quiet"]
     assert main([*given, "--out", str(tmp_path / "sweep")]) == 0

@@ -179,6 +179,7 @@ def test_a_time_that_does_not_come_is_at_least_as_long_as_was_watched() -> None:
     assert check.verdict == "differs"
 
 
+@pytest.mark.long
 def test_an_unstable_loop_settles_nothing() -> None:
     device = replace(Device(), control=Control(5e-3, 1.0, 2.0))
     found = evaluated(device)

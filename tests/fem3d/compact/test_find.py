@@ -188,6 +188,7 @@ def in_an_fmu(document: dict[str, Any], folder: Path, times: np.ndarray) -> tupl
     return {n: (found["time"][late], found[node][late]) for n, node in names.items()}, None
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "run",
     [
@@ -283,6 +284,7 @@ def test_a_mesh_file(tmp_path: Path) -> None:
     assert abs(found.steady(other)["end"] - truth["end"].value) > stated
 
 
+@pytest.mark.long
 def test_a_model_of_the_sink(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Of its 3D problem: both electrodes and both undersides as inputs, the current as an output too."""
     command = ["sink", "--steady", "--no-figures", "--accuracy", "1e-2", "--out", str(tmp_path / "run")]
@@ -348,6 +350,7 @@ def test_metal_that_no_electrode_touches_is_an_insulator_to_current() -> None:
     assert abs(other - metal) > 1e-4 * (metal - 293)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("strip", [False, True])
 def test_a_model_of_a_scene_with_metal_that_carries_no_current(strip: bool) -> None:
     scene = layered(2e-8, strip=strip)

@@ -39,6 +39,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> tuple[Solved, str, dict[str
     return kept[0], printed.getvalue(), summary(folder), folder
 
 
+@pytest.mark.long
 def test_what_the_films_take_goes_into_the_plate_or_outside(run: Any) -> None:
     solved = run[0]
     device, modal = solved.array.element, solved.model.fine.with_heat_below()
@@ -48,6 +49,7 @@ def test_what_the_films_take_goes_into_the_plate_or_outside(run: Any) -> None:
         assert state.flow[-1] == pytest.approx(state.power.sum() - state.flow[0], rel=3e-5)
 
 
+@pytest.mark.long
 def test_the_sinks_make_the_sensors_blind_to_their_neighbours(run: Any) -> None:
     solved = run[0]
     closed, off = solved.closed, solved.sinks_off
@@ -67,6 +69,7 @@ def test_the_sinks_make_the_sensors_blind_to_their_neighbours(run: Any) -> None:
     assert off.per_outside.value[1, 2] < -1e-9
 
 
+@pytest.mark.long
 def test_over_time_it_comes_to_what_is_at_rest(run: Any) -> None:
     solved = run[0]
     for each, over in zip((solved.closed, solved.sinks_off), solved.over_time, strict=True):
@@ -80,6 +83,7 @@ def test_over_time_it_comes_to_what_is_at_rest(run: Any) -> None:
     assert np.abs(off.plate_rise[early]).max() < 1e-3 * np.abs(off.plate_rise).max()
 
 
+@pytest.mark.long
 def test_it_is_told_and_kept(run: Any) -> None:
     _, text, found, folder = run
     assert max(map(len, text.splitlines())) <= 80

@@ -33,6 +33,7 @@ def short():
     return replace(Device(), end_time=(SAMPLES - 1) * 1e-4)
 
 
+@pytest.mark.long
 def test_the_start_is_that_of_every_unknown_stepped_on_another_mesh(states, short):
     # The check's own steps leave 6e-4 (with twice, four times as many 3e-4, 1.4e-4), the model half its accuracy.
     full, tolerance = simulate(short, STEPPED, steps=3), 6e-4 + ACCURACY / 2
@@ -115,6 +116,7 @@ def test_the_sink_shields_the_sensor_from_the_substrate(states):
     assert abs(shared.sensor_power_per_substrate_W_per_K) > 1e-6
 
 
+@pytest.mark.long
 def test_exported_it_is_within_what_it_states(states, short):
     """The few states of the file against the 3D model's own run, with its error in what is stated; the 1D model is
     further off than that."""
@@ -146,6 +148,7 @@ def test_what_the_gas_takes_is_the_substrates_and_what_the_air_takes_nobodys():
     assert taken == pytest.approx(structure.to_air(structure.heat.lifts[structure.outside]), rel=1e-6)
 
 
+@pytest.mark.long
 def test_a_warmer_substrate_over_time_is_that_of_every_unknown_stepped_on_another_mesh(states):
     """The check's own mesh and steps leave 3e-4 of the largest change (with steps a third as long 2e-4 more)."""
     samples = 9

@@ -26,6 +26,7 @@ def summary(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     return found
 
 
+@pytest.mark.long
 def test_differences_of_models(summary: dict[str, Any]) -> None:
     key = "sink.width"
     solved = [

@@ -62,6 +62,7 @@ def test_kirchhoffs_variable_is_that_of_the_linear_model(build):
         assert np.abs(transformed(replace(law, exponent=-1.4), course[name]) - straight[name]).max() > off * final, name
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "more",
     [

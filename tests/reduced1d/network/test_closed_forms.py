@@ -134,6 +134,7 @@ OHM = 1e-5 * LONG / AREA
 FILM = LONG * WIDE / (1 / 1e5 + THICK / 2 / K)
 
 
+@pytest.mark.long
 def test_runaway_is_named_with_its_voltage() -> None:
     """V^2 = R (1 - |a| T) G T is largest at half the rise at which the resistance vanishes."""
     limit = math.sqrt(OHM * FILM / 4 / 1e-3)

@@ -16,6 +16,7 @@ from scenes.model import Scene
 from tests.reduced1d.network.test_closed_forms import cooled_wire
 
 
+@pytest.mark.long
 def test_the_bridge_in_a_few_states() -> None:
     """Steady, with resistance feedback, a potential and a heat flow among what is read."""
     bridge = load("bridge")
@@ -38,6 +39,7 @@ def test_the_bridge_in_a_few_states() -> None:
     assert found["middle"] - 293 != pytest.approx(1.001 * (there["middle"].value - 293), rel=1e-4)
 
 
+@pytest.mark.long
 def test_a_wire_over_time() -> None:
     """A current that is switched on, in a wire whose resistance follows its temperature."""
     wire = cooled_wire(0.5, 3e-3, 1e-4)

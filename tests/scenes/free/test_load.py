@@ -173,6 +173,7 @@ CHANGE = st.tuples(
 BRIDGE = as_dict(load("bridge"))
 
 
+@pytest.mark.long
 @settings(max_examples=40, deadline=None)
 @given(st.lists(CHANGE, min_size=1, max_size=4))
 def test_every_document_is_a_scene_or_is_refused_in_one_line(changes: list) -> None:

@@ -98,6 +98,7 @@ def test_a_declared_tolerance_holds(case: Case) -> None:
     assert evaluate(loose, data, case.fem3d)[0].verdict == "agrees"
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("no_solver")
 def test_the_command(case: Case, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     """In the table, the summary, the report and figure 6; and refused before anything is solved."""

@@ -34,6 +34,7 @@ def test_what_is_no_file_of_this_benchmark(text, sentence, capsys):
     assert sentence in capsys.readouterr().err
 
 
+@pytest.mark.long
 def test_a_page_is_made_of_numbers_measured_before(tmp_path, capsys):
     skips = [{"skip": "symmetry", "failure": "", "on_s": 0.5, "off_s": 2.0}]
     numbers = {"schema": 2, "quick": False, "machine": MACHINE, "skips": skips, "steady": WORK}

@@ -209,6 +209,7 @@ def test_the_plates_estimate_of_what_it_leaves_out() -> None:
     assert any("thin-plate" in text for text in found.details["warnings"])
 
 
+@pytest.mark.long
 def test_a_row_of_the_page(monkeypatch: pytest.MonkeyPatch) -> None:
     """With the cheapest 3D solution; what matters is that every model has its row."""
     monkeypatch.setattr("validate.bench.ladder_table.REPEATS", 1)

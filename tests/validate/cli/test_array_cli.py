@@ -17,6 +17,7 @@ PLATE = ("substrate.thickness=0.5mm", "array.columns=4", "array.driven=[1,3]")
 SET = [word for setting in PLATE for word in ("--set", setting)]
 
 
+@pytest.mark.long
 def test_a_row_is_told_and_kept(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["sink", *SET, "--accuracy", "1e-2", "--out", str(tmp_path / "row")]) == 0
     text = capsys.readouterr().out

@@ -220,6 +220,7 @@ def test_all_times_in_one_vtkhdf_file() -> None:
         assert reader.GetTimeValue() == pytest.approx(times[step], rel=1e-6)
 
 
+@pytest.mark.long
 def test_figures_without_opengl(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     """Where nothing can be rendered there are four figures all the same, and the plan says which is not as planned."""
     monkeypatch.setattr("validate.report.figures.render.Renderer.start", lambda self: None)
@@ -239,6 +240,7 @@ def python(*arguments: str, **environment: str) -> subprocess.CompletedProcess[s
     return subprocess.run([sys.executable, *arguments], capture_output=True, text=True, env=env, check=False)
 
 
+@pytest.mark.long
 def test_from_a_shell() -> None:
     """The real 3D solver, in a process of its own, on a terminal that knows ASCII only."""
     found = python("-m", "validate", "sink", "--no-figures", PYTHONIOENCODING="ascii")

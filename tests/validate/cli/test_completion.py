@@ -76,6 +76,7 @@ def test_keys_of_a_scene_of_boxes_are_its_own(monkeypatch: pytest.MonkeyPatch) -
 NO_KEY = "unknown|sets nothing|takes"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", examples())
 def test_every_key_offered_is_a_key(name: str) -> None:
     """A key that is one may be set to no such value; a key that is none is said to be none."""

@@ -48,6 +48,7 @@ def full(tmp_path_factory: pytest.TempPathFactory) -> tuple[str, Path]:
     return printed.getvalue(), folder
 
 
+@pytest.mark.long
 def test_the_summary_has_the_contract(full: tuple[str, Path]) -> None:
     text, folder = full
     assert max(map(len, text.splitlines())) <= 80
@@ -119,6 +120,7 @@ def test_a_contradicted_declaration_is_status_1() -> None:
     assert device(*options, "--strict", "--set", "final_temperature=315") == 1
 
 
+@pytest.mark.long
 def test_all_figures_are_drawn() -> None:
     named = [option for name in FIGURES for option in ("--figure", name.removeprefix("figure"))]
     assert device(*QUICK, *named, "--quiet", "--out", "all") == 0
@@ -230,6 +232,7 @@ def test_the_report_has_names_and_units(full: tuple[str, Path]) -> None:
     assert page.count("<tr") < 100
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("setting", ["sample_time=50ms", "sensor_gain=0", "polymer_thickness=10mm"])
 def test_no_text_of_a_figure_touches_another(setting: str) -> None:
     scene, request = load("device", ("sample_time=1ms", setting), of=DEVICE), Request()
@@ -262,6 +265,7 @@ def _boxes(figure: Figure) -> list[tuple[str, Any]]:
     return [(text.get_text(), text.get_window_extent()) for text in texts]
 
 
+@pytest.mark.long
 def test_in_3d_beside_1d(tmp_path, capsys):
     code = main(["device", "--3d", "--figure", "9", "--no-figures", "--set", "run.end_time=0.3", "--accuracy", "1e-2",
                  "--out", str(tmp_path / "run")])  # fmt: skip

@@ -71,6 +71,7 @@ def _fewer_figures(monkeypatch: pytest.MonkeyPatch) -> None:
         )
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("_fewer_figures")
 def test_why(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["sink", "--why", "--out", "here"]) == 0

@@ -81,6 +81,7 @@ def test_a_full_standard_output_is_a_sentence(tmp_path: Path) -> None:
     )  # fmt: skip
 
 
+@pytest.mark.long
 def test_a_system_that_writes_ascii(tmp_path: Path) -> None:
     """A name that the command line has passes through; one from a file is refused in a sentence."""
     bridge = subprocess.run([*START, "scene", "bridge"], capture_output=True, text=True, check=True).stdout
@@ -108,6 +109,7 @@ def test_a_file_name_that_is_not_utf_8(tmp_path: Path, capsys: pytest.CaptureFix
     assert '"\\udcff.tml" is no file' in capsys.readouterr().err
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("module", "package", "command"),
     [

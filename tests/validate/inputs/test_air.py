@@ -35,6 +35,7 @@ def found() -> Iterator[air.Air]:
     solved.cache_clear()
 
 
+@pytest.mark.long
 def test_at_a_limit_the_difference_is_the_tolerance(found: air.Air) -> None:
     limit, tolerance = found.limits["mean"], SINK.tolerance("air_mean")
     assert limit is not None
@@ -82,6 +83,7 @@ def test_the_lumped_term_is_nearer_than_none(found: air.Air) -> None:
         assert all(abs(found.lumped[name]) < abs(found.left_out[name]) / 3)
 
 
+@pytest.mark.long
 def test_a_row_of_spans_loses_heat_to_the_air_too(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(air, "COEFFICIENTS", (50.0, 200.0))
     monkeypatch.setattr(air, "QUANTITIES", {"mean": "mean_rise_K"})

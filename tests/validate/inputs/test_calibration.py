@@ -50,6 +50,7 @@ def fitted(data: Data, *keys: str) -> calibration.Fit:
     return fit(sink, data, keys_of(sink, keys, data), in_1d, check)
 
 
+@pytest.mark.long
 def test_the_truth_is_within_the_interval_as_often_as_is_said() -> None:
     truth = varied(varied(Sink(), OXIDE, 0.85), SILICON, 1.05)
     inside = dict.fromkeys((OXIDE, SILICON), 0)
@@ -104,6 +105,7 @@ def test_what_nothing_follows_is_refused() -> None:
         fitted(measured(Sink(), 0), "materials.oxide.density")
 
 
+@pytest.mark.long
 def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Data of 3D itself with another oxide, as 3D's own slope has them: the fit finds it."""
     steady = tmp_path / "first"

@@ -126,6 +126,7 @@ def test_an_effect_with_which_the_sink_runs_away_decides(monkeypatch: pytest.Mon
     assert not found.together.changes
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("no_field")
 def test_it_is_told_kept_and_drawn(tmp_path: Path) -> None:
     run = compare.run(SINK, steady=True, left_out=True, out=tmp_path / "run", figures=True)

@@ -115,6 +115,7 @@ def test_where_it_is_not_linear_is_said() -> None:
     assert propagation.Sampled(10, 0, {}, {"anchor_resistance_K_per_W": rounding}, {}).warnings() == ()
 
 
+@pytest.mark.long
 def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder = tmp_path / "run"
     arguments = ["sink", "--uncertain", "materials", "--uncertain", "oxide_thickness=0.1um", "--accuracy", "1e-2",
@@ -134,6 +135,7 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert 0.003 < checks["eq14"]["u_input"] < 0.01
 
 
+@pytest.mark.long
 def test_samples_by_the_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("validate.monte_carlo.processors", lambda: 1)  # a second worker would take longer to start
     arguments = ["sink", "--uncertain", "oxide_thickness=5%", "--monte-carlo", "10", "--steady", "--accuracy", "2e-2",
@@ -156,6 +158,7 @@ def test_refused(given: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert capsys.readouterr().err.count("\n") == 1
 
 
+@pytest.mark.long
 def test_from_python_and_in_a_test() -> None:
     sink_run = compare.run("sink", steady=True, accuracy=1e-2, uncertain={"oxide_thickness": "5%", "pad_width": "5%"})
     assert sink_run.uncertain is not None
@@ -166,6 +169,7 @@ def test_from_python_and_in_a_test() -> None:
         assert_reduction_agrees(accuracy=1e-2, end=0.31, uncertain={"oxide_thickness": "5%", "pad_width": "5%"})
 
 
+@pytest.mark.long
 def test_the_profile_is_followed() -> None:
     """fig5's difference, against that of whole runs."""
     sink, step = Sink(convection_coefficient=2e4, accuracy=1e-3), 0.02
@@ -181,6 +185,7 @@ def test_the_profile_is_followed() -> None:
         assert found[key] == pytest.approx(expected, rel=2e-2), key
 
 
+@pytest.mark.long
 def test_spans_against_one_alone() -> None:
     """The difference of a row's spans and of one sink, against whole runs."""
     key, u, given = "materials.oxide.thermal_conductivity", 0.05, {"sink.spans": 2}

@@ -110,6 +110,7 @@ def test_refused(given: str) -> None:
         data_uncertainty(Sink(), measured(Sink(), 0.1), [given])
 
 
+@pytest.mark.long
 def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     data, file = measured(Sink(), 0.1), tmp_path / "mine.csv"
     rows = zip(data.time, data.values["peak_K"], data.values["end_K"], np.full(60, 0.1), strict=True)

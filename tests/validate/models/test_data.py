@@ -49,6 +49,7 @@ def measured(values: dict[str, np.ndarray], times: np.ndarray, u: float) -> Data
     return Data("mine.csv", "CSV", times, values, dict.fromkeys(values, "x"), u=known)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("at_rest", [False, True])
 def test_the_interval_holds_the_truth_as_often_as_is_said(at_rest: bool, steady: Path, transient: Path) -> None:
     """Bars whose conductivity is drawn from its own uncertainty, measured with noise: 3D has no error of its own, and
@@ -124,6 +125,7 @@ def test_the_command(
     assert checks["against_tip"]["verdict"] == "agrees"
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("no_field")
 def test_the_figure(transient: Path, steady: Path) -> None:
     for scene, times in ((transient, TIMES), (steady, quantities.AT_REST)):
@@ -133,6 +135,7 @@ def test_the_figure(transient: Path, steady: Path) -> None:
         assert (out / "validation.png").stat().st_size > 10_000
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("at_rest", [False, True])
 def test_a_key_is_fitted_in_3d(at_rest: bool, steady: Path, transient: Path) -> None:
     scene = steady if at_rest else transient
@@ -177,6 +180,7 @@ def test_parameters_of_the_model_are_fitted_with_it(transient: Path) -> None:
     assert not end["seen"]
 
 
+@pytest.mark.long
 def test_the_assertion_and_declared_tolerances(transient: Path) -> None:
     file = written(transient.parent / "mine.csv", TIMES, K, 5.0)
     assert_traces_agree(transient, file, tip=0.01)

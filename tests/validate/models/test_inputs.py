@@ -60,6 +60,7 @@ def test_noise_lengthens_the_step(steady: Path) -> None:
     assert slope == pytest.approx(-1.5, rel=5e-3)
 
 
+@pytest.mark.long
 def test_u_input_of_a_difference_is_that_of_the_difference(steady: Path, transient: Path) -> None:
     found = compare.solve(steady, model=steep, uncertain=UNCERTAIN)
     # 1 + d = 1.2 (k/50)^-1/2 : the source moves both models alike, 5 % of k moves d by 0.03.
@@ -77,6 +78,7 @@ def test_u_input_of_a_difference_is_that_of_the_difference(steady: Path, transie
     assert over_time.u_input == pytest.approx(0.05 * abs(slope), rel=0.02)
 
 
+@pytest.mark.long
 def test_the_assertion_for_tests_of_ones_own(steady: Path, transient: Path) -> None:
     assert assert_model_agrees(steady, steep, tip=0.25).check("tip").verdict == "differs"
     with pytest.raises(AssertionError, match=r"difference \+20 .* OUTSIDE the tolerance of 10 %"):

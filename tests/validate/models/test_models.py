@@ -69,6 +69,7 @@ def judged(scene: Any, given: Any) -> dict[str, Any]:
     return compare.solve(scene, model=given).checks
 
 
+@pytest.mark.long
 def test_four_forms_of_one_model_get_the_same_checks(transient: Path, tmp_path: Path) -> None:
     scene = load(transient, PUT_IN)
     found = {"function": judged(scene, lambda _, times: rises(times))}
@@ -110,6 +111,7 @@ def test_values_of_3d_agree_and_three_percent_off_differ_at_two(steady: Path) ->
         assert all(c.difference == pytest.approx(0.03, abs=1e-12) for c in checks.values())
 
 
+@pytest.mark.long
 def test_a_trace_of_3d_agrees_and_a_slower_one_is_told_so(transient: Path) -> None:
     course = compare.solve(transient).traces
 

@@ -36,6 +36,7 @@ def hotter(scene: dict[str, Any], times: np.ndarray | None) -> dict[str, Any]:
     return {} if times is not None else {"peak_rise_K": 1.05 * papers(scene, times)["peak_rise_K"]}
 
 
+@pytest.mark.long
 def test_the_papers_model_as_a_function_is_judged_as_the_papers(tmp_path: Path) -> None:
     own = compare.run("sink", reduction=papers, accuracy=1e-2, sensitivities=True, uncertain={"sink.width": "1%"})
     paper = compare.run("sink", accuracy=1e-2, sensitivities=True, uncertain={"sink.width": "1%"})
@@ -54,6 +55,7 @@ def test_the_papers_model_as_a_function_is_judged_as_the_papers(tmp_path: Path) 
     assert own.outcome.scene.expected_to_differ is None
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("no_field")
 def test_a_model_of_one_number(tmp_path: Path) -> None:
     """Checks of what it doesn't say are not made, pictures and files are."""
@@ -79,6 +81,7 @@ def test_a_table_of_values(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -
     assert "rest.csv is 1.6" in capsys.readouterr().out
 
 
+@pytest.mark.long
 def test_the_network_is_judged_and_has_no_slope_where_it_jumps() -> None:
     """Pads and oxide are square: with another side the longest they lie another way, so that there is no slope."""
     run = compare.run("sink", reduction="network", accuracy=1e-2, steady=True)

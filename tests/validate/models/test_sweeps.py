@@ -39,6 +39,7 @@ def asleep(scene, times):
     return str(path)
 
 
+@pytest.mark.long
 def test_the_map_finds_the_line_within_its_stated_error(steady: Path, bent: str, tmp_path: Path) -> None:
     vary = ["--vary", f"{K}=40:60", "--vary", f"{G}=5e11:2e12:log"]
     asked = ["map", str(steady), "--model", f"{bent}:tip", "--check", "tip", "--tolerance", "5%", *vary]
@@ -57,6 +58,7 @@ def test_the_map_finds_the_line_within_its_stated_error(steady: Path, bent: str,
     assert sum(row["verdict"] == "unresolved" for row in rows) <= 0.05 * len(rows)
 
 
+@pytest.mark.long
 def test_a_point_that_sleeps_is_ended_and_the_others_are_judged(steady: Path, bent: str, tmp_path: Path) -> None:
     asked = ["sweep", str(steady), "--model", f"{bent}:asleep", "--check", "tip", "--vary", f"{K}=40,50,60"]
     out = ["--point-timeout", "4s", "--out", str(tmp_path / "s"), "--no-figures", "--quiet"]
@@ -70,6 +72,7 @@ def test_a_point_that_sleeps_is_ended_and_the_others_are_judged(steady: Path, be
     assert said.startswith("the model bent.py:asleep is within 5 % of 3D at tip in 1 of 3 designs")
 
 
+@pytest.mark.long
 def test_a_sinks_own_model_at_a_design(tmp_path: Path) -> None:
     """It is judged in the paper's place as it is in a run, and nothing is blamed on the paper's assumptions."""
     model = f"{tmp_path / 'own.py'}:sink"

@@ -111,6 +111,7 @@ def model(target: Path, text: str) -> None:
         (folder.partial / "model.py").write_text(text)
 
 
+@pytest.mark.long
 def test_an_export_replaces_an_export_and_nothing_of_a_users(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

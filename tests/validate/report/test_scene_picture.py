@@ -179,6 +179,7 @@ def test_names_are_all_there_and_none_covers_another(name: str) -> None:
     assert {f"{axis} ({unit})" for axis in "xyz"} <= {text.get_text() for text in texts}
 
 
+@pytest.mark.long
 def test_a_picture_without_solving(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     from matplotlib.image import imread
 

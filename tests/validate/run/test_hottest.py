@@ -37,6 +37,7 @@ RUNS = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("command", RUNS)
 def test_it_is_said_everywhere_and_only_where_it_is_so(command: str, capsys: pytest.CaptureFixture[str]) -> None:
     settings, said, when = RUNS[command]

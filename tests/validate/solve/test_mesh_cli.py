@@ -117,6 +117,7 @@ def test_wire(capsys: pytest.CaptureFixture[str]) -> None:
     assert written.field_data == {"material_metal": np.array([0])}
 
 
+@pytest.mark.long
 def test_transient_writes_traces_and_reads_back(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("validate.report.figures.render.Renderer.start", lambda self: None)
     text = SCENE.replace("steady = true", 'end_time = "10 us"\noutput_times = ["1 us"]')

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -118,6 +119,7 @@ def test_scenes_with_laws_hold_their_errors_and_a_law_that_is_off_is_seen():
     assert invariants.honest(replace(drawn, scene=warmer), found) > 1.0
 
 
+@pytest.mark.long
 def test_some_scenes_with_laws_are_heated_over_time():
     drawn = random_laws.draw(2)
     assert not drawn.scene.steady

@@ -179,6 +179,7 @@ def test_a_map_that_was_stopped_goes_on_as_it_would_have(tmp_path: Path) -> None
     assert np.array_equal(again.value, whole.value)
 
 
+@pytest.mark.long
 def test_a_map_that_is_killed_again_and_again_goes_on_to_the_same_cells(tmp_path: Path) -> None:
     """At random instants: before a row is written, while it is, and after."""
     random = np.random.default_rng(5)

@@ -101,6 +101,7 @@ def test_the_table_has_what_single_runs_have(undisturbed: Path) -> None:
     assert rows[4]["fem3d_peak_rise_K"] != pytest.approx(row["fem3d_peak_rise_K"], rel=1e-3)
 
 
+@pytest.mark.long
 def test_a_worker_and_then_all_of_it_killed_goes_on_to_the_same_table(
     undisturbed: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -134,6 +135,7 @@ def solvers(run: subprocess.Popen[bytes]) -> list[psutil.Process]:
     return [child for child in children if "resource_tracker" not in "".join(child.cmdline())]
 
 
+@pytest.mark.long
 def test_a_sweep_opens_no_port_and_interrupted_ends_at_once_and_says_what_is_stored(tmp_path: Path) -> None:
     folder = tmp_path / "stopped"
     command = [sys.executable, "-m", "validate", *SWEEP, "--accuracy", "1e-3", "--out", str(folder)]
@@ -175,6 +177,7 @@ def test_a_finished_sweep_solves_nothing_and_another_is_refused(
     assert "holds another sweep (its vary differs)" in capsys.readouterr().err
 
 
+@pytest.mark.long
 def test_the_page_reads_out_the_point_under_the_pointer(undisturbed: Path) -> None:
     if browser.find() is None:
         pytest.skip("no browser")
@@ -196,6 +199,7 @@ def test_the_page_reads_out_the_point_under_the_pointer(undisturbed: Path) -> No
     assert f"verdict: {row['fig4_verdict']}" in said
 
 
+@pytest.mark.long
 def test_a_cluster_that_is_there_gives_the_same_table(
     undisturbed: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -259,6 +263,7 @@ def test_every_panel_of_a_free_sweep_has_its_probes_unit() -> None:
     assert figure.axes[1].lines[0].get_ydata().max() == pytest.approx(8.0)
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("anew")
 def test_designs_that_melt_are_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Silicon melts at 1687 K: at 20 V the beam is far hotter, at 1 V it is not; the figure of two keys is hatched."""
@@ -299,6 +304,7 @@ def stuck(work: Work, seconds: float | None) -> list[Row]:
     return [Row(number, "ok", "", 0.0, {}) for number in work.numbers]
 
 
+@pytest.mark.long
 def test_a_process_that_hangs_or_dies_costs_the_point_that_did_it(anew: None, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cluster_of, "solve", stuck)
     monkeypatch.setattr(cluster_of, "ready", None)
@@ -315,6 +321,7 @@ def dies() -> None:
     os.kill(os.getpid(), signal.SIGKILL)
 
 
+@pytest.mark.long
 def test_processes_that_end_before_they_begin_are_not_started_for_ever(
     anew: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -368,6 +375,7 @@ def test_a_free_scene_has_its_probes_and_a_folder_of_its_name(
     assert "middle is from" in capsys.readouterr().out
 
 
+@pytest.mark.long
 def test_from_python(tmp_path: Path) -> None:
     pytest.importorskip("xarray")
     import compare

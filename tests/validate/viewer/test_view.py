@@ -46,6 +46,7 @@ def test_a_run_without_fields_is_told_how_to_get_them(tmp_path: Path) -> None:
         find(tmp_path)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["", "fem3d.pvd", "fem3d.vtkhdf", "fem3d_steady.vtu", "fem3d_03.vtu"])
 def test_every_kind_of_file_is_found_with_its_times(run: Path, name: str) -> None:
     whole, found = find(run), find(run / name)
@@ -165,6 +166,7 @@ def test_a_missing_package_is_said_before_anything_is_drawn(run: Path, monkeypat
         window._show({**request, "movie": "a.gif"})
 
 
+@pytest.mark.long
 def test_a_picture_and_a_film(
     run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -276,6 +278,7 @@ def test_every_key_that_does_something_is_listed() -> None:
     assert "play" not in keys_text(replace(VIEW, steps=1), 4)
 
 
+@pytest.mark.long
 def test_the_window_of_a_scene_has_its_names_beside_it(tmp_path: Path) -> None:
     """Drawn without a display: ink of every kind of name in the margins, and the materials' colours between them."""
     scene = cast(Scene, load("bridge"))

@@ -249,6 +249,7 @@ def test_edges_are_where_the_surface_bends() -> None:
     assert np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).sum() == pytest.approx(4 * (1.0 + 4.0 + 0.5))
 
 
+@pytest.mark.long
 def test_packed_is_what_the_script_reads() -> None:
     points, hexes = bricks(BEAM, cuts=4)
     found = surface(points, hexes, points[:, 1])
