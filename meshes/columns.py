@@ -4,8 +4,8 @@ over each stand prisms between the heights that are needed there, each cut into 
 No plane crosses more than what it bounds, and a film, however thin, is one layer of cells. Each vertex of the plan has
 the heights that any tile around it needs. Over a triangle the three chains of nodes are climbed in the order of
 (height, vertex), and each step adds the tetrahedron of its node and the three that were reached: two triangles climb
-the chains of their common edge alike, so that what stands on them fits. Refined, tiles are halved along either axis, and
-chains get more nodes.
+the chains of their common edge alike, so that what stands on them fits. Refined, tiles are halved along either axis,
+and chains get more nodes.
 """
 
 from __future__ import annotations
@@ -21,6 +21,8 @@ from meshes.grid import VOID, Grid
 from meshes.tiles import UNIT, Tiles
 from scenes.model import Scene
 
+# How much higher a node may be than the nearest one on a chain beside it, over their distance: that keeps angles of the
+# upright triangles between them below 153 degrees. Without it the errors of vias grow as their mesh is refined.
 STEEP = 2.0
 
 
@@ -86,8 +88,8 @@ class Columns:
 
     def _needs(self, triangles: np.ndarray, tile: np.ndarray) -> np.ndarray:
         """(points, heights): which the chain of each point has: what the tiles around it ask for, where the owner
-        changes over one of them, and where a part ends that covers one or, if it is a sheet that stands upright, has the
-        point."""
+        changes over one of them, and where a part ends that covers one or, if it is a sheet that stands upright, has
+        the point; and what follows from that."""
         low, points = self.tiles.low // UNIT, self.tiles.places
         padded = np.pad(self._owner, [(0, 0), (1, 1)], constant_values=VOID)
         planes = np.arange(len(self._grid.breaks[self.up]))
@@ -112,8 +114,8 @@ class Columns:
         return self._graded(triangles, needs)
 
     def _graded(self, triangles: np.ndarray, needs: np.ndarray) -> np.ndarray:
-        """``needs`` (points, heights) with more, so that for each node there is one on the chains beside it that is less
-        far above or below than `STEEP` times their distance: faces between chains have no wider angles then."""
+        """``needs`` (points, heights) with more, so that for each node there is one on the chains beside it that is no
+        farther above or below than `STEEP` times their distance."""
         pairs = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
         pairs = np.unique(np.sort(pairs, axis=1), axis=0)
         one, other = np.concatenate([pairs, pairs[:, ::-1]]).T

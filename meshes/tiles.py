@@ -1,9 +1,8 @@
 """The plan of a scene, seen along one axis, in *tiles*: rectangles along the two axes, each cut into triangles.
 
-Tiles end where they are needed, and are as long as they may be: along an outline they get thin and stay long. Where
-tiles beside one have corners on its sides, it is cut into triangles that have these corners too. Tiles that would get
-too wide angles are halved: interpolation degrades with the largest angle alone, as 1/sin of it (Babuska and Aziz, SIAM
-J. Numer. Anal. 13, 1976).
+Tiles end where they are needed: along an outline they get thin and stay long. Where other tiles have corners on the
+sides of one, it is cut into triangles that have these corners too. Tiles that would get wide angles are cut:
+interpolation degrades with the largest angle alone, as 1/sin of it (Babuska and Aziz, SIAM J. Numer. Anal. 13, 1976).
 """
 
 from __future__ import annotations
@@ -13,17 +12,26 @@ from functools import cached_property
 
 import numpy as np
 
+from scenes.errors import NumericsError
+
 WIDEST = np.radians(140.0)  # angle of a triangle
+# Of other tiles, on one side of a tile: with more, fans of triangles fill in the factors, and errors are no smaller.
+MOST_CORNERS = 2
+# A tile with more is cut across its longer axis, so that those that follow get larger, but if it is so many times
+# longer than wide: then cuts through its whole length are fewer.
 THIN = 4.0
-MOST_CORNERS = 2  # of other tiles, on one side of a tile
-MIDDLE = 0.25  # a tile is cut where another one has a corner on its side, if that is so far (of its length) from its ends
-UNIT = 1 << 36  # of the whole numbers that coordinates are, so that equal ones are: from one plane to the next
+MOST_ROUNDS = 200  # of cuts that follow from others
+# A tile is cut at a corner of another one on its side, if that is at least this fraction of its length from its ends.
+MIDDLE = 0.25
+UNIT = 1 << 36  # from one plane to the next: coordinates are whole numbers, of which equal ones are the same
+ROUGHLY = UNIT >> 10  # multiples of which the middles of tiles are that several planes cross
 FLAT = 1e-9  # area of a triangle over that of its tile that counts as none
 
 
 @dataclass(frozen=True, eq=False)
 class Tiles:
-    """Tiles from ``low`` to ``high`` (n, 2), in `UNIT`\\ s of the planes ``breaks`` (m) of the two axes."""
+    """Tiles from ``low`` to ``high`` (n, 2), where each of the planes ``breaks`` (m) of the two axes is a `UNIT`
+    further than the one before."""
 
     breaks: tuple[np.ndarray, ...]
     low: np.ndarray
@@ -31,7 +39,8 @@ class Tiles:
 
     @staticmethod
     def of(breaks: tuple[np.ndarray, ...], rectangles: np.ndarray) -> Tiles:
-        """The tiles of which all ``rectangles`` (n, 2, 2), in numbers of planes, are made, lines and points too."""
+        """The fewest tiles of which all ``rectangles`` (n, 2, 2), in numbers of planes, are made, lines and points too:
+        halves on either side of the line of which outlines cover most, until none is crossed by an outline."""
         walls = [np.zeros((len(breaks[e]), len(breaks[1 - e]) - 1), bool) for e in range(2)]
         for ends in rectangles.tolist():
             for e, wall in enumerate(walls):
@@ -71,10 +80,11 @@ class Tiles:
 
     @cached_property
     def _corners(self) -> tuple[list[np.ndarray], list[np.ndarray], np.ndarray]:
-        """Per axis the coordinates of all corners, and for each along it the sorted keys: of the other coordinate's
-        place among these, then its own; and (corners, 2) the places in the order of the first."""
+        """Per axis the coordinates of all corners, and the corners in the order of the other axis, then this one, as a
+        number made of their places among these; and (corners, 2) the places in the order of the first axis."""
         values = [np.unique(np.concatenate([self.low[:, e], self.high[:, e]])) for e in range(2)]
-        x, y = (np.column_stack([np.searchsorted(v, s[:, e]) for s in (self.low, self.high)]) for e, v in enumerate(values))
+        ends = (self.low, self.high)
+        x, y = (np.column_stack([np.searchsorted(v, s[:, e]) for s in ends]) for e, v in enumerate(values))
         width, height = len(values[0]), len(values[1])
         along = np.unique((y[:, [0, 0, 1, 1]] * width + x[:, [0, 1, 0, 1]]).ravel())
         places = np.column_stack([along % width, along // width])
@@ -92,27 +102,26 @@ class Tiles:
         return np.column_stack([self.metres(e, self.places[:, e]) for e in range(2)])
 
     def _on_sides(self, axis: int) -> np.ndarray:
-        """(tiles, 2 sides, 2): between which of the sorted keys along an axis the corners inside a side lie."""
+        """(tiles, 2 sides, 2): the first of the corners inside each side along an axis, and the one after the last."""
         values, keys, _ = self._corners
         ends = [np.searchsorted(values[axis], each[:, axis]) for each in (self.low, self.high)]
         across = [np.searchsorted(values[1 - axis], each[:, 1 - axis]) for each in (self.low, self.high)]
         at = np.array([[a * len(values[axis]) + e for e in ends] for a in across])
-        found = np.searchsorted(keys[axis], at)
-        return np.moveaxis(found + np.array([1, 0])[:, None], 2, 0)
+        return np.moveaxis(np.searchsorted(keys[axis], at) + np.array([1, 0])[:, None], 2, 0)
 
-    def _cut(self, axis: int, which: np.ndarray, anywhere: bool) -> tuple[Tiles, np.ndarray]:
+    def _cut(self, axis: int, which: np.ndarray, middle_part: float) -> tuple[Tiles, np.ndarray]:
         """The tiles with some of them (n,) cut across an axis, and (tiles,) of which each is a part: at the corner on
-        its sides that is next to its middle, if there is one near (or ``anywhere``), else in the middle."""
+        its sides that is next to its middle, if one is in the ``middle_part`` of it, else in the middle."""
         values, keys, _ = self._corners
         count = len(values[axis])
         ends = np.array([self.metres(axis, each[which, axis]) for each in (self.low, self.high)])
         middle = ends.mean(axis=0)
         whole = self.low[which, axis] // UNIT == (self.high[which, axis] - 1) // UNIT
         number = np.interp(middle, self.breaks[axis], np.arange(len(self.breaks[axis])))
-        rough = (np.round(number * 1024) * (UNIT // 1024)).astype(np.int64)
+        rough = (np.round(number * (UNIT // ROUGHLY)) * ROUGHLY).astype(np.int64)
         rough = rough.clip(self.low[which, axis] + 1, self.high[which, axis] - 1)
         best = np.where(whole, (self.low[which, axis] + self.high[which, axis]) // 2, rough)
-        off = np.full(len(which), (0.5 if anywhere else 0.5 - MIDDLE)) * (ends[1] - ends[0])
+        off = middle_part / 2 * (ends[1] - ends[0])
         place = np.searchsorted(values[axis], best)
         for side in self._on_sides(axis)[which].swapaxes(0, 1):
             line = np.minimum(side[:, 0] - 1, len(keys[axis]) - 1)
@@ -140,24 +149,26 @@ class Tiles:
                 if len(which):
                     times = times.copy()
                     times[which, axis] -= 1
-                    tiles, of = tiles._cut(axis, which, False)
+                    tiles, of = tiles._cut(axis, which, 1 - 2 * MIDDLE)
                     times, parents = times[of], parents[of]
-        while True:
+        for _ in range(MOST_ROUNDS):
             wrong = tiles._wrong()
             if not (wrong >= 0).any():
                 return tiles, parents
             for axis in range(2):
                 which = np.flatnonzero(wrong == axis)
                 if len(which):
-                    tiles, of = tiles._cut(axis, which, bool(wrong.ndim))
-                    wrong, parents = wrong[of], parents[of]
                     wrong[which] = -1
-                    wrong[len(wrong) - len(which) :] = -1
+                    tiles, of = tiles._cut(axis, which, 1.0)
+                    wrong, parents = wrong[of], parents[of]
+        raise NumericsError(
+            "the outlines of boxes lie so close to one another that no triangles are found between them"
+        )
 
     def _wrong(self) -> np.ndarray:
-        """(tiles,): along which axis each is to be cut: its longer one, where too many corners lie on a side, or the one
-        that the corner of too wide an angle lies on; -1 for none."""
-        counts = np.array([np.ptp(self._on_sides(axis), axis=2).max(axis=1) for axis in range(2)])
+        """(tiles,): along which axis each is to be cut, as many corners lie on a side (`MOST_CORNERS`), or else as a
+        triangle has a wide angle; -1 for none."""
+        counts = np.array([(s[..., 1] - s[..., 0]).max(axis=1) for s in map(self._on_sides, range(2))])
         longer = self.sizes.argmax(axis=1)
         crowded = counts > MOST_CORNERS
         if crowded.any():
@@ -178,20 +189,19 @@ class Tiles:
     @cached_property
     def triangles(self) -> tuple[np.ndarray, np.ndarray]:
         """The triangles (n, 3), in numbers of `points`, and the tile (n,) of each."""
-        values, keys, places = self._corners
-        width, height = len(values[0]), len(values[1])
-        by_first = np.argsort(places[:, 0] * height + places[:, 1])
+        values, _, places = self._corners
+        by_first = np.argsort(places[:, 0] * len(values[1]) + places[:, 1])
         level, upright = self._on_sides(0), self._on_sides(1)
         chains = []
-        for found, numbers, back in (
-            (level[:, 0], None, False), (upright[:, 1], by_first, False), (level[:, 1], None, True), (upright[:, 0], by_first, True)
-        ):
-            first, last = found[:, 0] - 1, found[:, 1]
-            steps = np.arange(1 + MOST_CORNERS)
-            at = last[:, None] - steps if back else first[:, None] + steps
+        along, every = np.arange(len(places)), np.arange(1 + MOST_CORNERS)
+        for inner, numbers, back in (
+            (level[:, 0], along, False), (upright[:, 1], by_first, False),
+            (level[:, 1], along, True), (upright[:, 0], by_first, True),
+        ):  # fmt: skip
+            first, last = inner[:, 0] - 1, inner[:, 1]
+            at = last[:, None] - every if back else first[:, None] + every
             inside = (at > first[:, None]) if back else (at < last[:, None])
-            at = np.where(inside, at, 0)
-            chains.append(np.where(inside, at if numbers is None else numbers[at], -1))
+            chains.append(np.where(inside, numbers[np.where(inside, at, 0)], -1))
         rings = np.concatenate(chains, axis=1)
         order = np.argsort(rings < 0, axis=1, kind="stable")
         rings = np.take_along_axis(rings, order, axis=1)
@@ -209,7 +219,6 @@ def _clipped(points: np.ndarray, rings: np.ndarray) -> tuple[np.ndarray, np.ndar
     (n,) the ring of each: the corner whose triangle has the least widest angle is cut off first."""
     triangles, of = [], []
     number, count = np.arange(len(rings)), (rings >= 0).sum(axis=1)
-    low, high = (extreme(points[rings[:, 0]], points[rings[:, 0]]) for extreme in (np.minimum, np.maximum))
     while len(rings):
         done = count == 3
         triangles.append(rings[done, :3])
@@ -221,7 +230,7 @@ def _clipped(points: np.ndarray, rings: np.ndarray) -> tuple[np.ndarray, np.ndar
         i = np.arange(rings.shape[1])
         before = np.where(i > 0, i - 1, count[:, None] - 1)
         after = np.where(i + 1 < count[:, None], i + 1, 0)
-        p, a, b = (points[np.take_along_axis(rings, at, axis=1)] for at in (np.broadcast_to(i, rings.shape), before, after))
+        a, p, b = (points[np.take_along_axis(rings, at, axis=1)] for at in (before, i[None] + 0 * before, after))
         to_a, to_b, across = a - p, b - p, b - a
         area = to_b[..., 0] * to_a[..., 1] - to_b[..., 1] * to_a[..., 0]
         area[i >= count[:, None]] = 0.0
@@ -229,11 +238,12 @@ def _clipped(points: np.ndarray, rings: np.ndarray) -> tuple[np.ndarray, np.ndar
         squares = np.sort([(s**2).sum(axis=-1) for s in (to_a, to_b, across)], axis=0)
         with np.errstate(divide="ignore", invalid="ignore"):
             widest = (squares[2] - squares[0] - squares[1]) / (2 * np.sqrt(squares[0] * squares[1]))
+            # Of equal ones the smallest.
             score = widest + 1e-3 * squares[2] / squares[2].max(axis=1, keepdims=True)
         score[(area <= FLAT * whole) | (whole - area <= FLAT * whole)] = np.inf
-        best = score.argmin(axis=1)
-        rows = np.arange(len(rings))
-        triangles.append(np.column_stack([rings[rows, before[rows, best]], rings[rows, best], rings[rows, after[rows, best]]]))
+        rows, best = np.arange(len(rings)), score.argmin(axis=1)
+        three = (before[rows, best], best, after[rows, best])
+        triangles.append(np.column_stack([rings[rows, at] for at in three]))
         of.append(number)
         rings = rings[i[None] != best[:, None]].reshape(len(rings), -1)
         count = count - 1
@@ -244,4 +254,5 @@ def _areas(points: np.ndarray, rings: np.ndarray, count: np.ndarray) -> np.ndarr
     """Twice the areas of rings."""
     at = points[np.where(rings >= 0, rings, rings[:, :1])] - points[rings[:, :1]]
     x, y = at[..., 0], at[..., 1]
-    return (x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1)).sum(axis=1)
+    areas: np.ndarray = (x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1)).sum(axis=1)
+    return areas
