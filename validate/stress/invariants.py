@@ -13,7 +13,7 @@ import numpy as np
 from fem3d.runs.scene import solve
 from scenes.model import Boundary, Box, Material, Point, Probe, Scene, Value
 from scenes.result import Result
-from validate.stress.random_scenes import ROOM, Drawn
+from validate.stress.random_scenes import AT_PLUS, ROOM, Drawn
 
 ROUNDING = 1e-7  # part of the largest value of a kind that solves of badly conditioned scenes may be off by
 BALANCE = 1e-6  # part of all heat that passes which may be missing in the balance
@@ -28,13 +28,15 @@ def energy(drawn: Drawn, result: Result) -> float:
     """
     if result.traces is not None:
         return float(result.details["energy_imbalance"]) / (OVER_TIME * drawn.scene.accuracy)
-    scene = drawn.scene
+    scene, error = drawn.scene, 0.0
     volts = {b.name: float(b.value) for b in scene.boundaries if b.kind == "voltage"}  # type: ignore[arg-type]
+    if AT_PLUS in result.steady:
+        volts["plus"] = result.steady[AT_PLUS].value
+        error += abs(result.steady[AT_PLUS].error * result.steady["into minus"].value)
     heats = [
         float(box.heat_source) * float(np.prod(np.subtract(box.upper, box.lower)))  # type: ignore[arg-type]
         for box in scene.boxes
     ]
-    error = 0.0
     for b in scene.boundaries:
         if b.name != "plus":
             factor = volts["minus"] - volts["plus"] if b.kind == "voltage" else 1.0
@@ -74,7 +76,7 @@ def mirrored(drawn: Drawn, result: Result) -> float:
     def turn(lower: Point, upper: Point) -> tuple[Point, Point]:
         return (lower[1], lower[2], far - upper[0]), (upper[1], upper[2], far - lower[0])
 
-    return _apart(result, solve(_changed(drawn.scene, move=turn)), times=drawn.scene.output_times)
+    return _apart(result, solve(changed(drawn.scene, move=turn)), times=drawn.scene.output_times)
 
 
 def rescaled(drawn: Drawn, result: Result) -> float:
@@ -91,7 +93,7 @@ def rescaled(drawn: Drawn, result: Result) -> float:
         return (x, y, z), (far_x, far_y, far_z)
 
     factors = {"heat_source": s**-3, "heat_flux": s**-2, "convection": s**-2}
-    return _apart(result, solve(_changed(drawn.scene, factors, material, move)))
+    return _apart(result, solve(changed(drawn.scene, factors, material, move)))
 
 
 def swapped(drawn: Drawn, result: Result) -> float:
@@ -106,8 +108,8 @@ def swapped(drawn: Drawn, result: Result) -> float:
 
 def squared(drawn: Drawn, _: Result) -> float:
     """Without temperature coefficients twice the voltage and four times the other heat make four times the rises."""
-    scene = _changed(drawn.scene, material=lambda m: replace(m, temperature_coefficient=0.0))
-    stronger = _changed(scene, {"heat_source": 4.0, "voltage": 2.0, "heat_flux": 4.0})
+    scene = changed(drawn.scene, material=lambda m: replace(m, temperature_coefficient=0.0))
+    stronger = changed(scene, {"heat_source": 4.0, "voltage": 2.0, "heat_flux": 4.0})
     return _apart(solve(scene), solve(stronger), 4.0, 2.0, 4.0)
 
 
@@ -163,12 +165,13 @@ def _apart(
 ) -> float:  # fmt: skip
     """The largest distance of two results over their errors, the first's rises, currents and flows being multiplied;
     of traces at some times (s)."""
-    factors = {"rise": rises, "current": currents, "flow": flows}
+    factors = {"rise": rises, "current": currents, "flow": flows, "potential": currents}
     largest = dict.fromkeys(factors, 0.0)
     pairs, mine, theirs = [], _numbers(one, times), _numbers(two, times)
     for name, (a, error) in mine.items():
         b, other = theirs[name]
         kind = "rise" if name.startswith("mean") else "current" if name in ("into plus", "into minus") else "flow"
+        kind = "potential" if name == AT_PLUS else kind
         off = ROOM if kind == "rise" else 0.0
         largest[kind] = max(largest[kind], float(np.abs(b - off).max()))
         pairs.append((kind, np.abs(factors[kind] * (a - off) - (b - off)).max(), abs(factors[kind]) * error + other))
@@ -186,7 +189,7 @@ def _numbers(result: Result, times: tuple[float, ...]) -> dict[str, tuple[np.nda
     return {name: (np.interp(times, at, v), traces.errors[name]) for name, v in traces.values.items()}
 
 
-def _changed(
+def changed(
     scene: Scene, factors: Mapping[str, float] = MappingProxyType({}),
     material: Callable[[Material], Material] = lambda m: m,
     move: Callable[[Point, Point], tuple[Point, Point]] = lambda lower, upper: (lower, upper),

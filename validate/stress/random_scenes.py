@@ -20,6 +20,7 @@ from scenes.model import Boundary, Box, Material, Point, Probe, Scene, Schedule
 from validate.verify.manufactured import face
 
 ROOM, RISE = 293.0, 10.0
+AT_PLUS = "at plus"  # the probe of the potential of an electrode whose voltage is not given
 FALLING_STEADY, FALLING_OVER_TIME = 0.1, 0.3  # of scenes, whose resistivity falls with the temperature
 MATERIALS = (
     Material("silicon", 130.0, 2330.0, 712.0, 6e-5, 5e-4), Material("gold", 317.0, 19300.0, 129.0, 2.2e-8, 3.4e-3),

@@ -12,7 +12,7 @@ from validate.processes import TimeIsUpError, limited
 from validate.stress import compact_models, constants, extremes, steps
 from validate.stress.report import Row, failed
 
-GROUP, OF_LAWS = "random scenes", "random scenes with laws of the temperature"
+GROUP, OF_LAWS = "random scenes", "random scenes with laws, contacts, radiation and given currents"
 QUICK_SCENES = 24
 LAWS_SHARE = 6  # one scene with laws for so many others
 LIMIT, PATIENCE = 60, 20  # s of computing a scene with its invariants may take, and times that by the clock
@@ -32,11 +32,11 @@ class Outcome:
 
 def examine(seed: int, limit: int = LIMIT, laws: bool = False) -> Outcome:
     """Solves the scene of a seed and holds it to all invariants that need no second solve and to one that does; of a
-    scene with ``laws`` of the temperature that is a finer solve."""
+    scene with ``laws`` of the temperature, contacts and the like that is a finer solve."""
     import time
 
     from scenes.errors import ConvergenceError, NumericsError
-    from validate.stress import invariants, random_laws
+    from validate.stress import invariants, random_effects
     from validate.stress.random_scenes import draw
 
     started = time.process_time()
@@ -45,7 +45,7 @@ def examine(seed: int, limit: int = LIMIT, laws: bool = False) -> Outcome:
     try:
         with limited(limit, PATIENCE * limit):
             # A scene to be heated until laws matter is solved with numbers first, which may be out of reach as well.
-            drawn = random_laws.draw(seed) if laws else draw(seed)
+            drawn = random_effects.draw(seed) if laws else draw(seed)
             of_laws = invariants.OF_LAWS if drawn.scene.steady else invariants.OF_LAWS_OVER_TIME
             tests = of_laws if laws else invariants.tests(drawn)
             result = invariants.solve(drawn.scene)

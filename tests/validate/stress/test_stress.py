@@ -14,7 +14,7 @@ from scenes import laws
 from scenes.device import Device
 from scenes.model import Boundary, Box, Material, Probe, Scene, Schedule
 from validate.report.table import Style
-from validate.stress import constants, invariants, random_laws, report, steps, sweep
+from validate.stress import constants, invariants, random_effects, random_laws, random_scenes, report, steps, sweep
 from validate.stress.random_scenes import ROOM, Drawn, draw
 from validate.stress.report import Row, failed
 
@@ -129,6 +129,28 @@ def test_some_scenes_with_laws_are_heated_over_time():
     assert max(outcome.violations.values()) <= 1.0
     warmer = replace(drawn.scene, boxes=tuple(replace(b, material=_raised(b.material)) for b in drawn.scene.boxes))
     assert invariants.honest(replace(drawn, scene=warmer), invariants.solve(drawn.scene)) > 1.0
+
+
+def test_random_scenes_have_contacts_faces_that_radiate_and_given_currents():
+    """A scene of all three keeps its balance, of which another current is no part."""
+    drawn = random_effects.draw(17)
+    scene, plus = drawn.scene, next(b for b in drawn.scene.boundaries if b.name == "plus")
+    assert drawn == random_effects.draw(17)
+    assert scene.contacts
+    assert plus.key == "current"
+    assert [b.kind for b in scene.boundaries if b.name == "radiant"] == ["radiation"]
+    found = invariants.solve(scene)
+    assert invariants.energy(drawn, found) <= 1
+    volts = found.steady[random_scenes.AT_PLUS]
+    stronger = {random_scenes.AT_PLUS: replace(volts, value=1.01 * volts.value)}
+    assert invariants.energy(drawn, replace(found, steady=found.steady | stronger)) > 1
+
+
+def test_a_larger_scene_is_as_hot():
+    scene = random_laws.draw_steady(4).scene
+    one, two = invariants.solve(scene).steady, invariants.solve(random_effects.larger(scene, 100.0)).steady
+    for name in (n for n in one if n.startswith("mean")):
+        assert abs(one[name].value - two[name].value) < one[name].error
 
 
 def _raised(material):
