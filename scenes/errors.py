@@ -46,6 +46,15 @@ class RunawayInTimeError(RunawayError):
         self.time = time
 
 
+class UndershootError(NumericsError):
+    """A transient that from some ``time`` (s) on is so cold somewhere that its resistivity is not positive: in few
+    fields a response that is uneven undershoots."""
+
+    def __init__(self, time: float) -> None:
+        super().__init__("the resistivity is not positive at the temperatures that are reached")
+        self.time = time
+
+
 def quoted(value: object) -> str:
     """A value as a person would have typed it, on one line and of bounded length; a path may be longer."""
     if isinstance(value, Path):

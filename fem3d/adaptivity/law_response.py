@@ -29,7 +29,7 @@ from fem3d.solution.reduced import Reduced
 from fem3d.solution.steady import SteadyState
 from fem3d.solution.transient import Base, Krylov, Transient
 from scenes import laws
-from scenes.errors import RunawayInTimeError
+from scenes.errors import RunawayInTimeError, UndershootError
 from scenes.laws import Table
 from scenes.model import bends
 
@@ -135,9 +135,8 @@ class Rounds:
         """The response up to the end, or to where it is about to run away, and when it does (s)."""
         try:
             return self._marched(reduced, self.end, share), np.inf
-        except RunawayInTimeError as runaway:
-            end = transient_base.BEFORE * runaway.time
-            return self._marched(reduced, end, share), runaway.time
+        except (RunawayInTimeError, UndershootError) as stop:
+            return self._marched(reduced, transient_base.BEFORE * stop.time, share), stop.time
 
     def _marched(self, reduced: Reduced, end: float, share: float) -> Transient:
         """The response up to an end (s). Where the conductivity follows the temperature, heat that enters after a jump

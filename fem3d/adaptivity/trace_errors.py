@@ -10,6 +10,7 @@ import numpy as np
 from fem3d.adaptivity import estimate, goal_errors, law_response
 from fem3d.adaptivity.estimate import Estimator, Parts, Spread
 from fem3d.adaptivity.goal_errors import Level
+from fem3d.adaptivity.law_response import SAME_TIME
 from fem3d.adaptivity.nested import Problems
 from fem3d.problems.heat import HeatProblem
 from fem3d.results import outputs, probes, trace_times
@@ -19,6 +20,7 @@ from fem3d.solution import transient
 from fem3d.solution.reduced import Reduced
 from fem3d.solution.transient import Base, Krylov, Transient
 from fem3d.spaces.domain import Domain
+from scenes.errors import RunawayInTimeError, UndershootError
 
 ROW_SHARE = 0.25  # part of the accuracy left to linear interpolation between rows
 TIME_SHARE = 0.01  # part of the accuracy for time stepping
@@ -83,18 +85,25 @@ def marched(study: Study, base: Base, shift: float, steady_out: Outputs | None, 
         return _by_laws(study, base, shift, steady_out, checked, generations)
     space = Krylov(base, shift)
     count = max(generations, FIELDS + int(max(0.0, -np.log10(accuracy) - 3) * 2))
-    states = 0
+    states, stopped = 0, np.inf
     while True:
         reduced = base.project(space.fields(count))
-        answer = transient.march(base, reduced, end, TIME_SHARE * accuracy)
-        out = outputs.of_transient(answer, study.part, checked)
-        traces, scales = study.traces(out), study.trace_scales(steady_out or out)
         # One comparison for two errors: fewer fields and a looser step.
         dropped = space.dropped(count, DROPPED)
-        if dropped >= reduced.states:
-            # In so short a time hardly anything diffuses: all generations are one, and dropping some tells nothing.
-            dropped = 0
-        fewer = transient.march(base, reduced, end, 10 * TIME_SHARE * accuracy, dropped)
+        # In so short a time hardly anything diffuses: all generations are one, and dropping some tells nothing.
+        dropped = dropped if dropped < reduced.states else 0
+        try:
+            answer = transient.march(base, reduced, end, TIME_SHARE * accuracy)
+            fewer = transient.march(base, reduced, end, 10 * TIME_SHARE * accuracy, dropped)
+        except (RunawayInTimeError, UndershootError) as stop:
+            # In more fields a runaway is one at the same time.
+            same = isinstance(stop, RunawayInTimeError) and abs(stop.time - stopped) <= SAME_TIME * stop.time
+            if same or count >= MOST_FIELDS:
+                raise
+            count, stopped = count + 4, stop.time
+            continue
+        out = outputs.of_transient(answer, study.part, checked)
+        traces, scales = study.traces(out), study.trace_scales(steady_out or out)
         gaps = distance(traces, study.traces(outputs.of_transient(fewer, study.part, checked)))
         enough = max(gaps[name] / scales[name] for name in gaps) <= SPACE_SHARE * accuracy
         # More generations that add no states are all but sums of those before.

@@ -18,7 +18,7 @@ from fem3d.problems.current_fields import combined, independent
 from fem3d.problems.heat import HeatProblem
 from fem3d.solution import transient
 from fem3d.solution.transient import Base, Krylov, Transient
-from scenes.errors import RunawayInTimeError
+from scenes.errors import RunawayInTimeError, UndershootError
 
 ROUGH, GENERATIONS = 1e-3, 6  # accuracy and generations of fields of a response that only shows where to look
 ROUNDS = 5
@@ -130,8 +130,8 @@ def _rough(base: Base, shift: float, end: float) -> Transient:
     reduced = base.project(Krylov(base, shift).fields(GENERATIONS))
     try:
         return transient.march(base, reduced, end, ROUGH)
-    except RunawayInTimeError as runaway:
-        return transient.march(base, reduced, BEFORE * runaway.time, ROUGH)
+    except (RunawayInTimeError, UndershootError) as stop:
+        return transient.march(base, reduced, BEFORE * stop.time, ROUGH)
 
 
 def _instants(knots: np.ndarray, end: float) -> np.ndarray:

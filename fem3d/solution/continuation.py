@@ -17,6 +17,8 @@ from fem3d.solution.reduced import Reduced
 
 BELOW = 1 - 1e-9  # a fraction of the drive below which the drive that is asked for isn't reached
 GROWTH = 1.05  # factor on the current from trial to trial
+# Newton's steps at a voltage, the differences that tell its slope, and the change that ends it, over the largest state.
+NEWTON, APART, CONVERGED = 50, 1e-6, 1e-11
 
 
 class OperatingPoint(NamedTuple):
@@ -48,8 +50,37 @@ def find(reduced: Reduced) -> OperatingPoint:
         beta_before = beta_high
         low, high, beta_low, beta_high = high, ahead, beta_high, beta_next
     point = _root(reduced, beta_low, beta_high, low, high)
-    # Given currents end where the heat feeds itself, with no more of them than that.
-    return point._replace(folded=True) if np.isinf(high.fraction) and point.fraction < BELOW else point
+    if not np.isinf(high.fraction) or point.fraction >= BELOW:
+        return point
+    # Given currents end where the heat feeds itself, with no more of them than that. A voltage may drive nearly as
+    # much, too close to it for the current to tell.
+    return (_at_drive(reduced, point) if reduced.supply.any() else None) or point._replace(folded=True)
+
+
+def _at_drive(reduced: Reduced, near: OperatingPoint) -> OperatingPoint | None:
+    """The state at the asked voltage from one at a fraction of it, by Newton's method at voltages in between, each
+    twice the one before; None where that doesn't lead to a stable one."""
+    a, fraction, r = near.a, near.fraction, reduced.states
+    if not (fraction > 0 and np.isfinite(a).all()):
+        return None
+
+    def missing(a: np.ndarray) -> np.ndarray:
+        return reduced.source[0] + reduced.joule(a, fraction * reduced.currents(a)) - a @ reduced.stiffness
+
+    while fraction < 1.0:
+        fraction = min(2 * fraction, 1.0)
+        for _ in range(NEWTON):
+            small = APART * np.abs(a).max() * np.eye(r)
+            slope = (missing(a + small) - missing(a - small)).T / (2 * small[0, 0])
+            if not np.isfinite(slope).all() or np.linalg.eigvals(slope).real.max() >= 0:
+                return None
+            change = np.linalg.solve(slope, missing(a))
+            a = a - change
+            if np.abs(change).max() <= CONVERGED * np.abs(a).max():
+                break
+        else:
+            return None
+    return OperatingPoint(a, reduced.currents(a), 1.0)
 
 
 def at_current(reduced: Reduced, beta: float, near: OperatingPoint | None = None) -> OperatingPoint:

@@ -16,13 +16,14 @@ from typing import Protocol
 import numpy as np
 from numpy.polynomial import legendre
 
-from scenes.errors import RunawayInTimeError
+from scenes.errors import NumericsError, RunawayInTimeError
 from scenes.units import TIME
 
 FAST = 200.0  # beyond this decay over a step the convolution is summed by parts, below it by Gauss's rule of 48 points
 SWEEPS = 30
 APART = 1e-6  # of the norm of the state: the differences that tell the slope of a stiff source
 SETTLED = 1e-8  # relative change of a stiff source in a sweep, with which it is found
+STILL = 1e-3  # change of the states in a sweep, over the error allowed, with which a stiff source is found too
 RENEWED = 8  # sweeps after which a stiff source's slope is taken anew
 # Halvings of the step in which something ceases to hold: its time is then known to a millionth of the step.
 HALVINGS = 20
@@ -86,10 +87,11 @@ def integrate(
 
     ``source(t)`` is the source from t on up to the next instant of ``jumps``, at each of which a step ends and the
     state jumps. A ``stiff`` source follows the state so strongly that sweeps alone don't settle it: each goes along the
-    source's slope. No step is longer than the time since the last jump and a quarter of ``graded`` (s).
+    source's slope, as all do from the first step on that they don't settle although nothing grows. No step is longer
+    than the time since the last jump and a quarter of ``graded`` (s).
 
-    Raises RunawayInTimeError where the source outruns every step, or what ``holds``, of a time and the state then, no
-    longer does.
+    Raises RunawayInTimeError where the state grows and the source outruns every step, or what ``holds``, of a time and
+    the state then, no longer does; NumericsError where nothing grows and no step is short enough.
     """
     nodes = _lobatto(degree)
     to_legendre = np.linalg.inv(legendre.legvander(2 * nodes - 1, degree))
@@ -106,16 +108,18 @@ def integrate(
             last = length >= remaining * (1 - 1e-12)
             taken = remaining if last else length
             if taken < 1e-13 * end and not last:
+                if _growth(piece, rates, time, state, size) <= 0:
+                    raise NumericsError(f"no step in time is short enough at t = {TIME.show(float(f'{time:.3g}'))}")
                 raise _runaway(time)
             times = time + taken * nodes
             kernel = convolve(rates * taken)
             decay = np.exp(-np.outer(nodes, rates * taken)) * state
             values = piece(times, np.repeat(state[None], len(nodes), axis=0))
             scale = float(np.abs(values).max())
-            settled, newton = False, None
+            settled, newton, states = False, None, np.full(values.shape, np.inf)
             for sweep in range(SWEEPS):
                 coefficients = to_legendre @ values
-                states = decay + taken * np.einsum("tkr,kr->tr", kernel, coefficients)
+                before, states = states, decay + taken * np.einsum("tkr,kr->tr", kernel, coefficients)
                 old, values = values, piece(times, states)
                 if stiff and np.isfinite(values).all():
                     if sweep % RENEWED == 0:
@@ -126,11 +130,15 @@ def integrate(
                 change = float(np.abs(values - old).max())
                 if not np.isfinite(change) or change > 1e3 * scale:
                     break
-                if change <= (SETTLED if stiff else 1e-13) * scale:
+                # What is the small difference of large sources is known no better than they are: its states are.
+                still = newton is not None and float(np.abs(states - before).max()) <= STILL * accuracy * size
+                if still or change <= (SETTLED if stiff else 1e-13) * scale:
                     settled = True
                     break
             if not settled:
-                length = taken / 4
+                # Where the source only damps the state, no step needs to be as short as its slope makes sweeps.
+                again = not stiff and _growth(piece, rates, time, state, size) * taken < 1
+                stiff, length = stiff or again, taken if again else taken / 4
                 continue
             tail = taken * np.sqrt((kernel[:, -1] * coefficients[-1]) ** 2 + (kernel[:, -2] * coefficients[-2]) ** 2)
             error = float(np.linalg.norm(tail, axis=1).max()) / (accuracy * size)
@@ -170,6 +178,12 @@ def _slope(source: Source, time: float, state: np.ndarray, step: float) -> np.nd
     values = source(np.full(2 * r, time), states)
     slopes: np.ndarray = ((values[:r] - values[r:]) / (2 * step)).T
     return slopes
+
+
+def _growth(source: Source, rates: np.ndarray, time: float, state: np.ndarray, size: float) -> float:
+    """The largest rate (1/s) at which a small change of a state grows; negative where all decay."""
+    slope = _slope(source, time, state, APART * size)
+    return float(np.linalg.eigvals(slope - np.diag(rates)).real.max()) if np.isfinite(slope).all() else np.inf
 
 
 def _runaway(time: float) -> RunawayInTimeError:

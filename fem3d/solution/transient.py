@@ -19,6 +19,7 @@ from fem3d.problems.heat import HeatProblem
 from fem3d.solution.exponential import Source, Trajectory, integrate
 from fem3d.solution.reduced import Reduced, project
 from fem3d.solution.steady import SteadyState
+from scenes.errors import UndershootError
 
 State = tuple[np.ndarray, np.ndarray]
 """The rise (all nodes, K) of a state, and the values (channels,) of what drives the scene then."""
@@ -203,7 +204,8 @@ def march(
 
 
 class _Resistivity:
-    """Whether the law of the resistivity holds in modal states: told by the vertices of the conductor's cells as long
+    """Whether the law of the resistivity holds in modal states, else raises UndershootError where it is used up by
+    cold: told by the vertices of the conductor's cells as long
     as the resistivity is close to the cold one there, else by all points of the quadrature."""
 
     def __init__(self, base: Base, modal: Reduced) -> None:
@@ -235,12 +237,16 @@ class _Resistivity:
         assert conductor is not None
         g = heat.inputs.at(np.array([time]))[0]
         ratio = 1 + np.concatenate([state, g]) @ self._change
-        if conductor.terminals and ratio.max(initial=1.0) > MOST:
+        by_current = any(np.isinf(t.resistance) for t in conductor.terminals)
+        if by_current and ratio.max(initial=1.0) > MOST:
             return False
         if ratio.min(initial=1.0) > ENOUGH:
             return True
         rise = heat.whole(self._modal.basis @ state) + g @ heat.lifts
-        return bool((conductor.resistivity(rise) > LEAST * conductor.cold).all())
+        used_up = (conductor.resistivity(rise) <= LEAST * conductor.cold).any(axis=1)
+        if (used_up & (conductor.warm[:, 0] > 0)).any():
+            raise UndershootError(time)
+        return not used_up.any()
 
 
 def _source(base: Base, modal: Reduced, since: float) -> Source:

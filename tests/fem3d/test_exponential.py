@@ -90,6 +90,13 @@ def test_heat_that_runs_away_in_time_is_refused():
         integrate(np.ones(1), lambda since: lambda times, a: 1 + 4 * a**2, 10.0, 1e-4, 1.0)
 
 
+def test_a_source_that_damps_a_state_more_than_sweeps_settle_is_no_runaway():
+    """da/dt = b (1 - a) - a/2, of which the sweeps over a step t shrink what is wrong only where b t is below one."""
+    damping = 1e9
+    found = integrate(np.array([0.5]), lambda since: lambda times, a: damping * (1 - a), 1.0, 1e-6, 1.0)
+    assert found(np.array([1.0]))[0][0, 0] == pytest.approx(damping / (damping + 0.5), rel=1e-12)
+
+
 @pytest.mark.parametrize("share", [1e-2, 1e-4])
 def test_lines_between_rows_stay_within_their_share_with_few_rows(share):
     found = integrate(RATES, lambda since: lambda times, a: source(a), 1.0, 1e-9, 1.0)
