@@ -18,7 +18,16 @@ from fem3d.problems.heat import HeatProblem
 from scenes.model import bends
 
 Tested = Callable[[np.ndarray], np.ndarray]
-"""From a dual solution (functions,) to the absolute product of each cell (cells,)."""
+"""From a dual solution (functions,) to the absolute product of each cell, in parts for the three axes (3, cells)."""
+
+
+def _parts(products: np.ndarray, besides: np.ndarray | float = 0.0) -> np.ndarray:
+    """(3, cells): the absolute sums of products (3, cells) of slopes along the axes, and of others, in parts as large
+    as those of the slopes."""
+    sizes = np.abs(products)
+    total = np.maximum(sizes.sum(axis=0), 1e-300)
+    parts: np.ndarray = np.abs(products.sum(axis=0) + besides) * np.where(total > 1e-300, sizes / total, 1 / 3)
+    return parts
 
 
 def heat(problem: HeatProblem, change: np.ndarray, time: float | None) -> Tested:
@@ -39,12 +48,12 @@ def heat(problem: HeatProblem, change: np.ndarray, time: float | None) -> Tested
             films.append((faces, domain.space.mesh.f2t[0, facets], h * faces.areas * faces.value(change)))
 
     def tested(dual: np.ndarray) -> np.ndarray:
-        products = (flux * on.gradient(dual)).sum(axis=(0, 2))
+        besides = np.zeros(len(domain.body))
         if time is not None:
-            products += (stored * on.value(dual)).sum(axis=1)
+            besides += (stored * on.value(dual)).sum(axis=1)
         for faces, cells, passing in films:
-            products += np.bincount(cells, (passing * faces.value(dual)).sum(axis=1), len(products))
-        return np.abs(products)
+            besides += np.bincount(cells, (passing * faces.value(dual)).sum(axis=1), len(besides))
+        return _parts((flux * on.gradient(dual)).sum(axis=2), besides)
 
     return tested
 
@@ -56,8 +65,8 @@ def current(conductor: Conductor, change: np.ndarray) -> Tested:
     flux = on.weights * on.gradient(change) / (conductor.cold * conductor.stands_for)
 
     def tested(dual: np.ndarray) -> np.ndarray:
-        products = np.zeros(count)
-        products[conductor.cells] = np.abs((flux * on.gradient(dual)).sum(axis=(0, 2)))
+        products = np.zeros((3, count))
+        products[:, conductor.cells] = _parts((flux * on.gradient(dual)).sum(axis=2))
         return products
 
     return tested

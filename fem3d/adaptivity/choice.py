@@ -57,10 +57,6 @@ class OnBoxes:
         """What the boxes are made of."""
         return box_cells(self.scene, self.cells)
 
-    def growth(self, times: np.ndarray) -> np.ndarray:
-        """Four in the place of one that is shorter by two in its plane."""
-        return np.asarray(np.cumsum(4.0**times - 1) / self.cells.t.shape[1])
-
     def finer(self, times: np.ndarray) -> OnBoxes:
         """On columns that are finer there."""
         return replace(self, columns=self.columns.refined(times))

@@ -41,7 +41,7 @@ FASTEST = 40.0
 BENT = 2.0
 
 Spread = list[np.ndarray]
-"""What is missing where: on bricks per axis (intervals,), on a mesh one array (cells,)."""
+"""What is missing where, per axis: on bricks (intervals,), on a mesh (cells,)."""
 
 
 class Parts(NamedTuple):
@@ -99,7 +99,7 @@ class Estimator:
     def of_mesh(cls, cells: int, degree: int) -> Estimator:
         """That of cells of one degree. What is smooth, and falls fast, hides what an edge in the same cell causes: of
         the last part nothing faster than the slowest rate is believed."""
-        p, cap, least, fall = ([np.full(cells, x)] for x in (degree, FASTEST, SLOWEST, 0.0))
+        p, cap, least, fall = ([np.full(cells, x)] * 3 for x in (degree, FASTEST, SLOWEST, 0.0))
         return cls(p, cap, least, fall, [], least)
 
     @classmethod

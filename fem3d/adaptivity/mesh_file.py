@@ -54,11 +54,6 @@ def of(scene: MeshScene) -> FileMesh | Tetrahedra:
     return Tetrahedra(OnFile(placed), scene.accuracy) if placed.mesh.simplex else FileMesh(placed)
 
 
-# Cells become more by the part FOLLOWED n^FALLING where the part n of them is chosen: within a factor of 1.7 on a wire
-# and a block of 500 to 5,700 tetrahedra, from half a hundredth to a fifth of them.
-FOLLOWED, FALLING = 39.0, 2 / 3
-
-
 @dataclass(frozen=True, eq=False)
 class OnFile:
     """A scene on the tetrahedra of its file, or on their halves."""
@@ -77,13 +72,9 @@ class OnFile:
         """What the groups are on."""
         return groups(self.placed)
 
-    def growth(self, times: np.ndarray) -> np.ndarray:
-        """Halves of longest edges, of neighbours of neighbours too: less of them for each where many are beside."""
-        return FOLLOWED * np.cumsum(times > 0) ** FALLING / self.cells.t.shape[1] ** FALLING
-
     def finer(self, times: np.ndarray) -> OnFile:
         """With the groups on the parts of cells: three bisections make one half as long."""
-        return OnFile(replace(self.placed, mesh=refine(self.placed.mesh, 3 * times)))
+        return OnFile(replace(self.placed, mesh=refine(self.placed.mesh, 3 * times.max(axis=0))))
 
     def of(self, scene: MeshScene) -> OnFile:
         """Another scene, with the same groups, on the mesh."""

@@ -76,7 +76,7 @@ class Problems:
         return self.heat.take(self.heats[level].field(rise))
 
     def bent(self, states: Iterable[np.ndarray] = ()) -> list[np.ndarray] | None:
-        """Per axis (intervals,), or on a mesh (cells,): those across which the law of a property bends at the state
+        """Per axis (intervals,), and on a mesh (cells,): those across which the law of a property bends at the state
         that the problems are linearized about, or at others (functions,); None where nothing does."""
         space, about = self.domain.space, self.heat.about
         if about is None:
@@ -86,7 +86,7 @@ class Problems:
         if not changes.any():
             return None
         if not isinstance(space, BrickSpace):
-            return [(changes > 0).any(axis=0)]
+            return [(changes > 0).any(axis=0)] * 3
         matter = (changes > 0) & (changes >= ALONG * changes.max(axis=0))
         return [
             np.bincount(at, flags, len(n)) > 0
@@ -117,10 +117,10 @@ class Problems:
         if space.by_cells:
             # What the power loses is the square of what the potential does.
             before, last = (
-                [sum((current(conductor, c)(c) for c in phi - lower), np.zeros(len(self.domain.body))) / power]
+                [*(sum((current(conductor, c)(c) for c in phi - lower), np.zeros((3, len(self.domain.body)))) / power)]
                 for (lower, phi), power in zip(pairwise(potentials), powers, strict=True)
             )
-            return Parts(before, last, [np.zeros_like(last[0])])
+            return Parts(before, last, [np.zeros_like(x) for x in last])
         products = [
             (phi * (conductor.matrix @ lower.T).T).sum(axis=0) / power
             for (lower, phi), power in zip(pairwise(potentials), powers, strict=True)
@@ -232,5 +232,5 @@ def parts_of(
     for at, dual, of_change in zip(new, duals, tested, strict=True):
         added = np.zeros(len(dual))
         added[at] = dual[at]
-        spreads.append([of_change(added)])
-    return Parts(spreads[0], spreads[1], [np.zeros_like(spreads[0][0])])
+        spreads.append([*of_change(added)])
+    return Parts(spreads[0], spreads[1], [np.zeros_like(x) for x in spreads[0]])

@@ -91,10 +91,10 @@ class MappedSpace(Space):
         return (self.depth > self.p).astype(float)
 
     def spread(self, functions: np.ndarray, parts: np.ndarray) -> list[np.ndarray]:
-        """What functions (n,) miss, in equal parts on the cells that they stand on: one array (cells,). Absolute values
-        are added, as `BrickSpace.spread` says."""
+        """What functions (n,) miss, in equal parts for the axes and cells that they stand on: (cells,) each.
+        Absolute values are added, as `BrickSpace.spread` says."""
         shares = np.bincount(functions, np.abs(parts), self.size) / np.bincount(self.dofs.ravel(), minlength=self.size)
-        return [shares[self.dofs].sum(axis=0)]
+        return [shares[self.dofs].sum(axis=0) / 3] * 3
 
     def matrices(self, k: np.ndarray, c: np.ndarray) -> tuple[csc_array, csc_array]:
         # Of one pattern, which one order of elimination suits.

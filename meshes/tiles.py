@@ -1,0 +1,258 @@
+"""The plan of a scene, seen along one axis, in *tiles*: rectangles along the two axes, each cut into triangles.
+
+Tiles end where they are needed: along an outline they get thin and stay long. Where other tiles have corners on the
+sides of one, it is cut into triangles that have these corners too. Tiles that would get wide angles are cut:
+interpolation degrades with the largest angle alone, as 1/sin of it (Babuska and Aziz, SIAM J. Numer. Anal. 13, 1976).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from scenes.errors import NumericsError
+
+WIDEST = np.radians(140.0)  # angle of a triangle
+# Of other tiles, on one side of a tile: with more, fans of triangles fill in the factors, and errors are no smaller.
+MOST_CORNERS = 2
+# A tile with more is cut across its longer axis, so that those that follow get larger, but if it is so many times
+# longer than wide: then cuts through its whole length are fewer.
+THIN = 4.0
+MOST_ROUNDS = 200  # of cuts that follow from others
+# A tile is cut at a corner of another one on its side, if that is at least this fraction of its length from its ends.
+MIDDLE = 0.25
+UNIT = 1 << 36  # from one plane to the next: coordinates are whole numbers, of which equal ones are the same
+ROUGHLY = UNIT >> 10  # multiples of which the middles of tiles are that several planes cross
+FLAT = 1e-9  # area of a triangle over that of its tile that counts as none
+
+
+@dataclass(frozen=True, eq=False)
+class Tiles:
+    """Tiles from ``low`` to ``high`` (n, 2), where each of the planes ``breaks`` (m) of the two axes is a `UNIT`
+    further than the one before."""
+
+    breaks: tuple[np.ndarray, ...]
+    low: np.ndarray
+    high: np.ndarray
+
+    @staticmethod
+    def of(breaks: tuple[np.ndarray, ...], rectangles: np.ndarray) -> Tiles:
+        """The fewest tiles of which all ``rectangles`` (n, 2, 2), in numbers of planes, are made, lines and points too:
+        halves on either side of the line of which outlines cover most, until none is crossed by an outline."""
+        walls = [np.zeros((len(breaks[e]), len(breaks[1 - e]) - 1), bool) for e in range(2)]
+        for ends in rectangles.tolist():
+            for e, wall in enumerate(walls):
+                first, last = ends[1 - e]
+                # What is a point there stands at the end of a wall.
+                first = min(first, wall.shape[1] - 1)
+                for at in ends[e]:
+                    wall[at, first : max(last, first + 1)] = True
+        sizes = [np.diff(b) for b in breaks]
+        tiles, rest = [], [(0, len(sizes[0]), 0, len(sizes[1]))]
+        while rest:
+            i, j, k, m = rest.pop()
+            held = [walls[0][i + 1 : j, k:m] @ sizes[1][k:m], walls[1][k + 1 : m, i:j] @ sizes[0][i:j]]
+            shares = [h / s for h, s in zip(held, (sizes[1][k:m].sum(), sizes[0][i:j].sum()), strict=True)]
+            most = [float(share.max(initial=0.0)) for share in shares]
+            if not any(most):
+                tiles.append((i, k, j, m))
+            elif most[0] >= most[1]:
+                cut = i + 1 + _middle(shares[0])
+                rest += [(i, cut, k, m), (cut, j, k, m)]
+            else:
+                cut = k + 1 + _middle(shares[1])
+                rest += [(i, j, k, cut), (i, j, cut, m)]
+        corners = np.array(tiles, np.int64).reshape(-1, 2, 2) * UNIT
+        return Tiles(breaks, corners[:, 0], corners[:, 1]).finer(np.zeros((len(corners), 2), int))[0]
+
+    def metres(self, axis: int, at: np.ndarray) -> np.ndarray:
+        """Coordinates in m."""
+        breaks = self.breaks[axis]
+        metres: np.ndarray = np.interp(at, np.arange(len(breaks)) * float(UNIT), breaks)
+        return metres
+
+    @cached_property
+    def sizes(self) -> np.ndarray:
+        """(tiles, 2): in m."""
+        return np.column_stack([self.metres(e, self.high[:, e]) - self.metres(e, self.low[:, e]) for e in range(2)])
+
+    @cached_property
+    def _corners(self) -> tuple[list[np.ndarray], list[np.ndarray], np.ndarray]:
+        """Per axis the coordinates of all corners, and the corners in the order of the other axis, then this one, as a
+        number made of their places among these; and (corners, 2) the places in the order of the first axis."""
+        values = [np.unique(np.concatenate([self.low[:, e], self.high[:, e]])) for e in range(2)]
+        ends = (self.low, self.high)
+        x, y = (np.column_stack([np.searchsorted(v, s[:, e]) for s in ends]) for e, v in enumerate(values))
+        width, height = len(values[0]), len(values[1])
+        along = np.unique((y[:, [0, 0, 1, 1]] * width + x[:, [0, 1, 0, 1]]).ravel())
+        places = np.column_stack([along % width, along // width])
+        return values, [along, np.sort(places[:, 0] * height + places[:, 1])], places
+
+    @property
+    def places(self) -> np.ndarray:
+        """(points, 2): all corners."""
+        values, _, order = self._corners
+        return np.column_stack([values[e][order[:, e]] for e in range(2)])
+
+    @cached_property
+    def points(self) -> np.ndarray:
+        """(points, 2): all corners, in m."""
+        return np.column_stack([self.metres(e, self.places[:, e]) for e in range(2)])
+
+    def _on_sides(self, axis: int) -> np.ndarray:
+        """(tiles, 2 sides, 2): the first of the corners inside each side along an axis, and the one after the last."""
+        values, keys, _ = self._corners
+        ends = [np.searchsorted(values[axis], each[:, axis]) for each in (self.low, self.high)]
+        across = [np.searchsorted(values[1 - axis], each[:, 1 - axis]) for each in (self.low, self.high)]
+        at = np.array([[a * len(values[axis]) + e for e in ends] for a in across])
+        return np.moveaxis(np.searchsorted(keys[axis], at) + np.array([1, 0])[:, None], 2, 0)
+
+    def _cut(self, axis: int, which: np.ndarray, middle_part: float) -> tuple[Tiles, np.ndarray]:
+        """The tiles with some of them (n,) cut across an axis, and (tiles,) of which each is a part: at the corner on
+        its sides that is next to its middle, if one is in the ``middle_part`` of it, else in the middle."""
+        values, keys, _ = self._corners
+        count = len(values[axis])
+        ends = np.array([self.metres(axis, each[which, axis]) for each in (self.low, self.high)])
+        middle = ends.mean(axis=0)
+        whole = self.low[which, axis] // UNIT == (self.high[which, axis] - 1) // UNIT
+        number = np.interp(middle, self.breaks[axis], np.arange(len(self.breaks[axis])))
+        rough = (np.round(number * (UNIT // ROUGHLY)) * ROUGHLY).astype(np.int64)
+        rough = rough.clip(self.low[which, axis] + 1, self.high[which, axis] - 1)
+        best = np.where(whole, (self.low[which, axis] + self.high[which, axis]) // 2, rough)
+        off = middle_part / 2 * (ends[1] - ends[0])
+        place = np.searchsorted(values[axis], best)
+        for side in self._on_sides(axis)[which].swapaxes(0, 1):
+            line = np.minimum(side[:, 0] - 1, len(keys[axis]) - 1)
+            start = keys[axis][line] // count * count
+            at = np.searchsorted(keys[axis], start + place)
+            for near in (at - 1, at):
+                valid = (near >= side[:, 0]) & (near < side[:, 1])
+                value = values[axis][keys[axis][near.clip(0, len(keys[axis]) - 1)] % count]
+                distance = np.where(valid, np.abs(self.metres(axis, value) - middle), np.inf)
+                best, off = np.where(distance < off, value, best), np.minimum(distance, off)
+        low, high = self.low.copy(), self.high.copy()
+        high[which, axis] = best
+        second = low[which]
+        second[:, axis] = best
+        parents = np.concatenate([np.arange(len(low)), which])
+        return Tiles(self.breaks, np.concatenate([low, second]), np.concatenate([high, self.high[which]])), parents
+
+    def finer(self, times: np.ndarray) -> tuple[Tiles, np.ndarray]:
+        """With each tile so many ``times`` (tiles, 2) halved along each axis, and those that must follow; and of which
+        tile each is a part."""
+        tiles, parents = self, np.arange(len(self.low))
+        while times.any():
+            for axis in range(2):
+                which = np.flatnonzero(times[:, axis])
+                if len(which):
+                    times = times.copy()
+                    times[which, axis] -= 1
+                    tiles, of = tiles._cut(axis, which, 1 - 2 * MIDDLE)
+                    times, parents = times[of], parents[of]
+        for _ in range(MOST_ROUNDS):
+            wrong = tiles._wrong()
+            if not (wrong >= 0).any():
+                return tiles, parents
+            for axis in range(2):
+                which = np.flatnonzero(wrong == axis)
+                if len(which):
+                    wrong[which] = -1
+                    tiles, of = tiles._cut(axis, which, 1.0)
+                    wrong, parents = wrong[of], parents[of]
+        raise NumericsError(
+            "the outlines of boxes lie so close to one another that no triangles are found between them"
+        )
+
+    def _wrong(self) -> np.ndarray:
+        """(tiles,): along which axis each is to be cut, as many corners lie on a side (`MOST_CORNERS`), or else as a
+        triangle has a wide angle; -1 for none."""
+        counts = np.array([(s[..., 1] - s[..., 0]).max(axis=1) for s in map(self._on_sides, range(2))])
+        longer = self.sizes.argmax(axis=1)
+        crowded = counts > MOST_CORNERS
+        if crowded.any():
+            along = counts.argmax(axis=0)
+            rows = np.arange(len(along))
+            over = self.sizes[rows, 1 - along] / self.sizes[rows, along]
+            return np.where(crowded.any(axis=0), np.where((over > 1) & (over <= THIN), 1 - along, along), -1)
+        triangles, tiles = self.triangles
+        corners = self.points[triangles]
+        sides = np.linalg.norm(np.roll(corners, -1, axis=1) - np.roll(corners, 1, axis=1), axis=2)
+        sides.sort(axis=1)
+        a, b, c = sides.T
+        wide = np.unique(tiles[(a**2 + b**2 - c**2) / (2 * a * b) < np.cos(WIDEST)])
+        wrong = np.full(len(self.low), -1)
+        wrong[wide] = longer[wide]
+        return wrong
+
+    @cached_property
+    def triangles(self) -> tuple[np.ndarray, np.ndarray]:
+        """The triangles (n, 3), in numbers of `points`, and the tile (n,) of each."""
+        values, _, places = self._corners
+        by_first = np.argsort(places[:, 0] * len(values[1]) + places[:, 1])
+        level, upright = self._on_sides(0), self._on_sides(1)
+        chains = []
+        along, every = np.arange(len(places)), np.arange(1 + MOST_CORNERS)
+        for inner, numbers, back in (
+            (level[:, 0], along, False), (upright[:, 1], by_first, False),
+            (level[:, 1], along, True), (upright[:, 0], by_first, True),
+        ):  # fmt: skip
+            first, last = inner[:, 0] - 1, inner[:, 1]
+            at = last[:, None] - every if back else first[:, None] + every
+            inside = (at > first[:, None]) if back else (at < last[:, None])
+            chains.append(np.where(inside, numbers[np.where(inside, at, 0)], -1))
+        rings = np.concatenate(chains, axis=1)
+        order = np.argsort(rings < 0, axis=1, kind="stable")
+        rings = np.take_along_axis(rings, order, axis=1)
+        return _clipped(self.points, rings)
+
+
+def _middle(shares: np.ndarray) -> int:
+    """Of the largest shares the one nearest to the middle."""
+    best = np.flatnonzero(shares >= shares.max() * (1 - 1e-9))
+    return int(best[np.abs(best - (len(shares) - 1) / 2).argmin()])
+
+
+def _clipped(points: np.ndarray, rings: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Triangles (n, 3) of convex ``rings`` (m, corners) of points, -1 after the last, some of which lie in line, and
+    (n,) the ring of each: the corner whose triangle has the least widest angle is cut off first."""
+    triangles, of = [], []
+    number, count = np.arange(len(rings)), (rings >= 0).sum(axis=1)
+    while len(rings):
+        done = count == 3
+        triangles.append(rings[done, :3])
+        of.append(number[done])
+        rings, number, count = rings[~done], number[~done], count[~done]
+        if not len(rings):
+            break
+        rings = rings[:, : count.max()]
+        i = np.arange(rings.shape[1])
+        before = np.where(i > 0, i - 1, count[:, None] - 1)
+        after = np.where(i + 1 < count[:, None], i + 1, 0)
+        a, p, b = (points[np.take_along_axis(rings, at, axis=1)] for at in (before, i[None] + 0 * before, after))
+        to_a, to_b, across = a - p, b - p, b - a
+        area = to_b[..., 0] * to_a[..., 1] - to_b[..., 1] * to_a[..., 0]
+        area[i >= count[:, None]] = 0.0
+        whole = _areas(points, rings, count)[:, None]
+        squares = np.sort([(s**2).sum(axis=-1) for s in (to_a, to_b, across)], axis=0)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            widest = (squares[2] - squares[0] - squares[1]) / (2 * np.sqrt(squares[0] * squares[1]))
+            # Of equal ones the smallest.
+            score = widest + 1e-3 * squares[2] / squares[2].max(axis=1, keepdims=True)
+        score[(area <= FLAT * whole) | (whole - area <= FLAT * whole)] = np.inf
+        rows, best = np.arange(len(rings)), score.argmin(axis=1)
+        three = (before[rows, best], best, after[rows, best])
+        triangles.append(np.column_stack([rings[rows, at] for at in three]))
+        of.append(number)
+        rings = rings[i[None] != best[:, None]].reshape(len(rings), -1)
+        count = count - 1
+    return np.concatenate(triangles), np.concatenate(of)
+
+
+def _areas(points: np.ndarray, rings: np.ndarray, count: np.ndarray) -> np.ndarray:
+    """Twice the areas of rings."""
+    at = points[np.where(rings >= 0, rings, rings[:, :1])] - points[rings[:, :1]]
+    x, y = at[..., 0], at[..., 1]
+    areas: np.ndarray = (x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1)).sum(axis=1)
+    return areas
