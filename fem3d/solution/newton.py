@@ -24,6 +24,8 @@ STALLED = 5
 # SLOW, SECANTS, AROUND, NEXT_TO and WORSE decide how many steps it takes, not which state it ends at: found on the sink
 # from 1 to 12 V and on 21 random scenes with laws, and without a row in `validate stress` yet.
 ENDS = 1e-6  # of the accuracy: what the next step would be, relatively, with which a state counts as found
+# The same where no step leads nearer, as rounding goes on making one: it stands in the errors, as part of the accuracy.
+ROUNDED = 1e-3
 INNER = 1e-4  # to which each step's linear system is solved, relatively
 # Where a step is more than this part of the last one, as the current's pattern moves with the heat, secants of so many
 # earlier ones serve too (Anderson, J. ACM 12, 1965).
@@ -96,7 +98,7 @@ class Newton:
         is is off by there."""
         heat = self.heat
         start = np.concatenate([start[: heat.free], drive * heat.given[0]])
-        point, self.off = self.at(start, drive, near), off
+        point, self.off, self.ahead = self.at(start, drive, near), off, np.inf
         sizes: list[float] = []
         rises, directions = list[np.ndarray](), list[np.ndarray]()
         for _ in range(MOST_STEPS):
@@ -114,9 +116,10 @@ class Newton:
                 direction = _accelerated(rises, directions)
             # Near a runaway the rest of the tangent makes steps longer than the stiffness alone has them.
             longer = max(1.0, sizes[-1] / (_largest(tangent.solve_steady(point.residual)) or 1.0))
-            point = self._along(point, tangent, direction, drive)
-            if point is None:
-                return None
+            nearer = self._along(point, tangent, direction, drive)
+            if nearer is None:
+                return point if self.ahead < ROUNDED * self.accuracy else None
+            point = nearer
             if tangent is not known and sizes[-1] < NEXT_TO * _largest(point.rise):
                 self.least = self.off
             self.ahead = longer * self.off * sizes[-1] / (_largest(point.rise) or 1.0)
