@@ -224,6 +224,24 @@ def test_an_iteration_that_ends_is_not_called_a_runaway(monkeypatch):
         solve(from_dict(bar(POWER, volts=0.2, accuracy=1e-1)))
 
 
+def test_a_state_is_found_although_rounding_goes_on_making_steps(monkeypatch):
+    """Noise of 1e-6 in what enters each function: no step leads nearer than that, and none that small counts as done."""
+    document = bar(POWER, volts=1.0, accuracy=1e-2)
+    expected, at, drawn = solve(from_dict(document)).steady, newton.Newton.at, np.random.default_rng(0)
+
+    def noisy(self, *given):
+        point = at(self, *given)
+        noise = 1e-6 * np.abs(point.source).mean() * drawn.standard_normal(len(point.residual))
+        return replace(point, residual=point.residual + noise)
+
+    monkeypatch.setattr(newton.Newton, "at", noisy)
+    for name, value in solve(from_dict(document)).steady.items():
+        assert abs(value.value - expected[name].value) <= value.error + expected[name].error
+    monkeypatch.setattr(newton, "ROUNDED", 0.0)
+    with pytest.raises(RunawayError, match="need not be a runaway"):
+        solve(from_dict(document))
+
+
 def test_on_a_mesh_file(tmp_path):
     given = bar(POWER, hot=700.0, accuracy=1e-2)
     given["probe"] = [p for p in given["probe"] if p["name"] != "section"]
