@@ -225,7 +225,7 @@ def test_an_iteration_that_ends_is_not_called_a_runaway(monkeypatch):
 
 
 def test_a_state_is_found_although_rounding_goes_on_making_steps(monkeypatch):
-    """Noise of 1e-6 in what enters each function: no step leads nearer than that, and none that small counts as done."""
+    """Noise of 1e-6 in what enters each function: no step leads nearer than that, and none so small is the end."""
     document = bar(POWER, volts=1.0, accuracy=1e-2)
     expected, at, drawn = solve(from_dict(document)).steady, newton.Newton.at, np.random.default_rng(0)
 
