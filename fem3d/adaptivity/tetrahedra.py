@@ -100,15 +100,14 @@ class Tetrahedra:
         return of_tetrahedra(self.laid.cells, float(self.domain.live.mean()))
 
     @property
-    def _growth(self) -> float:
-        """By which factor the cells may grow."""
-        room = MOST_UNKNOWNS / self.size.unknowns, (reach.MOST_MEMORY / self.size.memory) ** (3 / 4)
-        return min(*room, MOST_GROWTH)
+    def _limit(self) -> float:
+        """The factor by which the cells may grow at most."""
+        return min(MOST_UNKNOWNS / self.size.unknowns, (reach.MOST_MEMORY / self.size.memory) ** (3 / 4))
 
     @property
     def _last(self) -> bool:
         """Whether a finer mesh would take too much time or memory."""
-        return self._growth < LEAST_GROWTH
+        return self._limit < LEAST_GROWTH
 
     def problems(self) -> Problems:
         """The problems of degrees 1, 2 and 3."""
@@ -129,7 +128,8 @@ class Tetrahedra:
     def refined(
         self, goals: Collection[Spread], falls: Spread | None, worst: float, enough: float
     ) -> Tetrahedra | None:
-        """Finer where cells miss more than their share, those that miss most first, as far as `MOST_GROWTH` goes."""
+        """Finer where cells miss more than their share, those that miss most first, as far as `MOST_GROWTH` goes, or
+        further where even a few are followed by more, as on a mesh of few cells."""
         if self._last:
             return None
         by_axis = np.array(estimate.worst(goals))
@@ -141,18 +141,21 @@ class Tetrahedra:
         order = np.argsort(-missing)
         order = order[: np.searchsorted(np.cumsum(missing[order]), MARKED * missing.sum()) + 1]
         order = order[often[order] > 0]
-        best, fit = None, len(order)
+        best, least, fit = None, None, len(order)
+        room = min(self._limit, MOST_GROWTH) - 1
         for _ in range(TRIALS):
             if not fit:
                 break
             finer = self._finer(_of(times, order[:fit]))
-            grown, room = finer.size.cells / self.size.cells - 1, self._growth - 1
+            grown = finer.size.cells / self.size.cells - 1
             if grown <= room:
                 best = finer
+            elif grown <= self._limit - 1:
+                least = finer
             if LEAST_ROOM * room <= grown <= room or (grown < room and fit == len(order)):
                 break
             fit = min(int(fit * SURELY * room / grown), len(order) if grown < room else fit - 1)
-        return best
+        return best or least
 
     def raised(self) -> Tetrahedra | None:
         return None if self._last else self._finer(self._long().astype(int))
