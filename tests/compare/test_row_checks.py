@@ -92,6 +92,7 @@ def test_what_is_made_of_one_span_is_refused_before_anything_is_solved() -> None
         answer(ROW, Request(reduction="plate"))
 
 
+@pytest.mark.long
 def test_a_long_rows_fin_is_cheap_and_told_from_that_of_a_short_one() -> None:
     request = Request(figures=False, transient=False, reduction="fin", models=("reduced1d",))
     long, short = (answer(replace(ROW, spans=n), request).reduced1d for n in (60, 8))

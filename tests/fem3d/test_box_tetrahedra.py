@@ -58,6 +58,7 @@ def test_values_agree_with_those_on_bricks_within_their_errors() -> None:
     assert off(bricks, tetrahedra) < 1.0
 
 
+@pytest.mark.long
 def test_a_rate_that_smooth_parts_have_is_not_believed(monkeypatch: pytest.MonkeyPatch) -> None:
     """The twin of the test above: with the last part falling as fast as it is seen to, the errors don't hold."""
     of_mesh = estimate.Estimator.of_mesh

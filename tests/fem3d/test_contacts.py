@@ -309,6 +309,7 @@ def with_law(scene: Scene, key: str, exponent: float) -> Scene:
     return replace(scene, boxes=tuple(replace(b, material=law[b.material]) for b in scene.boxes))
 
 
+@pytest.mark.long
 def test_a_law_that_says_a_number_changes_nothing_beside_contacts() -> None:
     """With a resistivity that rises, which both ways of solving follow to 1e-3 of the accuracy."""
     scene = pair(5e-4, 3e-8)

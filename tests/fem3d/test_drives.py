@@ -103,6 +103,7 @@ def test_at_a_given_current_the_heat_equation_is_linear_and_its_modes_are_the_an
     assert abs(steady.value - 293.0 - mean_rise(current, [np.inf])[0]) < steady.error
 
 
+@pytest.mark.long
 def test_a_current_that_is_switched_off_and_on_is_the_sum_of_its_pieces():
     """Off again after t1: while it is off, the modes decay at their own rates; a jump is no place of an error."""
     switched = Schedule((0.0, 3e-5, 3e-5), (0.7 * LIMIT, 0.7 * LIMIT, 0.0))

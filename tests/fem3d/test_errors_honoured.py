@@ -100,6 +100,7 @@ def test_errors_hold_where_the_rim_of_an_electrode_causes_nearly_all_of_them(see
     assert invariants.honest(drawn, less) > 1
 
 
+@pytest.mark.long
 def test_heat_is_in_balance_after_a_jump_of_a_given_temperature():
     """A slab that follows its cold face within a hundredth of the earliest time of interest."""
     drawn = draw(238)

@@ -176,6 +176,7 @@ def by_skfem(emissivity, layers=4):
     }  # fmt: skip
 
 
+@pytest.mark.long
 def test_a_radiating_block_is_that_of_scikit_fem():
     found = solve(block(1e-3)).steady
     fine, coarse = by_skfem(EMISSIVITY), by_skfem(EMISSIVITY, 3)

@@ -45,6 +45,7 @@ def body(start, top, source, end, accuracy=1e-3):
     }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("name", "mesh"), [*((name, "") for name in BODIES), ("film", "tetra10")])
 def test_a_body_of_one_temperature(name, mesh, tmp_path):
     """rho c L dT/dt = q L - flux(T); on bricks, and on a mesh file."""

@@ -58,6 +58,7 @@ def test_a_steady_run_has_no_fields_over_time():
         fields.at(np.array([0.0]))
 
 
+@pytest.mark.long
 def test_factors_solve_and_fill_in_less_than_minimum_degree_of_the_unknowns():
     part = symmetry.reduce(Sink().scene())
     heat = problem(part.scene, grading.first_grid(part.scene, 1e-5, grading.features(part.scene)))

@@ -105,6 +105,7 @@ def wire(*boundaries, probes=(), **more):
     )  # fmt: skip
 
 
+@pytest.mark.long
 def test_heat_into_the_ends_of_a_joule_heated_wire_is_all_its_power_steady_and_late():
     low, high = (0.0, 0.0, 0.0), (20 * UM, 0.0, 2 * UM)
     probes = (

@@ -70,6 +70,7 @@ def test_a_row_agrees_with_a_second_path_over_time() -> None:
     assert max(apart(sink, SecondRow(sink, 8e-6).at(1e-3), 1e-3).values()) < 1
 
 
+@pytest.mark.long
 def test_a_shorter_island_is_seen() -> None:
     """The twin: another island must not pass for the same."""
     assert max(apart(replace(PAIR, island_length=45e-6), second(PAIR), None).values()) > 10
@@ -91,6 +92,7 @@ def test_spans_that_stand_for_others_differ_by_no_more_than_their_error(monkeypa
     assert abs(short.steady[inner].value / whole.steady[inner].value - 1) < short.details["alike_error"]
 
 
+@pytest.mark.long
 def test_spans_and_islands_carry_all_heat() -> None:
     """Every watt leaves through an anchor or an island, whichever of them are solved."""
     for spans in (2, 3, 20):

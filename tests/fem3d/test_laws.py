@@ -242,6 +242,7 @@ def test_a_state_is_found_although_rounding_goes_on_making_steps(monkeypatch):
         solve(from_dict(document))
 
 
+@pytest.mark.long
 def test_on_a_mesh_file(tmp_path):
     given = bar(POWER, hot=700.0, accuracy=1e-2)
     given["probe"] = [p for p in given["probe"] if p["name"] != "section"]

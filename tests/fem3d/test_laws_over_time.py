@@ -55,6 +55,7 @@ def lines(n, source, times, intervals=200, capacity=lambda T: 2330.0 * 700.0):
     return COLD + solve_ivp(rate, (0.0, times[-1]), np.zeros(intervals), "LSODA", times, **options).y[-1]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("exponent", [-1.3, 2.0])
 def test_a_heated_bar_is_as_hot_as_kirchhoff_s_variable_has_it(exponent):
     times, source = np.array([0.05, 0.3, 1.0, 4.0]) * SLOWEST, 2e13
@@ -146,6 +147,7 @@ def test_a_resistivity_that_falls_with_the_square_of_the_temperature_runs_away_w
     assert caught.value.time != pytest.approx(1.01 * time, rel=5e-3)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("law", [{"value": 700.0, "at": COLD, "exponent": 0.8},
                                  {"temperatures": [COLD, 900.0], "values": [700.0, 1500.0]}])  # fmt: skip
 def test_a_specific_heat_that_follows_the_temperature(law):

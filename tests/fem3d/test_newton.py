@@ -40,6 +40,7 @@ def at(places, state, y):
     return state.temperature[place.argmin()]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("degree", [1, 2])
 def test_constant_properties_are_those_of_the_plain_path(degree):
     sink = Sink(voltage=6.0, electrodes="pad-edge", convection_coefficient=300.0)

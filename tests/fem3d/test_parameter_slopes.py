@@ -68,6 +68,7 @@ def test_a_slope_is_the_sum_of_those_of_what_the_parameter_moves(bridge: tuple[S
                 assert value != pytest.approx(total - most, abs=SUM * largest)
 
 
+@pytest.mark.long
 def test_a_parameter_takes_along_a_point_that_is_read(bridge: tuple[Scene, Slopes]) -> None:
     """Against the difference of two solutions, whose errors are 1e-6 of the potential."""
     _, slopes = bridge

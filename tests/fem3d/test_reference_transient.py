@@ -69,6 +69,7 @@ def test_agrees_within_the_error_of_the_stepping_which_falls_at_its_order(sink, 
     assert 2.6 < np.log2(coarse / fine) < 3.4  # the method's order is 3
 
 
+@pytest.mark.long
 def test_a_heat_capacity_off_by_a_part_in_a_hundred_is_seen():
     sink = SINKS[1]
     twin = replace(sink, silicon=replace(sink.silicon, specific_heat=1.01 * SILICON.specific_heat))

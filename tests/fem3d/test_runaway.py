@@ -32,6 +32,7 @@ def limit_on(grid, sink):
     return caught.value.limit
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("coefficient", "voltage"), [(-2e-3, 5.0), (-5e-4, 7.0)])
 def test_the_limit_is_near_that_of_the_fin_behind_the_anchor_resistance(coefficient, voltage):
     sink = Sink(silicon=silicon(coefficient), voltage=voltage)

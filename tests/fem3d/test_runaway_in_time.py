@@ -63,6 +63,7 @@ def test_what_is_solved_until_then_is_kept_and_the_largest_voltage_named():
     assert f"the largest voltage with a steady state is {steady.value.limit:.4g} V" in said
 
 
+@pytest.mark.long
 def test_the_command_ends_with_status_3_and_leaves_what_was_solved(tmp_path, capsys):
     text = f"""
 [scene]

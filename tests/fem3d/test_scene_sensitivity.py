@@ -229,6 +229,7 @@ WIRE: dict[str, Any] = {
 }  # fmt: skip
 
 
+@pytest.mark.long
 def test_on_a_mesh() -> None:
     """Materials, conditions and sources are followed; coordinates are the mesh's own."""
     scene = from_dict(deepcopy(WIRE), folder=str(FILES))

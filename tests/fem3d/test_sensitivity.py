@@ -148,6 +148,7 @@ def test_over_time() -> None:
         assert course.values[key][name][-1] == pytest.approx(steady.value, abs=course.errors[key][name])
 
 
+@pytest.mark.long
 def test_heat_capacity_acts_over_time_alone() -> None:
     found = slopes(Sink(), True)
     assert found.course is not None

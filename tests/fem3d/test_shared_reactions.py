@@ -38,6 +38,7 @@ def duct():
     })  # fmt: skip
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("accuracy", [1e-2, 1e-3])
 def test_a_side_of_a_duct_has_a_quarter_of_its_heat(accuracy):
     """At its inner edges, re-entrant for the wall, the flux has no bound."""

@@ -112,6 +112,7 @@ def test_what_no_layer_resolves_is_refused_at_once_and_named(steady):
     assert len(said) < 5
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("seed", "levels"), [(985, 1), (1442, 2)])
 def test_what_edges_leave_is_said_as_early_as_it_can_be_known(seed, levels):
     """By the potential of the cold conductor, or by what hardly falls from the first level to the second."""

@@ -46,6 +46,7 @@ def graded(scene: Scene, accuracy: float) -> grading.Grid:
     return grading.first_grid(scene, accuracy, grading.features(scene))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("accuracy", "pads"), [(1e-2, 2), (1e-5, 1)])
 def test_cells_and_unknowns_are_those_of_the_space(accuracy: float, pads: int) -> None:
     """Also beside voids, and of mixed degrees."""
@@ -65,6 +66,7 @@ def _entries(space: BrickSpace) -> list[np.ndarray]:
     return [place.ravel() for place in space.pattern[1]]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("pads", [2, 4])
 def test_the_factors_are_foreseen_to_a_factor_of_two(pads: int) -> None:
     """The sizes of a dissection's joins are a power law, and what is joined beyond them a constant: on plates,

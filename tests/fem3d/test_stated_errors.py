@@ -77,6 +77,7 @@ def ramp(to: float) -> Schedule:
     return Schedule((0.0, 1e-3), (0.0, to))
 
 
+@pytest.mark.long
 def test_errors_of_voltages_that_nearly_cancel_are_of_what_is_left() -> None:
     """1 V against 0.9 V: what each drives alone, known to 3e-2, is ten times the current."""
     found = solve(l_shaped(ramp(1.0), ramp(0.9), 3e-2))
@@ -91,6 +92,7 @@ def test_errors_of_voltages_that_nearly_cancel_are_of_what_is_left() -> None:
     assert [w for w in barely.details["warnings"] if "vary apart add up to" in w]
 
 
+@pytest.mark.long
 def test_rows_that_are_too_few_are_said(monkeypatch: pytest.MonkeyPatch) -> None:
     steps = tuple(t for n in range(3) for t in (n * 1e-5, (n + 1) * 1e-5))
     square = Schedule(steps, tuple(v for n in range(3) for v in (n % 2, n % 2)))

@@ -44,6 +44,7 @@ def test_nothing_is_graded_where_nothing_jumps(scene):
     assert shortest(scene) == pytest.approx(THICK)
 
 
+@pytest.mark.long
 def test_a_layer_that_heat_has_hardly_entered():
     """Half a space: erfc, and the heat that has entered (Carslaw and Jaeger, 2nd ed., section 2.4). One interval of low
     degree stays along x and y, on which nothing depends."""

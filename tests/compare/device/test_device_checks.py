@@ -117,6 +117,7 @@ def test_what_is_not_needed_is_not_run() -> None:
     assert made_checks(still, Request()) == ("fig12_same_time", "fig13_slope", "fig13_limit", "fig14_ground", *METERS)
 
 
+@pytest.mark.long
 def test_the_papers_scheme_is_checked_against_the_accurate_one() -> None:
     device, request = replace(Device(), end_time=0.08, external=External(step_time=0.01)), Request(scheme="paper")
     made = simulated(device, request)

@@ -219,6 +219,7 @@ def test_every_file_is_within_its_error_of_the_full_model(
             assert (off(made, steady, settled, "steady") <= 1) == (name == "right")
 
 
+@pytest.mark.long
 def test_inputs_that_it_was_not_made_with(bar: Any, document: dict[str, Any]) -> None:
     """All at once, a jump and a ramp among them: errors of linear parts add up."""
     ramp = Schedule((0.0, 1e-3), (293.0, 313.0))
@@ -233,6 +234,7 @@ def test_inputs_that_it_was_not_made_with(bar: Any, document: dict[str, Any]) ->
         assert np.abs(found[name] - truth.traces.values[name][late]).max() <= 2 * ACCURACY * scale, name
 
 
+@pytest.mark.long
 def test_a_steady_state_with_currents() -> None:
     """Of as many states as asked for."""
     bridge = load("bridge", ["run.accuracy=1e-2"])
@@ -270,6 +272,7 @@ def test_currents_alone(bar: Any) -> None:
             assert abs(found.steady({"in.voltage": -1.5})[name] - values[-1]) > 3 * stated
 
 
+@pytest.mark.long
 def test_a_mesh_file(tmp_path: Path) -> None:
     """With its given temperature stepped alone, of which no heat comes, as one of the runs."""
     (tmp_path / "wire.toml").write_text(MESH_SCENE.replace("wire.msh", str(WIRE)))

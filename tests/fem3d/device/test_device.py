@@ -137,6 +137,7 @@ def test_exported_it_is_within_what_it_states(states, short):
     assert sum(entering) == pytest.approx(-films, abs=1e-6 * films)
 
 
+@pytest.mark.long
 def test_what_the_gas_takes_is_the_substrates_and_what_the_air_takes_nobodys():
     """With the gas and all else a kelvin warmer both films are; the air takes what its film does."""
     sink = replace(Device().sink, gap_gas_conductivity=0.026, convection_coefficient=1000.0)

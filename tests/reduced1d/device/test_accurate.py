@@ -140,6 +140,7 @@ def finite_volumes(device, cells, samples):
     return np.array(found)
 
 
+@pytest.mark.long
 def test_an_independent_solution_converges_to_it_at_second_order():
     device = Device(end_time=0.0012)
     accurate = run(device, Resolution(12, 6)).traces[:, 0, :2]

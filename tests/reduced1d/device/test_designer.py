@@ -92,6 +92,7 @@ def test_quantisation_in_the_loop():
     assert not any("too coarse" in text for text in good.findings)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("element", "expected"), [(0, (0.2, 0.6)), (1, (0.055, 0.08))])
 def test_smooth_start(element, expected):
     device = Device()

@@ -44,6 +44,7 @@ OFF = 2e-4
 each, not Kirchhoff's; 1.05e-4 on both meshes."""
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("build", ["fin", "whole_plate"])
 def test_kirchhoffs_variable_is_that_of_the_linear_model(build):
     law = PowerLaw(1.0, ROOM, -1.3)

@@ -50,6 +50,7 @@ def test_the_anchor_and_the_rises_of_the_fin_on_it() -> None:
         assert steady_state[name].value == pytest.approx(steady_state["current_A"].value, rel=1e-9)
 
 
+@pytest.mark.long
 def test_traces_end_in_the_steady_state() -> None:
     """After some twenty-five of the slowest time constants, 1.6 ms; after a part of one they have not."""
     sink = replace(load("sink"), end_time=40e-3)

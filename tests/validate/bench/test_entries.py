@@ -43,6 +43,7 @@ def test_a_worker_says_what_it_took_and_found():
     assert all(len(answer["values"][q]) == 12 for q in QUANTITIES)
 
 
+@pytest.mark.long
 def test_an_entry_that_fails_says_which_and_why():
     with pytest.raises(measure.EntryError, match=r"a tool \(some settings\) failed: KeyError: 3"):
         found("skfem_sink", degree=3, tolerance=1e-10, **CELLS)
@@ -86,6 +87,7 @@ def test_on_a_given_mesh_a_uniform_current_is_nearly_the_one_in_full():
     assert apart(given(2, 2, "uniform"), given(5, 3)) > 1e-4
 
 
+@pytest.mark.long
 def test_ngsolve_finds_what_the_others_find_and_its_uniform_current_nearly_what_the_full_problem_does():
     rough, fine, full = ngsolve(2, "uniform"), given(6, 4), ngsolve(4, "full")
     assert apart(here("skfem_sink", degree=2, method=2, tolerance=1e-10, **CELLS), rough) < 1e-8

@@ -60,6 +60,7 @@ def solved(name: str) -> Case:
     return Case(sink, solve_3d(sink, Request()), Levels(sink))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("reduction", LIMITS)
 @pytest.mark.parametrize("name", SCENES)
 def test_how_near_it_comes(name: str, reduction: str) -> None:
@@ -181,6 +182,7 @@ def test_a_model_of_the_ladder_that_runs_away_is_named() -> None:
         budget(sink, "paper", solved("default").fem3d, Levels(sink))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("transient", [True, False])
 def test_the_budget_is_drawn(transient: bool, tmp_path: Path) -> None:
     from validate.report.figures.analysis_figures import why as draw
@@ -198,6 +200,7 @@ def test_the_budget_is_drawn(transient: bool, tmp_path: Path) -> None:
     assert all(part.blame in text for part in why.steady[0].parts)
 
 
+@pytest.mark.long
 def test_the_plates_estimate_of_what_it_leaves_out() -> None:
     """Silicon of 10 um, where it is 0.1 %: the estimate is right to a half of itself."""
     sink = load("sink", ["sink.thickness=10um", "run.accuracy=1e-4"])

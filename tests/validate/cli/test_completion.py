@@ -62,6 +62,7 @@ def test_files_are_offered_where_they_fit() -> None:
     assert {"my own scene.toml", "mine.toml"} <= bash("validate solve m")
 
 
+@pytest.mark.long
 @pytest.mark.skipif(shutil.which("bash") is None, reason="no bash here")
 def test_keys_of_a_scene_of_boxes_are_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PATH", f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}")

@@ -92,6 +92,7 @@ def test_why(capsys: pytest.CaptureFixture[str]) -> None:
     assert summary("here")["why"]["transient"] == {}
 
 
+@pytest.mark.long
 def test_a_compact_model_is_written(capsys: pytest.CaptureFixture[str]) -> None:
     command = ["solve", "bridge", "--no-figures", "--accuracy", "1e-2", "--out", "run"]
     assert main([*command, "--export", "new/mine", "--states", "2"]) == 0

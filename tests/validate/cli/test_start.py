@@ -53,6 +53,7 @@ def test_nothing_is_read_from_files_before_an_interrupt_is_provided_for() -> Non
     assert found.stdout.split() == ["validate", "validate.__main__"]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("closed", [(0, 1, 2), (2,)])
 def test_without_standard_streams(closed: tuple[int, ...], tmp_path: Path) -> None:
     """The next files that are opened are not taken for them: what is written is whole, and the status is the run's."""

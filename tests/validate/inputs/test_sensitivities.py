@@ -93,6 +93,7 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert "Sensitivities" in (folder / "report.html").read_text()
 
 
+@pytest.mark.long
 def test_from_python_and_one_model_alone(tmp_path: Path) -> None:
     assert compare.run("sink", steady=True, accuracy=1e-2).sensitivities is None
     run = compare.run("sink", steady=True, accuracy=1e-2, sensitivities=True)

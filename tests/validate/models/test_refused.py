@@ -113,6 +113,7 @@ def test_what_a_scene_says_of_its_model(setting: str, why: str, capsys: Any) -> 
     refused(["--model", "fine.cir", "--set", setting], why, capsys)
 
 
+@pytest.mark.long
 def test_a_model_that_never_answers_is_ended_and_3d_is_kept(here: Path) -> None:
     command = [sys.executable, "-m", "validate", "solve", "bar.toml", "--model", "lumped.py:asleep", "--out", "o"]
     root = Path(__file__).parents[3]

@@ -16,6 +16,7 @@ from validate.report.figures.network_figure import draw
 from validate.run.outcome import Outcome
 
 
+@pytest.mark.long
 def test_the_table_is_printed_and_kept(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "run"
     assert main(["solve", "bridge", "--model", "network", "--why", "--no-figures", "--out", str(out)]) == 0
@@ -51,6 +52,7 @@ def test_the_picture_has_every_line_and_joint() -> None:
     assert [float(x) for x in beam.get_xdata()] == pytest.approx([0, 200])
 
 
+@pytest.mark.long
 def test_the_network_is_exported(tmp_path: Path) -> None:
     """As JSON, Python and SPICE, by what exports compact models."""
     out, folder = tmp_path / "run", tmp_path / "few"

@@ -66,6 +66,7 @@ def bar(**changes):
     return Drawn(0, replace(Scene("bar", (box,), boundaries, tuple(probes), ROOM, steady=True), **changes), ())
 
 
+@pytest.mark.long
 def test_a_bar_keeps_every_invariant():
     drawn = bar()
     found = invariants.solve(drawn.scene)
@@ -86,6 +87,7 @@ def test_invariants_see_what_they_are_there_for():
     assert invariants.undershoot(drawn, invariants.solve(cooled)) > 1
 
 
+@pytest.mark.long
 def test_invariants_over_time_see_what_they_are_there_for():
     """A step of what heats the bar and of what cools it; the traces of another scene, and a balance that is off."""
     hot, cold = Schedule((0.0, 3e-6, 3e-6), (1e12, 1e12, -2e12)), Schedule((0.0, 5e-6, 5e-6), (ROOM, ROOM, ROOM + 5))
@@ -171,12 +173,14 @@ def test_what_the_element_leaves_of_an_edge_is_what_its_lag_says(monkeypatch):
     assert all(constants.off(edge, (4, 4), (4.0, 1.0)) > 1.4 for edge in constants.edges()[2:])
 
 
+@pytest.mark.long
 def test_another_value_of_a_constant_is_in_force_for_its_scenes_alone():
     usual = constants.work(range(2, 5))
     assert constants.work(range(2, 5), "LAYERS", 1.0) != usual
     assert constants.work(range(2, 5)) == usual
 
 
+@pytest.mark.long
 def test_a_scene_that_takes_too_long_or_fails_is_an_outcome(monkeypatch):
     def slow(scene):
         while True:

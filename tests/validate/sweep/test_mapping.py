@@ -111,6 +111,7 @@ def test_where_there_is_no_answer_the_map_says_why_and_finds_the_border(tmp_path
     assert gone.sum() > 0.8 * np.isnan(truth).sum()
 
 
+@pytest.mark.long
 def test_designs_that_cannot_be_built_neither_count_nor_draw_the_search(tmp_path: Path) -> None:
     """Oxide that is longer than its pad, in nearly half of the cells: known without a solution, and no reason to solve
     next to it where nothing else is open."""

@@ -73,6 +73,7 @@ CELL = """<?xml version="1.0"?><VTKFile type="UnstructuredGrid" version="0.1" by
 """A tetrahedron (type 10) of four points, the last number 3."""
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("change", "said"),
     [

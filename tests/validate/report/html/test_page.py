@@ -194,6 +194,7 @@ def test_printed_it_shows_the_picture(run: Path, chromium: Browser) -> None:
     assert chromium.pdf().startswith(b"%PDF")
 
 
+@pytest.mark.long
 @needs_browser
 def test_without_webgl_the_picture_stays(run: Path) -> None:
     with Browser(*WITHOUT_WEBGL) as plain:
@@ -242,6 +243,7 @@ def test_a_shape_that_is_not_closed_has_another_area() -> None:
     assert area(surface(points, np.delete(hexes, inside, axis=0), points[:, 0])) != pytest.approx(19.0, rel=1e-6)
 
 
+@pytest.mark.long
 def test_edges_are_where_the_surface_bends() -> None:
     points, hexes = bricks(BEAM, cuts=4)
     found = surface(points, hexes, points[:, 0])
