@@ -204,9 +204,9 @@ def march(
 
 
 class _Resistivity:
-    """Whether the law of the resistivity holds in modal states, else raises UndershootError where it is used up by
-    cold: told by the vertices of the conductor's cells as long
-    as the resistivity is close to the cold one there, else by all points of the quadrature."""
+    """Whether the law of the resistivity holds in modal states: told by the vertices of the conductor's cells as long
+    as the resistivity is close to the cold one there, else by all points of the quadrature. Raises UndershootError
+    where a resistivity that rises with the temperature is used up, as only a state that is too cold does."""
 
     def __init__(self, base: Base, modal: Reduced) -> None:
         heat, conductor = base.heat, base.conductor
