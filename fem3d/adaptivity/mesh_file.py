@@ -64,6 +64,11 @@ class OnFile:
     most = 1
 
     @property
+    def scene(self) -> MeshScene:
+        """The scene."""
+        return self.placed.scene
+
+    @property
     def cells(self) -> Any:
         """scikit-fem's mesh."""
         return self.placed.mesh.mesh
@@ -169,7 +174,7 @@ class FileMesh:
         if self._less:
             low, low_traces = self._less
         else:
-            low = trace_errors.beside(study, bases[1], shift, fine.generations)
+            low = trace_errors.beside(study, bases[1], shift, fine)
             low_traces = study.traces(outputs.of_transient(low, study.part, fine.checked))
         self._found, times = (fine.answer, fine.traces), np.array([0.1, 1.0]) * study.end
         rises = [t.base.heat.field(t.rises(times)) for t in (fine.answer, low)]

@@ -8,13 +8,14 @@ what nobody knows of a mesh is where a solution is singular, so that no rate bey
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
 
 from fem3d.adaptivity import estimate, field_error, goal_errors, nested, reach, trace_errors
+from fem3d.adaptivity.effectivity import Told
 from fem3d.adaptivity.estimate import Estimator, Spread
 from fem3d.adaptivity.goal_errors import Level
 from fem3d.adaptivity.nested import Problems, Solution
@@ -28,16 +29,19 @@ from fem3d.spaces.domain import Domain
 from fem3d.spaces.size import Size, of_tetrahedra
 from meshes import grading
 from meshes.symmetry import Symmetry
+from scenes.model import AnyScene
 from scenes.plan import Step
 
 AIM = 0.5  # of what is enough, at which a refinement aims, as on bricks
-# Unknowns: factors of so many take some 20 s; half as many more than a mesh has are little use.
-MOST_UNKNOWNS, LEAST_GROWTH = 60_000, 1.5
+# Unknowns: a transient may have the fewer, and a steady state that needs more than the fewer has these first, as they
+# take a fifth of the time and a third of the memory of the most. Half as many more than a mesh has are little use.
+FEWER, MOST_UNKNOWNS, LEAST_GROWTH = 60_000, 150_000, 1.5
 MOST_GROWTH = 3.0  # times the cells of a level that the next one may have
-# A cell is halved along the longest, and others longer than half of that, of those axes along which its error varies by
-# at least this fraction of the most: as it does across an edge and not along it. With 0.1 the stated error of a comb of
-# ten boxes is 1.7 times that with 0.4, at as many unknowns.
-VARIES, SHORTER = 0.4, 0.5
+# A cell is halved along the longest, and others longer than half of that, of those axes for which what is missing along
+# them times the cell's size is at least this fraction of the most. Across an edge both are larger than along it, where
+# cells may stay long. At 45,000 unknowns a comb of ten boxes states 1.0 % so, 3.0 % with the square of the size and a
+# fraction of 0.4; without the size a stack with ten vias stays at 17 %, which states 2.7 % so.
+VARIES, SHORTER = 0.05, 0.5
 # What must follow when cells are halved only the mesh tells: so many are tried, for at least this part of the growth
 # that there is room for, each for a little less than that.
 TRIALS, LEAST_ROOM, SURELY = 5, 0.5, 0.9
@@ -49,6 +53,10 @@ MARKED = 0.9
 
 class Laid(Protocol):
     """A scene laid on a mesh of tetrahedra."""
+
+    @property
+    def scene(self) -> AnyScene:
+        """The scene."""
 
     advice: str
     """What to do where the accuracy isn't reached, in words."""
@@ -86,6 +94,7 @@ class Tetrahedra:
     laid: Laid
     accuracy: float
     levels: int = 0
+    told: Told = field(default_factory=Told)
 
     whole = True
 
@@ -102,7 +111,8 @@ class Tetrahedra:
     @property
     def _limit(self) -> float:
         """The factor by which the cells may grow at most."""
-        return min(MOST_UNKNOWNS / self.size.unknowns, (reach.MOST_MEMORY / self.size.memory) ** (3 / 4))
+        most = MOST_UNKNOWNS if self.laid.scene.steady else min(FEWER, MOST_UNKNOWNS)
+        return min(most / self.size.unknowns, (reach.MOST_MEMORY / self.size.memory) ** (3 / 4))
 
     @property
     def _last(self) -> bool:
@@ -118,7 +128,11 @@ class Tetrahedra:
         return Estimator.of_mesh(self.size.cells, self.domain.space.p)
 
     def examined(self, study: Study, given: Problems, fine: Solution) -> Level | None:
-        return goal_errors.examined(study, given, fine, self._judge)
+        level = goal_errors.examined(study, given, fine, self._judge)
+        if level is None:
+            return None
+        level = self.told.corrected(level)
+        return replace(level, errors=goal_errors.as_balanced(study, level.errors, fine, level.scales))
 
     def responded(
         self, study: Study, given: Problems, bases: Sequence[Base], shift: float, steady: Level | None, generations: int
@@ -142,35 +156,35 @@ class Tetrahedra:
         order = order[: np.searchsorted(np.cumsum(missing[order]), MARKED * missing.sum()) + 1]
         order = order[often[order] > 0]
         best, least, fit = None, None, len(order)
-        room = min(self._limit, MOST_GROWTH) - 1
+        to_fewer = FEWER / self.size.unknowns
+        room = min(self._limit, MOST_GROWTH, to_fewer if to_fewer >= LEAST_GROWTH else np.inf) - 1
         for _ in range(TRIALS):
             if not fit:
                 break
             finer = self._finer(_of(times, order[:fit]))
-            grown = finer.size.cells / self.size.cells - 1
+            grown = finer.laid.cells.t.shape[1] / self.laid.cells.t.shape[1] - 1
             if grown <= room:
                 best = finer
             elif grown <= self._limit - 1:
                 least = finer
             if LEAST_ROOM * room <= grown <= room or (grown < room and fit == len(order)):
                 break
-            fit = min(int(fit * SURELY * room / grown), len(order) if grown < room else fit - 1)
+            fit = min(max(int(fit * SURELY * room / grown), 1), len(order) if grown < room else fit - 1)
         return best or least
 
     def raised(self) -> Tetrahedra | None:
         return None if self._last else self._finer(self._long().astype(int))
 
     def _long(self, by_axis: np.ndarray | None = None) -> np.ndarray:
-        """(3, cells): along which axes each cell is to be halved, for what is missing along each (3, cells): in lengths
-        of the cell, what varies along it is as much larger as the square of its size."""
+        """(3, cells): along which axes each cell is to be halved, for what is missing along each (3, cells)."""
         size: np.ndarray = np.ptp(self.laid.cells.p[:, self.laid.cells.t], axis=1)
         if by_axis is not None:
-            varies = by_axis * size**2
+            varies = by_axis * size
             size[varies < VARIES * varies.max(axis=0)] = 0.0
         return size > SHORTER * size.max(axis=0)
 
     def _finer(self, times: np.ndarray) -> Tetrahedra:
-        return Tetrahedra(self.laid.finer(times), self.accuracy, self.levels + 1)
+        return Tetrahedra(self.laid.finer(times), self.accuracy, self.levels + 1, self.told)
 
     def field_error(self, level: Level) -> float:
         return field_error.relative(*self._sampled(level))

@@ -48,8 +48,8 @@ def solve(scene: AnyScene, progress: Callable[[str], None] | None = None, whole:
             raise
         from fem3d.adaptivity import choice
 
-        say("begun anew on tetrahedra: bricks would be too many")
         study, mesh = choice.instead(mesh, probe_quantities.study(scene, part_of(scene, True)), error)
+        say("begun anew on tetrahedra: bricks would be too many")
         answer = loop.solve(study, not scene.steady, say, mesh, scene.steady)
     response, on = answer.response, answer.mesh
     details, errors = described(study, answer), answer.errors if response is None else response.errors

@@ -6,15 +6,21 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import partial
+from typing import Literal
 
 from validate.pool import side_by_side
 from validate.processes import TimeIsUpError, limited
 from validate.stress import compact_models, constants, extremes, steps
 from validate.stress.report import Row, failed
 
-GROUP, OF_LAWS = "random scenes", "random scenes with laws, contacts, radiation and given currents"
 QUICK_SCENES = 24
-LAWS_SHARE = 6  # one scene with laws for so many others
+Kind = Literal["boxes", "laws", "plates"]
+GROUPS: dict[Kind, str] = {
+    "boxes": "random scenes", "laws": "random scenes with laws, contacts, radiation and given currents",
+    "plates": "random plates with 10 to 60 boxes",
+}  # fmt: skip
+SHARES: dict[Kind, int] = {"boxes": 1, "laws": 6, "plates": 24}
+"""Of how many random scenes one is drawn of each kind."""
 LIMIT, PATIENCE = 60, 20  # s of computing a scene with its invariants may take, and times that by the clock
 
 
@@ -30,14 +36,13 @@ class Outcome:
     unknowns: int = 0
 
 
-def examine(seed: int, limit: int = LIMIT, laws: bool = False) -> Outcome:
+def examine(seed: int, limit: int = LIMIT, kind: Kind = "boxes") -> Outcome:
     """Solves the scene of a seed and holds it to all invariants that need no second solve and to one that does; of a
-    scene with ``laws`` of the temperature, contacts and the like that is a finer solve."""
+    scene with laws of the temperature, contacts and the like, and of plates, that is a finer solve."""
     import time
 
     from scenes.errors import ConvergenceError, NumericsError
-    from validate.stress import invariants, random_effects
-    from validate.stress.random_scenes import draw
+    from validate.stress import invariants, random_effects, random_plates, random_scenes
 
     started = time.process_time()
     violations: dict[str, float] = {}
@@ -45,9 +50,12 @@ def examine(seed: int, limit: int = LIMIT, laws: bool = False) -> Outcome:
     try:
         with limited(limit, PATIENCE * limit):
             # A scene to be heated until laws matter is solved with numbers first, which may be out of reach as well.
-            drawn = random_effects.draw(seed) if laws else draw(seed)
-            of_laws = invariants.OF_LAWS if drawn.scene.steady else invariants.OF_LAWS_OVER_TIME
-            tests = of_laws if laws else invariants.tests(drawn)
+            draw, tests_of = {
+                "boxes": (random_scenes.draw, invariants.tests), "laws": (random_effects.draw, invariants.of_laws),
+                "plates": (random_plates.draw, invariants.of_plates),
+            }[kind]  # fmt: skip
+            drawn = draw(seed)
+            tests = tests_of(drawn)
             result = invariants.solve(drawn.scene)
             unknowns = int(result.details["unknowns"])
             for each, test in tests.items():
@@ -62,16 +70,16 @@ def examine(seed: int, limit: int = LIMIT, laws: bool = False) -> Outcome:
     return Outcome(seed, violations, ended, said, time.process_time() - started, unknowns)
 
 
-def sweep(first: int, count: int, jobs: int, progress: Callable[[str], None], laws: bool = False) -> list[Outcome]:
-    """The outcomes of ``count`` seeds from ``first`` on, by some processes; ``laws`` as of `examine`."""
+def sweep(first: int, count: int, jobs: int, progress: Callable[[str], None], kind: Kind = "boxes") -> list[Outcome]:
+    """The outcomes of ``count`` seeds from ``first`` on, by some processes."""
     outcomes = []
-    for _, outcome in side_by_side(partial(examine, laws=laws), range(first, first + count), jobs):
+    for _, outcome in side_by_side(partial(examine, kind=kind), range(first, first + count), jobs):
         outcomes.append(outcome)
-        progress(f"{len(outcomes)} of {count} {OF_LAWS if laws else GROUP}")
+        progress(f"{len(outcomes)} of {count} {GROUPS[kind]}")
     return sorted(outcomes, key=lambda outcome: outcome.seed)
 
 
-def rows(outcomes: list[Outcome], group: str = GROUP) -> Iterator[Row]:
+def rows(outcomes: list[Outcome], group: str = GROUPS["boxes"]) -> Iterator[Row]:
     """One row per invariant with the worst scene, and rows for how scenes ended."""
     count, first = len(outcomes), min(o.seed for o in outcomes)
     extremes = f"{count} scenes, seeds {first} to {first + count - 1}"
@@ -122,5 +130,7 @@ def run(quick: bool, scenes: int, seed: int, jobs: int, progress: Callable[[str]
                 table.append(row)
         except Exception as error:
             table.append(failed(name, name, error))
-    of_laws = sweep(seed, -(-scenes // LAWS_SHARE), jobs, progress, laws=True)
-    return table + list(rows(sweep(seed, scenes, jobs, progress))) + list(rows(of_laws, OF_LAWS))
+    kinds: tuple[Kind, ...] = ("boxes", "laws", "plates")
+    for kind in kinds:
+        table += rows(sweep(seed, -(-scenes // SHARES[kind]), jobs, progress, kind), GROUPS[kind])
+    return table

@@ -91,7 +91,8 @@ class Row:
 
     ``expected``, ``computed`` and ``error``, the estimated error of the latter (with what is not known of the expected
     value), are in ``unit``; ``limit`` is the largest error with which the case is settled (``None``: any). ``note`` is
-    a source, or the reason why a row was skipped. ``count`` says over how many values the row is the worst.
+    a source, or the reason why a row was skipped. ``count`` says over how many values the row is the worst. Where
+    ``at_least`` is set, more than expected is as good.
     """
 
     family: str
@@ -105,10 +106,12 @@ class Row:
     note: str = ""
     count: int = 1
     skipped: bool = False
+    at_least: bool = False
 
     @property
     def named(self) -> str:
-        return f"{self.quantity} ({self.unit})" if self.unit not in ("", "order") else self.quantity
+        named = f"{self.quantity} ({self.unit})" if self.unit not in ("", "order") else self.quantity
+        return f"{named}, at least" if self.at_least else named
 
     @property
     def difference(self) -> float:
@@ -120,7 +123,8 @@ class Row:
         """Whether the difference is within the estimated error, and that error as small as was asked for."""
         if self.skipped:
             return "skipped"
-        if not (math.isfinite(self.error) and abs(self.difference) <= self.error):
+        off = -self.difference if self.at_least else abs(self.difference)
+        if not (math.isfinite(self.error) and off <= self.error):
             return "differs"
         return "unresolved" if self.limit is not None and self.error > self.limit else "agrees"
 
@@ -131,9 +135,12 @@ TABLE = Report[Row](
 )  # fmt: skip
 
 
-def order_row(family: str, case: str, quantity: str, theory: float, observed: float, note: str = "") -> Row:
-    """The observed order of convergence against the theoretical one; they agree within `ORDER_TOLERANCE`."""
-    return Row(family, case, quantity, "order", theory, observed, ORDER_TOLERANCE, note=note)
+def order_row(
+    family: str, case: str, quantity: str, theory: float, observed: float, note: str = "", at_least: bool = False
+) -> Row:
+    """The observed order of convergence against the theoretical one; they agree within `ORDER_TOLERANCE`, or where
+    theory says what order there is ``at_least``, above it."""
+    return Row(family, case, quantity, "order", theory, observed, ORDER_TOLERANCE, note=note, at_least=at_least)
 
 
 def observed_order(errors: Sequence[float], ratio: float) -> float:

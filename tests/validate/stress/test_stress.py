@@ -8,13 +8,24 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fem3d.adaptivity import estimate
+from fem3d.runs.scene import start
 from reduced1d.device.lumped import lump
 from reduced1d.device.paper import stability_limit
 from scenes import laws
 from scenes.device import Device
 from scenes.model import Boundary, Box, Material, Probe, Scene, Schedule
 from validate.report.table import Style
-from validate.stress import constants, invariants, random_effects, random_laws, random_scenes, report, steps, sweep
+from validate.stress import (
+    constants,
+    invariants,
+    random_effects,
+    random_laws,
+    random_plates,
+    random_scenes,
+    report,
+    steps,
+    sweep,
+)  # fmt: skip
 from validate.stress.random_scenes import ROOM, Drawn, draw
 from validate.stress.report import Row, failed
 
@@ -112,9 +123,9 @@ def test_scenes_with_laws_hold_their_errors_and_a_law_that_is_off_is_seen():
     drawn = random_laws.draw_steady(4)
     assert drawn == random_laws.draw_steady(4)
     assert any(b.material.follows for b in drawn.scene.boxes)
-    outcome = sweep.examine(4, laws=True)
+    outcome = sweep.examine(4, kind="laws")
     assert outcome.ended == ""
-    assert set(outcome.violations) == set(invariants.OF_LAWS)
+    assert set(outcome.violations) == set(invariants.of_laws(drawn))
     assert max(outcome.violations.values()) <= 1.0
     found = invariants.solve(drawn.scene)
     warmer = replace(drawn.scene, boxes=tuple(replace(b, material=_raised(b.material)) for b in drawn.scene.boxes))
@@ -126,8 +137,8 @@ def test_some_scenes_with_laws_are_heated_over_time():
     drawn = random_laws.draw(2)
     assert not drawn.scene.steady
     assert random_laws.draw(4).scene.steady
-    outcome = sweep.examine(2, laws=True)
-    assert (outcome.ended, set(outcome.violations)) == ("", set(invariants.OF_LAWS_OVER_TIME))
+    outcome = sweep.examine(2, kind="laws")
+    assert (outcome.ended, set(outcome.violations)) == ("", set(invariants.of_laws(drawn)))
     assert max(outcome.violations.values()) <= 1.0
     warmer = replace(drawn.scene, boxes=tuple(replace(b, material=_raised(b.material)) for b in drawn.scene.boxes))
     assert invariants.honest(replace(drawn, scene=warmer), invariants.solve(drawn.scene)) > 1.0
@@ -146,6 +157,19 @@ def test_random_scenes_have_contacts_faces_that_radiate_and_given_currents():
     volts = found.steady[random_scenes.AT_PLUS]
     stronger = {random_scenes.AT_PLUS: replace(volts, value=1.01 * volts.value)}
     assert invariants.energy(drawn, replace(found, steady=found.steady | stronger)) > 1
+
+
+@pytest.mark.long
+def test_a_plate_with_pads_holds_its_errors_and_a_pad_that_is_off_is_seen(monkeypatch):
+    drawn = random_plates.draw(10, accuracy=8e-2)
+    assert drawn == random_plates.draw(10, accuracy=8e-2)
+    assert start(drawn.scene)[1].whole  # on tetrahedra
+    monkeypatch.setattr(random_plates, "draw", lambda seed: drawn)
+    outcome = sweep.examine(10, kind="plates")
+    assert (outcome.ended, set(outcome.violations)) == ("", set(invariants.of_plates(drawn)))
+    assert max(outcome.violations.values()) <= 1.0
+    hotter = invariants.changed(drawn.scene, {"heat_source": 1.2})
+    assert invariants.honest(replace(drawn, scene=hotter), invariants.solve(drawn.scene), times=1.0) > 1.0
 
 
 def test_a_larger_scene_is_as_hot():

@@ -24,6 +24,11 @@ ROWS = [order_row("order in space", "bricks", "rise, L2", 3, 2.95), GOOD, FAR, V
 def test_a_row_agrees_within_its_error_if_that_is_small_enough():
     assert [row.verdict for row in ROWS] == ["agrees", "agrees", "differs", "unresolved", "skipped"]
     assert order_row("", "", "", 3, 2.89).verdict == "differs"
+    assert [order_row("", "", "", 3, order, at_least=True).verdict for order in (2.89, 2.91, 4)] == [
+        "differs",
+        *["agrees"] * 2,
+    ]
+    assert order_row("", "", "", 3, math.nan, at_least=True).verdict == "differs"
     assert Row("", "", "", "", 1.0, math.nan, 1.0).verdict == "differs"
 
 

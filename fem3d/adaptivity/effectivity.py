@@ -1,0 +1,58 @@
+"""How much larger estimated errors are than true ones, as meshes tell of one another.
+
+On tetrahedra an estimate adds absolute parts, and believes that what is left falls as slowly as next to the sharpest
+edge: it is safe, and often ten times the error. The next mesh tells by how much. Let errors be the same fraction i of
+their estimates E on both (the inverse of the effectivity index of Ainsworth and Oden, A Posteriori Error Estimation in
+Finite Element Analysis, Wiley 2000): then a reading moves from one to the other by i times the difference of the
+estimates.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+from fem3d.adaptivity.goal_errors import Level
+
+# An error is stated as 1 + n^(-1/2) times the largest fraction i that any of n readings tells on any earlier mesh, as
+# one alone may be right by chance, but not below this fraction of its estimate. `validate stress` compares random
+# plates with pads with finer solutions. Of 37 such scenes, combs and stacks with vias, no error on a later mesh is
+# above 0.67 of what is then stated, and half of them are above 0.15 (0.09 of the estimates).
+LEAST = 0.25
+KNOWN = 1e-8  # relative: smaller errors, and readings that move less, tell of rounding alone
+
+
+Known = Mapping[str, tuple[float, float]]
+"""The estimated error of each reading, and by how much rounding may move it."""
+
+
+@dataclass
+class Told:
+    """The readings on the meshes of a search, and what is known of each, mesh by mesh."""
+
+    meshes: list[tuple[Mapping[str, float], Known]] = field(default_factory=list)
+
+    def corrected(self, level: Level) -> Level:
+        """A level with errors, and with what its goals miss, as much smaller as earlier meshes say; none is stated
+        smaller than what its last degree changed. The first level is as it is."""
+        values = {name: float(value) for name, value in level.fine.quantities.items()}
+        known = {n: (e, KNOWN * level.scales[n]) for n, e in level.errors.items() if e > KNOWN * level.scales[n]}
+        part = self._part(values, known)
+        self.meshes.append((values, known))
+        changed = {n: abs(v - float(level.low.quantities[n])) for n, v in values.items()}
+        errors = {n: min(e, max(part * e, changed[n])) for n, e in level.errors.items()}
+        goals = {n: [part * missing for missing in spread] for n, spread in level.goals.items()}
+        return replace(level, errors=errors, goals=goals)
+
+    def _part(self, values: Mapping[str, float], known: Known) -> float:
+        """The part of an estimate that is stated."""
+        fractions = dict[str, float]()
+        for before, estimates in self.meshes:
+            for n in estimates.keys() & known.keys():
+                moved = abs(values[n] - before[n])
+                (estimate, rounding), (after, _) = estimates[n], known[n]
+                if moved > rounding:
+                    fractions[n] = max(fractions.get(n, 0.0), moved / max(estimate - after, 1e-300))
+        if not fractions:
+            return 1.0
+        return min(max((1 + len(fractions) ** -0.5) * max(fractions.values()), LEAST), 1.0)

@@ -1,0 +1,68 @@
+"""What earlier meshes tell of how much larger estimates are than errors (`fem3d.adaptivity.effectivity`)."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fem3d.adaptivity.effectivity import LEAST, Told
+from fem3d.adaptivity.goal_errors import Level
+
+TRUE = {"a": 10.0, "b": -3.0}
+
+
+def level(estimates: dict[str, float], fractions: dict[str, float], last: float = 0.0) -> Level:
+    """One whose readings are wrong by those fractions of their estimates, and whose last degree changed ``last``."""
+    values = {n: TRUE[n] + fractions[n] * e for n, e in estimates.items()}
+    fine: Any = SimpleNamespace(quantities=values)
+    low: Any = SimpleNamespace(quantities={n: v - last for n, v in values.items()})
+    problems: Any = None
+    goals = {n: [np.full(4, e / 4)] for n, e in estimates.items()}
+    return Level(problems, fine, low, dict.fromkeys(TRUE, 1.0), estimates, goals, [])
+
+
+@pytest.mark.parametrize("fraction", [0.25, 0.5, -0.5])
+def test_an_error_is_the_fraction_that_readings_tell(fraction: float) -> None:
+    """Of two readings the worse counts for both; one alone is trusted less."""
+    told, fractions = Told(), {"a": fraction, "b": 0.01}
+    first = told.corrected(level({"a": 0.8, "b": 0.4}, fractions))
+    assert first.errors == {"a": 0.8, "b": 0.4}
+    for size in (0.3, 0.1):
+        estimates = {"a": 0.8 * size, "b": 0.4 * size}
+        after = told.corrected(level(estimates, fractions))
+        part = min((1 + 0.5**0.5) * abs(fraction), 1.0)
+        assert after.errors == pytest.approx({n: part * e for n, e in estimates.items()}, rel=1e-9)
+        assert after.goals["a"][0].sum() == pytest.approx(part * estimates["a"], rel=1e-9)
+        # Wrong by as much as it says, it would be outside: what is stated holds the error, and half of it doesn't.
+        true = abs(fraction) * estimates["a"]
+        assert 0.5 * after.errors["a"] < true < after.errors["a"]
+
+
+@pytest.mark.parametrize(
+    ("second", "fractions"),
+    [
+        ({"a": 0.4, "b": 0.2}, {"a": 0.9, "b": 0.1}),  # an estimate is hardly larger than the error
+        ({"a": 0.9, "b": 0.2}, {"a": 0.3, "b": 0.3}),  # an estimate that doesn't fall says nothing good
+    ],
+)
+def test_estimates_stay_where_meshes_tell_nothing_better(second: dict[str, float], fractions: dict[str, float]) -> None:
+    told = Told()
+    told.corrected(level({"a": 0.8, "b": 0.4}, fractions))
+    assert told.corrected(level(second, fractions)).errors == second
+
+
+def test_one_reading_alone_is_trusted_less() -> None:
+    told, fractions = Told(), {"a": 0.25, "b": 0.0}
+    for size in (1.0, 0.3):
+        after = told.corrected(level({"a": 0.8 * size, "b": 0.4 * size}, fractions))
+    assert after.errors["a"] == pytest.approx(2 * 0.25 * 0.8 * 0.3)
+
+
+def test_no_error_is_below_what_the_last_degree_changed_or_the_least_part() -> None:
+    """Readings that are right by chance tell little, and rounding tells nothing."""
+    hardly = {"a": 1e-3, "b": 0.0}
+    for last, stated in ((0.0, LEAST * 0.4), (0.3, 0.3)):
+        told = Told()
+        told.corrected(level({"a": 0.8, "b": 1e-11}, hardly))
+        assert told.corrected(level({"a": 0.4, "b": 2e-11}, hardly, last)).errors["a"] == pytest.approx(stated)
