@@ -107,23 +107,14 @@ def has_sides(scene: AnyScene) -> bool:
 
 
 def refuse_sides(scene: AnyScene, what: str) -> None:
-    """Refuses a scene with sides of contacts, for ``what`` doesn't know of these."""
-    refuse_contacts(scene, what)
-    for probe in scene.probes:
-        if getattr(probe, "box", ""):
-            raise SceneError(f"{what}: leave probe {quoted(probe.name)}.box out")
-
-
-def refuse_contacts(scene: AnyScene, what: str) -> None:
-    """Refuses a scene where the temperature or the potential jumps, for ``what`` doesn't know of that."""
-    jumps = [f"contact {quoted(c.name)}" for c in getattr(scene, "contacts", ()) if not c.perfect]
-    jumps += [
-        f"boundary {quoted(b.name)}.contact_resistance"
-        for b in scene.boundaries
-        if b.kind == "voltage" and b.contact_resistance
-    ]
-    if jumps:
-        raise SceneError(f"{what}: leave {jumps[0]} out")
+    """Refuses a scene where the temperature or the potential jumps, or a probe says on which side, for ``what`` doesn't
+    know of these."""
+    torn = [f"contact {quoted(c.name)}" for c in getattr(scene, "contacts", ()) if not c.perfect]
+    behind = (b for b in scene.boundaries if b.kind == "voltage" and b.contact_resistance)
+    torn += [f"boundary {quoted(b.name)}.contact_resistance" for b in behind]
+    torn += [f"probe {quoted(p.name)}.box" for p in scene.probes if getattr(p, "box", "")]
+    if torn:
+        raise SceneError(f"{what}: leave {torn[0]} out")
 
 
 def refuse_faces(scene: AnyScene, what: str) -> None:
@@ -148,16 +139,15 @@ def refuse_following(scene: AnyScene, over_time: bool) -> None:
             )
 
 
-def refuse_laws(used: Iterable[Material], what: str) -> None:
-    """Refuses, for ``what`` takes numbers alone, a property that is a law or differs along the axes."""
+def refuse_laws(used: Iterable[Material], what: str, instead: str = "") -> None:
+    """Refuses, for ``what`` takes numbers alone, a property that is a law or differs along the axes; ``instead`` is
+    what else can be done."""
     for material in used:
         for key, given in material.given():
             if not laws.is_plain(given):
                 kind = "follows the temperature" if laws.varies(given) else "differs along x, y and z"
-                raise SceneError(
-                    f"{key} of {quoted(material.name)} {kind}, and {what} takes one number: give one value there, or "
-                    "ask for the 3D solution alone"
-                )
+                name = f"{key} of {quoted(material.name)}"
+                raise SceneError(f"{name} {kind}, and {what} takes one number: give one value there{instead}")
 
 
 def refuse_directions(used: Iterable[Material], what: str) -> None:

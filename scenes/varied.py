@@ -171,7 +171,7 @@ class Number:
 
 def of_free(scene: AnyScene) -> dict[str, Number]:
     """The numbers by their keys, zeros among them, which no logarithmic derivative can be taken by."""
-    by_key = dict([*_materials(scene), *_conditions(scene), *_sources(scene)])
+    by_key = dict([*_materials(scene), *_conditions(scene), *_contacts(scene), *_sources(scene)])
     if scene.parts == "boxes":
         boxes: Any = scene
         by_key |= dict(_planes(boxes))
@@ -279,6 +279,14 @@ def _with_contact(scene: Any, number: int) -> Callable[[float], Any]:
         return replace(scene, boundaries=tuple(boundaries))
 
     return more
+
+
+def _contacts(scene: AnyScene) -> Iterator[tuple[str, Number]]:
+    kinds = {"thermal_resistance": HEAT_CONTACT, "electrical_resistance": CURRENT_CONTACT}
+    for i, contact in enumerate(getattr(scene, "contacts", ())):
+        for key, kind in kinds.items():
+            number = Number(getattr(contact, key), kind, _with_item(scene, "contacts", i, key))
+            yield f"contact.{contact.name}.{key}", number
 
 
 def _sources(scene: AnyScene) -> Iterator[tuple[str, Number]]:

@@ -83,13 +83,19 @@ class _Films:
     rows: dict[str, tuple[np.ndarray, np.ndarray]]
 
 
-def _films_and_fluxes(domain: Domain) -> _Films:
-    space, channels = domain.space, domain.inputs
-    matrix, cooled = csc_array((space.size,) * 2), np.zeros(space.size)
+def jumping(domain: Domain) -> csc_array:
+    """(functions, functions): what heat crosses contacts by, in W/K."""
+    matrix = csc_array((domain.space.size,) * 2)
     for joint in domain.contacts:
         if joint.contact.thermal_resistance:
-            jumps = Interface.inside(space, joint.facets).mass()
+            jumps = Interface.inside(domain.space, joint.facets).mass()
             matrix = csc_array(matrix + jumps / joint.contact.thermal_resistance)
+    return matrix
+
+
+def _films_and_fluxes(domain: Domain) -> _Films:
+    space, channels = domain.space, domain.inputs
+    matrix, cooled = jumping(domain), np.zeros(space.size)
     loads, rows = np.zeros((channels.count, space.size)), {}
     for b in domain.scene.boundaries:
         if b.kind not in ("convection", "radiation", "heat_flux"):

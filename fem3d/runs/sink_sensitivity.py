@@ -18,6 +18,7 @@ from fem3d.sensitivity.motion import STEP
 from fem3d.sensitivity.steady import Table
 from meshes import symmetry
 from scenes import physics
+from scenes.model import Probe
 from scenes.result import Estimate, Result
 from scenes.sink import Sink
 from scenes.varied import neighbour, numbers
@@ -71,8 +72,8 @@ def of_sink(
     rows = dict[str, np.ndarray]()
     if weights is not None:
         at = [tuple(point) for point in result.details["profile"]["points_m"]]
-        space: Any = state.heat.domain.space
-        rows[PROFILE] = sum(w * space.mean(x, x) for w, x in zip(weights, at, strict=True))
+        domain: Any = state.heat.domain
+        rows[PROFILE] = sum(w * domain.mean(Probe("", x, x)) for w, x in zip(weights, at, strict=True))
     one = dict.fromkeys(rows, Estimate(1.0, 0.0))
     steady, _ = steady_slopes.steady_table(study(), state, steady_slopes.Known(known | one, {}, rows), by)
     profile = {key: by_name.pop(PROFILE).value for key, by_name in steady.items() if PROFILE in by_name}

@@ -6,6 +6,7 @@ at given values,
     R_T(z) = int k(u) grad u . grad z + films - int q z - int |grad phi|^2 / (n rho(u)) z = 0
     R_E(w) = int grad phi . grad w / rho(u) = 0
 
+(with what enters at electrodes of given current, or behind a resistance, as `fem3d.problems.terminals` has it)
 and an output is J = row @ u + charges @ phi + R_T(e) + R_E(d) + int_boxes |grad phi|^2 / (n rho(u)) + films: heat
 flows and currents are residuals of tests e, d that live at given nodes; of cells that stand for n in series rho counts
 all, the heat one. The dual solutions z and w make J - R_T(z) - R_E(w) stationary in u and phi, so that its change with
@@ -28,6 +29,7 @@ from fem3d.problems.current import Conductor
 from fem3d.problems.faces import Surface
 from fem3d.problems.linearized import linearized
 from fem3d.problems.rest import Rest
+from fem3d.problems.terminals import packed, unpacked
 from fem3d.sensitivity.motion import Motion
 from fem3d.solution.steady import SteadyState
 from fem3d.spaces.integrals import Faces
@@ -47,7 +49,8 @@ Own = Callable[[Motion], float]
 @dataclass(frozen=True, eq=False)
 class Goal:
     """An output J as above: ``row`` (functions,) and ``charges`` (functions,), the tests ``heat`` (e) and ``charge``
-    (d) (functions,), the weight of each live cell's Joule heat ``boxes`` (live cells, 1), and of the flow through each
+    (d) (functions,), the weight of the Joule heat of each of the conductor's rows ``boxes`` (rows, 1), and of the flow
+    through each
     facet of a film ``films`` (facets,), by boundary; ``own``: how the rows themselves follow a motion, with weights."""
 
     row: np.ndarray
@@ -125,9 +128,10 @@ class Linearized:
 
     def nothing(self) -> Goal:
         """The goal that is always zero."""
-        size, conductor = self.state.heat.domain.space.size, self.state.conductor
-        live = 0 if conductor is None else len(conductor.cells)
-        return Goal(np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size), np.zeros((live, 1)))
+        domain, conductor = self.state.heat.domain, self.state.conductor
+        rows = 0 if conductor is None else len(conductor.cold)
+        rises, potentials = (np.zeros(each.space.size) for each in (domain, domain.electric))
+        return Goal(rises, potentials, rises, potentials, np.zeros((rows, 1)))
 
     def tested(self, z: np.ndarray, boxes: np.ndarray | float) -> np.ndarray:
         """(live cells, points): (z + boxes) / n, what |grad phi|^2 / rho is multiplied by."""
@@ -156,6 +160,8 @@ class Linearized:
         if self.state.conductor is None:
             return gradient, goal.charges.copy()
         of_phi = goal.charges + self._charge(z, w, goal.boxes)
+        for t in self._conductor.terminals:
+            of_phi[t.at] -= t.conductance * (w + goal.charge)[t.at]
         if self._conductor.warms:
             gradient -= heat.take(self._conductor.on.load(self._steepness / self.rho * self.pressed(z, w, goal.boxes)))
         return gradient, of_phi
@@ -170,17 +176,15 @@ class Linearized:
         heat, conductor = self.state.heat, self.state.conductor
         # Where nothing thermal is asked for there is no equation of heat.
         n = heat.free if physics.heat(heat.domain.scene) else 0
-        charges = np.empty(0, int) if conductor is None else conductor.free
+        free, terminals = (np.empty(0, int), ()) if conductor is None else (conductor.free, conductor.terminals)
         z, w = -goal.heat, -goal.charge
 
         def unknowns(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-            potential = np.zeros(len(w))
-            potential[charges] = x[n:]
-            return heat.field(x[:n]), potential
+            return heat.field(x[:n]), unpacked(terminals, free, x[n:], len(w))
 
         def residual(goal: Goal, z: np.ndarray, w: np.ndarray) -> np.ndarray:
             of_rise, of_phi = self.gradient(goal, z, w)
-            return np.concatenate([of_rise[:n], of_phi[charges]])
+            return np.concatenate([of_rise[:n], packed(terminals, free, of_phi)])
 
         none = self.nothing()
 
@@ -192,12 +196,15 @@ class Linearized:
             at_rise = heat.solve_steady(b[:n]) if n else b[:0]
             if conductor is None:
                 return at_rise
-            still = np.zeros(len(w))
-            charge = b[n:] + self._charge(heat.field(at_rise), still, 0.0)[charges]
-            return np.concatenate([at_rise, conductor.solve_cold(charge)])
+            charge = self._charge(heat.field(at_rise), np.zeros(len(w)), 0.0)
+            charge[free] += b[n : n + len(free)]
+            for t, more in zip(terminals, b[n + len(free) :], strict=True):
+                charge[t.at] += more
+            potential = conductor.respond(charge)
+            return np.concatenate([at_rise, potential[free], [potential[t.at] for t in terminals]])
 
         b = residual(goal, z, w)
-        size = n + len(charges)
+        size = len(b)
         # In the norm of the preconditioned equations, whose parts of heat and of current are of like size.
         start = preconditioned(b)
         operator = LinearOperator((size, size), lambda x: preconditioned(applied(x)), dtype=float)

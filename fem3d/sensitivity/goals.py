@@ -3,14 +3,13 @@ dual solutions of, with how its rows themselves follow a motion of the mesh and 
 
 from __future__ import annotations
 
-import copy
 from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 
-from fem3d.problems.conductors import within
+from fem3d.problems.conductors import box_of, within
 from fem3d.problems.following import OfCells, at_faces, following
 from fem3d.results import probes
 from fem3d.results.probes import reading
@@ -50,8 +49,8 @@ class Goals:
             flow = part.flows[name]
             return none.plus(flow.current, replace(none, charge=conductor.electrodes[flow.boundary]))
         if kind == "joule" and conductor is not None:
-            bodies = np.array(self._domain.names)[self._domain.body[conductor.cells]]
-            return none.plus(part.box_copies[name], replace(none, boxes=(bodies == name)[:, None].astype(float)))
+            bodies = np.array([box_of(label) == name for label in conductor.names], float)
+            return none.plus(part.box_copies[name], replace(none, boxes=bodies[:, None]))
         if output in ("power", "dissipated"):
             return replace(none, boxes=np.full(none.boxes.shape, float(part.copies)))
         raise SceneError(f"there is no derivative of {output}")
@@ -91,7 +90,7 @@ class Goals:
         )
 
     def _potential(self, probe: Any) -> Goal:
-        domain, conductor = self._domain, self._state.conductor
+        domain, conductor = self._domain.electric, self._state.conductor
         meter, place = Voltmeter(domain, probe), None
         phi = meter.field(None if conductor is None else self._state.hot_potential, 0.0)
         if probe.reduce == "mean":
@@ -127,6 +126,7 @@ class Goals:
     def _gradient(self, probe: Any) -> Goal:
         """The heat that passes a section."""
         domain, rise, key = self._domain, self._linearized.rise, "thermal_conductivity"
+        _off_contacts(domain, probe, 0)
         cold, bent = domain.per_cell(key), len(following(domain, key)) > 0
 
         def follows(by: Motion) -> float:
@@ -154,8 +154,9 @@ class Goals:
         if how.boundaries:
             charge: np.ndarray = sum((conductor.electrodes[b] for b in how.boundaries), np.zeros(len(none.charge)))
             return replace(none, charge=how.sign * charge)
-        domain, rise, phi = self._domain, self._linearized.rise, self._state.hot_potential
-        row, charges, sides = np.zeros(len(phi)), np.zeros(len(phi)), []
+        domain, rise, phi = self._domain.electric, self._linearized.rise, self._state.hot_potential
+        _off_contacts(domain, probe, 1)
+        row, charges, sides = np.zeros(len(rise)), np.zeros(len(phi)), []
         section, beside = conductor.sections[probe.name], domain.sides(probe, domain.live)
         by_law = conductor.following is not None
         for (faces, warmed, sign, _, warm, resistivity), (_, _, cells) in zip(section, beside, strict=True):
@@ -164,7 +165,7 @@ class Goals:
             if by_law:
                 warm = domain.stands_for[domain.body[cells], None] * OfCells(domain, "resistivity", cells).slope(at)
             charges += sign * faces.flux(1 / rho)
-            row += sign * faces.load(warm / rho**2 * faces.slope(phi))
+            row += sign * warmed.load(warm / rho**2 * faces.slope(phi))
             sides.append((faces, sign, cells, at, rho))
 
         def follows(by: Motion) -> float:
@@ -180,6 +181,13 @@ class Goals:
             return total
 
         return replace(none, row=row, charges=charges, own=((1.0, follows),))
+
+
+def _off_contacts(domain: Any, probe: Any, which: int) -> None:
+    """SceneError for a flat probe of heat (0) or current (1) that lies on a contact."""
+    torn = [c.facets for c in domain.contacts if (c.contact.thermal_resistance, c.contact.electrical_resistance)[which]]
+    if np.isin(domain.facets(probe), np.concatenate([np.empty(0, int), *torn])).any():
+        raise SceneError("it lies on a contact, and what passes there has no derivative yet: move the probe off it")
 
 
 def _shrinks(domain: Any, probe: Any, by: Motion) -> np.ndarray:
@@ -199,13 +207,11 @@ def moved_mean(domain: Any, probe: Any, by: Motion, fields: np.ndarray, inside: 
         return np.zeros(fields.shape[:-1])
     rows, space = [], domain.space
     for step in (MOVED, -MOVED):
-        moved = copy.copy(space)
         breaks = [b + step * v for b, v in zip(space.grid.breaks, by.breaks, strict=True)]
-        moved.grid = space.grid.with_axes(breaks, space.grid.degrees)
-        rows.append(moved.mean(tuple(probe.lower + step * lower), tuple(probe.upper + step * upper)))
+        moved = replace(domain, space=space.moved(space.grid.with_axes(breaks, space.grid.degrees)))
+        corners = {"lower": tuple(probe.lower + step * lower), "upper": tuple(probe.upper + step * upper)}
+        rows.append(moved.mean(replace(probe, **corners), inside))
     row = (rows[0] - rows[1]) / (2 * MOVED)
-    if inside is not None:
-        row = np.where(space.of(inside), row, 0.0)
     change: np.ndarray = fields @ row
     return change
 

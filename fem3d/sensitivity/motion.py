@@ -32,12 +32,14 @@ APART = 1e-9  # faces nearer to each other than this fraction of a scene's exten
 @dataclass(frozen=True, eq=False)
 class Motion:
     """Derivatives by the logarithm of a key. ``breaks``: of the grid's breakpoints (m), per axis; ``stretch`` (3,
-    cells): of the logarithms of the cells' sides; ``conductivity`` (3, cells), ``cold`` and ``warm`` (cells,): of the
-    properties where these are numbers, the latter the two parts of the resistivity; ``rises`` and ``voltages``
+    cells): of the logarithms of the cells' sides; ``conductivity`` (3, cells), ``cold`` and ``warm`` (cells,): of
+    the properties where these are numbers, the latter the two parts of the resistivity; ``rises`` and ``voltages``
     (functions,): of what is given; ``sources``: of the heat sources, as the domain has them; ``films``: of flux,
-    coefficient and the air's rise, by boundary; ``probes``: of corners; ``electrodes``: their voltages, with how they
-    change. What a law of the temperature does is told at the points of integrals, from the scene that is ``changed`` by
-    a ``step``."""
+    coefficient and the air's rise, by boundary; ``probes``: of corners; ``electrodes``: their voltages, with how
+    they change; ``terminals``: by name of the given current (A), or of the voltage and of the conductance (S) of
+    the series resistance behind which it stands; ``contacts``: by name of the logarithms of the thermal and the
+    electrical resistance of contacts, the latter of electrodes too. What a law of the temperature does is told at
+    the points of integrals, from the scene that is ``changed`` by a ``step``."""
 
     breaks: tuple[np.ndarray, ...]
     stretch: np.ndarray
@@ -50,6 +52,8 @@ class Motion:
     films: dict[str, tuple[float, float, float]]
     probes: dict[str, tuple[np.ndarray, np.ndarray]]
     electrodes: tuple[tuple[float, float], ...]
+    terminals: dict[str, tuple[float, float]]
+    contacts: dict[str, tuple[float, float]]
     changed: AnyScene
     step: float
 
@@ -97,15 +101,20 @@ def motion(domain: Any, part: Symmetry, other: Symmetry, step: float) -> Motion:
     _check_alike(part, other)
     space = domain.space
     start = scene.initial_temperature, changed.initial_temperature
-    rises, voltages = np.zeros(space.size), np.zeros(space.size)
-    films, electrodes = {}, []
+    rises, voltages = np.zeros(space.size), np.zeros(domain.electric.space.size)
+    films, electrodes, terminals = {}, [], {}
     for a, b in zip(scene.boundaries, changed.boundaries, strict=True):
         if a.kind == "temperature":
             indices = domain.fixed[a.name]
             rises[indices] = space.unit[indices] * (_number(b.value) - start[1] - _number(a.value) + start[0]) / step
         elif a.kind == "voltage":
-            indices, more = domain.fixed[a.name], (_number(b.value) - _number(a.value)) / step
-            voltages[indices] = space.unit[indices] * more
+            more = (_number(b.value) - _number(a.value)) / step
+            if a.series_resistance:
+                grown = 0.0 if np.isinf(a.series_resistance) else b.series_resistance - a.series_resistance
+                terminals[a.name] = more, -grown / a.series_resistance**2 / step
+                continue
+            indices = domain.electric.fixed[a.name]
+            voltages[indices] = domain.electric.space.unit[indices] * more
             electrodes.append((_number(a.value), more))
         elif not bends(a):
             films[a.name] = _difference(_film(a, start[0]), _film(b, start[1]), step)
@@ -129,7 +138,8 @@ def motion(domain: Any, part: Symmetry, other: Symmetry, step: float) -> Motion:
         }
     return Motion(
         breaks, stretch, np.array(conductivity).T[:, indices], lines[:, 0], lines[:, 1], rises,
-        voltages, _sources(scene, changed, step), films, probes, tuple(electrodes), changed, step,
+        voltages, _sources(scene, changed, step), films, probes, tuple(electrodes), terminals,
+        _resisting(scene, changed, step), changed, step,
     )  # fmt: skip
 
 
@@ -148,8 +158,11 @@ def moved(domain: Any, part: Symmetry, other: Symmetry, step: float) -> Domain:
     if _voltages(part.scene) != _voltages(other.scene):
         return boxes(other.scene, moved_grid)  # which cells carry current may change
     owned = (b.heat_source for b in other.scene.boxes if b.heat_source)
+    contacts = {c.name: c for c in other.scene.contacts}
     return replace(
         domain, scene=other.scene, space=domain.space.moved(moved_grid),
+        potentials=domain.potentials and domain.potentials.moved(moved_grid),
+        contacts=tuple(replace(joint, contact=contacts[joint.contact.name]) for joint in domain.contacts),
         materials=tuple(b.material for b in other.scene.boxes),
         sources=tuple((value, cells) for value, (_, cells) in zip(owned, domain.sources, strict=True)),
     )  # fmt: skip
@@ -184,6 +197,20 @@ def _sources(scene: AnyScene, changed: AnyScene, step: float) -> tuple[float, ..
     # A source of a mesh's group is one even where it is nothing; a box that is not heated has none.
     every = scene.heated[0] == "source"
     return tuple((_number(q) - _number(p)) / step for (_, p), (_, q) in pairs if every or p)
+
+
+def _resisting(scene: AnyScene, changed: AnyScene, step: float) -> dict[str, tuple[float, float]]:
+    """`Motion.contacts`."""
+    resistances = []
+    for each in (scene, changed):
+        own = {c.name: (c.thermal_resistance, c.electrical_resistance) for c in getattr(each, "contacts", ())}
+        resistances.append(own | {b.name: (0.0, b.contact_resistance) for b in each.boundaries if b.kind == "voltage"})
+    first, second = resistances
+
+    def grown(a: float, b: float) -> float:
+        return (b - a) / a / step if a else 0.0
+
+    return {name: (grown(a, second[name][0]), grown(b, second[name][1])) for name, (a, b) in first.items()}
 
 
 def _planes(scene: Scene, changed: Scene, axis: int, step: float) -> tuple[list[float], list[float]]:

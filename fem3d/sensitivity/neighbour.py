@@ -15,7 +15,7 @@ import numpy as np
 from scipy.sparse import csc_array
 
 from fem3d.problems import conductors
-from fem3d.problems.assembly import assemble
+from fem3d.problems.assembly import assemble, jumping
 from fem3d.problems.cholesky import part
 from fem3d.problems.conductors import law
 from fem3d.problems.current import Conductor, Pattern
@@ -102,7 +102,7 @@ class Beside:
         return [int(mask.sum()) for mask in self._heat.domain.space.nested].index(self._heat.size)
 
     def _matrices(self, domain: Boxes, cooling: csc_array) -> list[csc_array]:
-        """Stiffness, with what films (functions, functions) add to it, and mass."""
+        """Stiffness, with what films and contacts (functions, functions) add to it, and mass."""
         near, space = self._heat, domain.space
         pattern = self._pattern
         before: Any = near.domain.space
@@ -134,11 +134,10 @@ class Beside:
 
     @cached_property
     def _cooling(self) -> csc_array:
-        """What films add to the stiffness, by functions."""
+        """What films and contacts add to the stiffness, by functions."""
         domain = self._heat.domain
         cooled = [b for b in domain.scene.boundaries if b.kind == "convection" and b.value]
-        none = csc_array((domain.space.size,) * 2)
-        return csc_array(sum((float(b.value) * domain.faces(b).mass() for b in cooled), none))
+        return csc_array(sum((float(b.value) * domain.faces(b).mass() for b in cooled), jumping(domain)))
 
     def _conducts_alike(self, heat: HeatProblem) -> bool:
         """Whether neither conductor nor what its currents meet changes."""
@@ -148,7 +147,7 @@ class Beside:
         if any(not np.array_equal(held, heat.held[name]) for name, held in self._heat.held.items()):
             return False
         sides = [d.space.h[:, near.live] if isinstance(d, Boxes) else np.ones(1) for d in (near, other)]
-        both = [(_laws(d), [b.value for b in d.scene.boundaries if b.kind == "voltage"]) for d in (near, other)]
+        both = [(_laws(d), _electrodes(d), _resistances(d)) for d in (near, other)]
         return (
             both[0] == both[1] and np.array_equal(near.live, other.live) and np.allclose(sides[0], sides[1], SAME, 0.0)
         )
@@ -162,6 +161,15 @@ class Beside:
         solve = near.solve_cold if alike else _refined(part(other.matrix, other.free), near.solve_cold)
         other.kept.tell(solve_cold=solve, preconditioner=near.solve_cold)
         return other
+
+
+def _electrodes(domain: Domain) -> list[Any]:
+    electrodes = [b for b in domain.scene.boundaries if b.kind == "voltage"]
+    return [(b.value, b.contact_resistance, b.series_resistance) for b in electrodes]
+
+
+def _resistances(domain: Domain) -> list[float]:
+    return [joint.contact.electrical_resistance for joint in domain.contacts]
 
 
 def _laws(domain: Domain) -> list[tuple[float, float] | None]:

@@ -21,6 +21,8 @@ import numpy as np
 
 from fem3d.adaptivity.estimate import left
 from fem3d.problems.following import Conduction
+from fem3d.problems.paths import crossings
+from fem3d.problems.terminals import Terminal
 from fem3d.results.outputs import of_steady
 from fem3d.results.study import Study
 from fem3d.sensitivity.adjoint import FILMS, Goal, Linearized
@@ -28,7 +30,8 @@ from fem3d.sensitivity.goals import Goals
 from fem3d.sensitivity.motion import STEP, Motion, motion
 from fem3d.solution import newton, steady
 from fem3d.solution.steady import SteadyState
-from fem3d.spaces.domain import Domain
+from fem3d.spaces.domain import Domain, Joint
+from fem3d.spaces.split import Interface
 from meshes import grading
 from scenes import faces, physics
 from scenes.errors import SceneError
@@ -48,16 +51,18 @@ class _Parts:
     """For one goal, integrals over cells and facets that all keys share."""
 
     conduction: np.ndarray  # (3, cells)
-    heating: np.ndarray  # (3, live cells)
-    resisted: np.ndarray  # (2, live cells): by the cold and by the warm part of the resistivity
+    heating: np.ndarray  # (3, rows): of live cells, and of contacts that current crosses
+    resisted: np.ndarray  # (2, rows): by the cold and by the warm part of the resistivity
     sources: list[np.ndarray]  # (cells of each,)
     films: dict[str, tuple[np.ndarray, np.ndarray]]  # (facets,): of the test, of the test times the rise
+    jumps: list[np.ndarray]  # (facets,) of each contact: of what its resistance lets through
     # What is no number is told at points, where the integrand is this over what a key changes.
     conducted: list[np.ndarray]  # (3, cells, points) of each part of a conductivity by a law
     pressed: np.ndarray  # (live cells, points): of a resistivity by a law
     faces: dict[str, np.ndarray]  # (facets, points): of a film that is no straight line of the temperature
     of_rise: np.ndarray  # (functions,)
     of_potential: np.ndarray
+    of_terminals: np.ndarray  # of the current into each
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,7 +131,9 @@ class Tangent:
         for law, each in zip(self._by_law, conducted, strict=True):
             conduction[:, law.cells] = (law.conductivity * each).sum(axis=-1)
         heating, resisted, pressed = np.zeros((3, 0)), np.zeros((2, 0)), np.zeros((0, 0))
+        of_terminals = np.zeros(0)
         if conductor is not None:
+            of_terminals = np.array([(w + goal.charge)[t.at] for t in conductor.terminals])
             on, rho = conductor.on, lin.rho
             each = lin.slope * (lin.slope * lin.tested(z, goal.boxes) - on.gradient(w)) * on.weights / rho
             pressed = each.sum(axis=0) / rho
@@ -145,13 +152,35 @@ class Tangent:
                     at_points[boundary.name] = tested
                 else:
                     films[boundary.name] = tested.sum(axis=-1), (tested * face.value(lin.rise)).sum(axis=-1)
-        return _Parts(conduction, heating, resisted, sources, films, conducted, pressed, at_points, whole, of_potential)
+        jumps = [
+            (face.jump(z) * face.jump(lin.rise) * face.one.areas).sum(axis=-1) / joint.contact.thermal_resistance
+            for joint, face in self._jumps
+        ]
+        return _Parts(
+            conduction, heating, resisted, sources, films, jumps, conducted, pressed, at_points, whole, of_potential,
+            of_terminals,
+        )  # fmt: skip
 
     @cached_property
     def _films(self) -> dict[str, Any]:
         """The facets of each film."""
         kinds = (*FILMS, "heat_flux")
         return {b.name: self.linearized.face(b) for b in self.domain.scene.boundaries if b.kind in kinds}
+
+    @cached_property
+    def _jumps(self) -> list[tuple[Joint, Interface]]:
+        """The contacts that heat crosses, and their facets."""
+        space, contacts = self.domain.space, self.domain.contacts
+        return [(c, Interface.inside(space, c.facets)) for c in contacts if c.contact.thermal_resistance]
+
+    def _crossed(self, by: Motion) -> tuple[np.ndarray, np.ndarray]:
+        """(rows,) twice: of the contacts that current crosses, how their areas and their resistances grow."""
+        on = [np.zeros(0)], [np.zeros(0)]
+        for crossing in crossings(self.domain):
+            face = crossing.potential.one
+            on[0].append(face.along(by.stretch) if by.moves else np.zeros(len(face.areas)))
+            on[1].append(np.full(len(face.areas), by.contacts[crossing.name][1]))
+        return np.concatenate(on[0]), np.concatenate(on[1])
 
     @cached_property
     def _by_law(self) -> list[_ByLaw]:
@@ -170,8 +199,9 @@ class Tangent:
         if self._by_law and by.bends(domain, K):
             conductivity = [by.of_law(domain, K, law.cells, law.rise) for law in self._by_law]
         if conductor is not None and conductor.following is not None and by.bends(domain, RHO):
-            rise = conductor.on.value(self.linearized.rise)
-            resistivity = conductor.stands_for * by.of_law(domain, RHO, conductor.cells, rise)
+            n = len(conductor.cells)
+            rise = conductor.on.value(self.linearized.rise)[:n]
+            resistivity = conductor.stands_for[:n] * by.of_law(domain, RHO, conductor.cells, rise)
         return _Bent(conductivity, resistivity)
 
     @cached_property
@@ -203,20 +233,36 @@ class Tangent:
             derivative -= float((tested * moved).sum())
         derivative += float(parts.of_rise @ by.rises + parts.of_potential @ by.voltages)
         if conductor is not None:
-            live = conductor.cells
-            derivative += float((parts.heating * grown[:, live]).sum())
+            derivative += float(parts.of_terminals @ [self._driven(t, by) for t in conductor.terminals])
+            live, (areas, resistances) = conductor.cells, self._crossed(by)
+            derivative += float((parts.heating * np.hstack([grown[:, live], np.tile(areas, (3, 1))])).sum())
+            n = len(live)
+            derivative -= float(parts.resisted[0, n:] @ (conductor.cold[n:, 0] * resistances))
             if conductor.following is None:
-                derivative -= float(parts.resisted[0] @ by.cold[live] + parts.resisted[1] @ by.warm[live])
+                derivative -= float(parts.resisted[0, :n] @ by.cold[live] + parts.resisted[1, :n] @ by.warm[live])
             elif bent.resistivity is not None:
-                derivative -= float((parts.pressed * bent.resistivity).sum())
+                derivative -= float((parts.pressed[:n] * bent.resistivity).sum())
         for (q, cells), change, tested in zip(domain.sources, by.sources, parts.sources, strict=True):
             derivative += float(tested @ (change + q * by.volume[cells]))
+        for (joint, face), passing in zip(self._jumps, parts.jumps, strict=True):
+            grows = face.one.along(by.stretch) if by.moves else 0.0
+            derivative -= float((passing * (grows - by.contacts[joint.contact.name][0])).sum())
         for boundary in domain.scene.boundaries:
             if boundary.name in parts.films:
                 derivative += self._film(boundary, *parts.films[boundary.name], by)
             elif boundary.name in parts.faces:
                 derivative -= self._face(boundary, parts.faces[boundary.name], by)
         return derivative + sum(weight * term(by) for weight, term in goal.own)
+
+    def _driven(self, terminal: Terminal, by: Motion) -> float:
+        """What enters more (A) at an electrode of given current, or behind a resistance, while its potential stays."""
+        given, conductance = by.terminals[terminal.name]
+        if np.isinf(terminal.resistance):
+            return given
+        conductor = self.state.conductor
+        assert conductor is not None
+        across = float(conductor.voltages[0, terminal.at] - self.state.hot_potential[terminal.at])
+        return given * terminal.conductance + across * conductance
 
     def _film(self, boundary: Any, tested: np.ndarray, warmed: np.ndarray, by: Motion) -> float:
         flux, h, air = by.films[boundary.name]

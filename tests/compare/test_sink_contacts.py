@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,10 +9,9 @@ import pytest
 from fem3d.runs import sink as sink_run
 from reduced1d import ladder
 from reduced1d.ladder.plate import film, stored
-from scenes.errors import SceneError
 from scenes.free import as_dict
 from scenes.loading import load
-from scenes.plan import Export, Request
+from scenes.plan import Request
 from scenes.sink import Sink
 from validate.run.pipeline import answer
 
@@ -88,15 +86,25 @@ def test_contacts_are_an_assumption_of_their_own():
     assert "contacts" in [step.step for step in outcome.plan]
 
 
-@pytest.mark.parametrize("more", [{"sensitivities": True}, {"export": Export(Path("model"), 1e-2)}])
-def test_what_has_no_contacts_says_so(more):
-    with pytest.raises(SceneError, match=r"has no contacts yet: leave anchor\.contact_resistance out"):
-        answer(Sink(contact_resistance=1e-7), Request(transient=False, **more))
-
-
-def test_a_device_has_no_contacts_yet():
-    with pytest.raises(SceneError, match=r'anchor\.contact_resistance = "1e-7 m2 K/W" is not solved for a device'):
-        load("device", ["anchor.contact_resistance=1e-7"])
+@pytest.mark.long
+@pytest.mark.parametrize(("key", "value"), [("current", 3e-3), ("series_resistance", 50.0)])
+def test_both_models_follow_a_contact_and_what_drives(key, value):
+    """A percent of each against runs with that percent more and less."""
+    sink = replace(Sink(contact_resistance=1e-6, accuracy=1e-3), **{key: value})
+    keys = {"anchor.contact_resistance": "contact_resistance", f"drive.{key}": key}
+    slopes = answer(sink, Request(transient=False, reduction="plate", sensitivities=True)).sensitivities.steady
+    for key, name in keys.items():
+        up, down = (
+            answer(replace(sink, **{name: getattr(sink, name) * (1 + s)}), Request(transient=False, reduction="plate"))
+            for s in (0.01, -0.01)
+        )
+        for quantity in ("peak_rise_K", "end_rise_K", "power_W"):
+            slope = slopes[key][quantity]
+            for model, value in (("fem3d", slope.fem3d.value), ("reduced1d", slope.reduced1d)):
+                more, less = (getattr(o, model).steady[quantity].value for o in (up, down))
+                difference = np.log(more / less) / np.log(1.01 / 0.99)
+                assert value == pytest.approx(difference, abs=3e-4), (key, quantity, model)
+        assert abs(slopes[key]["peak_rise_K"].fem3d.value) > 0.01
 
 
 @pytest.mark.long
