@@ -40,11 +40,13 @@ ROUNDS = 8
 LOOSE, TIGHT = 0.02, 0.005  # of the accuracy: the steps of the rounds, and of the last
 ENOUGH = 0.1  # of the accuracy, relative to the largest rise: corrections with which the rounds end
 KEPT = 0.01  # of the accuracy: corrections, relative to the largest state, that become fields
-INTERPOLATED = 0.01  # of the accuracy: what is left between states, relative to the property
+# Of the accuracy: what is left between states, relative to the property; and as long as the states are guessed.
+INTERPOLATED, GUESSED = 0.01, 0.05
 SAME_TIME = 0.05  # relative change of the time of a runaway from round to round, which counts as none
 FALLS = 0.25  # factor from round to round by which what is left should fall
 SURE = 0.05  # of the accuracy: what a finer quadrature of a law may change of the rise
-COARSE = 4.0  # factor between the steps that corrections are made with
+COARSE = 8.0  # factor between the steps that corrections are made with
+ALIKE = 0.1  # relative change of what a state's outflow dissipates, up to which the cold problem stands for the hot one
 
 
 class Pair(NamedTuple):
@@ -76,6 +78,7 @@ class Rounds:
 
     def __post_init__(self) -> None:
         heat = self.heat
+        self.joined, self.finer = list[Hot](), list[np.ndarray]()
         self.base, self.potentials = transient_base.cold(heat, self.conductor)
         self.hot = None if self.steady is None else self.steady.heat
         if self.hot is not None and self.hot.about is None and self.steady is not None:
@@ -84,8 +87,10 @@ class Rounds:
             rise = (self.steady.rise - heat.lifts[0])[: heat.free]
             self._join(Hot(self.steady.rise, heat.inputs.at(np.zeros(1))[0], True))
             assert self.hot is not None
-            warm = Base(self.hot, None, [], rise[:, None], [heat.mass @ heat.whole(rise)])
-            fields = Krylov(warm, self.shift).fields(GENERATIONS - 2)
+            fields = rise[:, None]
+            if self._warm is not heat:
+                warm = Base(self.hot, None, [], fields, [heat.mass @ heat.whole(rise)])
+                fields = Krylov(warm, self.shift).fields(GENERATIONS - 2)
             self.base = replace(self.base, fields=np.column_stack([self.base.fields, fields]), size=heat.norm(rise))
         self.krylov = Krylov(self.base, self.shift)
         self.corrections, self.states = np.empty((heat.free, 0)), np.empty((0, heat.size))
@@ -113,6 +118,23 @@ class Rounds:
         last = self._marched(self.reduced(), self.end, TIGHT)
         return Pair(last, before)
 
+    def beside(self, base: Base) -> Transient:
+        """The response of the ``base`` of a lower space, by what these rounds have found: what of their corrections,
+        states and currents that space holds."""
+        rounds = replace(self, heat=base.heat, conductor=base.conductor, steady=base.steady)
+        for field in self.finer:
+            rounds._take(rounds.heat.with_terms(self.heat.terms), field)
+
+        def lower(rises: np.ndarray) -> np.ndarray:
+            held: np.ndarray = rounds.heat.take(self.heat.field(rises))
+            return held
+
+        for state in self.joined[len(rounds.joined) :]:
+            rounds._join(state._replace(rise=lower(state.rise)))
+        rounds.corrections = lower(self.corrections.T)[:, : rounds.heat.free].T
+        rounds.states, rounds.left = lower(self.states), self.left
+        return rounds._marched(rounds.reduced(), self.end, TIGHT)
+
     def more(self) -> None:
         """More fields for the next `run`: generations, and corrections that were left out."""
         self.generations += MORE
@@ -129,7 +151,8 @@ class Rounds:
         if self.steady is not None:
             states = np.vstack([states, self.steady.rise])
         linear = self.base.project(self.fields)
-        return with_laws(linear, self.heat, self.conductor, self.base.patterns, states, INTERPOLATED * self.accuracy)
+        enough = (INTERPOLATED if self.left < np.inf else GUESSED) * self.accuracy
+        return with_laws(linear, self.heat, self.conductor, self.base.patterns, states, enough)
 
     def march(self, reduced: Reduced, share: float) -> tuple[Transient, float]:
         """The response up to the end, or to where it is about to run away, and when it does (s)."""
@@ -203,7 +226,7 @@ class Rounds:
         if better is not None:
             self.unsure = float(unsure.max())
             if self.unsure > SURE * self.accuracy:
-                self._take(better, rises[int(unsure.argmax())])
+                self._take(better, heat.field(rises[int(unsure.argmax())]))
         return float(seen.max()) + self.unsure
 
     def _finer(self, rises: np.ndarray) -> HeatProblem | None:
@@ -216,10 +239,21 @@ class Rounds:
         self.bends = any(term.bent(u).any() for term in heat.terms for u in fields)
         return heat.with_terms(tuple(term.finer(*fields) for term in heat.terms))
 
-    def _take(self, better: HeatProblem, rise: np.ndarray) -> None:
-        """Takes a finer quadrature, of the resistivity one that is so for a rise."""
-        self.heat, self.conductor = better, self.conductor and self.conductor.finer(better.field(rise))
+    def _take(self, better: HeatProblem, field: np.ndarray) -> None:
+        """Takes a finer quadrature, of the resistivity one that is so for a field (functions,)."""
+        self.heat, self.conductor = better, self.conductor and self.conductor.finer(field)
         self.base = replace(self.base, heat=self.heat, conductor=self.conductor)
+        self.finer.append(field)
+
+    @property
+    def _warm(self) -> HeatProblem:
+        """The problem linearized about the hot state, or the cold one where that is much alike."""
+        heat, hot = self.heat, self.hot
+        assert hot is not None
+        assert hot.about is not None
+        rise = heat.take(hot.about)
+        cold = float(rise @ (heat.stiffness @ rise))
+        return heat if abs(float(rise @ (hot.stiffness @ rise)) - cold) < ALIKE * cold else hot
 
     def _linearized(self, rise: np.ndarray, drive: np.ndarray) -> HeatProblem:
         density = np.empty(0)
@@ -230,19 +264,18 @@ class Rounds:
     def _stepped(self, times: np.ndarray, rises: np.ndarray, residuals: np.ndarray) -> np.ndarray:
         """(times, free nodes): what one step of the full problem, as long as it is since the last knot, makes of
         residuals: of the cold one or the hot, whichever is nearer."""
-        assert self.hot is not None
-        assert self.hot.about is not None
-        knots = np.append(0.0, self.heat.inputs.knots(self.end))
+        problem, knots = self._warm, np.append(0.0, self.heat.inputs.knots(self.end))
         since = times - knots[np.searchsorted(knots, times, side="right") - 1]
         steps = np.round(np.log(since) / np.log(COARSE)).astype(int)
-        warm = np.abs(rises).max(axis=1) > 0.5 * np.abs(self.heat.take(self.hot.about)).max()
+        warm = np.zeros(len(rises), bool)
+        if problem.about is not None:
+            warm = np.abs(rises).max(axis=1) > 0.5 * np.abs(self.heat.take(problem.about)).max()
         changes = np.empty_like(residuals)
         for hot, step in sorted(set(zip(warm.tolist(), steps.tolist(), strict=True))):
             at, length = (warm == hot) & (steps == step), COARSE**step
-            problem = self.hot if hot else self.heat
-            changes[at] = length * problem.solve_shifted(length)(residuals[at])
-        for problem in (self.hot, self.heat):
-            problem.let_go()
+            changes[at] = length * (problem if hot else self.heat).solve_shifted(length)(residuals[at])
+        for each in (problem, self.heat):
+            each.let_go()
         return changes
 
     def _join(self, state: Hot) -> None:
@@ -251,3 +284,4 @@ class Rounds:
             return
         hot, load = transient_base.heated(self.conductor, state, self.potentials)
         self.base, self.potentials = transient_base.joined_by(self.base, self.potentials, state, hot, load)
+        self.joined.append(state)

@@ -187,8 +187,7 @@ def _nonlinear(study: Study, given: Problems, space: int, before: Before) -> Ste
         state = newton.within(fine, heat, conductor, study.voltage, study.accuracy)
     else:
         start = _of(before.state, heat)
-        # On bricks a rough state came before.
-        if start is None and space and not isinstance(given.domain.space, BrickSpace):
+        if start is None and space:
             try:
                 lowest = _nonlinear(study, given, 0, before)
                 start = heat.take(lowest.heat.field(lowest.rise))

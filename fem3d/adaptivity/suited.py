@@ -37,9 +37,10 @@ MOST_GROWTH = 2.0  # of the unknowns
 
 def suited(mesh: Bricks, study: Study) -> tuple[Bricks, SteadyState | None]:
     """The first grid suited to the conductivity of a rough steady state, and that state; the grid as it is, and None,
-    where no property follows the temperature by a law, or no state is found. Raises RunawayError where none exists."""
+    where no property follows the temperature by a law, or no state is found. Raises RunawayError where none
+    exists."""
     scene, grid = mesh.scene, mesh.grid
-    if not (physics.heat(scene) and physics.nonlinear(scene, False)):
+    if not (physics.heat(scene) and physics.follows(scene, False)):
         return mesh, None
     rough = grid.with_axes(grid.breaks, [np.maximum(d - LOWER, 1) for d in grid.degrees])
     heat = assemble(boxes(scene, rough))

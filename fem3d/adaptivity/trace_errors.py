@@ -10,7 +10,7 @@ import numpy as np
 from fem3d.adaptivity import estimate, goal_errors, law_response
 from fem3d.adaptivity.estimate import Estimator, Parts, Spread
 from fem3d.adaptivity.goal_errors import Level
-from fem3d.adaptivity.law_response import SAME_TIME
+from fem3d.adaptivity.law_response import SAME_TIME, Rounds
 from fem3d.adaptivity.nested import Problems
 from fem3d.problems.heat import HeatProblem
 from fem3d.results import outputs, probes, trace_times
@@ -73,8 +73,8 @@ class Marched:
     traces: Quantities
     scales: dict[str, float]
     gaps: dict[str, float]
-    hot: HeatProblem | None = None
-    """The problem linearized about its hottest state, where properties follow the temperature by a law."""
+    rounds: Rounds | None = None
+    """What found it where properties follow the temperature by a law."""
 
 
 def marched(study: Study, base: Base, shift: float, steady_out: Outputs | None, generations: int = 0) -> Marched:
@@ -125,15 +125,15 @@ def _by_laws(
         enough = max(gaps[name] / scales[name] for name in gaps) <= SPACE_SHARE * study.accuracy
         if enough or rounds.generations >= MOST_GENERATIONS:
             gaps = {name: value + rounds.left * scales[name] for name, value in gaps.items()}
-            return Marched(answer, answer.reduced, rounds.generations, checked, out, traces, scales, gaps, rounds.hot)
+            return Marched(answer, answer.reduced, rounds.generations, checked, out, traces, scales, gaps, rounds)
         rounds.more()
 
 
-def beside(study: Study, base: Base, shift: float, generations: int) -> Transient:
+def beside(study: Study, base: Base, shift: float, fine: Marched) -> Transient:
     """The response of a lower space in as many generations of fields as that of the fine one."""
-    if base.follows:
-        return law_response.of(base, shift, study, generations).run().last
-    reduced = base.project(Krylov(base, shift).fields(generations))
+    if fine.rounds is not None:
+        return fine.rounds.beside(base)
+    reduced = base.project(Krylov(base, shift).fields(fine.generations))
     base.heat.let_go()
     return transient.march(base, reduced, study.end, TIME_SHARE * study.accuracy)
 
@@ -157,13 +157,13 @@ def respond(
         steady_errors = steady.relative
         given.let_go()
     march = marched(study, bases[0], shift, None if steady is None else steady.fine.out, generations)
-    if march.hot is not None:
-        given = given.about(march.hot)
+    if march.rounds is not None and march.rounds.hot is not None:
+        given = given.about(march.rounds.hot)
         times = _spread(march.checked, BENDS)
         judge = judge.bending(given.bent(given.heat.field(march.answer.rises(march.checked[times]))))
     # One space's factors at a time: these have made all their fields.
     bases[0].heat.let_go()
-    lesser = [beside(study, base, shift, march.generations) for base in bases[1:]]
+    lesser = [beside(study, base, shift, march) for base in bases[1:]]
     low = study.traces(outputs.of_transient(lesser[0], study.part, march.checked))
     changed = distance(march.traces, low)
     goals, parts = dict[str, Spread](), dict[str, Parts]()

@@ -44,8 +44,8 @@ class Secant:
         """That at a rise."""
         return faces.secant(self.boundary, self.start, rise)
 
-    def of(self, _: int) -> Secant:
-        """That of one of the facets, by its place among them."""
+    def of(self, _: np.ndarray) -> Secant:
+        """That of some of the facets, by their places among them."""
         return self
 
 

@@ -86,11 +86,11 @@ class OfCells:
                 change[at] += laws.towards(given, target, temperature[at])
         return change
 
-    def of(self, cell: int) -> OfCells:
-        """That of one of the cells, by its place among them."""
-        one = copy(self)
-        one._parts = [(np.zeros(1, int), given) for at, given in self._parts if cell in at]
-        return one
+    def of(self, cells: np.ndarray) -> OfCells:
+        """That of some of the cells, by their places among them, each as often as it is there."""
+        some = copy(self)
+        some._parts = [(np.flatnonzero(np.isin(cells, at)), given) for at, given in self._parts]
+        return some
 
     def bends(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
         """(cells,): where a table has a bend between two rises (cells,), in K."""

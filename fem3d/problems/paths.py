@@ -82,9 +82,9 @@ class OfPaths:
         """As of the cells."""
         return self.cells.bent(on.warmed, u)
 
-    def of(self, cell: int) -> OfCells:
-        """That of one of the cells, by its place among them."""
-        return self.cells.of(cell)
+    def of(self, cells: np.ndarray) -> OfCells:
+        """As of the cells."""
+        return self.cells.of(cells)
 
     def _with(self, of: Callable[[np.ndarray], np.ndarray], rise: np.ndarray, behind: np.ndarray) -> np.ndarray:
         count = len(rise) - len(behind)

@@ -13,8 +13,8 @@ out); of a steady state ``rounding`` (W, what it leaves of flows that are nothin
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import cache
+from collections.abc import Callable, Hashable
+from functools import cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -31,6 +31,7 @@ from fem3d.solution.reduced import Reduced
 from fem3d.solution.steady import SteadyState
 from fem3d.solution.transient import Base, Transient
 from fem3d.spaces import channels
+from fem3d.spaces.integrals import Faces
 from meshes.symmetry import Symmetry
 from scenes.model import Value
 
@@ -98,29 +99,36 @@ def of_states(
     def along(row: np.ndarray, states: np.ndarray, inputs_now: np.ndarray) -> np.ndarray:
         return states @ (row[: heat.free] @ basis) + inputs_now @ (lifts @ row)
 
-    def entering(field: np.ndarray, per_rise: np.ndarray, per_rate: np.ndarray) -> np.ndarray:
+    def entering(name: Hashable, field: np.ndarray, per_rise: np.ndarray, per_rate: np.ndarray) -> np.ndarray:
         linear = along(per_rise, a, g) + along(per_rate, rates, changing) - g @ (heat.loads @ field)
-        by_laws = sum((by_law(of, field, a, g) for of in leaving), linear)
-        return by_laws if capacity is None else by_laws + by_law(capacity, field, rates, changing)
+        by_laws = sum((by_law(of, name, field, a, g) for of in leaving), linear)
+        return by_laws if capacity is None else by_laws + by_law(capacity, name, field, rates, changing)
 
     laws, x = reduced.laws, together(a, g)
     leaving, capacity = ([], None) if laws is None else (laws.leaving, laws.capacity)
 
-    def by_law(law: Conducted, field: np.ndarray, states: np.ndarray, inputs_now: np.ndarray) -> np.ndarray:
+    def by_law(law: Conducted, name: Hashable, field: np.ndarray, states: np.ndarray, now: np.ndarray) -> np.ndarray:
         """(times,): what a law adds to the heat (W) that enters at a field (all nodes), of rises or of rates."""
-        rows = [heat.take(law.term.between(u, heat.field(field))) for u in law.fields]
-        return weighted(law, rows, states, inputs_now)
+        return weighted(law, name, lambda u: heat.take(law.term.between(u, heat.field(field))), states, now)
 
-    def weighted(law: Conducted, rows: list[np.ndarray], states: np.ndarray, inputs_now: np.ndarray) -> np.ndarray:
-        """(times,): rows (all nodes) of the states between which a law is interpolated, at other states."""
-        pairs = zip(law.interpolation(x).T, rows, strict=True)
-        return sum((f * along(row, states, inputs_now) for f, row in pairs), np.zeros(len(times)))
+    def weighted(
+        law: Conducted, name: Hashable, row: Callable[[np.ndarray], np.ndarray], states: np.ndarray, now: np.ndarray
+    ) -> np.ndarray:
+        """(times,): what a ``row`` (all nodes) of each state (functions,) between which a law is interpolated tells of
+        other states and inputs; it is worked out once for each ``name``."""
+
+        def work_out() -> np.ndarray:
+            rows = np.array([row(u) for u in law.fields]).reshape(-1, heat.size)
+            return np.hstack([rows[:, : heat.free] @ basis, rows @ lifts.T])
+
+        rows = law.kept.get(name, work_out)
+        return np.einsum("ts,ts->t", law.interpolation(x), together(states, now) @ rows.T)
 
     def read(how: Reading) -> np.ndarray:
         flow = along(how.row, a, g) + g @ how.entering
         for of in leaving:
             if (row := how.by_law(of.term)) is not None:
-                flow = flow + weighted(of, [row(u) for u in of.fields], a, g)
+                flow = flow + weighted(of, how, row, a, g)
         return flow
 
     def potential(probe: Any) -> np.ndarray:
@@ -131,7 +139,7 @@ def of_states(
 
     wide = reduced.wide(a, g)
     c = reduced.currents(a, wide) if base.patterns else np.zeros((len(times), 0))
-    flows = {name: entering(heat.held_fields[name], *rows) for name, rows in heat.held_rows.items()}
+    flows = {name: entering(name, heat.held_fields[name], *rows) for name, rows in heat.held_rows.items()}
     for name, tested in reduced.at_held.items():
         flows[name] = flows[name] - joule(tested, c, a, wide)
     for name, film in heat.films.items():
@@ -141,7 +149,7 @@ def of_states(
             continue
         for b in term.boundaries:
             on = term.on_one(heat.domain.on(b))
-            flows[b.name] -= weighted(of, [heat.take(term.through(on, u)) for u in of.fields], a, g)
+            flows[b.name] -= weighted(of, b.name, partial(_leaving, heat, term, on), a, g)
     names = base.patterns[0].currents if base.patterns else {}
     currents = {name: c @ np.array([p.currents[name] for p in base.patterns]) for name in names}
     heats = {name: joule(tested, c, a, wide) for name, tested in reduced.in_box.items()}
@@ -151,8 +159,13 @@ def of_states(
         flows, currents, heats, power, g @ heat.generated, read,
         lambda extreme: extreme(whole(), np.concatenate([a, g], axis=1)), potential,
         # Joule heat at an edge itself is left out: it is the load of an edge, not of a face.
-        lambda fields: np.array([entering(f, heat.stiffness @ f, heat.mass @ f) for f in fields]),
+        lambda fields: np.array([entering(f.tobytes(), f, heat.stiffness @ f, heat.mass @ f) for f in fields]),
     ))  # fmt: skip
+
+
+def _leaving(heat: HeatProblem, term: Surface, on: Faces, u: np.ndarray) -> np.ndarray:
+    """(all nodes,): what leaves beyond the film through some faces, per coefficient, by the secant of a field u."""
+    return heat.take(term.through(on, u))
 
 
 def joule(tested: Split, c: np.ndarray, a: np.ndarray, g: np.ndarray) -> np.ndarray:

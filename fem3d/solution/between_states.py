@@ -62,19 +62,22 @@ def _conducted(
     flat = np.concatenate([e.reshape(len(states), -1) for e in excess], axis=1)
     chosen, points = choose(flat / np.concatenate(scales), tolerance)
     starts = np.cumsum([0, *(s.size for s in scales)])
-    rows, of_points = [], []
-    for point in points:
-        number = int(np.searchsorted(starts, point, side="right")) - 1
-        on, law, cold, _ = term.parts[number]
-        *axis, cell, at = np.unravel_index(point - starts[number], excess[number].shape[1:])
-        rows.append(on.value_at(fields, int(cell), int(at)))
-        one = law.of(int(cell))
-        of_points.append((one, float(cold[(*axis, cell, 0)]), tuple(int(d) for d in axis)))
+    numbers = np.searchsorted(starts, points, side="right") - 1
+    rows, groups = np.empty((len(points), len(fields))), []
+    for number in np.unique(numbers):
+        mine, (on, law, cold, _) = np.flatnonzero(numbers == number), term.parts[number]
+        shape = excess[number].shape[1:]
+        *axis, cells, places = np.unravel_index(np.array(points)[mine] - starts[number], shape)
+        for i, cell, place in zip(mine, cells.tolist(), places.tolist(), strict=True):
+            rows[i] = on.value_at(fields, cell, place)
+        # Of what differs along the axes one at each point.
+        along = (*axis, np.arange(len(mine))) if axis else (slice(None),)
+        groups.append((mine, law.of(cells), along, np.broadcast_to(cold, shape)[(*axis, cells, 0)]))
 
     def at_points(rises: np.ndarray) -> np.ndarray:
         values = np.empty_like(rises)
-        for i, (one, cold, axis) in enumerate(of_points):
-            values[i] = one.value(rises[i][None])[(*axis, 0)] - cold
+        for mine, some, along, cold in groups:
+            values[mine] = some.value(rises[mine])[along] - cold[:, None]
         return values
 
     matrices = np.zeros((len(chosen), r, len(fields)))
@@ -87,7 +90,7 @@ def _conducted(
             weighted = (np.broadcast_to(each[s], tested.shape[1:]) * weights).ravel()
             matrix += (flat_tested[:r] * weighted) @ flat_tested.T
     inverse = np.linalg.inv(flat[np.ix_(chosen, points)]) if chosen else np.empty((0, 0))
-    interpolation = Interpolation(np.array(rows).reshape(len(points), len(fields)), at_points, inverse)
+    interpolation = Interpolation(rows, at_points, inverse)
     return Conducted(term, interpolation, matrices, states[chosen])
 
 
@@ -112,13 +115,14 @@ def _resisting(
     chosen, points = choose((excess / scale).reshape(len(states), -1), tolerance)
     places = [tuple(int(i) for i in np.unravel_index(p, scale.shape)) for p in points]
     rows = [on.value_at(fields, cell, at) for cell, at in places]
-    own_laws = [law.of(cell) for cell, _ in places]
+    cells = np.array([cell for cell, _ in places], int)
+    some, copies, cold, warm = (
+        law.of(cells),
+        *(x[cells] for x in (conductor.stands_for, conductor.cold, conductor.warm)),
+    )
 
     def at_points(rises: np.ndarray) -> np.ndarray:
-        values = np.empty_like(rises)
-        for i, (cell, _) in enumerate(places):
-            line = conductor.cold[cell, 0] + conductor.warm[cell, 0] * rises[i]
-            values[i] = conductor.stands_for[cell, 0] * own_laws[i].value(rises[i][None])[0] - line
+        values: np.ndarray = copies * some.value(rises) - cold - warm * rises
         return values
 
     flat = excess.reshape(len(states), -1)

@@ -25,6 +25,9 @@ APART = 1e-6  # of the norm of the state: the differences that tell the slope of
 SETTLED = 1e-8  # relative change of a stiff source in a sweep, with which it is found
 STILL = 1e-3  # change of the states in a sweep, over the error allowed, with which a stiff source is found too
 RENEWED = 8  # sweeps after which a stiff source's slope is taken anew
+# Of a sweep's change: where the next one changes more, the source is stiff. Otherwise six sweeps settle it, which cost
+# less than its slope.
+SLOW = 0.1
 # Halvings of the step in which something ceases to hold: its time is then known to a millionth of the step.
 HALVINGS = 20
 
@@ -86,9 +89,9 @@ def integrate(
     norm.
 
     ``source(t)`` is the source from t on up to the next instant of ``jumps``, at each of which a step ends and the
-    state jumps. A ``stiff`` source follows the state so strongly that sweeps alone don't settle it: each goes along the
-    source's slope, as all do from the first step on that they don't settle although nothing grows. No step is longer
-    than the time since the last jump and a quarter of ``graded`` (s).
+    state jumps. A ``stiff`` source may follow the state so strongly that sweeps alone don't settle it: from the first
+    step on where they are slow each goes along the source's slope, as all do from where they don't settle although
+    nothing grows. No step is longer than the time since the last jump and a quarter of ``graded`` (s).
 
     Raises RunawayInTimeError where the state grows and the source outruns every step, or what ``holds``, of a time and
     the state then, no longer does; NumericsError where nothing grows and no step is short enough.
@@ -100,7 +103,7 @@ def integrate(
     jumps = jumps or {}
     stops = [*sorted(t for t in jumps if 0 < t < end), end]
     steps: list[Step] = []
-    convolve = Convolution(nodes, degree + 1)
+    convolve, along = Convolution(nodes, degree + 1), False
     for stop in stops:
         piece, since = source(time), time
         while time < stop:
@@ -116,29 +119,30 @@ def integrate(
             decay = np.exp(-np.outer(nodes, rates * taken)) * state
             values = piece(times, np.repeat(state[None], len(nodes), axis=0))
             scale = float(np.abs(values).max())
-            settled, newton, states = False, None, np.full(values.shape, np.inf)
+            settled, newton, states, change = False, None, np.full(values.shape, np.inf), np.inf
             for sweep in range(SWEEPS):
                 coefficients = to_legendre @ values
                 before, states = states, decay + taken * np.einsum("tkr,kr->tr", kernel, coefficients)
                 old, values = values, piece(times, states)
-                if stiff and np.isfinite(values).all():
-                    if sweep % RENEWED == 0:
+                known, change = change, float(np.abs(values - old).max())
+                along = along or (stiff and change > SLOW * known)
+                if along and np.isfinite(values).all():
+                    if newton is None or sweep % RENEWED == 0:
                         weights = taken * (kernel.transpose(0, 2, 1) @ to_legendre)
                         newton = _Newton(piece, times, states, weights, size)
-                    assert newton is not None
                     values = old + newton(values - old)
-                change = float(np.abs(values - old).max())
+                    change = float(np.abs(values - old).max())
                 if not np.isfinite(change) or change > 1e3 * scale:
                     break
                 # What is the small difference of large sources is known no better than they are: its states are.
-                still = newton is not None and float(np.abs(states - before).max()) <= STILL * accuracy * size
+                still = stiff and float(np.abs(states - before).max()) <= STILL * accuracy * size
                 if still or change <= (SETTLED if stiff else 1e-13) * scale:
                     settled = True
                     break
             if not settled:
                 # Where the source only damps the state, no step needs to be as short as its slope makes sweeps.
-                again = not stiff and _growth(piece, rates, time, state, size) * taken < 1
-                stiff, length = stiff or again, taken if again else taken / 4
+                again = not along and _growth(piece, rates, time, state, size) * taken < 1
+                stiff, along, length = stiff or again, along or again, taken if again else taken / 4
                 continue
             tail = taken * np.sqrt((kernel[:, -1] * coefficients[-1]) ** 2 + (kernel[:, -2] * coefficients[-2]) ** 2)
             error = float(np.linalg.norm(tail, axis=1).max()) / (accuracy * size)

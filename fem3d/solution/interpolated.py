@@ -13,12 +13,13 @@ Patera, C. R. Acad. Sci. Paris 339, 2004).
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from fem3d.problems.faces import Surface
 from fem3d.problems.following import Conduction, Storage
+from fem3d.problems.kept import Kept
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,12 +46,13 @@ class Interpolation:
 class Conducted:
     """The conductivity, the capacity, or what leaves by faces per rise: ``matrices`` (states, r, r + channels), the
     integrals of what it adds at each state times the gradients of two fields, or two fields; the states as ``fields``
-    (states, functions) of the ``term``."""
+    (states, functions) of the ``term``; ``kept``: rows (states, r + channels) of what is read off it."""
 
     term: Conduction | Storage | Surface
     interpolation: Interpolation
     matrices: np.ndarray
     fields: np.ndarray
+    kept: Kept = field(init=False, default_factory=Kept)
 
     def changed(self, to: np.ndarray) -> Conducted:
         """As of `Interpolation`."""

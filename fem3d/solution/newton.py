@@ -248,7 +248,7 @@ def _driven(newton: Newton, voltage: float, limit: float | None = None) -> Point
                 near_by, beyond, step = drive, np.inf, 2 * SHORTEST * drive
                 continue
             steep = before is not None and _power(before, (drive, rise)) > STEEP
-            raise _runaway(newton, voltage, drive, steep)
+            raise _runaway(newton, voltage, drive, rise, steep)
 
 
 def _accelerated(rises: list[np.ndarray], steps: list[np.ndarray]) -> np.ndarray:
@@ -265,16 +265,23 @@ def _power(before: tuple[float, np.ndarray], after: tuple[float, np.ndarray]) ->
     return (_largest(last) - _largest(first)) / (_largest(last) or 1.0) / ((high - low) / high)
 
 
-def _runaway(newton: Newton, voltage: float, drive: float, steep: bool) -> RunawayError:
+def _runaway(newton: Newton, voltage: float, drive: float, rise: np.ndarray, steep: bool) -> RunawayError:
     """What is said where the largest fraction of the drive with a known steady state is ``drive``, at which the rise is
     ``steep`` where it runs away."""
     conductor, limit = newton.conductor, drive * (abs(voltage) or 1.0)
+    hottest = newton.heat.domain.scene.initial_temperature + HOTTEST
+    # The last step of the drive, which changes the rise by less than this, led beyond.
+    if not steep and _largest(rise) > (1 - 2 * STEEP * SHORTEST) * HOTTEST:
+        return RunawayError(
+            f"at {drive:.3g} times what drives the scene the steady state is at {hottest:,.0f} K, hotter than any "
+            "solid: no hotter one is looked for", limit,
+        )  # fmt: skip
     if not steep:
         return RunawayError(
             f"no steady state is found beyond {drive:.3g} times what drives the scene, which need not be a runaway",
             limit,
         )
-    where = f"no steady state exists below {newton.heat.domain.scene.initial_temperature + HOTTEST:,.0f} K"
+    where = f"no steady state exists below {hottest:,.0f} K"
     if conductor is None or not voltage:
         return RunawayError(
             f"thermal runaway: {where}, because the conductivity falls as it heats", limit,

@@ -11,7 +11,7 @@ from copy import copy
 from functools import cached_property, lru_cache, partial
 
 import numpy as np
-from scipy.sparse import coo_array, csc_array
+from scipy.sparse import coo_array, csc_array, csr_array
 from skfem import MeshHex
 from skfem.assembly.dofs import Dofs
 from skfem.refdom import RefHex
@@ -214,7 +214,10 @@ class BrickSpace(Space):
         for v, into in zip(many, samples, strict=True):
             whole = np.zeros([t.shape[1] for t in tables])
             whole[tuple(self._factors[0])] = v[self._factors[1]]
-            into[...] = np.einsum("xi,yj,zk,ijk->xyz", *tables, whole, optimize=True)
+            for table in tables:  # of the first axis, which then becomes the last
+                along = (table @ whole.reshape(len(whole), -1)).reshape(-1, *whole.shape[1:])
+                whole = np.moveaxis(along, 0, -1)
+            into[...] = whole
         return samples.reshape(*u.shape[:-1], *samples.shape[1:])
 
     def ceiling(self, u: np.ndarray) -> float:
@@ -232,7 +235,7 @@ class BrickSpace(Space):
             breaks = self.grid.breaks[d]
             i, j = self.grid.span(d, lower[d], upper[d])
             if i == j:
-                row = self._table(d, np.array([lower[d]]), False)[0]
+                row = self._table(d, np.array([lower[d]]), False).toarray()[0]
             else:
                 row, h = np.zeros(self._count(d)), np.diff(breaks) / (upper[d] - lower[d])
                 one = factors(self.p).integral
@@ -298,18 +301,17 @@ class BrickSpace(Space):
         _, first = np.unique(np.ravel_multi_index(tuple(flat), [self._count(d) for d in range(3)]), return_index=True)
         return flat[:, first], self.dofs.ravel()[first]
 
-    def _table(self, d: int, at: np.ndarray, slope: bool) -> np.ndarray:
-        """(places, functions of the coordinate): their values, or slopes (1/m)."""
+    def _table(self, d: int, at: np.ndarray, slope: bool) -> csr_array:
+        """(places, functions of the coordinate): their values, or slopes (1/m); zeros are not stored."""
         breaks = self.grid.breaks[d]
         n = np.clip(np.searchsorted(breaks, at, side="right") - 1, 0, len(breaks) - 2)
         h = np.diff(breaks)[n]
         values = line(self.p, (at - breaks[n]) / h)[1 if slope else 0] / (h if slope else 1.0)
-        table = np.zeros((len(at), self._count(d)))
-        rows, (below, above) = np.arange(len(at)), self._at_breaks[d]
-        table[rows, above[n]], table[rows, below[n + 1]] = values[0], values[1]
-        bubbles = self._bubbles(d, 0).start + n * (self.p - 1)
-        table[rows[:, None], bubbles[:, None] + np.arange(self.p - 1)] = values[2:].T
-        return table
+        below, above = self._at_breaks[d]
+        bubbles = (self._bubbles(d, 0).start + n * (self.p - 1))[:, None] + np.arange(self.p - 1)
+        functions = np.column_stack([above[n], below[n + 1], bubbles])
+        starts = np.arange(len(at) + 1) * (self.p + 1)
+        return csr_array((values.T.ravel(), functions.ravel(), starts), (len(at), self._count(d)))
 
 
 def _values(p: int, X: np.ndarray, along: int | None = None) -> np.ndarray:

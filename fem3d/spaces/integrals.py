@@ -278,11 +278,15 @@ class Cells:
 
     def mass_of(self, density: np.ndarray) -> csc_array:
         """The integral of a density (cells, 1 or points) times u v."""
+        return _summed([self.entries(density)], self._space.size)
+
+    def entries(self, density: np.ndarray) -> np.ndarray:
+        """(3, any number): the entries of `mass_of` in each cell, which add up, and their rows and columns."""
         blocks, present = self.blocks(density)
-        dofs, size = self.dofs[:, present], self._space.size
+        dofs = self.dofs[:, present]
         nonzero = np.abs(blocks) > 1e-14 * np.abs(blocks).max(axis=(1, 2), keepdims=True)
         rows, columns = (np.broadcast_to(d, blocks.shape)[nonzero] for d in (dofs[:, :, None], dofs[:, None]))
-        return csc_array(coo_array((blocks[nonzero], (rows, columns)), shape=(size, size)))
+        return np.array([blocks[nonzero], rows, columns])
 
     def tangent(self, k: np.ndarray, field: np.ndarray, ratio: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(cells, n, n) twice: the integrals of k grad u . grad v and of u field . grad v in each cell, for k (cells,
@@ -388,8 +392,7 @@ class Faces:
 
     def mass_of(self, density: np.ndarray) -> csc_array:
         """The integral of a density (facets, points) times u v."""
-        none = csc_array((self.space.size,) * 2)
-        return csc_array(sum((cells.mass_of(density[at]) for at, cells, _ in self.sides), none))
+        return _summed([cells.entries(density[at]) for at, cells, _ in self.sides], self.space.size)
 
     def normals(self) -> np.ndarray:
         """(functions, 3): the integral of the outward normal times the square of each function."""
@@ -405,3 +408,9 @@ class Faces:
         for at, _, normal in self.sides:
             changes[at] = ((1 - normal[..., 0] ** 2) * stretch[:, self.cells[at]]).sum(axis=0)
         return changes
+
+
+def _summed(entries: list[np.ndarray], size: int) -> csc_array:
+    """(size, size): the matrix of `Cells.entries`."""
+    values, rows, columns = np.concatenate([np.empty((3, 0)), *entries], axis=1)
+    return csc_array(coo_array((values, (rows.astype(int), columns.astype(int))), shape=(size, size)))

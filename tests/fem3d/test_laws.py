@@ -214,6 +214,17 @@ def test_heat_alone_that_no_longer_leaves():
     assert abs(caught.value.limit - 1 / 1.2) < 5e-3
 
 
+def test_what_is_hotter_than_any_solid_is_said_to_be():
+    """A bar that conducts the better the hotter it is has a state at any heat: here at some 400,000 K."""
+    given = bar({**POWER, "exponent": 0.5}, accuracy=1e-1)
+    given["box"][0]["heat_source"] = 8 * K * (4e5**1.5 / COLD**0.5) / 1.5 / LENGTH**2
+    with pytest.raises(
+        RunawayError, match=r"^at 0\.\d+ times what drives .* at 100,300 K, hotter than any solid"
+    ) as caught:
+        solve(from_dict(given))
+    assert caught.value.limit == pytest.approx((1e5 / 4e5) ** 1.5, rel=0.02)
+
+
 def test_an_iteration_that_ends_is_not_called_a_runaway(monkeypatch):
     """A state that isn't found, of a rise that grows evenly with the drive."""
     found = newton.Newton.solve

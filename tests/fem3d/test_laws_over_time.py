@@ -14,6 +14,7 @@ from fem3d.results import outputs
 from fem3d.runs import sink as sinks
 from fem3d.runs.scene import solve
 from fem3d.solution.between_states import choose
+from fem3d.solution.transient import Base
 from scenes.errors import RunawayInTimeError
 from scenes.free import from_dict
 from scenes.laws import PowerLaw
@@ -177,3 +178,27 @@ def test_states_and_points_are_chosen_where_most_is_left():
     assert np.abs(shares @ table[states] - table).max() <= 1e-6
     few = table[:, points[:-1]] @ np.linalg.inv(table[np.ix_(states[:-1], points[:-1])])
     assert np.abs(few @ table[states[:-1]] - table).max() > 1e-6
+
+
+@pytest.mark.long
+def test_a_lower_space_takes_what_the_fine_one_s_rounds_found():
+    """What it answers by the fine one's states and corrections is what rounds of its own would."""
+    material = replace(SILICON, thermal_conductivity=FALLING)
+    ends = [end(0, "temperature", 293.0), end(1, "heat_flux", 3e7)]
+    scene = plain_bar(material, *ends)
+    heat = problem(scene, bar_grid(scene, 4, 3))
+    low, times = heat.lower(len(heat.domain.space.nested) - 2), 2e-4 * 2.0 ** np.arange(6)
+
+    def rounds_of(problem):
+        return Rounds(problem, None, None, 1e-3, float(times[-1]), 2e-4, 1e-4)
+
+    own, rounds = rounds_of(low).run().last.rises(times), rounds_of(heat)
+    rounds.run()
+    assert own.max() > 100.0
+
+    def apart():
+        return np.abs(rounds.beside(Base.bare(low, None)).rises(times) - own).max() / own.max()
+
+    assert apart() < 0.1 * rounds.accuracy
+    rounds.states = rounds.states[:1]
+    assert apart() > rounds.accuracy

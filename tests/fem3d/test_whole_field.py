@@ -1,5 +1,6 @@
 """The steady field of a free scene: its own estimated error, honest, and refined for where no probe sees it."""
 
+import tracemalloc
 from dataclasses import replace
 
 import numpy as np
@@ -9,8 +10,10 @@ from fem3d.adaptivity import field_error, goal_errors, loop, nested
 from fem3d.adaptivity.estimate import Estimator
 from fem3d.runs import probe_quantities
 from fem3d.runs.scene import clipped, solve
+from fem3d.spaces.bricks import BrickSpace
 from fem3d.spaces.domain import boxes
 from meshes import grading, symmetry
+from meshes.grid import Grid
 from scenes.model import Boundary, Box, Material, Probe, Scene
 
 WIDE, THIN = 1e-4, 5e-7
@@ -49,6 +52,27 @@ def distance(state, better):
     at = [(b[:-1, None] + np.diff(b)[:, None] * np.linspace(0.02, 0.98, 9)).ravel() for b in space.grid.breaks]
     one, other = (s.heat.domain.space.sample(s.heat.field(s.rise), *at) for s in (state, better))
     return float(np.abs(one - other).max() / other.max())
+
+
+def test_samples_of_many_intervals_take_memory_in_proportion():
+    """A table of all points by all functions along x alone would take 72 MB."""
+    breaks = (np.linspace(0.0, 1.0, 1001), np.array([0.0, 1.0]), np.array([0.0, 1.0]))
+    space = BrickSpace(
+        Grid(
+            breaks,
+            (np.full(1000, 3), np.array([2]), np.array([2])),
+            (Box("a", Material("m", 1.0, 1.0, 1.0), (0.0,) * 3, (1.0,) * 3),),
+        )
+    )
+    at = [(b[:-1, None] + np.diff(b)[:, None] * np.array([0.2, 0.5, 0.9])).ravel() for b in breaks]
+    space.sample(space.unit, *at)
+    tracemalloc.start()
+    try:
+        samples = space.sample(space.unit, *at)
+        assert tracemalloc.get_traced_memory()[1] < 10e6
+    finally:
+        tracemalloc.stop()
+    assert samples == pytest.approx(1.0, abs=1e-12)
 
 
 def test_a_field_that_swings_where_no_probe_sees_it_is_refined(plate):

@@ -67,6 +67,8 @@ CASES = (
     Case("exact", "contacts at faces", surroundings.contact_at_a_face),
     Case("exact", "given current", surroundings.given_current),
     Case("exact", "three conductivities", surroundings.anisotropic_block),
+    Case("exact", "conductivity by a law", surroundings.following_conductivity),
+    Case("exact", "radiating slab", surroundings.radiation),
     Case("exact", "source on a plate", surroundings.spreading),
     Case("published", "NAFEMS T3", published.nafems_t3),
     Case("published", "NAFEMS T4", published.nafems_t4),

@@ -1,15 +1,19 @@
 """Exact cases of what a structure stands in and is made of besides constant numbers: contacts, conductivities that
-differ along the axes, and the spreading resistance of a substrate."""
+differ along the axes or follow the temperature, radiation, and the spreading resistance of a substrate."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
+from scipy.constants import Stefan_Boltzmann as STEFAN_BOLTZMANN
+from scipy.optimize import brentq
 
 from reduced1d.spreading import plate_resistance
+from scenes.laws import PowerLaw, Table
 from scenes.model import Boundary, Box, Material, Probe, Scene
 from scenes.sink import OXIDE, SILICON
 from validate.verify.exact import (
@@ -104,6 +108,66 @@ def heated_corner(size: tuple[float, ...], conductivity: float, source: float) -
     slab = signs / square * (along - 1)
     bar = (-1.0) ** np.arange(len(n)) * 2 / n / (n / c) ** 2 * (1 - 1 / np.cosh(np.minimum(n / c * b, 700.0)))
     return source / conductivity * float(slab.sum() + bar.sum())
+
+
+def following_conductivity() -> Iterator[Row]:
+    """A bar heated inside between cold ends, its conductivity a power of the temperature and a table: the integral
+    theta of the conductivity from the ends' temperature on is a parabola (Kirchhoff's transform)."""
+    k, exponent = SILICON.thermal_conductivity, -1.3
+    assert isinstance(k, float)
+    table = Table((ROOM, 400.0, 600.0), (k, 90.0, 55.0))
+
+    def by_power(theta: float) -> float:
+        return ROOM * (1 + (exponent + 1) * theta / (k * ROOM)) ** (1 / (exponent + 1))
+
+    def by_table(theta: float) -> float:
+        at = ROOM
+        for (a, b), (first, last) in zip(pairwise(table.temperatures), pairwise(table.values), strict=True):
+            bend = (b - a) * (first + last) / 2
+            slope = (last - first) / (b - a)
+            if theta <= bend:
+                return a + (math.sqrt(first**2 + 2 * slope * theta) - first) / slope
+            theta, at = theta - bend, b
+        return at + theta / table.values[-1]
+
+    peak = 30_000.0  # W/m: rises of 427 K with the power and 375 K with the table, beyond where that ends
+    source = 8 * peak / LENGTH**2
+    middle, quarter = (
+        MIDDLE,
+        replace(MIDDLE, name="quarter", lower=(0.0, LENGTH / 4, 0.0), upper=(0.0, LENGTH / 4, 0.0)),
+    )
+    cold = tuple(Boundary(f"cold {i}", "temperature", *ends, ROOM) for i, ends in enumerate(ENDS))
+    heat = Probe("heat", *ENDS[1], "heat_flow")
+    for called, law, inverse in (
+        ("a power of the temperature", PowerLaw(k, ROOM, exponent), by_power), ("a table", table, by_table)
+    ):  # fmt: skip
+        material = replace(SILICON, name="bar", thermal_conductivity=law)
+        scene = Scene("bar", (Box("bar", material, (0.0, 0.0, 0.0), BAR, source),), cold, (middle, quarter, heat),
+                      accuracy=ACCURACY, steady=True)  # fmt: skip
+        rise, flow = inverse(peak) - ROOM, source * LENGTH * WIDTH * DEPTH / 2
+        yield from rows(FAMILY, f"heated bar whose conductivity is {called}", scene, [
+            Expected("middle", "K", ROOM + rise, rise), Expected("quarter", "K", inverse(0.75 * peak), rise),
+            Expected("heat", "W", -flow, flow, name="heat through the far end"),
+        ], "Kirchhoff's transform, Carslaw and Jaeger 1.6")  # fmt: skip
+
+
+def radiation() -> Iterator[Row]:
+    """A slab between a given temperature and a face that radiates to another: what conducts is what leaves."""
+    hot, cold, emissivity = 1200.0, 300.0, 0.8
+    k, length = 2.0, 20e-3
+
+    def left(face: float) -> float:
+        return k * (hot - face) / length - emissivity * STEFAN_BOLTZMANN * (face**4 - cold**4)
+
+    face = brentq(left, cold, hot, xtol=1e-10)
+    ends = [end("temperature", 0.0, hot), Boundary("face", "radiation", *flat(length), emissivity, cold)]
+    scene = wall("radiation", [Layer(length, k, 1.0)], ends, initial=cold,
+                 probes=[Probe("face", *flat(length)), Probe("heat", *flat(0.0), "heat_flow")])  # fmt: skip
+    section = scene.boxes[0].upper
+    flow = k * (hot - face) / length * section[0] * section[2]
+    yield from rows(FAMILY, "slab whose far face radiates", scene, [
+        Expected("face", "K", face, hot - cold), Expected("heat", "W", flow, flow, name="heat into the near face"),
+    ], "emissivity x sigma (T^4 - T_a^4) is what is conducted")  # fmt: skip
 
 
 def spreading() -> Iterator[Row]:
