@@ -7,12 +7,14 @@ over its two feet. Elsewhere, and beside others, the plate under its feet is war
     theta_k = sum_j g_kj q_j + (g_kk elsewhere - g_kk in the middle) q_k,
 
 with q the heat of each foot and g the plate's own solution for heat of a footprint (`fem3d.runs.plate`). A foot of an
-idle element changes nothing of that but for the heat that its beam takes from one foot to the other. A plate that is
-warmer by theta all over warms the element by theta; of a driven one the resistance then rises and its power falls.
+idle element changes nothing of that but for the heat that its beam takes from one foot to the other, and to the air. A
+plate that is warmer by theta all over warms the element by theta, less what the air takes; of a driven one the
+resistance then changes, and its power by what drives it.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
@@ -60,6 +62,18 @@ class Coupling:
     per_heat: np.ndarray
 
 
+@dataclass(frozen=True, eq=False)
+class Warmed:
+    """An element on a plate that is warmer all over: its own rise in the middle and on average, ``peak`` and ``mean``
+    (K/K), and the heat ``to_air`` (W/K) that it then takes out of the plate. Of its own heat the part ``to_plate``
+    enters the plate."""
+
+    peak: float
+    mean: float
+    to_air: float
+    to_plate: float
+
+
 def solve(sink: SinkArray, progress: Callable[[str], None] | None = None) -> Result:
     """The steady state of every element with estimated errors; ``details`` have the crosstalk, its `fall`
     with the pitch, and the places.
@@ -72,10 +86,26 @@ def solve(sink: SinkArray, progress: Callable[[str], None] | None = None) -> Res
     say("the substrate between the elements")
     print_ = footprint(one)
     fine, rough = (coupling(sink, foot) for foot in (print_, print_.middle))
-    state, other = (coupled(sink, one, by) for by in (fine, rough))
-    result = _result(sink, one, state, other, fine)
-    result.details["fall"] = fall(sink, one, print_)
+    above = warmed(one)
+    state, other = (coupled(sink, one, above, by) for by in (fine, rough))
+    result = _result(sink, one, above, state, other, fine)
+    result.details["fall"] = fall(sink, one, above, print_)
     return result
+
+
+def warmed(one: Result) -> Warmed:
+    """That of an element's solution: where plate and air are a kelvin warmer all is, so that a warmer plate does what a
+    warmer air leaves of that."""
+    heat: HeatProblem = one.details["answer"].fine.state.heat
+    to_plate = one.steady["heat_out_W"].value / one.steady["power_W"].value
+    if not heat.films:
+        return Warmed(1.0, 1.0, 0.0, to_plate)
+    load = -np.sum([film.per_kelvin for film in heat.films.values()], axis=0)
+    by_plate = heat.unit - heat.whole(heat.solve_steady(load[: heat.free]))
+    domain: Any = heat.domain
+    peak, mean = (float(heat.take(domain.mean(domain.probes[name])) @ by_plate) for name in ("peak", "mean"))
+    copies = symmetry.reduce(one.details["sink"].scene()).copies
+    return Warmed(peak, mean, copies * float(load @ by_plate), to_plate)
 
 
 def footprint(one: Result) -> Footprint:
@@ -138,63 +168,71 @@ def coupling(sink: Sink, foot: Footprint) -> Coupling:
 
 @dataclass(frozen=True, eq=False)
 class Coupled:
-    """Of each element: how much warmer the plate is under its feet (elements, 2) in K, and its power (W)."""
+    """Of each element: how much warmer the plate is under its feet (elements, 2) in K, its power (W), its resistance
+    (ohm) and the current (A)."""
 
     warmer: np.ndarray
     power: np.ndarray
+    resistance: np.ndarray
+    current: np.ndarray
 
 
-def coupled(sink: SinkArray, one: Result, by: Coupling) -> Coupled:
+def coupled(sink: SinkArray, one: Result, above: Warmed, by: Coupling) -> Coupled:
     """The elements on the plate that they warm together."""
-    on = np.zeros(sink.count)
-    on[np.array(driven(sink)) - 1] = 1.0
-    power_alone, mean = one.steady["power_W"].value, one.steady["mean_rise_K"].value
-    silicon = sink.silicon
-    change = silicon.temperature_coefficient / (
-        1 + silicon.temperature_coefficient * (sink.room_temperature - silicon.reference_temperature)
-    )
-    along = sink.length / (float(silicon.thermal_conductivity) * sink.cross_section)
+    on = np.isin(np.arange(1, sink.count + 1), driven(sink))
+    mean, power_alone = one.steady["mean_rise_K"].value, one.steady["power_W"].value
+    change = _per_kelvin(sink)
+    cold = power_alone / one.steady["current_A"].value ** 2 / (1 + change * mean)
+    along = sink.length / (float(sink.silicon.thermal_conductivity) * sink.cross_section)
     from_foot_to_foot = 1 / (along + 2 * one.steady["anchor_resistance_K_per_W"].value)
     warmer, power = np.zeros((sink.count, 2)), power_alone * on
     for _ in range(ROUNDS):
         through = from_foot_to_foot * (warmer[:, 0] - warmer[:, 1])
-        heat = power[:, None] / 2 + np.stack([-through, through], axis=1)
+        own = above.to_plate * power[:, None] - above.to_air * warmer
+        heat = own / 2 + np.stack([-through, through], axis=1)
         before, warmer = warmer, np.einsum("kjab,jb->ka", by.per_heat, heat)
-        # V^2/R with the rise in proportion to the power: R_0 (1 + a (m P/P_0 + theta)) P = V^2.
-        theta = warmer.mean(axis=1)
-        warm, ratio = 1 + change * mean, change * mean / power_alone
-        slope = 1 + change * theta
-        root = slope**2 + 4 * ratio * power_alone * warm
-        if (root <= 0).any() or not np.isfinite(root).all():
-            raise NumericsError("the array has no steady state at this voltage: its elements warm each other too much")
-        power = on * (2 * power_alone * warm / (slope + np.sqrt(root)))
-        if np.abs(warmer - before).max() <= SETTLED * max(np.abs(warmer).max(), 1e-300):
-            return Coupled(warmer, power)
+        # Newton's step for P = I(R)^2 R with R = cold (1 + change (theta + mean P/P_alone)).
+        resistance = cold * (1 + change * (above.mean * warmer.mean(axis=1) + mean * power / power_alone))
+        current = on * sink.drive.through(resistance)
+        by_resistance = current**2 * (1 - 2 * resistance / (resistance + sink.drive.series))
+        slope = 1 - by_resistance * cold * change * mean / power_alone
+        if (resistance <= 0).any() or (slope <= 0).any() or not np.isfinite(resistance).all():
+            raise NumericsError("the array has no steady state at this drive: its elements warm each other too much")
+        last, power = power, power - (power - current**2 * resistance) / slope
+        settled = np.abs(warmer - before).max() <= SETTLED * np.abs(warmer).max()
+        if settled and np.abs(power - last).max() <= SETTLED * power_alone:
+            return Coupled(warmer, power, resistance, current)
     raise NumericsError("the elements of the array warm each other without end: no steady state is found")
 
 
-def _result(sink: SinkArray, one: Result, state: Coupled, other: Coupled, by: Coupling) -> Result:
-    single = one.steady
-    on = np.isin(np.arange(1, sink.count + 1), driven(sink))
+def _per_kelvin(sink: Sink) -> float:
+    """By which part a kelvin above room changes the resistance that the beam has there."""
+    a = sink.silicon.temperature_coefficient
+    return a / (1 + a * (sink.room_temperature - sink.silicon.reference_temperature))
+
+
+def _result(sink: SinkArray, one: Result, above: Warmed, state: Coupled, other: Coupled, by: Coupling) -> Result:
+    single, a = one.steady, abs(sink.silicon.temperature_coefficient)
     base = {q: single[q].error / abs(single[q].value) for q in ("peak_rise_K", "mean_rise_K", "current_A", "power_W")}
     theta = state.warmer.mean(axis=1)
-    footprints = np.abs(state.warmer - other.warmer).max(axis=1)
     part = state.power / single["power_W"].value
     # The pattern of the heat along the beam follows the resistance of each place, which what is left out changes.
-    moved = np.abs(1 - part) * abs(sink.silicon.temperature_coefficient) * single["peak_rise_K"].value
+    moved = np.abs(1 - part) * a * single["peak_rise_K"].value
+    # A given current makes more heat where the plate is warmer than known; of that by a voltage there is less.
+    more = np.where(math.isinf(sink.drive.series), a * single["mean_rise_K"].value * part, 0.0)
+    through = (base["power_W"] * np.abs(theta) + np.abs(state.warmer - other.warmer).max(axis=1)) * (1 + more)
+    by_resistance = state.resistance / (state.resistance + sink.drive.series)
     steady: dict[str, Estimate] = {}
     for k in range(sink.count):
-        through = base["power_W"] * abs(theta[k]) + footprints[k]
-        for q in ("peak_rise_K", "mean_rise_K"):
-            rise = single[q].value * part[k] * on[k]
-            error = (base[q] + moved[k]) * rise + through
-            steady[f"sink{k + 1}_{q}"] = Estimate(float(rise + theta[k]), float(error))
-        current = single["current_A"].value * part[k] * on[k]
-        change = abs(sink.silicon.temperature_coefficient) * through
-        steady[f"sink{k + 1}_current_A"] = Estimate(
-            float(current), float((base["current_A"] + moved[k] * on[k] + change) * current)
-        )
-    crosstalk = by.per_heat.mean(axis=(2, 3))
+        for q, by_plate in (("peak_rise_K", above.peak), ("mean_rise_K", above.mean)):
+            rise = single[q].value * part[k]
+            error = (base[q] + moved[k]) * rise + through[k]
+            steady[f"sink{k + 1}_{q}"] = Estimate(float(rise + by_plate * theta[k]), float(error))
+        change = (moved[k] + a * through[k]) * by_resistance[k]
+        error = (base["current_A"] + change) * state.current[k]
+        steady[f"sink{k + 1}_current_A"] = Estimate(float(state.current[k]), float(error))
+    mean = by.per_heat.mean(axis=(2, 3))
+    crosstalk = above.mean * np.linalg.solve(np.eye(sink.count) + above.to_air * mean, mean) * above.to_plate
     crosstalk[np.diag_indices(sink.count)] += single["mean_rise_K"].value / single["power_W"].value
     details = {
         "sink": sink, "one": one, "places": places(sink), "driven": driven(sink), "crosstalk": crosstalk,
@@ -224,7 +262,7 @@ class Fall:
         return float(np.exp(np.interp(-np.log(tolerance), -y, x)))
 
 
-def fall(sink: SinkArray, one: Result, foot: Footprint) -> list[Fall]:
+def fall(sink: SinkArray, one: Result, above: Warmed, foot: Footprint) -> list[Fall]:
     """How crosstalk falls with the pitch, on substrates of a quarter, half, the whole and twice the thickness.
 
     The two stand about the middle of the plate; the footprint ``foot`` of each is that on the sink's own
@@ -238,7 +276,8 @@ def fall(sink: SinkArray, one: Result, foot: Footprint) -> list[Fall]:
         part = []
         for pitch in pitches.tolist():
             pair = replace(sink, columns=2, rows=1, pitch=pitch, driven=None, substrate_thickness=thickness)
-            part.append(float(coupling(pair, foot).per_heat[0, 1].mean()) / rise_per_watt)
+            by_heat = float(coupling(pair, foot).per_heat[0, 1].mean())
+            part.append(above.mean * above.to_plate * by_heat / rise_per_watt)
         falls.append(Fall(thickness, pitches, np.array(part)))
     return falls
 

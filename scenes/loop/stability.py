@@ -18,6 +18,10 @@ CHOICES = ((True, True), (True, False), (False, True), (False, False))
 """Which of (sink, sensor) are held at the set temperature, in the order in which that is tried."""
 CLOSER = 1.6  # from one gain that is tried to the next
 
+# Of the largest rise: changes from round to round that no longer halve below it are rounding, as each round that still
+# gains shrinks them to a hundredth.
+ROUNDED = 1e-11
+
 
 @dataclass(frozen=True)
 class Plant:
@@ -126,7 +130,7 @@ def state_of(modal: Modal, device: Device, external: float | None = None) -> Sta
     per_heat = (modal.shape / modal.rates) @ modal.shape.T
     unheated = modal.external * outer + modal.offset
     rise, films = np.zeros(modal.responses), np.eye(2)[modal.film]
-    first = 0
+    first, moved = 0, np.inf
     for _ in range(100):
         per_power = per_heat @ (modal.heat(np.ones(2), rise)[:, None] * films)
         conductance = np.linalg.inv(per_power[:2])
@@ -134,8 +138,9 @@ def state_of(modal: Modal, device: Device, external: float | None = None) -> Sta
         state = controlled(conductance, load, modal.resistance, modal.coefficient, device, first)
         # A film that cannot be held stays so: at the end of the range rounds would take turns.
         first = CHOICES.index((bool(state.held[0]), bool(state.held[1]))) if device.control.ground_resistance else 0
-        before, rise = rise, per_power @ state.power + unheated
-        if modal.responses == 2 or np.abs(rise - before).max() <= 1e-13 * max(abs(device.set_rise), np.abs(rise).max()):
+        before, rise, last = rise, per_power @ state.power + unheated, moved
+        moved = float(np.abs(rise - before).max() / max(abs(device.set_rise), np.abs(rise).max()))
+        if modal.responses == 2 or moved <= 1e-13 or last / 2 < moved < ROUNDED:
             break
     else:
         raise ArithmeticError("the steady state of the device does not converge")

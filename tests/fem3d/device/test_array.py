@@ -4,18 +4,23 @@ from __future__ import annotations
 
 import contextlib
 import io
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from fem3d.device.array import Solved, solve
+from fem3d.device.array import Known, Solved, footprint, solve, together
+from fem3d.device.solve import model
+from fem3d.runs.array import coupling
 from scenes.array import DeviceArray
 from scenes.errors import SceneError
 from scenes.keys import DEVICE
 from scenes.loading import load
+from scenes.loop.shielding import without_sink
 from scenes.loop.stability import state_of
+from tests.fem3d.device.pair_in_one_mesh import Pair
 from tests.validate.cli import summary
 from validate.cli import main
 
@@ -81,6 +86,57 @@ def test_over_time_it_comes_to_what_is_at_rest(run: Any) -> None:
     # Heat needs r^2/(4 a), half a millisecond, to the neighbour.
     early = off.time_s < 0.2e-3
     assert np.abs(off.plate_rise[early]).max() < 1e-3 * np.abs(off.plate_rise).max()
+
+
+@pytest.mark.long
+def test_two_coupled_devices_are_those_of_one_mesh() -> None:
+    """What a neighbour at work changes of a sensor's power, and what a kelvin outside of it does, idle or at work.
+
+    With intervals half as long the other mesh gives 9e-4 more along x and 3e-4 along z; the model of 1e-2 is 5e-4 from
+    that. Elements 2 % further apart, by the same coupling, are 2.5 % off.
+    """
+    pair = load("device", (SETTINGS[0], "array.columns=2", "array.pitch=200um"), of=DEVICE)
+    assert isinstance(pair, DeviceArray)
+    element, mesh = pair.element, Pair(pair)
+    states = model(element, 1e-2)
+    foot = footprint(states)
+
+    def by_plate(pitch: float) -> dict[str, tuple[float, float]]:
+        """Of the first element's sensor by the second, with errors: in W, W/K, W/K; and with the loops closed in W."""
+        both = replace(pair, sink=replace(pair.sink, pitch=pitch))
+        one = replace(both, sink=replace(both.sink, driven=(1,)))
+        rise, rough = (coupling(both.sink, f).per_heat.mean(axis=(2, 3)) for f in (foot, foot.middle))
+        plate = Known(rise, np.abs(rise - rough))
+        off, alone, closed, first = (
+            together(array, states, device, plate)
+            for device in (without_sink(element), element) for array in (both, one)
+        )  # fmt: skip
+
+        def apart(a: Any, b: Any) -> tuple[float, float]:
+            return a.power_change.value[0] - b.power_change.value[0], a.power_change.error[0]
+
+        outside = [(each.per_outside.value[0, 1], each.per_outside.error[0, 1]) for each in (alone, off)]
+        return dict(
+            zip(("off", "idle", "at work", "closed"), (apart(off, alone), *outside, apart(closed, first)), strict=True)
+        )
+
+    sensors, cold = [(0, 1), (1, 1)], (0.0, 0.0)
+    both, one = mesh.powers(sensors, cold), mesh.powers(sensors[:1], cold)
+    everything = [(e, film) for e in (0, 1) for film in (0, 1)]
+    closed = mesh.powers(everything, cold) - mesh.powers(everything[:2], cold)
+    expected = {
+        "off": both - one, "idle": mesh.powers(sensors[:1], (0.0, 1.0)) - one,
+        "at work": mesh.powers(sensors, (0.0, 1.0)) - both,
+    }  # fmt: skip
+    coupled, further = by_plate(pair.sink.pitch), by_plate(1.02 * pair.sink.pitch)
+    for name, powers in expected.items():
+        value, error = coupled[name]
+        assert value == pytest.approx(powers[0, 1], rel=4e-3)
+        assert abs(value - powers[0, 1]) < error + 1.5e-3 * abs(value)
+        assert further[name][0] != pytest.approx(powers[0, 1], rel=4e-3)
+    # Closed, both are some 1e-7 of that, and the mesh is known to 3e-13 W.
+    assert abs(closed[0, 1]) < 1e-6 * abs(expected["off"][0, 1])
+    assert abs(coupled["closed"][0] - closed[0, 1]) < coupled["closed"][1] + 3e-13
 
 
 @pytest.mark.long

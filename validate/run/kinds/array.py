@@ -47,7 +47,8 @@ def skipped_figures(sink: SinkArray, request: Request) -> dict[str, str]:
 
 
 def _refuse(sink: SinkArray) -> None:
-    refuse_laws((sink.silicon, sink.oxide, sink.substrate), "an array of sinks")
+    one = ", or array.columns = 1 and array.rows = 1"
+    refuse_laws((sink.silicon, sink.oxide, sink.substrate), "an array of sinks", one)
 
 
 def answer(run: Run, data: Data | None) -> Outcome[SinkArray]:
