@@ -119,7 +119,7 @@ class Device:
         probes = tuple(Probe(name, film.lower, film.upper) for name, film in (("sink", beam), ("sensor", gold)))
         return Scene(
             self.name, (*given.boxes, *boxes), tuple(boundaries), probes, sink.room_temperature, self.end_time,
-            self.accuracy_3d,
+            self.accuracy_3d, contacts=given.contacts,
         )  # fmt: skip
 
     @property

@@ -88,7 +88,6 @@ def check(scene: AnyScene) -> None:
     physics.refuse_faces(scene, "a compact model")
     if not scene.probes:
         raise SceneError("--export writes a model of the scene's probes, and it has none: add a [[probe]]")
-    physics.refuse_contacts(scene, "--export doesn't write a model of a scene with a contact yet")
     for probe in scene.probes:
         if probe.quantity in DERIVED:
             raise SceneError(

@@ -48,8 +48,9 @@ class Structure:
         return self._channel(SUBSTRATE)
 
     def _channel(self, boundary: str) -> int:
-        value = next(b.value for b in self.heat.domain.scene.boundaries if b.name.startswith(boundary))
-        assert isinstance(value, Schedule)
+        # What the structure stands on may be behind a contact or a gas: then it is what a film leads to.
+        named = (b for b in self.heat.domain.scene.boundaries if b.name.startswith(boundary))
+        value = next(v for b in named for v in (b.value, b.ambient) if isinstance(v, Schedule))
         return 1 + self.heat.inputs.schedules.index(value)
 
     @cached_property
@@ -74,7 +75,7 @@ class Structure:
             for rise in (*(heat.whole(u) for u in steady), *lifts)
         ]
         if below.any():
-            # Through a gas in the gap.
+            # Through a contact, or a gas in the gap.
             loads, steady = [*loads, below], [*steady, heat.solve_steady(below[:n])]
         fields = [*steady, *(heat.solve_steady(load[:n]) for load in local)]
         return Base(heat, conductor, patterns, np.column_stack(fields), [*loads, *(heat.mass @ lift for lift in lifts)])
@@ -116,7 +117,8 @@ class Structure:
             Inlet(rises + inlets @ film, jumps + film, self.copies * rows[0] @ heat.lifts[channel] + per_rise @ film)
             for rises, jumps, channel, film in zip(np.array(external).T, jump, channels, filmed, strict=True)
         )
-        below = replace(below, taken=float(below.flux[0]) + self.to_air(heat.lifts[self.below]))
+        warmed = heat.lifts[self.below] + heat.whole(modal.basis @ (filmed[1] / root))
+        below = replace(below, taken=float(below.flux[0]) + self.to_air(warmed))
         return Modal(
             rates, inlets, np.array(film), np.array(resistance), np.array(coefficient), outside.external, outside.jump,
             per_rise - per_rate * rates, outside.flux, per_rate @ inlets.T, below,

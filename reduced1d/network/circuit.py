@@ -151,20 +151,24 @@ class Builder:
         self._add(("line", number), e.slopes[q], [(number, e.values[q], 1 / (line.area * e.weights[q]))])
 
     def joint(self, number: int, joint: Joint) -> None:
-        """What two lines exchange where they touch; two ends become one unknown."""
+        """What two lines exchange where they touch; two ends without a contact become one unknown."""
         one, other = joint.one, joint.other
-        if joint.kind == "ends" and not self.measured.get(("joint", number)):
+        by_point, measured = joint.kind == "along", self.measured.get(("joint", number))
+        if joint.kind == "ends" and not measured and not joint.contact:
             assert one.end is not None
             assert other.end is not None
             self.same.append((self.elements.end(one.line, one.end), self.elements.end(other.line, other.end)))
             return
-        sides = [self.side(touch, joint.kind == "along") for touch in (one, other)]
+        sides = [self.side(touch, by_point) for touch in (one, other)]
         halves = [
             (t.line, values, size) for t, (values, size) in zip((one, other), sides, strict=True) if t.end is None
         ]
-        if joint.kind == "ends":
+        if joint.kind == "ends" and not joint.contact:
             halves = [(one.line, sides[0][0], np.ones(1))]  # what was measured, at the first line's end
-        self._add(("joint", number), sides[0][0] - sides[1][0], halves)
+        areas: np.ndarray | float = one.area
+        if by_point:
+            areas = self._areas(one, self.elements.inside(one.line, one.start, one.stop))
+        self._add(("joint", number), sides[0][0] - sides[1][0], halves, extra=joint.contact / areas)
 
     def side(self, touch: Touch, by_point: bool) -> tuple[sp.csr_matrix, np.ndarray]:
         """The values of a line where it is touched, point by point or their mean, and the half's sizes (1/m)."""

@@ -84,11 +84,13 @@ class Touch:
 @dataclass(frozen=True)
 class Joint:
     """Two lines that touch. ``kind``: "ends" where both do with an end, which makes them one there; "along" where lines
-    that run alike touch at their sides and exchange heat point by point; "means" for all others."""
+    that run alike touch at their sides and exchange heat point by point; "means" for all others. ``contact`` is the
+    thermal resistance of one between them (m2 K/W), which keeps two ends apart."""
 
     one: Touch
     other: Touch
     kind: str
+    contact: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -137,16 +139,25 @@ class Layout:
 def layout(scene: AnyScene) -> Layout:
     """The lines of a scene of boxes, whose probes of resistance and power they leave out; SceneError for one on a mesh,
     and for materials that lines don't take."""
-    physics.refuse_laws(physics.materials(scene), "a network")
+    physics.refuse_laws(physics.materials(scene), "a network", ", or ask for the 3D solution alone")
     physics.refuse_terminals(scene, "a network")
     physics.refuse_faces(scene, "a network")
     if isinstance(scene, MeshScene):
         raise SceneError(
             f"scene {quoted(scene.name)} is on a mesh file, and a network is made of boxes: give [[box]]es"
         )
-    physics.refuse_contacts(scene, "a network has no resistance at a contact yet")
+    _refuse_jumps(scene)
     grid = grid_of(replace(scene, probes=tuple(p for p in scene.probes if p.quantity not in DERIVED)))
     return _Cutting(replace(grid, scene=tidy(grid))).layout()
+
+
+def _refuse_jumps(scene: Scene) -> None:
+    """SceneError where a potential jumps: what heats a contact would have to enter two lines."""
+    behind = [f"boundary {quoted(b.name)}.contact_resistance" for b in scene.boundaries if b.kind == "voltage"
+              and b.contact_resistance]  # fmt: skip
+    behind += [f"contact {quoted(c.name)}.electrical_resistance" for c in scene.contacts if c.electrical_resistance]
+    if behind:
+        raise SceneError(f"a network has no electrical resistance at a contact yet: leave {behind[0]} out")
 
 
 def overlap(one: Cells, other: Cells) -> Cells | None:
@@ -197,8 +208,8 @@ class _Cutting:
         fixed = [s for s, b in zip(self.sheets, self.scene.boundaries, strict=True) if b.kind == "voltage"]
         conducting = [c for c in self.contacts if self.conducts[c[0]] and self.conducts[c[1]]] if electric else []
         return Layout(
-            self.scene, self._lines(), self._joints(self.contacts, held), self._conditions(held),
-            self._joints(conducting, fixed), self._electrodes(),
+            self.scene, self._lines(), self._joints(self.contacts, held, True), self._conditions(held),
+            self._joints(conducting, fixed, False), self._electrodes(),
         )  # fmt: skip
 
     def _cells(self, item: Box | Boundary) -> Cells:
@@ -299,17 +310,21 @@ class _Cutting:
         half = 0.0 if normal == axis else self._length(part, normal) / 2
         return Touch(i, lower, upper, normal, end, lower[axis], upper[axis], self._area(face, normal), half)
 
-    def _joints(self, contacts: list[tuple[int, int, int, Cells]], cuts: list[Cells]) -> tuple[Joint, ...]:
+    def _joints(
+        self, contacts: list[tuple[int, int, int, Cells]], cuts: list[Cells], thermal: bool
+    ) -> tuple[Joint, ...]:
         joints = []
         for i, j, axis, face in contacts:
             rest = [face]
             for cut in cuts:
                 rest = [r for part in rest for r in without(part, cut)]
+            contact = self.scene.contact(self.parts[i][0], self.parts[j][0]) if thermal else None
+            resistance = contact.thermal_resistance if contact else 0.0
             for part in rest:
                 one, other = self._touch(i, part, axis), self._touch(j, part, axis)
                 ends = (one.end is None) + (other.end is None)
                 kind = "ends" if not ends else "along" if ends == 2 and self.axes[i] == self.axes[j] else "means"
-                joints.append(Joint(one, other, kind))
+                joints.append(Joint(one, other, kind, resistance))
         return tuple(joints)
 
     def _conditions(self, held: list[Cells]) -> tuple[Condition, ...]:

@@ -221,7 +221,7 @@ def scales(layout: Layout, time: float | None) -> list[float]:
         if joint.kind == "along":
             each = [t.half / layout.lines[t.line].box.material.thermal_conductivity for t in (joint.one, joint.other)]
             for t in (joint.one, joint.other):
-                losses[t.line] += t.area / (t.stop - t.start) / sum(each)
+                losses[t.line] += t.area / (t.stop - t.start) / (sum(each) + joint.contact)
     for c in layout.conditions:
         t, b = c.touch, layout.scene.boundaries[c.boundary]
         if t.end is None and b.kind in ("temperature", "convection") and b.value:

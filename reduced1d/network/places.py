@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from reduced1d.network.lines import Condition, Joint, Layout, Touch
-from scenes.model import Point, Probe
+from scenes.model import Point, Probe, Quantity
 
 Key = tuple[str, int]
 """("joint" | "condition" | "wire" | "electrode", its number in the layout)."""
@@ -72,12 +72,14 @@ def _called(key: Key, names: str) -> str:
 
 
 def _side(layout: Layout, key: Key, touch: Touch, number: int) -> Probe:
-    """The mean over a line's cross-section where it is touched: over the whole end, or the length that is covered."""
+    """The mean over a line's cross-section where it is touched: over the whole end, or the length that is covered; on
+    its own side of contacts, where there are any."""
     line = layout.lines[touch.line]
     lower, upper = list(line.lower), list(line.upper)
     lower[line.axis], upper[line.axis] = touch.start, touch.stop
-    quantity = "potential" if key[0] in ("wire", "electrode") else "temperature"
-    return Probe(f"{key[0]} {key[1]} side {number}", _point(lower), _point(upper), quantity)  # type: ignore[arg-type]
+    quantity: Quantity = "potential" if key[0] in ("wire", "electrode") else "temperature"
+    box = line.box.name if any(joint.contact for joint in layout.joints) else ""
+    return Probe(f"{key[0]} {key[1]} side {number}", _point(lower), _point(upper), quantity, box=box)
 
 
 def _flow(key: Key, touch: Touch) -> Probe:

@@ -56,6 +56,7 @@ class Reader:
     def reading(self, probe: Probe) -> Reading:
         """What a probe of a temperature or a potential reads."""
         inside = [(i, line) for i, line in enumerate(self.layout.lines) if self._carries(line)]
+        inside = [(i, line) for i, line in inside if probe.box in ("", line.box.name)]
         shares = [(i, *_shared(line, probe)) for i, line in inside if _covers(line, probe)]
         if probe.reduce != "mean" and probe.lower != probe.upper:
             return self._extreme(probe, [(i, lower, upper) for i, lower, upper in shares])
@@ -85,7 +86,7 @@ class Reader:
         rows on unknowns and inputs), what part of it half the thickness takes, and what part of the place it covers."""
         differences = []
         axis = self.layout.lines[i].axis
-        for touch, other in self._touches(i):
+        for touch, other, contact in self._touches(i):
             if touch.end is not None or lower[touch.normal] != upper[touch.normal]:
                 continue
             if lower[touch.normal] != touch.lower[touch.normal]:
@@ -95,17 +96,18 @@ class Reader:
             if any(a > b or (a == b and c < d) for a, b, c, d in zip(low, high, lower, upper, strict=True)):
                 continue
             share = np.prod([(b - a) / (d - c) for a, b, c, d in zip(low, high, lower, upper, strict=True) if d > c])
-            differences.append((self._apart(touch, other, low[axis], high[axis]), float(share)))
+            differences.append((self._apart(touch, other, contact, low[axis], high[axis]), float(share)))
         # A place on the edge of several counts as on the first.
         return differences[:1] if lower == upper else differences
 
-    def _touches(self, i: int) -> list[tuple[Touch, Touch | Condition]]:
-        touches: list[tuple[Touch, Touch | Condition]] = []
+    def _touches(self, i: int) -> list[tuple[Touch, Touch | Condition, float]]:
+        touches: list[tuple[Touch, Touch | Condition, float]] = []
         for j in self.joints:
-            touches += [(touch, other) for touch, other in ((j.one, j.other), (j.other, j.one)) if touch.line == i]
-        return touches + [(c.touch, c) for c in self.conditions if c.touch.line == i]
+            both = (j.one, j.other), (j.other, j.one)
+            touches += [(touch, other, j.contact) for touch, other in both if touch.line == i]
+        return touches + [(c.touch, c, 0.0) for c in self.conditions if c.touch.line == i]
 
-    def _apart(self, touch: Touch, other: Touch | Condition, a: float, b: float) -> Apart:
+    def _apart(self, touch: Touch, other: Touch | Condition, contact: float, a: float, b: float) -> Apart:
         given, half_resistance = np.zeros((1, self.count)), touch.half * self._resistivity(touch.line)
         if isinstance(other, Touch):
             alike = other.end is None and self.layout.lines[other.line].axis == self.layout.lines[touch.line].axis
@@ -114,7 +116,8 @@ class Reader:
             else:
                 beyond = self._along(other.line, other.start, other.stop)
                 row = self.e.mean(touch.line, touch.start, touch.stop) - beyond
-            return row, given, half_resistance / (half_resistance + other.half * self._resistivity(other.line))
+            beyond_it = other.half * self._resistivity(other.line) + contact
+            return row, given, half_resistance / (half_resistance + beyond_it)
         boundary = self.layout.scene.boundaries[other.boundary]
         if boundary.kind == "heat_flux":
             # It enters through half the thickness: the face is warmer than the line.

@@ -60,20 +60,22 @@ def _joint(layout: Layout, heat: Joint | None, wire: Joint | None) -> Row:
         "how": _how(layout, joint),
     }
     touches = [t for t in (one, other) if t.end is None]
-    if heat and touches:
+    if heat and (touches or heat.contact):
         each = [(t.half, layout.lines[t.line].box.material.thermal_conductivity) for t in touches]
-        halves = " + ".join(f"{_um(half)}/{k:g} W/(m K)" for half, k in each)
-        _put(row, "W/K", f"{_um2(one.area)} / ({halves})", one.area / sum(half / k for half, k in each))
+        parts = [f"{_um(half)}/{k:g} W/(m K)" for half, k in each]
+        parts += [f"{heat.contact:g} m2 K/W"] if heat.contact else []
+        resistance = sum(half / k for half, k in each) + heat.contact
+        _put(row, "W/K", f"{_um2(one.area)} / ({' + '.join(parts)})", one.area / resistance)
     if wire and touches:
-        parts = [(t.half, layout.resistivity(t.line)) for t in touches]
-        halves = " + ".join(f"{_um(half)} x {r:.6g} ohm m" for half, r in parts)
-        _put(row, "ohm", f"({halves}) / {_um2(one.area)}", sum(half * r for half, r in parts) / one.area)
+        wired = [(t.half, layout.resistivity(t.line)) for t in touches]
+        halves = " + ".join(f"{_um(half)} x {r:.6g} ohm m" for half, r in wired)
+        _put(row, "ohm", f"({halves}) / {_um2(one.area)}", sum(half * r for half, r in wired) / one.area)
     return row
 
 
 def _how(layout: Layout, joint: Joint) -> str:
     if joint.kind == "ends":
-        return "ends meet, nothing between"
+        return "ends meet, a contact between" if joint.contact else "ends meet, nothing between"
     places = []
     for touch in (joint.one, joint.other):
         line = layout.lines[touch.line]

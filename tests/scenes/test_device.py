@@ -18,7 +18,7 @@ from tests.scenes.test_load import EXPECTED as SINK_EXPECTED
 
 CHANGED = {
     **{path: value for path, value in OF_THE_SINK.items() if not path.startswith("checks.")},
-    "sink.spans": 1, "anchor.contact_resistance": "perfect", "environment.emissivity": 0,
+    "sink.spans": 1, "environment.emissivity": 0,
     "device.sensor_thickness": "50 nm", "device.insulator_thickness": "5 um", "device.polymer_thickness": "50 um",
     "materials.gold.thermal_conductivity": 300, "materials.gold.density": "19 g/cm3",
     "materials.gold.specific_heat": 130, "materials.gold.resistivity": "3e-6 ohm cm",
@@ -35,7 +35,7 @@ CHANGED = {
 }  # fmt: skip
 EXPECTED = Device(
     sink=replace(
-        SINK_EXPECTED, spans=1, contact_resistance=None, emissivity=0.0, end_time=0.02, accuracy=1e-3, name="sink",
+        SINK_EXPECTED, spans=1, emissivity=0.0, end_time=0.02, accuracy=1e-3, name="sink",
         tolerances={},
         expected_to_differ=None,
     ),
@@ -64,7 +64,6 @@ def test_the_built_in_file_shows_every_key():
     only_of_a_sink = {
         "sink.spans",
         "sink.island_length",
-        "anchor.contact_resistance",
         "environment.emissivity",
         *of_an_array,
     }

@@ -189,6 +189,35 @@ def in_an_fmu(document: dict[str, Any], folder: Path, times: np.ndarray) -> tupl
 
 
 @pytest.mark.long
+def test_temperature_and_potential_jump_at_a_contact(tmp_path: Path) -> None:
+    """A bar of two halves, against a run ten times more accurate; one of the whole bar is further off."""
+    half = (
+        '[[box]]\nname = "rest"\nmaterial = "silicon"\nlower = ["200 um", 0, 0]\nupper = ["400 um", "10 um", "10 um"]'
+    )
+    contact = (
+        '[[contact]]\nname = "joint"\nbetween = ["bar", "rest"]\nthermal_resistance = "1e-6 m2 K/W"\n'
+        'electrical_resistance = "5e-9 ohm m2"\n'
+    )
+    path = tmp_path / "halves.toml"
+    path.write_text(
+        BAR.replace(
+            'upper = ["400 um", "10 um", "10 um"]\n[[boundary]]',
+            f'upper = ["200 um", "10 um", "10 um"]\n{half}\n{contact}[[boundary]]',
+            1,
+        ).replace('at = ["200 um"', 'box = "rest"\nat = ["200 um"')
+    )
+    halves = load(str(path), [])
+    assert len(halves.boxes) == 2
+    made, full = compact(halves, None, ACCURACY), scene_run.solve(replace(halves, accuracy=ACCURACY / 10)).over_time
+    perfect = scene_run.solve(replace(halves, contacts=(), accuracy=ACCURACY / 10)).over_time
+    late = full.time >= made["range"]["from_s"]
+    times, exact = full.time[late], {n: v[late] for n, v in full.values.items()}
+    assert off(made, CompactModel(made).simulate(times), exact) <= 1
+    assert off(made, CompactModel(wrong(made)).simulate(times), exact) > 1
+    assert off(made, {n: np.interp(times, perfect.time, v) for n, v in perfect.values.items()}, exact) > 3
+
+
+@pytest.mark.long
 @pytest.mark.parametrize(
     "run",
     [

@@ -39,10 +39,11 @@ def scene(
     materials: list[dict[str, Any]] | None = None,
     end_time: float | None = None,
     accuracy: float = 1e-5,
+    contact: list[dict[str, Any]] | None = None,
 ) -> AnyScene:
     run: dict[str, Any] = {"accuracy": accuracy} | ({"steady": True} if end_time is None else {"end_time": end_time})
     document = {
         "scene": {"name": "test", "initial_temperature": COLD}, "material": materials or [material()], "box": boxes,
-        "boundary": boundaries, "probe": probes, "run": run,
+        "boundary": boundaries, "probe": probes, "run": run, "contact": contact or [],
     }  # fmt: skip
     return from_dict(document)

@@ -10,7 +10,9 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from reduced1d.network import solve
-from scenes.errors import RunawayError
+from reduced1d.network.lines import layout
+from reduced1d.network.places import places
+from scenes.errors import RunawayError, SceneError
 from scenes.model import AnyScene
 from scenes.result import Result
 from tests.reduced1d.network.scenes import COLD, LONG, RHO, THICK, WIDE, C, K, at, box, flat, material, over, scene
@@ -312,3 +314,55 @@ def test_a_perturbed_conductivity_is_caught() -> None:
     )  # fmt: skip
     with pytest.raises(AssertionError):
         rises(solve(of), tip=1e13 * LONG**2 / 2 / K)
+
+
+CONTACT = 3e-7  # m2 K/W
+
+
+def test_ends_that_meet_at_a_contact() -> None:
+    flux = 1e8
+    of = scene(
+        [box(*BAR), box((LONG, 0, 0), (3 * LONG, WIDE / 2, THICK), "thin")],
+        [flat("left", *LEFT, temperature=COLD),
+         flat("heat", (3 * LONG, 0, 0), (3 * LONG, WIDE, THICK), heat_flux=flux)],
+        [at("tip", 3 * LONG, 0, 0), at("near", LONG, WIDE / 4, THICK / 2, box="bar"),
+         at("beyond", LONG, WIDE / 4, THICK / 2, box="thin"),
+         over("through", (LONG, 0, 0), (LONG, WIDE / 2, THICK), quantity="heat_flow")],
+        contact=[{"name": "joint", "between": ["bar", "thin"], "thermal_resistance": CONTACT}],
+    )  # fmt: skip
+    power = flux * AREA / 2
+    near = power * LONG / K / AREA
+    beyond = near + power * CONTACT / (AREA / 2)
+    rises(solve(of), near=near, beyond=beyond, tip=beyond + power * 2 * LONG / K / (AREA / 2), through=-power)
+    (joint,) = (p for p in places(layout(of), False) if p.key[0] == "joint")
+    assert joint.other is not None
+    # In 3D the temperature is told on either side.
+    assert (joint.one.box, joint.other.box) == ("bar", "thin")
+
+
+def test_a_potential_that_jumps_is_refused() -> None:
+    contact = {"name": "joint", "between": ["bar", "thin"], "electrical_resistance": 1e-9}
+    of = scene(
+        [box(*BAR), box((LONG, 0, 0), (3 * LONG, WIDE / 2, THICK), "thin")],
+        [flat("left", *LEFT, voltage=1.0), flat("right", (3 * LONG, 0, 0), (3 * LONG, WIDE, THICK), voltage=0.0),
+         flat("cold", *LEFT, temperature=COLD)],
+        [at("tip", LONG / 2, 0, 0)], [material(resistivity=1e-4)], contact=[contact],
+    )  # fmt: skip
+    with pytest.raises(SceneError, match=r'leave contact "joint"\.electrical_resistance out'):
+        layout(of)
+
+
+def test_sides_that_touch_at_a_contact() -> None:
+    """A slab of two bars that run alike, crossed by heat."""
+    flux = 1e8
+    upper = (0, 0, THICK), (LONG, WIDE, 2 * THICK)
+    of = scene(
+        [box(*BAR), box(*upper, "upper")],
+        [flat("cold", (0, 0, 0), (LONG, WIDE, 0), temperature=COLD),
+         flat("heat", (0, 0, 2 * THICK), (LONG, WIDE, 2 * THICK), heat_flux=flux)],
+        [over("top", (0, 0, 2 * THICK), (LONG, WIDE, 2 * THICK)), over("near", *TOP, box="bar"),
+         over("beyond", *TOP, box="upper")],
+        contact=[{"name": "joint", "between": ["bar", "upper"], "thermal_resistance": CONTACT}],
+    )  # fmt: skip
+    near = flux * THICK / K
+    rises(solve(of), near=near, beyond=near + flux * CONTACT, top=2 * near + flux * CONTACT)

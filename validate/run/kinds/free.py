@@ -53,8 +53,8 @@ def _refuse(scene: AnyScene, request: Request) -> None:
     if inputs.differentiated(request):
         if not scene.steady and (why := physics.nonlinear(scene, True)):
             raise SceneError(f"{why}, and a sensitivity is then one of the steady state alone: add --steady")
-        physics.refuse_terminals(scene, "a sensitivity")
-        physics.refuse_contacts(scene, "a sensitivity doesn't follow the jump at a contact yet")
+        if not scene.steady:
+            physics.refuse_terminals(scene, "a sensitivity over time")
 
 
 def exportable(scene: AnyScene, request: Request) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from scenes.array import ONE_SINK
@@ -58,16 +59,10 @@ def _refuse(sink: Sink, request: Request) -> None:
         from reduced1d.network.sink import lines_of
 
         lines_of(sink)
-    if inputs.differentiated(request):
-        refuse_terminals(sink.scene(), "a sensitivity")
-        _refuse_contacts(sink, "a sensitivity")
+    if inputs.differentiated(request) and request.transient:
+        refuse_terminals(sink.scene(), "a sensitivity over time")
     if inputs.fitted(request) and (why := nonlinear(sink.scene(), True)):
         raise SceneError(f"{why}, and --calibrate then has no slopes of a sink's traces to fit by: leave it out")
-
-
-def _refuse_contacts(sink: Sink, what: str) -> None:
-    if sink.contact_resistance is not None:
-        raise SceneError(f'{what} has no contacts yet: leave anchor.contact_resistance out, or give "perfect"')
 
 
 def _refuse_radiation(sink: Sink, what: str) -> None:
@@ -87,7 +82,6 @@ def exported(outcome: Outcome[Sink], say: Callable[[str], None]) -> dict[str, An
 
 def _modelled(sink: Sink, request: Request) -> AnyScene:
     """What a compact model is of: the 3D problem, with the current as a probe too."""
-    _refuse_contacts(sink, "a compact model")
     _refuse_radiation(sink, "a compact model")
     scene = sink.scene()
     inlet = next(b for b in scene.boundaries if b.kind == "voltage")
@@ -135,6 +129,10 @@ def compared(sink: Sink, request: Request, earlier: Result | None = None) -> Out
     return _compared(Run(sink, request), _levels(sink, request), earlier)
 
 
+def _say_beside(extreme: str, say: Callable[[str], None], text: str) -> None:
+    say(f"{extreme} than usual; {text}")
+
+
 def _compared(
     run: Run, levels: Levels | None, earlier: Result | None = None, data: Data | None = None
 ) -> Outcome[Sink]:  # fmt: skip
@@ -150,7 +148,10 @@ def _compared(
         with clock.stage("imports"):
             from fem3d.runs.sink import solve as solve_3d
             from scenes.errors import NumericsError, RunawayError
-            from scenes.validity import cause
+            from scenes.validity import cause, farthest
+        if extreme := farthest(sink):
+            # Such a run may take minutes: its lines of progress say why.
+            say = partial(_say_beside, extreme[0], run.say)
         say("solving in 3D")
         with clock.stage("fem3d"):
             try:
