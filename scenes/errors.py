@@ -4,7 +4,7 @@ of."""
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TextIO
 
@@ -63,6 +63,10 @@ def quoted(value: object) -> str:
         return f'"{printable(value)}"'
     if isinstance(value, bool):
         return str(value).lower()
+    if isinstance(value, Mapping):
+        return printable("{" + ", ".join(f"{key} = {quoted(item)}" for key, item in value.items()) + "}")
+    if isinstance(value, list | tuple):
+        return printable("[" + ", ".join(map(quoted, value)) + "]")
     return printable(str(value))
 
 

@@ -31,6 +31,7 @@ _EXPECTED = "checks.expect_differs"
 _LONGEST = 80
 _LARGEST = 10
 """MB of a scene file: some 100,000 boxes, far more than are solved."""
+_BOX = re.compile(r"^[ \t]*\[\[[ \t]*box[ \t]*\]\]", re.MULTILINE)
 _HERE = Path(__file__).parent
 
 
@@ -207,7 +208,10 @@ def document(source: str | Path, known: Sequence[str]) -> tuple[dict[str, Any], 
 
 def toml(text: str, source: str | Path) -> dict[str, Any]:
     """The document of a TOML text that came from somewhere; raises SceneError."""
+    from scenes.free.document import check_number
+
     try:
+        check_number(len(_BOX.findall(text)))  # before they are read, which takes seconds of 10,000
         return parsed(text)
     except SceneError as error:
         raise SceneError(f"{quoted(Path(source))}: {error}") from None
@@ -220,7 +224,9 @@ def file_text(source: str | Path, known: Sequence[str]) -> str:
     shown, instead = quoted(Path(source)), " or ".join(known)
     try:
         # A byte order mark, which some editors write, is no part of the text.
-        return contents(Path(source), _LARGEST, shown, "1 MB holds a scene of 10,000 boxes").decode("utf-8-sig")
+        return contents(Path(source), _LARGEST, shown, "1 MB holds 10,000 boxes, more than are solved").decode(
+            "utf-8-sig"
+        )
     except SceneError:
         raise
     except FileNotFoundError:

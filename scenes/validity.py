@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from operator import attrgetter
-from typing import Any, TypeVar
+from typing import Any, Literal, TypeVar
 
 from scenes import laws
 from scenes.array import ONE_SINK
@@ -17,7 +17,7 @@ from scenes.keys import type_of
 from scenes.model import Material
 from scenes.physics import check_resistivity, refuse_both, refuse_laws
 from scenes.sink import Sink
-from scenes.units import CURRENT, LENGTH, THERMAL_CONTACT, TIME, VOLTAGE
+from scenes.units import CURRENT, LENGTH, TIME, VOLTAGE
 
 T = TypeVar("T")
 _ROUNDING = 1e-9
@@ -57,11 +57,6 @@ def _check_device(device: Device) -> None:
     if device.sink.emissivity:
         raise SceneError(
             f"environment.emissivity = {device.sink.emissivity:g} is not solved for a device: leave it out, or give 0"
-        )
-    if device.sink.contact_resistance is not None:
-        raise SceneError(
-            f"anchor.contact_resistance = {quoted(THERMAL_CONTACT.show(device.sink.contact_resistance))} is not solved "
-            'for a device yet: leave it out, or give "perfect"'
         )
     _check_control(device)
 
@@ -186,9 +181,6 @@ def _check_array(sink: Sink) -> None:
         )
     if sink.emissivity:
         raise SceneError(ONE_SINK.format(sink, "environment.emissivity is of one sink"))
-    if sink.current is not None or sink.series_resistance:
-        key = "drive.current" if sink.current is not None else "drive.series_resistance"
-        raise SceneError(ONE_SINK.format(sink, f"each has its voltage, and {key} is of one sink"))
     wide, long = max(sink.pad_width, sink.width), sink.length + 2 * sink.pad_length
     least = {
         "pitch": (sink.columns, wide, "the wider of anchor.pad_width and sink.width"),
@@ -233,6 +225,16 @@ _CHECKS: dict[str, Callable[[Any], None]] = {"sink": _check_sink, "device": _che
 def cause(scene: object, instead: str = "") -> str:
     """What to append to the sentence of a numerical failure, with ``instead`` after it: which key is likely why, the
     one that is farthest from the built-in scene's, how far it is out and what to do. Nothing where none is far out."""
+    extreme = farthest(scene)
+    return extreme and (
+        f"; {extreme[0]} than in the built-in {type_of(scene).name}, and so is likely beyond what double precision "
+        f"resolves beside the rest: give a value nearer to {extreme[1]}{instead}"
+    )
+
+
+def farthest(scene: object) -> tuple[str, str] | Literal[""]:
+    """How many times more or less than in the built-in scene the key is that is farthest out, and what it is there.
+    Nothing where none is far out."""
     kind = type_of(scene)
     deviations = []
     for path, key in kind.schema.paths.items():
@@ -249,7 +251,4 @@ def cause(scene: object, instead: str = "") -> str:
     ratio = abs(value / usual)
     times, way = (ratio, "more") if ratio > 1 else (1 / ratio, "less")
     shown = f"{times:,.0f}" if times < 1e6 else f"{times:.0e}".replace("e+0", "e").replace("e+", "e")
-    return (
-        f"; {path} = {quantity.show(value)} is {shown} times {way} than in the built-in {kind.name}, and so is likely "
-        f"beyond what double precision resolves beside the rest: give a value nearer to {quantity.show(usual)}{instead}"
-    )
+    return f"{path} = {quantity.show(value)} is {shown} times {way}", quantity.show(usual)

@@ -163,8 +163,22 @@ ON_MESH = Schema(
 """What a file with a [mesh] may say: groups stand in the place of boxes and corners."""
 
 
+MOST_BOXES = 2_000
+"""A row of as many takes 0.9 GB and 20 s of processor time, and a file of 0.2 MB."""
+
+
+def check_number(boxes: int) -> None:
+    """Raises SceneError for more boxes than are solved."""
+    if boxes > MOST_BOXES:
+        raise SceneError(
+            f"the scene has {boxes:,} boxes, and {MOST_BOXES:,} are the most: let one box stand for those of one "
+            "material that touch, or give a mesh (mesh.file)"
+        )
+
+
 def of_boxes(values: Values, name: str, folder: str = "") -> m.Scene:
     """The scene of boxes; ``name`` is for one that has none, ``folder`` where its file lies. Raises SceneError."""
+    check_number(len(values.get("box", ())))
     materials = {item.name: _material(item.values) for item in values.get("material", ())}
     boxes = tuple(_box(item, materials) for item in values.get("box", ()))
     if not boxes:

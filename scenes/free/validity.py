@@ -287,7 +287,7 @@ def _check_parts(grid: Grid) -> None:
             if label not in fine:
                 names = [scene.boxes[number].name for number in np.unique(grid.owner[labels == label])]
                 called = f"{'box' if len(names) == 1 else 'boxes'} {listed(names)}"
-                raise SceneError(f"{called} {why[0].split('|')[len(names) > 1]}: {why[1]}")
+                raise SceneError(f"{called} {why[0].split('|')[len(names) > 1]}: {why[1]}{_nearly(grid)}")
 
     electric = physics.electric(scene)
     physics.refuse_ungrounded(scene.boundaries, grid.joined().values())
@@ -308,8 +308,15 @@ def _check_parts(grid: Grid) -> None:
         has = "no voltage across a conductor, " if electric else ""
         raise SceneError(
             f"nothing happens in this scene: it has {has}no heat source, no flux, and no temperature other than "
-            f"scene.initial_temperature = {scene.initial_temperature:g} K: give at least one"
+            f"scene.initial_temperature = {scene.initial_temperature:g} K: give at least one{_nearly(grid)}"
         )
+
+
+def _nearly(grid: Grid) -> str:
+    """What to append where a part may be alone by mistake: the first two boxes that nearly touch."""
+    from scenes.free.structure import gaps
+
+    return "".join(f"; {sentence}" for sentence in gaps(grid)[:1])
 
 
 def tidy(grid: Grid) -> Scene:

@@ -7,9 +7,11 @@ take for granted, a beam as wide as its pads, whose anchors are thick oxide unde
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from time import sleep
 
 import pytest
 
@@ -108,6 +110,24 @@ def test_where_3d_fails_the_key_is_named(
     assert main(["sink", "--steady", "--no-figures", "--quiet"]) == 3
     assert capsys.readouterr().err == "validate: it does not converge\n"
     assert main(["sink", "--only", "1d", "--no-figures", "--quiet", "--set", setting]) == 0
+
+
+@pytest.mark.parametrize("setting", ["sink.length=3nm", "sink.length=2mm"])
+def test_progress_says_which_key_may_make_a_run_long(
+    setting: str, capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def slow(sink: object, request: object, say: Callable[[str], None]) -> None:
+        say("level 4: 9 unknowns")
+        sleep(0.1)
+        raise NumericsError("it does not converge")
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("fem3d.runs.sink.solve", slow)
+    for seconds in ("_EVERY", "_SLOW"):
+        monkeypatch.setattr(f"validate.cli.terminal.{seconds}", 0.01)
+    assert main(["sink", "--steady", "--no-figures", "--set", setting]) == 3
+    said = "sink.length = 3 nm is 333,333 times less than usual; " if "nm" in setting else ""
+    assert f"\n{said}level 4: 9 unknowns (0 s)\n" in "\n" + capsys.readouterr().err
 
 
 def test_the_key_that_is_farthest_out_is_named() -> None:

@@ -10,7 +10,8 @@ import pytest
 
 from scenes.errors import SceneError
 from scenes.files import DEEPEST, contents, parsed
-from scenes.loading import document
+from scenes.free.document import MOST_BOXES
+from scenes.loading import document, load
 from scenes.schema import toml_value
 from validate.against.read import tables
 
@@ -45,6 +46,22 @@ def test_a_scene_file_is_read_up_to_ten_megabytes(tmp_path: Path) -> None:
     path.write_bytes(b"# " + b"x" * 9_999_999)
     with pytest.raises(SceneError, match="is larger than 10 MB: "):
         document(path, ())
+
+
+@pytest.mark.parametrize("inline", [False, True])
+def test_more_boxes_than_are_solved_are_refused_before_any_is_looked_at(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, inline: bool
+) -> None:
+    box = 'name = "{n}"{s}material = "m"{s}lower = [{n}, 0, 0]{s}upper = [{n}.5, 1, 1]'
+    if inline:
+        text = "box = [" + ",".join("{" + box.format(n=n, s=", ") + "}" for n in range(MOST_BOXES + 1)) + "]"
+    else:
+        monkeypatch.setattr("scenes.loading.parsed", None)  # nothing is read but how many there are
+        text = "".join(" [[ box ]] \n" + box.format(n=n, s="\n") + "\n" for n in range(MOST_BOXES + 1))
+    path = tmp_path / "row.toml"
+    path.write_text(text)
+    with pytest.raises(SceneError, match="the scene has 2,001 boxes, and 2,000 are the most: "):
+        load(path)
 
 
 def test_a_file_may_grow_while_it_is_read(tmp_path: Path) -> None:

@@ -74,7 +74,7 @@ def run(**values: Any) -> Callable[[Document], None]:
 
 
 def island(**more: Any) -> Document:
-    return {"name": "island", "material": "oxide", "lower": [6, 0, 0], "upper": [7, 1, 1], **more}
+    return {"name": "island", "material": "oxide", "lower": [6, 0, 0], "upper": [7, 1, 1]} | more
 
 
 def joint(name: str = "c", between: list | None = None, **resistances: Any) -> Callable[[Document], None]:
@@ -243,6 +243,13 @@ REFUSED: dict[str, tuple[Callable[[Document], None], tuple[str, ...]]] = {
         both(drop("boundary", 0, "temperature"), put("boundary", 0, convection={"coefficient": 0, "ambient": 300})),
         ('boxes "beam" and "foot" have no exit for heat',),
     ),
+    "nearly touching": (
+        both(
+            put("box", 0, upper=[2, 1, 1]),
+            add("box", island(material="metal", lower=[2.01, 0, 0], upper=[4, 1, 1])),
+        ),
+        ("has no exit for heat", 'boxes "beam" and "island" are 10.0 mm apart along x', "let their faces coincide"),
+    ),
     "nothing happens": (put("boundary", 1, voltage=0), ("nothing happens", "no voltage across a conductor")),
     "no time": (run(), ("neither how long nor steady",)),
     "steady for a time": (run(steady=True, end_time=1), ("run.steady = true and run.end_time",)),
@@ -289,7 +296,7 @@ REFUSED: dict[str, tuple[Callable[[Document], None], tuple[str, ...]]] = {
         ('boundary "left".voltage behind a contact_resistance has conductors on both sides',)),
     "contact without a resistance": (joint(), ('contact "c" has no resistance', "thermal_resistance")),
     "contact of one box": (joint(between=["beam"], thermal_resistance=1),
-        ("contact \"c\".between = ['beam'] is not a pair",)),
+        ('contact "c".between = ["beam"] is not a pair',)),
     "contact of an unknown box": (joint(between=["beam", "feet"], thermal_resistance=1),
         ('contact "c".between names no box "feet"', 'did you mean "foot"?')),
     "contact of a box with itself": (joint(between=["beam", "beam"], thermal_resistance=1),

@@ -101,7 +101,7 @@ def test_time_is_logarithmic_where_a_rise_is_over_before_it_is_seen(constant: fl
         line = axes[0].lines[0]
         exact = 293 + 7 * (1 - np.exp(-line.get_xdata() / 1e3 / constant))
         assert np.abs(line.get_ydata() - exact).max() < 0.05
-    since = Traces(time, dict.fromkeys(names, values), dict.fromkeys(names, 1e-3), since=0.02)
+    since = Traces(time, dict.fromkeys(names, values), dict.fromkeys(names, 1e-3), since=2e-5)
     for traces, said in ((found.over_time, False), (since, True)):
         figure = trace_figure.draw(Outcome(scene, Request(), (), replace(found, traces=traces)))
-        assert ("lines begin, 20 ms after the start" in figure.texts[-1].get_text()) == said
+        assert ("lines begin, 20 µs after the start" in figure.texts[-1].get_text()) == said

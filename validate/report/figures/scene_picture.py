@@ -3,7 +3,6 @@ probes, each with its name."""
 
 from __future__ import annotations
 
-import re
 from math import inf
 from pathlib import Path
 from typing import Any
@@ -23,6 +22,7 @@ from scenes.kinds import Quantity
 from scenes.laws import Law
 from scenes.model import Boundary, Material, Point, Probe, Scene, Schedule, Value, values
 from scenes.units import THERMAL_CONDUCTIVITY
+from validate.report.checks import with_mu
 from validate.report.figures import INK, PARTS
 from validate.report.figures.axonometry import Drawing, drawing
 from validate.report.figures.drawing import new_figure, style
@@ -208,7 +208,7 @@ def _value(value: Value, kind: Quantity) -> str:
     ends = dict.fromkeys((min(value.values), max(value.values)) if isinstance(value, Schedule) else (value,))
     shown = [kind.dimension.show(float(f"{end:.5g}")) for end in ends]
     text = f"{' to '.join(shown)} over time" if len(shown) > 1 else shown[0]
-    return re.sub(r"(?<=\d )u(?=[mVs]\b)", "µ", text)
+    return with_mu(text)
 
 
 def _reading(probe: Probe) -> str:

@@ -19,6 +19,7 @@ from reduced1d.ladder.lumps import half_island
 from scenes.formats import quantity, scale, sink_text
 from scenes.result import Result
 from scenes.sink import OF_A_SINK, Sink, start
+from validate.report.checks import with_mu
 from validate.report.figures import INK, LINES
 from validate.report.figures.drawing import VISIBLE, band, legend, logarithmic, new_figure, smooth
 from validate.run.outcome import Outcome
@@ -66,7 +67,7 @@ def profile(outcome: Outcome[Sink]) -> Figure:
             above.plot(um[[0, len(um) // 2, -1]], [end, peak, end], "o", color=LINES["end_K"], ms=5, label=one.model)
     below.axhline(0.0, color=INK, lw=0.8)
     below.set(ylabel="3D less its\nparabola (K)", xlabel="place along the beam y (µm)")
-    below.set_title(f"shaded: its numerical error, ±{quantity(error, 'K', 2)}", fontsize=9, loc="right", pad=3)
+    below.set_title(with_mu(f"shaded: its numerical error, ±{quantity(error, 'K', 2)}"), fontsize=9, loc="right", pad=3)
     above.set(ylabel="rise above room (K)", ylim=(0.0, None), xlim=(um[0], um[-1]))
     above.legend(loc="lower center")
     return figure
@@ -154,7 +155,7 @@ def _against_time(
     most = quantity(max(three.traces.errors[key] for key in keys), unit, 2)
     where = "shaded where wider than a line" if visible else "narrower than the lines"
     note = f"estimated error of the 3D traces at most ±{most}, {where}"
-    figure.text(0.5, (0.62 + more) / 4.8, note, ha="center", va="center", fontsize=9.5)
+    figure.text(0.5, (0.62 + more) / 4.8, with_mu(note), ha="center", va="center", fontsize=9.5)
     return figure
 
 

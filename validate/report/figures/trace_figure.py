@@ -9,6 +9,7 @@ from scenes import physics
 from scenes.formats import cut, quantity, scale
 from scenes.model import UNITS, AnyScene, Schedule
 from scenes.result import Traces
+from validate.report.checks import with_mu
 from validate.report.figures.drawing import VISIBLE, band, new_figure, smooth
 from validate.run.outcome import Outcome
 
@@ -67,7 +68,7 @@ def draw(outcome: Outcome[AnyScene]) -> Figure:
     if not sure.all():
         starts = "the start and each jump of a given temperature" if traces.jumps else "the start"
         note += f"; it holds, and lines begin, {quantity(traces.since, 's', 2)} after {starts}"
-    figure.text(0.5, 0.12 / height, f"the estimated error of the 3D traces {note}", ha="center", fontsize=9)
+    figure.text(0.5, 0.12 / height, with_mu(f"the estimated error of the 3D traces {note}"), ha="center", fontsize=9)
     return figure
 
 
