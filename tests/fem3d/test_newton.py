@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from meshes import symmetry
+from scenes.model import Contact
 from scenes.sink import SILICON, Sink
-from tests.fem3d import BAR, bar, bar_grid, end, plain_grid
-from validate.verify import kirchhoff, newton, newton_scene, reference, split
+from tests.fem3d import BAR, bar, bar_grid, end, kirchhoff, plain_grid
+from validate.verify import newton, newton_scene, reference, split
 
 ROOM = 293.0
 PLAIN = replace(SILICON, temperature_coefficient=0.0)
@@ -143,13 +144,9 @@ def halves(resistance, electrical=None, **material):
     half = BAR[1] / 2
     boxes = (replace(whole, name="a", upper=(BAR[0], half, BAR[2])),
              replace(whole, name="b", lower=(0.0, half, 0.0)))  # fmt: skip
-    scene = replace(scene, boxes=boxes)
-    mesh, owner, order = newton_scene.base(scene, bar_grid(scene, 3, 2))
-    pair = frozenset((0, 1))
-    cells = split.split(mesh.mesh, owner, [pair])
-    basis = type(mesh)(cells, mesh.elem, intorder=order)
-    contact = split.contact(basis, owner, pair, order, resistance, electrical)
-    return replace(newton_scene.problem(scene, basis, owner, order), contacts=(contact,)), basis.doflocs[1]
+    scene = replace(scene, boxes=boxes, contacts=(Contact("c", ("a", "b"), resistance, electrical or 0.0),))
+    basis, *owner_order = newton_scene.base(scene, bar_grid(scene, 3, 2))
+    return newton_scene.problem(scene, basis, *owner_order), basis.doflocs[1]
 
 
 def test_the_temperature_jumps_across_a_contact_by_the_flux_times_its_resistance():

@@ -9,7 +9,7 @@ from itertools import chain
 from typing import NamedTuple
 
 from validate.pool import side_by_side
-from validate.verify import corner, exact, orders, published, surroundings
+from validate.verify import corner, exact, orders, published, second_path, surroundings
 from validate.verify.manufactured import conduction, heating, joule
 from validate.verify.report import Row, skipped
 
@@ -76,6 +76,7 @@ CASES = (
     Case("published", "ISO 10211 case 2", published.iso_case_2),
     Case("published", "ISO 10211 case 3", published.iso_case_3),
     Case("published", "ISO 10211 case 4", published.iso_case_4),
+    Case("second", "Newton on hexahedra", second_path.rows),
     Case("second", "NGSolve", _second_code),
 )  # fmt: skip
 

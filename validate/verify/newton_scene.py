@@ -10,23 +10,27 @@ from skfem import Basis, ElementHex1, ElementHexS2, FacetBasis, MeshHex
 from meshes.grid import Grid
 from scenes import laws
 from scenes.laws import PowerLaw, Property, Table
-from scenes.model import Boundary, Material, Scene
-from validate.verify import newton
+from scenes.model import Boundary, Contact, Material, Scene
+from validate.verify import newton, split
 from validate.verify.newton import Electrode, Law, On, Part, Problem, State
 from validate.verify.reference import constant, facets, hexahedra, mean
 
 
 def base(scene: Scene, grid: Grid, finer: int = 0) -> tuple[Basis, np.ndarray, int]:
     """The functions on the cells of a grid, which box owns each cell, and the order of integrals: as those of the
-    bricks, by one Gauss point more than the degree along each axis, or ``finer`` by so much."""
+    bricks, by one Gauss point more than the degree along each axis, or ``finer`` by so much. Nodes of contacts are
+    there twice."""
     mesh, owner = hexahedra(grid)
+    if scene.contacts:
+        mesh = split.split(mesh, owner, [_pair(scene, contact) for contact in scene.contacts])
     (degree,) = set(np.concatenate(grid.degrees).tolist())
     order = 2 * degree + 1 + finer
     return Basis(mesh, (ElementHex1(), ElementHexS2())[degree - 1], intorder=order), owner, order
 
 
 def problem(scene: Scene, basis: Basis, owner: np.ndarray, order: int) -> Problem:
-    """A scene whose values don't vary in time (ValueError) on a `base`."""
+    """A scene whose values don't vary in time (ValueError) on a `base`. Its contacts are of heat, those of two
+    conductors of current too."""
     parts = []
     for number, box in enumerate(scene.boxes):
         cells = np.flatnonzero(owner == number)
@@ -44,14 +48,23 @@ def problem(scene: Scene, basis: Basis, owner: np.ndarray, order: int) -> Proble
             nodes, series = _nodes(basis, boundary), boundary.series_resistance
             given = Electrode(nodes, current=value) if series == math.inf else Electrode(nodes, value, series)
             electrodes.append(given)
+        elif boundary.kind == "heat_flux":
+            faces.append((exposed(basis, boundary, order), newton.constant(-value)))
         else:
-            leaving = (
-                newton.constant(-value)
-                if boundary.kind == "heat_flux"
-                else newton.cooled(value, constant(boundary.ambient))
-            )
-            faces.append((exposed(basis, boundary, order), leaving))
-    return Problem(basis.N, scene.initial_temperature, tuple(parts), tuple(held), tuple(faces), tuple(electrodes))
+            leaving = {"convection": newton.cooled, "radiation": newton.radiating}[boundary.kind]
+            faces.append((exposed(basis, boundary, order), leaving(value, constant(boundary.ambient))))
+    contacts = tuple(
+        split.contact(basis, owner, _pair(scene, c), order, c.thermal_resistance, c.electrical_resistance or None)
+        for c in scene.contacts
+    )
+    return Problem(
+        basis.N, scene.initial_temperature, tuple(parts), tuple(held), tuple(faces), tuple(electrodes), contacts
+    )
+
+
+def _pair(scene: Scene, contact: Contact) -> split.Pair:
+    names = [box.name for box in scene.boxes]
+    return frozenset(names.index(name) for name in contact.between)
 
 
 def law(given: Property, times: float = 1.0) -> Law:

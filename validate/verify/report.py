@@ -22,7 +22,7 @@ TITLES = {
     "order in time": "Observed orders of convergence in time (they agree with theory within 0.1)",
     "exact": "Exact solutions (each within its own estimated error, at 1e-4 or better)",
     "published": "Published benchmarks",
-    "second code": "A second, independent code",
+    "second code": "Second paths: independent codes",
 }
 ABOUT = """\
 The table of one run of `validate verify`, which is what wrote this page. *Error* is the error that the solver itself
