@@ -52,6 +52,17 @@ def test_the_picture_has_every_line_and_joint() -> None:
     assert [float(x) for x in beam.get_xdata()] == pytest.approx([0, 200])
 
 
+@pytest.mark.parametrize(("name", "tallest"), [("bridge", 0.6), ("plate", 1.0)])
+def test_the_view_from_above_is_in_true_proportions(name: str, tallest: float) -> None:
+    """And no taller than what it shows: of a long bridge it was once mostly white."""
+    figure = draw(Outcome(load(name), Request(), ()))
+    box = figure.axes[0].get_position()
+    wide, tall = figure.get_size_inches() * (box.width, box.height)
+    (left, right), (low, high) = figure.axes[0].get_xlim(), figure.axes[0].get_ylim()
+    assert (right - left) / wide == pytest.approx((high - low) / tall, rel=1e-9)
+    assert figure.get_figheight() <= tallest * figure.get_figwidth() + 0.1
+
+
 @pytest.mark.long
 def test_the_network_is_exported(tmp_path: Path) -> None:
     """As JSON, Python and SPICE, by what exports compact models."""
