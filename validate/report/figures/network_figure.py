@@ -61,9 +61,14 @@ def _view(ax: Any, shape: Layout, across: int, up: int, named: bool) -> None:
         places = [[end[d] * _UM for end in ends] for d in (across, up)]
         ax.plot(*places, color=colour, marker="|" if line.axis == across else "_", markersize=7)
         if named:
-            place, beside = (middle[across] * _UM, middle[up] * _UM), (0, 4) if line.axis == across else (4, 0)
-            look = {"ha": "center"} if line.axis == across else {"va": "center"}
-            ax.annotate(line.name, place, beside, textcoords="offset points", fontsize=7, color=INK, **look)
+            # Of lines that lie over one another the lowest one's name stands on the other side.
+            side = -1 if line.lower[2] == min(other.lower[2] for other in shape.lines) else 1
+            beside, ha = (0, 8 * side), "center"
+            if line.axis != across:
+                beside, ha = (4 * side, 0), "left" if side > 0 else "right"
+            place = middle[across] * _UM, middle[up] * _UM
+            look = {"textcoords": "offset points", "ha": ha, "va": "center", "fontsize": 7, "color": INK}
+            ax.annotate(line.name, place, beside, **look)
     joints = [_middle(joint.one) for joint in shape.joints]
     conditions = [_middle(c.touch) for c in (*shape.conditions, *shape.electrodes)]
     for centres, mark, colour in ((joints, "s", INK), (conditions, "o", LINES["end_K"])):
