@@ -95,9 +95,20 @@ def _sentences(name: str, file: Path | None, when: str) -> Iterator[None]:
         raise
     except BaseException as error:
         frames = traceback.extract_tb(error.__traceback__)
-        user_frames = [f for f in frames if file is None or Path(f.filename) == file] or frames
-        where = f"{Path(user_frames[-1].filename).name}, line {user_frames[-1].lineno}"
+        its_own = (lambda f: Path(f.filename).resolve() == file.resolve()) if file else lambda f: f.filename != __file__
+        user_frames = [frame for frame in frames if its_own(frame)]
+        where = f"{Path(user_frames[-1].filename).name}, line {user_frames[-1].lineno}: " if user_frames else ""
         if isinstance(error, SyntaxError) and error.lineno is not None:
-            where = f"{Path(error.filename or name).name}, line {error.lineno}"
-        said = f"{type(error).__name__}: {printable(str(error), 200)}".rstrip(": ")
-        raise SceneError(f"--model {name} failed{when}: {where}: {said}") from None
+            where = f"{Path(error.filename or name).name}, line {error.lineno}: "
+        said = f"{type(error).__name__}: {printable(_message(error), 200)}".rstrip(": ")
+        if isinstance(error, TypeError) and when and not user_frames:
+            said += "; it is called as f(scene, times)"
+        raise SceneError(f"--model {name} failed{when}: {where}{said}") from None
+
+
+def _message(error: BaseException) -> str:
+    """What an exception says, unless it fails even at that."""
+    try:
+        return str(error)
+    except Exception:
+        return ""
