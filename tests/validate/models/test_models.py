@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -188,6 +189,19 @@ def test_a_declared_difference_is_no_surprise(steady: Path, model: Path, tmp_pat
     assert main([*asked, *off, "--strict"]) == 1
     assert main([*asked, *off, "--strict", "--set", 'checks.expect_differs=["tip"]']) == 0
     assert main([*asked, "--set", 'checks.expect_differs=["tip"]']) == 1
+
+
+def test_a_function_imports_what_lies_beside_it(steady: Path, tmp_path: Path) -> None:
+    """At the top of its file, and when it is called."""
+    (tmp_path / "top_of_it.py").write_text("VALUE = 300.0\n")
+    (tmp_path / "within_it.py").write_text("VALUE = 100.0\n")
+    (tmp_path / "own.py").write_text(
+        "from top_of_it import VALUE\n\n\ndef bar(scene, times):\n    import within_it\n\n"
+        "    return {'tip': VALUE + within_it.VALUE}\n"
+    )
+    before = sys.path.copy()
+    assert judged(steady, f"{tmp_path / 'own.py'}:bar")["tip"].predicted == pytest.approx(100)
+    assert sys.path == before
 
 
 def test_a_scene_runs_no_program_by_itself(steady: Path, model: Path, tmp_path: Path, capsys: Any) -> None:

@@ -31,6 +31,7 @@ TABLES = {
 PYTHON = {"syntax.py": "def bar(scene, times)\n", "raises.py": "import nothing_of_this_name\n", "none.py": ""}
 
 REFUSED = [
+    ("", "names no model"),
     ("lumped.py", "names no function"),
     ("lumped.py:", "names no function"),
     ("lumped.py:barr", 'did you mean "bar"'),
