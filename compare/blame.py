@@ -54,7 +54,7 @@ class Part:
 @dataclass(frozen=True)
 class Split:
     """A difference, reduction less 3D, with its numerical error and its parts; ``scale`` is the final rise, or the
-    change of the current, that it is relative to. ``time`` (s) is when, ``None`` in the steady state."""
+    change of the current, that it is relative to, with its sign. ``time`` (s) is when, ``None`` in the steady state."""
 
     quantity: str
     unit: str

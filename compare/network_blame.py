@@ -104,7 +104,7 @@ def _changes(
 
 
 def _split(scene: Scene, name: str, values: list[Estimate], names: list[tuple[str, float]]) -> Split:
-    """The parts of one probe's difference, relative to its 3D rise, or to its 3D value."""
+    """The parts of one probe's difference, relative to its 3D rise or value, with its sign, as its check is."""
     quantity = next(p.quantity for p in scene.probes if p.name == name)
     base = scene.initial_temperature if quantity == "temperature" else 0.0
     drops = [(a.value - b.value, a.error + b.error) for a, b in pairwise(values)]
@@ -113,17 +113,17 @@ def _split(scene: Scene, name: str, values: list[Estimate], names: list[tuple[st
     called = [*(name for name, _ in names), REST]
     parts = tuple(Part(c, d[0], e) for c, d, e in zip(called, drops, errors, strict=True))
     total = values[0].value - values[-1].value
-    return Split(name, UNITS[quantity], abs(values[-1].value - base), total, values[0].error + values[-1].error, parts)
+    return Split(name, UNITS[quantity], values[-1].value - base, total, values[0].error + values[-1].error, parts)
 
 
 def _sentence(splits: list[Split]) -> str:
     """The largest part, relative to its scale."""
     known = [(split, part) for split in splits if split.scale for part in split.parts]
-    split, part = max(known, key=lambda pair: abs(pair[1].value) / pair[0].scale)
+    split, part = max(known, key=lambda pair: abs(pair[1].value / pair[0].scale))
     if abs(part.value) <= part.error:
         return "nothing is to blame: no part of the difference is larger than its numerical error"
     share = (
-        f"{signed(part.value, split.unit)} of {split.quantity}, {percent(abs(part.value) / split.scale)} of what 3D has"
+        f"{signed(part.value, split.unit)} of {split.quantity}, {percent(abs(part.value / split.scale))} of what 3D has"
     )
     rest = signed(split.total - part.value, split.unit)
     if part.blame == REST:

@@ -19,6 +19,9 @@ from scenes.formats import cut, quantity, signed
 from scenes.model import OVER_TIME, Declared
 from scenes.result import Estimate, Result, Traces
 
+NEAR = 0.2
+"""The part of its difference that is left of a temperature which seems to be in degrees Celsius, or a rise."""
+
 
 @dataclass(frozen=True)
 class Both:
@@ -53,8 +56,17 @@ class Both:
         said = f"{quantity(one.value - base, unit)} against {quantity(three.value - base, unit)} in 3D"
         return Comparison(
             cut(name, 30), one.value - base, three.value - base, unit, off, u_num,
-            f"{called(name)} is {said}{_above(unit)}", relative_to=_scale(unit),
+            f"{called(name)} is {said}{_above(unit)}{self._meant(name, one.value, three.value)}",
+            relative_to=_scale(unit),
         )  # fmt: skip
+
+    def _meant(self, name: str, value: float, measured: float) -> str:
+        """What a temperature that is far off seems to be, where it is near 3D as something else."""
+        zeros = {"degrees Celsius": 273.15, "rises": self.quantities.initial}
+        near = {word: abs(value + zero - measured) for word, zero in zeros.items()}
+        word = min(near, key=lambda each: near[each])
+        meant = self.quantities.units[name] == "K" and near[word] < NEAR * abs(value - measured)
+        return f"; as {word} it would be near: give kelvins, not {word}" if meant else ""
 
     def course(self, name: str) -> Course:
         """Both traces where their errors hold, at the times of both, above what their scale counts from."""
@@ -80,7 +92,9 @@ class Both:
             apart = told_apart(course, abs(scale))
             said = f"; {apart.said()}" if apart is not None else ""
             when = f"at {quantity(float(course.time[i]), 's', 3)}, {signed(float(off[i]), unit)}"
-            return f"{called(name)} is {where} {when}{said}"
+            base = self.quantities.base(name)
+            meant = self._meant(name, float(course.model[i]) + base, float(course.fem3d[i]) + base)
+            return f"{called(name)} is {where} {when}{meant or said}"
 
         return Comparison(
             f"{cut(name, 24)}, trace", float(course.model[i]), float(course.fem3d[i]), unit, part(float(off[i]), scale),

@@ -3,9 +3,10 @@
 The largest of many noisy distances is large by chance: of n independent ones it is near u sqrt(2 ln n). So a trace is
 cut into a few windows, and what is stated is the mean over a window. Of the standard uncertainty u of a datum the part
 that scatters from row to row falls with the root of the rows that are averaged; the part that all rows share (a
-thermometer that reads too high) does not. How much scatters is seen in the data themselves: in how far a row is from
-the straight line through its neighbours (von Neumann, Ann. Math. Stat. 12, 1941, with second differences). What u has
-beyond that is shared, and so is noise that changes slowly.
+thermometer that reads too high) does not, and what neighbouring rows share falls with the root of how often it changes
+among them. How much of each there is is seen in the data themselves: in how far a row is from the straight line through
+its neighbours (von Neumann, Ann. Math. Stat. 12, 1941, with second differences), and through rows two, four, eight ...
+further on. What u has beyond that is shared.
 
 The interval of one window is its mean -+ 2 u, which holds the truth in 95 % of cases. Where the worst of several is
 told, all of them have to hold at once: the factor is 2 where they share all of u, and grows to that of Sidak (J. Am.
@@ -23,9 +24,11 @@ from compare.verdict import COVERS
 
 MOST = 16
 """Windows of a trace at most: each is a small part of the rise, and the factor of the worst of all stays below 3."""
-_LESS, _MORE = 0.1, 0.05
-"""A scatter that is as small, or as large, in so many cases by chance is not taken for that of u. Small ones are
-doubted sooner: to take what rows share for scatter makes an interval too narrow, the reverse too wide."""
+_MORE = 0.05
+"""A scatter that is as large in so many cases by chance is not taken for that of u."""
+_ROWS = 1.25
+"""Of noise that scatters at a distance of h rows, but not yet at half of that, 1.25 h rows tell as much as one: where
+correlations fall exponentially the sum over all distances is then within 5 % of the variance of a mean."""
 _PER_DEGREE = 35 / 18
 """Second differences share rows: so many of them tell of the scatter as one independent number does. It is the sum of
 the squares of their correlations, 1 + 2 (2/3)^2 + 2 (1/6)^2."""
@@ -69,12 +72,12 @@ def cut(course: np.ndarray) -> tuple[slice, ...]:
 def windows(time: np.ndarray, distance: np.ndarray, u: np.ndarray, cuts: Sequence[slice]) -> tuple[Window, ...]:
     """The windows of a trace at some times (s): of its ``distance`` from data that are known to the standard
     uncertainties ``u``, zero of those that are exact, all (times,); ``cuts`` are their rows."""
-    scattered = _scattered(time, distance, u)
+    parts, alike = _parts(time, distance, u)
     means = []
     for rows in cuts:
-        window_u = u[rows]
-        scatter = np.sqrt(scattered * (window_u**2).sum()) / len(window_u)
-        shared = np.sqrt(max(1 - scattered, 0.0)) * window_u.mean()
+        count, square = len(u[rows]), float((u[rows] ** 2).mean())
+        scatter = np.sqrt(square * (parts @ np.minimum(alike / count, 1.0)))
+        shared = np.sqrt(max(1 - parts.sum(), 0.0)) * u[rows].mean()
         means.append(Window(rows, float(distance[rows].mean()), float(shared), float(scatter)))
     return tuple(means)
 
@@ -114,16 +117,34 @@ def worst(means: Sequence[Window], u: Sequence[float]) -> tuple[int, float]:
     return int(np.argmax(near)), k
 
 
-def _scattered(time: np.ndarray, distance: np.ndarray, u: np.ndarray) -> float:
-    """Which part of u^2 scatters from row to row: 1 unless what is seen is less, or more, than chance allows."""
+def _parts(time: np.ndarray, distance: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Which parts of u^2 scatter (parts,), and of how many rows each counts as one; what they don't add up to is
+    shared by all rows. Together they are one at most, unless the rows scatter more than chance allows."""
     if len(time) < 3 or not (u > 0).all():
-        return 1.0
-    r = distance / u
-    before = (time[2:] - time[1:-1]) / (time[2:] - time[:-2])
-    off = r[1:-1] - before * r[:-2] - (1 - before) * r[2:]
-    seen = float(np.mean(off**2 / (1 + before**2 + (1 - before) ** 2)))
-    low, high = (_mean_square(len(off) / _PER_DEGREE, p) for p in (_LESS, 1 - _MORE))
-    return 1.0 if low <= seen <= high else seen
+        return np.ones(1), np.ones(1)
+    steps = 2 ** np.arange(max(int(np.log2(len(time) / 4)), 0) + 1)
+    seen = np.array([_seen(time, distance / u, int(step)) for step in steps])
+    if seen[0] > _mean_square((len(time) - 2) / _PER_DEGREE, 1 - _MORE):
+        return seen[:1], np.ones(1)
+    known = np.minimum(_ascending(seen, len(time) - 2 * steps), 1.0)
+    return np.diff(known, prepend=0.0), np.where(steps > 1, _ROWS * steps, 1.0)
+
+
+def _ascending(seen: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """The numbers that never fall and are nearest to some, weighted by their rows, in the mean square: the largest of
+    the least means (isotonic regression, Barlow et al., Statistical Inference under Order Restrictions, 1972)."""
+    sums, counts = (np.concatenate([[0.0], np.cumsum(part)]) for part in (seen * rows, rows))
+    means = np.array([[(sums[j + 1] - sums[i]) / (counts[j + 1] - counts[i]) if j >= i else np.inf
+                       for j in range(len(seen))] for i in range(len(seen))])  # fmt: skip
+    return np.array([max(means[i, k:].min() for i in range(k + 1)) for k in range(len(seen))])
+
+
+def _seen(time: np.ndarray, r: np.ndarray, step: int) -> float:
+    """The part of the variance of r (times,), at some times (s), that scatters at a distance of so many rows."""
+    first, middle, last = (slice(n * step, len(r) - (2 - n) * step) for n in range(3))
+    before = (time[last] - time[middle]) / (time[last] - time[first])
+    off = r[middle] - before * r[first] - (1 - before) * r[last]
+    return float(np.mean(off**2 / (1 + before**2 + (1 - before) ** 2)))
 
 
 def _mean_square(degrees: float, p: float) -> float:

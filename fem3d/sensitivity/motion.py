@@ -97,7 +97,8 @@ def motion(domain: Any, part: Symmetry, other: Symmetry, step: float) -> Motion:
     """The motion of a domain between the part of a scene that is solved and that of another, whose key is larger by a
     relative ``step``. On a mesh file nothing moves. Raises SceneError where the one can't move into the other, as on
     tetrahedra of boxes."""
-    scene, changed = part.scene, other.scene
+    scene = part.scene
+    changed: Any = other.scene  # on a mesh where the scene is, which is checked
     _check_alike(part, other)
     space = domain.space
     start = scene.initial_temperature, changed.initial_temperature
@@ -128,7 +129,7 @@ def motion(domain: Any, part: Symmetry, other: Symmetry, step: float) -> Motion:
     stretch, probes = np.zeros((3, len(indices))), dict[str, tuple[np.ndarray, np.ndarray]]()
     if isinstance(domain, BoxCells):
         _check_stays(part, other)
-    elif isinstance(scene, Scene) and isinstance(changed, Scene):
+    elif isinstance(scene, Scene):
         breaks = speeds(domain, scene, changed, step)
         sides = (np.diff(v)[i] / h for v, i, h in zip(breaks, space.ijk, space.h, strict=True))
         stretch = np.array(list(sides))

@@ -57,8 +57,8 @@ def compact(
     truths = {}
     for name, other in scenarios(given, channels(given)).items():
         say(f"compact model: {name}")
-        assert isinstance(other, Scene)
-        truths[name] = _truth(replace(shape, scene=other))
+        of_boxes: Any = other
+        truths[name] = _truth(replace(shape, scene=of_boxes))
     worst, document = np.inf, dict[str, Any]()
     counts = [c for c in COUNTS if c < made.most] + [min(made.most, COUNTS[-1])]
     for count in counts if states is None else [min(states, made.most)]:

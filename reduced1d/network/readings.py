@@ -12,7 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from reduced1d.ladder.few_states import top
 from reduced1d.network.lines import Condition, Line, Touch
 from reduced1d.network.model import Model
 from scenes.model import Point, Probe
@@ -40,6 +39,8 @@ class Reading:
             return np.asarray(rows[0])
         sign = 1.0 if self.reduce == "max" else -1.0
         by_element = sign * rows.reshape(self.elements, FINE, -1).transpose(0, 2, 1)
+        from reduced1d.ladder.few_states import top
+
         return np.asarray(sign * top(by_element).max(axis=0))
 
 

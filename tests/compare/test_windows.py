@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from compare.verdict import COVERS
 from compare.windows import MOST, cut, factor, windows, worst
@@ -12,16 +13,19 @@ U = 0.05
 
 
 def share_that_holds(
-    rows: int, truth: float, shared: float, other: float = 0.0, slack: float = 1.0, count: int = 200
-) -> tuple[float, float, float]:
-    """Of repetitions with noise U, of which a part is one number for all rows, and with another uncertainty that all
-    share: how often the interval of the worst window, times a ``slack``, and of the last one hold, and how often the
-    worst is seen to be off."""
+    rows: int, truth: float, shared: float, other: float = 0.0, slack: float = 1.0, count: int = 200,
+    follows: float = 0.0,
+) -> tuple[float, float, float]:  # fmt: skip
+    """Of repetitions with noise U, of which a part is one number for all rows and the rest ``follows`` that of the row
+    before in part, and with another uncertainty that all share: how often the interval of the worst window, times a
+    ``slack``, and of the last one hold, and how often the worst is seen to be off."""
     time = np.linspace(1e-4, 0.02, rows)
     cuts = cut(1 - np.exp(-time / 3e-3))
     drawn, held = np.random.default_rng(7), np.zeros((count, 3))
     for n in range(count):
-        noise = shared * drawn.normal() + np.sqrt(1 - shared**2) * drawn.normal(size=rows)
+        common, new = drawn.normal(), drawn.normal(size=rows)
+        new[1:] *= np.sqrt(1 - follows**2)
+        noise = shared * common + np.sqrt(1 - shared**2) * lfilter([1.0], [1.0, -follows], new)
         off = truth + U * noise + other * drawn.normal()
         found = windows(time, off, np.full(rows, U), cuts)
         i, k = worst(found, [other] * len(found))
@@ -36,14 +40,16 @@ def share_that_holds(
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(("rows", "shared", "other"), [
-    (2001, 0.0, 0.0), (40, 0.0, 0.0), (2001, 1.0, 0.0), (2001, 0.5, 0.0), (2001, 0.0, 0.01),
+@pytest.mark.parametrize(("rows", "shared", "other", "follows"), [
+    (2001, 0.0, 0.0, 0.0), (40, 0.0, 0.0, 0.0), (2001, 1.0, 0.0, 0.0), (2001, 0.5, 0.0, 0.0), (2001, 0.0, 0.01, 0.0),
+    (60, 0.5, 0.0, 0.0), (60, 0.0, 0.0, 0.3), (60, 0.0, 0.0, 0.9), (200, 0.0, 0.0, 0.2), (200, 0.0, 0.0, 0.9),
 ])  # fmt: skip
-def test_the_truth_is_within_in_95_of_100(rows: int, shared: float, other: float) -> None:
-    """93 to 97 % of 500 repetitions; by chance it may be 1 % more or less."""
-    worst_held, end_held, _ = share_that_holds(rows, 0.0, shared, other, count=500)
-    assert 0.93 <= worst_held <= 0.975, worst_held
-    assert 0.93 <= end_held <= 0.975, end_held
+def test_the_truth_is_within_in_95_of_100(rows: int, shared: float, other: float, follows: float) -> None:
+    """93 to 97 % of 800 repetitions; by chance it may be 1 % more or less. How much of the noise rows share is seen in
+    few rows only roughly, which makes intervals wider by half a percent of the cases more."""
+    worst_held, end_held, _ = share_that_holds(rows, 0.0, shared, other, count=800, follows=follows)
+    assert 0.93 <= worst_held <= 0.985, worst_held
+    assert 0.93 <= end_held <= 0.985, end_held
 
 
 def test_half_an_interval_is_caught() -> None:
@@ -73,14 +79,17 @@ def test_windows_share_out_rows_and_changes() -> None:
     assert len(cut(np.linspace(0, 1, 1))) == 1
 
 
-def test_noise_that_changes_slowly_counts_as_shared() -> None:
-    """Steps of ten equal rows: they scatter less from row to row than u says, and their mean is known less well."""
+def test_noise_that_changes_slowly_falls_with_how_often_it_changes() -> None:
+    """Steps of ten equal rows: twelve and a half numbers in a window of 125, and so the mean is known to U/sqrt(12.5);
+    the sum over distances is within a tenth of that, for correlations that fall in a straight line."""
     drawn = np.random.default_rng(4)
     time, noise = np.arange(2000.0), np.repeat(drawn.normal(0, U, 200), 10)
     cuts = cut(time)
     slow, quick = (windows(time, off, np.full(2000, U), cuts)[0] for off in (noise, drawn.normal(0, U, 2000)))
-    assert quick.u_data == pytest.approx(U / np.sqrt(125), rel=0.05)
-    assert slow.u_data > 5 * quick.u_data
+    # What all rows share is known to a thirtieth of u^2 from 2000 rows, and may count for nothing.
+    assert U / np.sqrt(125) <= quick.u_data * (1 + 1e-9) < U * np.sqrt(1 / 125 + 1 / 30)
+    assert slow.u_data == pytest.approx(U / np.sqrt(12.5), rel=0.1)
+    assert slow.share < slow.scatter
 
 
 def test_the_factor_is_from_that_of_one_to_that_of_independent_ones() -> None:

@@ -132,7 +132,7 @@ def _blamed(why: Budget) -> list[str]:
     """The parts of the first probes' differences, the largest first."""
     splits = [split for split in why.steady if split.scale][:3]
     count = len(splits[0].parts)
-    order = sorted(range(count - 1), key=lambda n: -max(abs(s.parts[n].value) / s.scale for s in splits))
+    order = sorted(range(count - 1), key=lambda n: -max(abs(s.parts[n].value / s.scale) for s in splits))
     rows = [[splits[0].parts[n].blame, *(_cell(s.parts[n].value, s.scale) for s in splits)] for n in order[:MOST]]
     if order[MOST:]:
         sums = (sum(s.parts[n].value for n in order[MOST:]) for s in splits)

@@ -65,6 +65,10 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
             subparser.error(f'"{printable(argument)}" is one argument too many')
         options = [option for option in subparser._option_string_actions if option.startswith("--")]
         subparser.error(f'unknown option "{printable(argument)}"{did_you_mean(argument.partition("=")[0], options)}')
+    for name in ("model", "reduction"):
+        # As a shell leaves it of a variable that is not set.
+        if getattr(arguments, name, None) == "":
+            commands[arguments.command].error(f'--{name} "" names no model: give one, or leave the option out')
     # What the system could not decode, as in the name of a file in another encoding, is spelled out.
     given = shlex.join(["validate", *argv]).encode("utf-8", "surrogateescape")
     arguments.command_line = given.decode("utf-8", "backslashreplace")

@@ -123,13 +123,18 @@ def _over_time(model: Model, question: Asked, three: Traces, accuracy: float) ->
     times = np.union1d(once, rows[(rows > once[0]) & (rows < once[-1])])
     values: dict[str, np.ndarray] = {}
     errors: Mapping[str, float] = {}
+    noise = dict.fromkeys(question.over_time, 0.0)
     for _ in range(ROUNDS):
+        before = values
         wide = np.diff(times) > SHORT * times[-1]
         middle = ((times[1:] + times[:-1]) / 2)[wide]
         every = np.union1d(times, middle)
         values, errors = _checked(model, model.over_time(question, every), question.over_time, every)
         wanted = np.zeros(len(every), bool)
         for name, course in values.items():
+            if name in before:
+                # The same times again: what a model answers otherwise than before is its noise.
+                noise[name] = max(noise[name], float(np.abs(course[np.isin(every, times)] - before[name]).max()))
             least = accuracy * BENDS * max(float(np.ptp(course)), float(np.ptp(three.values[name])))
             off = np.abs(course - np.interp(every, times, course[np.isin(every, times)]))
             wanted |= off > least
@@ -139,7 +144,7 @@ def _over_time(model: Model, question: Asked, three: Traces, accuracy: float) ->
         if not wanted.any() or len(times) > MOST:
             break
     back = np.array([instead.get(float(t), float(t)) for t in times])
-    return Traces(back, values, {name: errors.get(name, 0.0) for name in values})
+    return Traces(back, values, {name: errors.get(name, 0.0) + noise[name] for name in values})
 
 
 def _ascending(times: np.ndarray) -> tuple[np.ndarray, dict[float, float]]:
@@ -178,10 +183,10 @@ def _checked(
 def _numbers(model: Model, name: str, value: Any, shape: tuple[int, ...], when: str) -> np.ndarray:
     what = f"{shape[0]} numbers, one for each time" if shape else "one number"
     try:
-        array = np.asarray(value)
-        if array.dtype.kind not in "fiu":
+        given = np.ma.asarray(value)
+        if given.dtype.kind not in "fiu":
             raise TypeError
-        array = array.astype(float)
+        array = np.ma.filled(given.astype(float), np.nan)  # what is masked is not known
     except (TypeError, ValueError):
         raise SceneError(
             f"--model {model.name}: {quoted(name)} {when} is {quoted(type(value).__name__)} that holds no real "

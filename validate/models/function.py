@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from scenes.errors import SceneError, did_you_mean, printable, quoted
+from scenes.errors import SceneError, did_you_mean, listed, printable, quoted
 from validate.models import Answer, Asked, readable
 from validate.processes import TimeIsUpError
 
@@ -46,7 +46,7 @@ class Function:
     def _called(self, question: Asked, times: np.ndarray | None) -> Mapping[str, Any]:
         document = copy.deepcopy(dict(question.document))
         when = "in the steady state" if times is None else "over time"
-        with _sentences(self.name, self.file, f" when it was asked {when}"):
+        with _sentences(self.name, self.file, f" when it was asked {when}"), _beside(self.file):
             answer = self.call(document, times)
         if answer is None:
             return {}
@@ -68,21 +68,28 @@ def opened(given: str, folder: str) -> Function:
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
-    before = sys.path.copy()
-    sys.path.insert(0, str(path.parent.resolve()))
     sys.modules[spec.name] = module
-    try:
-        with _sentences(path.name, path, ""):
-            spec.loader.exec_module(module)
-    finally:
-        sys.path[:] = before
+    with _sentences(path.name, path, ""), _beside(path):
+        spec.loader.exec_module(module)
     call = getattr(module, name, None)
     known = [n for n, each in vars(module).items() if callable(each) and not n.startswith("_")]
     if not callable(call):
         what = f"has no function {quoted(name)}" if call is None else f"has {quoted(name)}, but not as a function"
-        listed = f"give {' or '.join(known)}" if known else "it has none"
-        raise SceneError(f"--model {quoted(given)}: {path.name} {what}: {listed}{did_you_mean(name, known)}")
+        has = f"give {listed(known)}" if known else "it has none"
+        raise SceneError(f"--model {quoted(given)}: {path.name} {what}: {has}{did_you_mean(name, known)}")
     return Function(call, f"{path.name}:{name}", path)
+
+
+@contextmanager
+def _beside(file: Path | None) -> Iterator[None]:
+    """With the folder of the user's file on the path for its imports, also for those that a function makes."""
+    before = sys.path.copy()
+    if file is not None:
+        sys.path.insert(0, str(file.parent.resolve()))
+    try:
+        yield
+    finally:
+        sys.path[:] = before
 
 
 @contextmanager
@@ -95,9 +102,20 @@ def _sentences(name: str, file: Path | None, when: str) -> Iterator[None]:
         raise
     except BaseException as error:
         frames = traceback.extract_tb(error.__traceback__)
-        user_frames = [f for f in frames if file is None or Path(f.filename) == file] or frames
-        where = f"{Path(user_frames[-1].filename).name}, line {user_frames[-1].lineno}"
+        its_own = (lambda f: Path(f.filename).resolve() == file.resolve()) if file else lambda f: f.filename != __file__
+        user_frames = [frame for frame in frames if its_own(frame)]
+        where = f"{Path(user_frames[-1].filename).name}, line {user_frames[-1].lineno}: " if user_frames else ""
         if isinstance(error, SyntaxError) and error.lineno is not None:
-            where = f"{Path(error.filename or name).name}, line {error.lineno}"
-        said = f"{type(error).__name__}: {printable(str(error), 200)}".rstrip(": ")
-        raise SceneError(f"--model {name} failed{when}: {where}: {said}") from None
+            where = f"{Path(error.filename or name).name}, line {error.lineno}: "
+        said = f"{type(error).__name__}: {printable(_message(error), 200)}".rstrip(": ")
+        if isinstance(error, TypeError) and when and not user_frames:
+            said += "; it is called as f(scene, times)"
+        raise SceneError(f"--model {name} failed{when}: {where}{said}") from None
+
+
+def _message(error: BaseException) -> str:
+    """What an exception says, unless it fails even at that."""
+    try:
+        return str(error)
+    except Exception:
+        return ""

@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 
 MOST = 3
 """Number of a free scene's probes whose sensitivities a terminal shows."""
+_PER_BLOCK = 3
+"""Quantities beside one another in a budget that a terminal has room for with the names of two lines."""
 _LEAST = 5e-5
 """A slope smaller than this is shown as zero."""
 _NOTHING = 1e-6
@@ -291,9 +293,11 @@ def why(causes: Budget, outcome: Outcome[Any], style: Style) -> Section:
 
     over_time = causes.transient
     scale = "what else 3D finds" if causes.start == "network" else f"the {of_current(outcome.scene)}"
+    most = len(causes.steady) if style.page else _PER_BLOCK
+    blocks = [causes.steady[n : n + most] for n in range(0, len(causes.steady), most)]
     parts: list[Table | str] = [
         f"in % of the final rise, or of {scale}",
-        _parts("steady state", causes.steady, style),
+        *(_parts("steady state", block, style) for block in blocks),
     ]
     if over_time:
         heads = [split.quantity for split in over_time]
@@ -352,7 +356,7 @@ def _rows(
     shown = [n for n in range(len(names)) if n not in nothing]
     rows = [Row([names[n], *(cell(split.parts[n], split) for split in splits)]) for n in shown]
     if nothing:
-        zeros = (_cell(0.0, max(s.parts[n].error for n in nothing), s.scale, style) for s in splits)
+        zeros = (_cell(0.0, max(s.parts[n].error for n in nothing), abs(s.scale), style) for s in splits)
         cells = [f"{len(nothing)} others, each", *(zero.replace("+", "", 1) for zero in zeros)]
         rows.append(Row(cells, below=", ".join(names[n] for n in nothing)))
     return rows
@@ -366,4 +370,4 @@ def _at_its_time(part: Part, split: Split) -> str:
 def _cell(value: float, error: float, scale: float, style: Style) -> str:
     if not scale:
         return "-"
-    return difference_text(value / scale, error / scale, style.plus_minus).removesuffix(" %")
+    return difference_text(value / scale, error / abs(scale), style.plus_minus).removesuffix(" %")

@@ -52,7 +52,9 @@ def counted(name: str, outcome: Outcome[Any], contrary: Sequence[Check]) -> str:
     if not (total := counts.total()):
         return ""
     differ = f"{counts['differs']} of {total} checks {'differs' if counts['differs'] == 1 else 'differ'}"
-    said = f"{name}: {differ if counts['agrees'] < total else f'all {total} checks agree'}"
+    differ = "its one check differs" if counts["differs"] == total == 1 else differ
+    agree = f"all {total} checks agree" if total > 1 else "its one check agrees"
+    said = f"{name}: {differ if counts['agrees'] < total else agree}"
     said += f", {counts['unresolved']} unresolved" if counts["unresolved"] else ""
     if contrary:
         return f"{said}; not as expected: {', '.join(check.id for check in contrary)}."

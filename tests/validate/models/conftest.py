@@ -131,6 +131,23 @@ def tuple_(scene, times):
     return (1.0, 2.0)
 
 
+def masked(scene, times):
+    return {"tip": np.ma.masked_array([400.0], [True])}
+
+
+def alone(scene):
+    return {"tip": 400.0}
+
+
+class Mute(Exception):
+    def __str__(self):
+        return 1 / 0
+
+
+def mute(scene, times):
+    raise Mute
+
+
 number = 3
 '''
     )

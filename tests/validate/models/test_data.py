@@ -53,8 +53,9 @@ def measured(values: dict[str, np.ndarray], times: np.ndarray, u: float) -> Data
 @pytest.mark.parametrize("at_rest", [False, True])
 def test_the_interval_holds_the_truth_as_often_as_is_said(at_rest: bool, steady: Path, transient: Path) -> None:
     """Bars whose conductivity is drawn from its own uncertainty, measured with noise: 3D has no error of its own, and
-    the interval of its error, which is -1 K where the data are 1 K too hot, holds that in 95 % of the cases, give or
-    take 1.5 % of 200. With half of the uncertainty of the inputs it would not."""
+    the interval of its error, which is -1 K where the data are 1 K too hot, holds that in 95.5 % of the cases (k = 2),
+    give or take three times 0.66 %, which is the standard deviation of 1,000. With half of the uncertainty of the
+    inputs it would not."""
     from fem3d.runs import scene as scene_run
 
     scene = load(steady if at_rest else transient, ["run.accuracy=1e-4"])
@@ -74,9 +75,10 @@ def test_the_interval_holds_the_truth_as_often_as_is_said(at_rest: bool, steady:
                     found.setdefault(f"{name} {s.where}", []).append(low < -off < high)
         return found
 
-    for name, held in inside(100 * relative, 1.0, 200).items():
-        # The worst window's is one of all windows' that hold at once, and so holds at least as often.
-        assert 0.93 <= np.mean(held) <= (0.97 if name.endswith("end") else 1.0), name
+    for name, held in inside(100 * relative, 1.0, 1000).items():
+        # The worst window's is one of all windows' that hold at once, and so holds at least as often; where the error
+        # shows in every window, the one that misses it on the near side is never the worst: then 97.7 % hold.
+        assert 0.935 <= np.mean(held) <= (0.975 if name.endswith("end") else 0.99), name
     assert np.mean(inside(50 * relative, 0.0, 50)["tip end"]) < 0.9
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -127,6 +128,39 @@ def test_a_trace_of_3d_agrees_and_a_slower_one_is_told_so(transient: Path) -> No
     assert "its time constant is 25 % long" in found.answer
 
 
+def test_a_model_that_answers_otherwise_each_time_is_known_to_its_noise(transient: Path) -> None:
+    """It is asked for the same times more than once; noise of a kelvin leaves 1 % of a hundred open, not differing."""
+    drawn = np.random.default_rng(0)
+
+    def noisy(_: Any, times: np.ndarray | None) -> dict[str, Any]:
+        answer = rises(times)
+        return answer if times is None else {"tip": answer["tip"] + drawn.standard_normal(len(times))}
+
+    scene = load(transient, ["checks.tolerances.tip_over_time=0.05"])
+    steady, found = (judged(scene, model)["tip_over_time"] for model in (lambda _, times: rises(times), noisy))
+    # Of twice some hundred normal numbers the largest difference is near 5 K.
+    assert found.u_num == pytest.approx(steady.u_num + 0.05, abs=0.02)
+    assert found.verdict == "unresolved"
+
+
+def test_degrees_and_rises_are_told_from_kelvins(steady: Path, transient: Path) -> None:
+    def celsius(_: Any, times: np.ndarray | None) -> dict[str, Any]:
+        return {"tip": rises(times)["tip"] - 273.15}
+
+    def above(_: Any, times: np.ndarray | None) -> dict[str, Any]:
+        return {"tip": rises(times)["tip"] - 300}
+
+    def far(_: Any, times: np.ndarray | None) -> dict[str, Any]:
+        return {"tip": rises(times)["tip"] - 150}
+
+    for scene, model, said in (
+        (steady, celsius, "not degrees Celsius"), (steady, above, "not rises"), (transient, above, "not rises"),
+    ):  # fmt: skip
+        for check in judged(scene, model).values():
+            assert said in str(check.because), check
+    assert "give kelvins" not in str(judged(steady, far)["tip"].because)
+
+
 def test_the_command_writes_both_models_beside_each_other(
     transient: Path, model: Path, tmp_path: Path, capsys: Any
 ) -> None:
@@ -155,6 +189,19 @@ def test_a_declared_difference_is_no_surprise(steady: Path, model: Path, tmp_pat
     assert main([*asked, *off, "--strict"]) == 1
     assert main([*asked, *off, "--strict", "--set", 'checks.expect_differs=["tip"]']) == 0
     assert main([*asked, "--set", 'checks.expect_differs=["tip"]']) == 1
+
+
+def test_a_function_imports_what_lies_beside_it(steady: Path, tmp_path: Path) -> None:
+    """At the top of its file, and when it is called."""
+    (tmp_path / "top_of_it.py").write_text("VALUE = 300.0\n")
+    (tmp_path / "within_it.py").write_text("VALUE = 100.0\n")
+    (tmp_path / "own.py").write_text(
+        "from top_of_it import VALUE\n\n\ndef bar(scene, times):\n    import within_it\n\n"
+        "    return {'tip': VALUE + within_it.VALUE}\n"
+    )
+    before = sys.path.copy()
+    assert judged(steady, f"{tmp_path / 'own.py'}:bar")["tip"].predicted == pytest.approx(100)
+    assert sys.path == before
 
 
 def test_a_scene_runs_no_program_by_itself(steady: Path, model: Path, tmp_path: Path, capsys: Any) -> None:

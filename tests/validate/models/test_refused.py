@@ -31,6 +31,7 @@ TABLES = {
 PYTHON = {"syntax.py": "def bar(scene, times)\n", "raises.py": "import nothing_of_this_name\n", "none.py": ""}
 
 REFUSED = [
+    ("", "names no model"),
     ("lumped.py", "names no function"),
     ("lumped.py:", "names no function"),
     ("lumped.py:barr", 'did you mean "bar"'),
@@ -42,6 +43,9 @@ REFUSED = [
     ("lumped.py:shape", "has 2 numbers: give one number"),
     ("lumped.py:empty", "is not a finite number"),
     ("lumped.py:text", "no real numbers"),
+    ("lumped.py:masked", "is not a finite number"),
+    ("lumped.py:alone", "2 were given; it is called as f(scene, times)"),
+    ("lumped.py:mute", "lumped.py, line 73: Mute"),
     ("lumped.py:yes", "no real numbers"),
     ("lumped.py:tuple_", 'returned "tuple"'),
     ("syntax.py:bar", "syntax.py, line 1: SyntaxError"),

@@ -29,6 +29,11 @@ def test_the_table_is_printed_and_kept(tmp_path: Path, capsys: pytest.CaptureFix
     middle = summary["why"]["steady"]["middle"]
     assert sum(part["value"] for part in middle["parts"]) == pytest.approx(middle["difference"]["value"], rel=1e-9)
     assert middle["parts"][-1]["assumption"] == "what lines cannot say"
+    # Joints by their whole names, and shares of the same sign as the checks' differences, also of heat that leaves.
+    assert "left foot | beam +" in said
+    for check in summary["checks"]:
+        why = summary["why"]["steady"][check["id"]]
+        assert why["difference"]["value"] / why["scale"] == pytest.approx(check["difference"], rel=1e-9)
 
 
 def test_why_is_of_the_network(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -50,6 +55,17 @@ def test_the_picture_has_every_line_and_joint() -> None:
         assert len(lines) == len(shape.lines)
     beam = axes[0].lines[0]
     assert [float(x) for x in beam.get_xdata()] == pytest.approx([0, 200])
+
+
+@pytest.mark.parametrize(("name", "tallest"), [("bridge", 0.6), ("plate", 1.0)])
+def test_the_view_from_above_is_in_true_proportions(name: str, tallest: float) -> None:
+    """And no taller than what it shows: of a long bridge it was once mostly white."""
+    figure = draw(Outcome(load(name), Request(), ()))
+    box = figure.axes[0].get_position()
+    wide, tall = figure.get_size_inches() * (box.width, box.height)
+    (left, right), (low, high) = figure.axes[0].get_xlim(), figure.axes[0].get_ylim()
+    assert (right - left) / wide == pytest.approx((high - low) / tall, rel=1e-9)
+    assert figure.get_figheight() <= tallest * figure.get_figwidth() + 0.1
 
 
 @pytest.mark.long

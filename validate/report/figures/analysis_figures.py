@@ -64,7 +64,7 @@ def why(outcome: Outcome[Sink]) -> Figure:
         if not split.scale:
             continue
         first = bar = figure.add_subplot(grid[0, 3 * i + 1])
-        total, error = 100 * split.total / split.scale, 100 * split.error / split.scale
+        total, error = 100 * split.total / split.scale, 100 * split.error / abs(split.scale)
         bar.errorbar(0, total, error, fmt="D", color=INK, ms=4, capsize=3)
         _stacked(bar, np.array([0.0]), np.array([[part.value] for part in split.parts]) / split.scale)
         bar.set_xticks([0], ["steady"])

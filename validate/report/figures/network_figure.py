@@ -18,26 +18,33 @@ from validate.run.outcome import Outcome
 _NAMES = 30
 """Lines that there is room to name."""
 _UM = 1e6
+_WIDE, _TALLEST, _SIDE, _BETWEEN = 7.35, 5.0, 1.4, 0.2
+"""Inches: across, of the view from above at most, of that from the side and at least, and between the two."""
+_ROOM = 1.06
+"""Of the geometry's extent."""
 
 
 def draw(outcome: Outcome[AnyScene]) -> Figure:
-    """From above, and from the side with heights drawn out."""
+    """From above, in true proportions, and from the side with heights drawn out, over one another."""
     shape = layout(outcome.scene)
-    said = ["lines with their ends; joints: squares where ends meet or sides, dots at conditions"]
-    figure = new_figure(8.5, 8.0, f"{outcome.scene.name}: the network of its boxes", said, 0.6, 0.9)
-    low, high = (np.array([f(getattr(line, side)[d] for line in shape.lines) for d in range(3)])
+    low, high = (np.array([f(getattr(line, side)[d] for line in shape.lines) for d in range(3)]) * _UM
                  for f, side in ((min, "lower"), (max, "upper")))  # fmt: skip
-    longer = int(np.argmax((high - low)[:2]))
-    above, side = figure.subplots(2, 1, height_ratios=(3, 1))
-    for ax, across, up in ((above, longer, 1 - longer), (side, longer, 2)):
-        _view(ax, shape, across, up, ax is above and len(shape.lines) <= _NAMES)
-        ax.set_xlim(low[across] * _UM, high[across] * _UM)
-        ax.set_ylim(low[up] * _UM, high[up] * _UM)
-        ax.margins(0.03)
-        ax.autoscale()
-        ax.set_xlabel(f"{'xyz'[across]} (um)")
+    extent, middle = (high - low) * _ROOM, (low + high) / 2
+    longer = int(np.argmax(extent[:2]))
+    tall = float(np.clip(_WIDE * extent[1 - longer] / extent[longer], _SIDE, _TALLEST))
+    said = ["lines with their ends; squares are joints of two lines, dots are conditions"]
+    name = f"{outcome.scene.name}: the network of its boxes"
+    figure = new_figure(_WIDE + 1.15, 1.33 + tall + _BETWEEN + _SIDE, name, said, 0.6, 0.9)
+    space = {"hspace": 2 * _BETWEEN / (tall + _SIDE)}
+    above, side = figure.subplots(2, 1, sharex=True, height_ratios=(tall, _SIDE), gridspec_kw=space)
+    scale = max(extent[longer] / _WIDE, extent[1 - longer] / tall)  # um per inch, along both
+    above.set_xlim(middle[longer] - _WIDE * scale / 2, middle[longer] + _WIDE * scale / 2)
+    seen = {above: (1 - longer, tall * scale), side: (2, extent[2])}
+    for ax, (up, span) in seen.items():
+        _view(ax, shape, longer, up, ax is above and len(shape.lines) <= _NAMES)
+        ax.set_ylim(middle[up] - span / 2, middle[up] + span / 2)
         ax.set_ylabel(f"{'xyz'[up]} (um)")
-    above.set_aspect("equal", adjustable="datalim")
+    side.set_xlabel(f"{'xyz'[longer]} (um)")
     return figure
 
 
@@ -54,7 +61,14 @@ def _view(ax: Any, shape: Layout, across: int, up: int, named: bool) -> None:
         places = [[end[d] * _UM for end in ends] for d in (across, up)]
         ax.plot(*places, color=colour, marker="|" if line.axis == across else "_", markersize=7)
         if named:
-            ax.annotate(line.name, (middle[across] * _UM, middle[up] * _UM), fontsize=7, color=INK)
+            # Of lines that lie over one another the lowest one's name stands on the other side.
+            side = -1 if line.lower[2] == min(other.lower[2] for other in shape.lines) else 1
+            beside, ha = (0, 8 * side), "center"
+            if line.axis != across:
+                beside, ha = (4 * side, 0), "left" if side > 0 else "right"
+            place = middle[across] * _UM, middle[up] * _UM
+            look = {"textcoords": "offset points", "ha": ha, "va": "center", "fontsize": 7, "color": INK}
+            ax.annotate(line.name, place, beside, **look)
     joints = [_middle(joint.one) for joint in shape.joints]
     conditions = [_middle(c.touch) for c in (*shape.conditions, *shape.electrodes)]
     for centres, mark, colour in ((joints, "s", INK), (conditions, "o", LINES["end_K"])):
