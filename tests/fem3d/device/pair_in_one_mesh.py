@@ -12,7 +12,7 @@ from scipy.sparse import csc_matrix
 from scipy.sparse.linalg import splu
 from skfem import Basis, ElementHex2, MeshHex
 
-from tests.fem3d.device.full_order import conduction, joined, towards, volume
+from tests.fem3d.device.full_order import GAMMA, capacity, conduction, joined, towards, volume
 
 
 def breakpoints(device):
@@ -58,11 +58,13 @@ class Pair:
             return np.all((at > low[:, None]) & (at < high[:, None]), axis=0)
 
         mesh = mesh.restrict(np.flatnonzero(np.any([inside(mesh, name) for name in boxes], axis=0)))
-        k = np.zeros(mesh.nelements)
+        k, c = np.zeros(mesh.nelements), np.zeros(mesh.nelements)
         for name, box in boxes.items():
-            k[inside(mesh, name)] = box.material.thermal_conductivity
+            k[inside(mesh, name)], c[inside(mesh, name)] = box.material.thermal_conductivity, box.material.heat_capacity
         self.basis = basis = Basis(mesh, ElementHex2(), intorder=4)
-        self.K = csc_matrix(conduction.assemble(basis, k=np.repeat(k[:, None], basis.X.shape[-1], axis=1)))
+        k, c = (np.repeat(values[:, None], basis.X.shape[-1], axis=1) for values in (k, c))
+        self.K = csc_matrix(conduction.assemble(basis, k=k))
+        self.M = csc_matrix(capacity.assemble(basis, c=c))
         self.films = []
         for name, material in (("beam", sink.silicon), ("gold", device.gold)):
             part = Basis(mesh, ElementHex2(), elements=np.flatnonzero(inside(mesh, name)), intorder=4)
@@ -112,3 +114,68 @@ class Pair:
             for (element, film), p in zip(held, of, strict=True):
                 power[element, film] = p
         return power
+
+    def after_a_step(self, held, samples, steps=2):
+        """(samples, 2, 2): what a step of 1 K outside of the second element adds to the powers of (sink, sensor) of
+        both, at each sample from then on, with the loops of the films ``held`` at work, about the settled state.
+        TR-BDF2 on ``steps`` equal steps between samples; how a film's heat is spread in it is left as it is."""
+        device, h = self.device, self.device.control.sample_time / steps
+        gain = {film: g for film, g in enumerate((device.control.sink_gain, device.control.sensor_gain))}
+        before = self.powers(held, (0.0, 0.0))
+        materials = (device.sink.silicon, device.gold)
+        sections = device.sink.width * np.array([device.sink.thickness, device.sensor_thickness])
+        change = [film[3] / (1 + film[3] * device.set_rise) for film in self.films]
+        per_volt = {}
+        for element, film in held:
+            cold = materials[film].resistivity * device.sink.length / sections[film]
+            warm = cold * (1 + self.films[film][3] * device.set_rise)
+            per_volt[element, film] = 2 * np.sqrt(before[element, film] / warm)
+        lift = self.fields(np.zeros((2, self.basis.N)), (0.0, 1.0))
+        # Both elements in what they have in common and what they differ by, each as the free part of what decays.
+        steps_of, v = [], []
+        for sign, free in zip((1, -1), self.free, strict=True):
+            K, M = self.K[free][:, free], self.M[free][:, free]
+            solve = splu(csc_matrix(M + GAMMA / 2 * h * K), permc_spec="MMD_AT_PLUS_A",
+                         options={"SymmetricMode": True}).solve  # fmt: skip
+            loads = [film[1][free] / film[1].sum() / 2 for film in self.films]
+            steps_of.append((sign, free, K, M, solve, loads, [film[2][free] for film in self.films]))
+            v.append(-(lift[0] + sign * lift[1])[free] / 2)
+        at_rest = np.array([[film[2] @ field for film in self.films] for field in lift])
+        voltage, found = dict.fromkeys(held, 0.0), []
+
+        def seen(v):
+            parts = [[mean @ part for mean in of[6]] for of, part in zip(steps_of, v, strict=True)]
+            return at_rest + np.array([np.add(*parts), np.subtract(*parts)])
+
+        def added(v):
+            power, rise = np.zeros((2, 2)), seen(v)
+            for e, f in held:
+                power[e, f] = per_volt[e, f] * voltage[e, f] - before[e, f] * change[f] * rise[e, f]
+            return power
+
+        def heat(v):
+            power = added(v)
+            return [sum((power[0, f] + of[0] * power[1, f]) / 2 * of[5][f] for f in (0, 1)) for of in steps_of]
+
+        weights = 1 / (GAMMA * (2 - GAMMA)), (1 - GAMMA) ** 2 / (GAMMA * (2 - GAMMA))
+        for _ in range(samples):
+            for e, f in held:
+                voltage[e, f] -= gain[f] * seen(v)[e, f] / device.set_rise
+            found.append(added(v))
+            for _ in range(steps):
+                start, middle = heat(v), v
+                for _ in range(2):
+                    ahead = heat(middle)
+                    middle = [
+                        solve(M @ u + GAMMA * h / 2 * (a + b - K @ u))
+                        for (_, _, K, M, solve, _, _), u, a, b in zip(steps_of, v, start, ahead, strict=True)
+                    ]
+                last = middle
+                for _ in range(2):
+                    ahead = heat(last)
+                    last = [
+                        solve(M @ (weights[0] * m - weights[1] * u) + (1 - GAMMA) / (2 - GAMMA) * h * a)
+                        for (_, _, _, M, solve, _, _), u, m, a in zip(steps_of, v, middle, ahead, strict=True)
+                    ]
+                v = last
+        return np.array(found)

@@ -18,6 +18,8 @@ from scenes.array import DeviceArray
 from scenes.errors import SceneError
 from scenes.keys import DEVICE
 from scenes.loading import load
+from scenes.loop.array import after, answers, times
+from scenes.loop.march import Resolution
 from scenes.loop.shielding import without_sink
 from scenes.loop.stability import state_of
 from tests.fem3d.device.pair_in_one_mesh import Pair
@@ -86,6 +88,28 @@ def test_over_time_it_comes_to_what_is_at_rest(run: Any) -> None:
     # Heat needs r^2/(4 a), half a millisecond, to the neighbour.
     early = off.time_s < 0.2e-3
     assert np.abs(off.plate_rise[early]).max() < 1e-3 * np.abs(off.plate_rise).max()
+
+
+@pytest.mark.long
+def test_what_acts_on_the_plates_top_comes_through_the_plate_from_its_bottom(run: Any) -> None:
+    """A slab whose bottom steps by 1 K has on its top 1 - 4/pi sum (-1)^n/(2 n + 1) exp(-(2 n + 1)^2 t/T); what a step
+    below does is that of one on top after the slab, and what leaves the bottom is what the top takes in after it."""
+    solved = run[0]
+    device, states = without_sink(solved.array.element), solved.model
+    sink, time = device.sink, times(device)
+    diffusivity = sink.substrate.thermal_conductivity / sink.substrate.heat_capacity
+    odd = 2 * np.arange(200) + 1
+    slowest = (np.pi / (2 * sink.substrate_thickness)) ** 2 * diffusivity
+    # Over intervals what is linear between samples is half a sample later.
+    middles = time + device.control.sample_time / 2
+    slab = 1 - 4 / np.pi * np.exp(-np.outer(middles, odd**2) * slowest) @ ((-1.0) ** np.arange(200) / odd)
+    top, bottom = (Resolution(modal, states.nodes) for modal in (states.fine.on_top_of_plate(), states.fine))
+    for outside, kind in ((True, 0), (False, 1)):
+        above, below = (answers(each, device, outside)[kind] for each in (top, bottom))
+        size = np.abs(below).max()
+        # Sums over samples leave 1e-3; without the slab between them the two are 0.4 and 0.7 of their size apart.
+        assert np.abs(after(above, slab) - below).max() < 3e-3 * size
+        assert np.abs(above - below).max() > 0.3 * size
 
 
 @pytest.mark.long

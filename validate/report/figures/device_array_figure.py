@@ -12,7 +12,7 @@ from matplotlib.patches import Rectangle
 
 from scenes.array import DeviceArray
 from validate.report.checks import drawn
-from validate.report.device_array import solved_of, title
+from validate.report.device_array import in_1d, solved_of, title
 from validate.report.figures import INK, LAYERS
 from validate.report.figures.drawing import legend, logarithmic, new_figure
 from validate.run.outcome import Outcome
@@ -38,9 +38,14 @@ def draw(outcome: Outcome[DeviceArray]) -> Figure:
     plan.set(xlim=1.03 * size[0] * np.array([-1, 1]), ylim=1.03 * size[1] * np.array([-1, 1]))
     plan.set(xlabel="across (mm)", ylabel="along (mm)", aspect="equal")
     figure.colorbar(ScalarMappable(norm, colours), ax=plan, label="the others warm the plate by (mK)", shrink=0.8)
-    for each, name, look in zip(solved.over_time, ("loops closed", "all sinks off"), ("-", "--"), strict=False):
-        size_of = np.maximum(np.abs(each.sensor_power), 1e-300)
-        curve.plot(each.time_s[1:] * 1e3, size_of[1:], color=LAYERS["sensor"], ls=look, label=name)
+    names, looks, lines = ("loops closed", "all sinks off"), ("-", "--"), ("in 1D", None)
+    each_way = zip(solved.over_time, in_1d(outcome).over_time, names, looks, lines, strict=False)
+    for each, one, name, look, line in each_way:
+        for power, style in (
+            (each.sensor_power, {"color": LAYERS["sensor"], "ls": look, "label": name}),
+            (one.sensor_power, {"color": INK, "ls": ":", "lw": 1.0, "label": line}),
+        ):
+            curve.plot(each.time_s[1:] * 1e3, np.maximum(np.abs(power[1:]), 1e-300), **style)
         curve.axhline(each.error, color=LAYERS["sensor"], ls=look, lw=0.6)
     logarithmic(curve, "x")
     logarithmic(curve, "y")
