@@ -115,67 +115,55 @@ class Pair:
                 power[element, film] = p
         return power
 
-    def after_a_step(self, held, samples, steps=2):
+    def after_a_step(self, held, samples):
         """(samples, 2, 2): what a step of 1 K outside of the second element adds to the powers of (sink, sensor) of
-        both, at each sample from then on, with the loops of the films ``held`` at work, about the settled state.
-        TR-BDF2 on ``steps`` equal steps between samples; how a film's heat is spread in it is left as it is."""
-        device, h = self.device, self.device.control.sample_time / steps
-        gain = {film: g for film, g in enumerate((device.control.sink_gain, device.control.sensor_gain))}
-        before = self.powers(held, (0.0, 0.0))
-        materials = (device.sink.silicon, device.gold)
-        sections = device.sink.width * np.array([device.sink.thickness, device.sensor_thickness])
-        change = [film[3] / (1 + film[3] * device.set_rise) for film in self.films]
-        per_volt = {}
+        both, at each sample from then on, with the loops of the films ``held`` at work, linear about the settled state.
+        TR-BDF2 with one step from sample to sample, a film's own power as of the stage before; how its heat is spread
+        in it stays as it is."""
+        device, h = self.device, self.device.control.sample_time
+        materials, heights = (device.sink.silicon, device.gold), (device.sink.thickness, device.sensor_thickness)
+        before, gain = self.powers(held, (0.0, 0.0)), (device.control.sink_gain, device.control.sensor_gain)
+        slopes = {}
         for element, film in held:
-            cold = materials[film].resistivity * device.sink.length / sections[film]
-            warm = cold * (1 + self.films[film][3] * device.set_rise)
-            per_volt[element, film] = 2 * np.sqrt(before[element, film] / warm)
+            a, power = self.films[film][3], before[element, film]
+            ratio = 1 + a * device.set_rise
+            cold = materials[film].resistivity * device.sink.length / (device.sink.width * heights[film])
+            slopes[element, film] = np.array([2 * np.sqrt(power / (cold * ratio)), -power * a / ratio])
         lift = self.fields(np.zeros((2, self.basis.N)), (0.0, 1.0))
-        # Both elements in what they have in common and what they differ by, each as the free part of what decays.
-        steps_of, v = [], []
+        at_rest = np.array([[film[2] @ field for film in self.films] for field in lift])
+        parts, decaying = [], []
         for sign, free in zip((1, -1), self.free, strict=True):
             K, M = self.K[free][:, free], self.M[free][:, free]
-            solve = splu(csc_matrix(M + GAMMA / 2 * h * K), permc_spec="MMD_AT_PLUS_A",
-                         options={"SymmetricMode": True}).solve  # fmt: skip
-            loads = [film[1][free] / film[1].sum() / 2 for film in self.films]
-            steps_of.append((sign, free, K, M, solve, loads, [film[2][free] for film in self.films]))
-            v.append(-(lift[0] + sign * lift[1])[free] / 2)
-        at_rest = np.array([[film[2] @ field for film in self.films] for field in lift])
+            options = {"permc_spec": "MMD_AT_PLUS_A", "options": {"SymmetricMode": True}}
+            solve = splu(csc_matrix(M + GAMMA / 2 * h * K), **options).solve
+            means = [film[2][free] for film in self.films]
+            loads = [film[1][free] / film[1].sum() / 4 for film in self.films]
+            parts.append((sign, K, M, solve, means, loads))
+            decaying.append(-(lift[0] + sign * lift[1])[free] / 2)
         voltage, found = dict.fromkeys(held, 0.0), []
 
-        def seen(v):
-            parts = [[mean @ part for mean in of[6]] for of, part in zip(steps_of, v, strict=True)]
-            return at_rest + np.array([np.add(*parts), np.subtract(*parts)])
+        def seen(fields):
+            both = [[mean @ field for mean in part[4]] for part, field in zip(parts, fields, strict=True)]
+            return at_rest + np.array([np.add(*both), np.subtract(*both)])
 
-        def added(v):
-            power, rise = np.zeros((2, 2)), seen(v)
+        def added(fields):
+            power, rise = np.zeros((2, 2)), seen(fields)
             for e, f in held:
-                power[e, f] = per_volt[e, f] * voltage[e, f] - before[e, f] * change[f] * rise[e, f]
+                power[e, f] = slopes[e, f] @ [voltage[e, f], rise[e, f]]
             return power
 
-        def heat(v):
-            power = added(v)
-            return [sum((power[0, f] + of[0] * power[1, f]) / 2 * of[5][f] for f in (0, 1)) for of in steps_of]
-
-        weights = 1 / (GAMMA * (2 - GAMMA)), (1 - GAMMA) ** 2 / (GAMMA * (2 - GAMMA))
+        one, two = 1 / (GAMMA * (2 - GAMMA)), (1 - GAMMA) ** 2 / (GAMMA * (2 - GAMMA))
         for _ in range(samples):
             for e, f in held:
-                voltage[e, f] -= gain[f] * seen(v)[e, f] / device.set_rise
-            found.append(added(v))
-            for _ in range(steps):
-                start, middle = heat(v), v
-                for _ in range(2):
-                    ahead = heat(middle)
-                    middle = [
-                        solve(M @ u + GAMMA * h / 2 * (a + b - K @ u))
-                        for (_, _, K, M, solve, _, _), u, a, b in zip(steps_of, v, start, ahead, strict=True)
-                    ]
-                last = middle
-                for _ in range(2):
-                    ahead = heat(last)
-                    last = [
-                        solve(M @ (weights[0] * m - weights[1] * u) + (1 - GAMMA) / (2 - GAMMA) * h * a)
-                        for (_, _, _, M, solve, _, _), u, m, a in zip(steps_of, v, middle, ahead, strict=True)
-                    ]
-                v = last
+                voltage[e, f] -= gain[f] * seen(decaying)[e, f] / device.set_rise
+            found.append(added(decaying))
+            middles = []
+            for (sign, K, M, solve, _, loads), field in zip(parts, decaying, strict=True):
+                heat = (found[-1][0] + sign * found[-1][1]) @ loads
+                middles.append(solve(M @ field + GAMMA * h / 2 * (2 * heat - K @ field)))
+            power = added(middles)
+            for i, (sign, _, M, solve, _, loads) in enumerate(parts):
+                heat = (power[0] + sign * power[1]) @ loads
+                old = M @ (one * middles[i] - two * decaying[i])
+                decaying[i] = solve(old + (1 - GAMMA) / (2 - GAMMA) * h * heat)
         return np.array(found)

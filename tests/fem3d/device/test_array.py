@@ -12,13 +12,14 @@ import numpy as np
 import pytest
 
 from fem3d.device.array import Known, Solved, footprint, solve, together
-from fem3d.device.solve import model
+from fem3d.device.array_time import over_time, paths
+from fem3d.device.solve import Model, model
 from fem3d.runs.array import coupling
 from scenes.array import DeviceArray
 from scenes.errors import SceneError
 from scenes.keys import DEVICE
 from scenes.loading import load
-from scenes.loop.array import after, answers, times
+from scenes.loop.array import after, answers, course, times
 from scenes.loop.march import Resolution
 from scenes.loop.shielding import without_sink
 from scenes.loop.stability import state_of
@@ -112,18 +113,42 @@ def test_what_acts_on_the_plates_top_comes_through_the_plate_from_its_bottom(run
         assert np.abs(above - below).max() > 0.3 * size
 
 
+@pytest.fixture(scope="module")
+def two() -> tuple[DeviceArray, Pair, Model]:
+    """A pair of devices, both in one mesh, and the few states of one."""
+    pair = load("device", (SETTINGS[0], "array.columns=2", "array.pitch=200um"), of=DEVICE)
+    assert isinstance(pair, DeviceArray)
+    return pair, Pair(pair), model(pair.element, 1e-2)
+
+
 @pytest.mark.long
-def test_two_coupled_devices_are_those_of_one_mesh() -> None:
+def test_over_time_a_neighbour_is_that_of_one_mesh(two: Any) -> None:
+    """10 ms after a step outside of an idle element the other's sensor has half of what it comes to, sinks off; the
+    mesh with half its steps changes 2e-12 of that, 2e-9 W/K."""
+    pair, mesh, states = two
+    array = replace(pair, sink=replace(pair.sink, driven=(1,)))
+    plate = coupling(array.sink, footprint(states)).per_heat.mean(axis=(2, 3))
+    through = paths(array, plate)
+    assert through is not None
+    assert (through.of, through.at) == (1, 0)
+    expected = mesh.after_a_step([(0, 1)], 100)[:, 0, 1]
+    over = over_time(array, states, through, plate, 0.0)[1]
+    assert np.abs(over.sensor_power[:100] - expected).max() < over.error + 2e-12
+    assert over.error < 0.1 * np.abs(over.sensor_power).max()
+    # As if what warms the plate came from its bottom, and counted where it leaves that.
+    late = course(array, Resolution(states.fine, states.nodes), without_sink(pair.element), through, plate)
+    assert np.abs(late.sensor_power[:100] - expected).max() > 3 * over.error
+
+
+@pytest.mark.long
+def test_two_coupled_devices_are_those_of_one_mesh(two: Any) -> None:
     """What a neighbour at work changes of a sensor's power, and what a kelvin outside of it does, idle or at work.
 
     With intervals half as long the other mesh gives 9e-4 more along x and 3e-4 along z; the model of 1e-2 is 5e-4 from
     that. Elements 2 % further apart, by the same coupling, are 2.5 % off.
     """
-    pair = load("device", (SETTINGS[0], "array.columns=2", "array.pitch=200um"), of=DEVICE)
-    assert isinstance(pair, DeviceArray)
-    element, mesh = pair.element, Pair(pair)
-    states = model(element, 1e-2)
-    foot = footprint(states)
+    pair, mesh, states = two
+    element, foot = pair.element, footprint(states)
 
     def by_plate(pitch: float) -> dict[str, tuple[float, float]]:
         """Of the first element's sensor by the second, with errors: in W, W/K, W/K; and with the loops closed in W."""
