@@ -63,7 +63,7 @@ def _elements(outcome: Outcome[DeviceArray], style: Style) -> Section:
         shown = sorted({*order[: MOST_ROWS // 2].tolist(), *order[-MOST_ROWS // 2 :].tolist()})
 
     def cell(known: Known, k: int, unit: str) -> str:
-        value, bound, shown_unit, _, _ = with_error(float(known.value[k]), float(known.error[k]), unit)
+        value, bound, shown_unit, _, _ = with_error(float(known.value[k]), float(known.error[k]), unit, prefixed=True)
         return f"{value} {style.plus_minus} {bound} {shown_unit}"
 
     for k in shown:
@@ -72,7 +72,7 @@ def _elements(outcome: Outcome[DeviceArray], style: Style) -> Section:
             cells.append(cell(each.power_change, k, "W") if solved.at_work[k] else "none")
         rows.append(cells)
         changes = [quantity(float(each.power_change[k]), "W", 4) for each in (one.closed, one.sinks_off)]
-        plate = quantity(float(one.closed.plate_rise[k]), "K", 4)
+        plate = quantity(float(one.closed.plate_rise[k]), "K", 4, prefixed=True)
         rows.append(["   in 1D", plate, *(changes if solved.at_work[k] else ["none"] * 2)])
     said = (
         "Plate: how much warmer it is under an element by the others at work. Closed, off: what that changes in the "

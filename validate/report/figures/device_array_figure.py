@@ -38,12 +38,11 @@ def draw(outcome: Outcome[DeviceArray]) -> Figure:
     plan.set(xlim=1.03 * size[0] * np.array([-1, 1]), ylim=1.03 * size[1] * np.array([-1, 1]))
     plan.set(xlabel="across (mm)", ylabel="along (mm)", aspect="equal")
     figure.colorbar(ScalarMappable(norm, colours), ax=plan, label="the others warm the plate by (mK)", shrink=0.8)
-    names, looks, lines = ("loops closed", "all sinks off"), ("-", "--"), ("in 1D", None)
-    each_way = zip(solved.over_time, in_1d(outcome).over_time, names, looks, lines, strict=False)
-    for each, one, name, look, line in each_way:
+    ways = (("loops closed", "-"), ("all sinks off", "--"))
+    for each, one, (name, look) in zip(solved.over_time, in_1d(outcome).over_time, ways, strict=False):
         for power, style in (
             (each.sensor_power, {"color": LAYERS["sensor"], "ls": look, "label": name}),
-            (one.sensor_power, {"color": INK, "ls": ":", "lw": 1.0, "label": line}),
+            (one.sensor_power, {"color": INK, "ls": look, "lw": 0.9, "label": f"{name}, 1D"}),
         ):
             curve.plot(each.time_s[1:] * 1e3, np.maximum(np.abs(power[1:]), 1e-300), **style)
         curve.axhline(each.error, color=LAYERS["sensor"], ls=look, lw=0.6)

@@ -88,9 +88,10 @@ def _check(solved: Solved, one: Beside) -> Check:
     k = solved.most_moved
     closed, off = (each.power_change for each in (solved.closed, solved.sinks_off))
     change, size = float(closed.value[k]), abs(float(off.value[k])) or 1.0
+    warmer = quantity(float(solved.closed.plate_rise.value[k]), "K", 3, prefixed=True)
     said = (
         f"paper: the sensor loses nothing to the substrate; the others at work make the plate under element {k + 1} "
-        f"{quantity(float(solved.closed.plate_rise.value[k]), 'K', 3)} warmer, which changes its sensor's power by "
+        f"{warmer} warmer, which changes its sensor's power by "
         f"{quantity(change, 'W', 2)} to within {quantity(float(closed.error[k]), 'W', 1)}, with all sinks off by "
         f"{quantity(float(off.value[k]), 'W', 3)}; in 1D it is {quantity(float(one.closed.power_change[k]), 'W', 2)} "
         f"and {quantity(float(one.sinks_off.power_change[k]), 'W', 3)}"
@@ -108,7 +109,7 @@ def answered(outcome: Outcome[DeviceArray]) -> str:
 
     solved: Solved = outcome.solved.details["array"]
     k, external = solved.most_moved, outcome.scene.external
-    warmer = quantity(float(solved.closed.plate_rise.value[k]), "K", 3)
+    warmer = quantity(float(solved.closed.plate_rise.value[k]), "K", 3, prefixed=True)
     changes = [quantity(float(each.power_change.value[k]), "W", 2) for each in (solved.closed, solved.sinks_off)]
     said = (
         f"{text(outcome.scene)}: the others at work make the plate under element {k + 1} {warmer} warmer, which "
