@@ -104,7 +104,7 @@ def difference_text(difference: float, u_num: float, plus_minus: str) -> str:
 def _significant(value: float, digits: int) -> str:
     """To some significant digits, without an exponent where that stays readable."""
     if value == 0 or not math.isfinite(value):
-        return f"{value:g}"
+        return f"{value + 0.0:g}"
     places = digits - 1 - math.floor(math.log10(abs(value)) + 1e-12)
     if abs(value) < 1e-4 or abs(value) >= 1e7:
         return f"{value:.{digits - 1}e}"

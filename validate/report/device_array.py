@@ -63,6 +63,8 @@ def _elements(outcome: Outcome[DeviceArray], style: Style) -> Section:
         shown = sorted({*order[: MOST_ROWS // 2].tolist(), *order[-MOST_ROWS // 2 :].tolist()})
 
     def cell(known: Known, k: int, unit: str) -> str:
+        if not known.value[k]:
+            return quantity(0.0, unit)
         value, bound, shown_unit, _, _ = with_error(float(known.value[k]), float(known.error[k]), unit, prefixed=True)
         return f"{value} {style.plus_minus} {bound} {shown_unit}"
 
@@ -75,7 +77,7 @@ def _elements(outcome: Outcome[DeviceArray], style: Style) -> Section:
         plate = quantity(float(one.closed.plate_rise[k]), "K", 4, prefixed=True)
         rows.append(["   in 1D", plate, *(changes if solved.at_work[k] else ["none"] * 2)])
     said = (
-        "Plate: how much warmer it is under an element by the others at work. Closed, off: what that changes in the "
+        "Plate: how much warmer it is under an element by the others. Closed, off: what that changes in the "
         "power of its sensor, with all loops closed and with all sinks off. Outside all have the initial temperature."
     )
     if len(shown) < count:

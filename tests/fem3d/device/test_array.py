@@ -26,6 +26,7 @@ from scenes.loop.stability import state_of
 from tests.fem3d.device.pair_in_one_mesh import Pair
 from tests.validate.cli import summary
 from validate.cli import main
+from validate.run.kinds.device_array import warnings_of as told_of
 
 SETTINGS = ("substrate.thickness=0.5mm", "array.columns=3", "array.driven=[1,2]", "run.end_time=0.28")
 
@@ -193,8 +194,13 @@ def test_it_is_told_and_kept(run: Any) -> None:
     _, text, found, folder = run
     assert max(map(len, text.splitlines())) <= 80
     said = " ".join(text.split())
-    assert "the others at work make the plate under element 1" in said
+    assert "the others make the plate under element 1" in said
     assert "3, idle" in said
+    assert "in 1D" in text
+    assert found["reduced1d"]["array"]["closed"]["sensor_power_change_W"] == [0.0, 0.0, 0.0]
+    off = found["array"]["sinks_off"]["sensor_power_change_W"]["value"]
+    # 1D has no pads in the film's way to the plate and no way along the layers: its shielding is 5 % less in both.
+    assert found["reduced1d"]["array"]["sinks_off"]["sensor_power_change_W"] == pytest.approx(off, rel=0.1)
     assert {"array.png", "array.svg", "report.html"} <= {entry.name for entry in folder.iterdir()}
     assert [check["verdict"] for check in found["checks"] if check["id"] == "dev3d_array"] == ["agrees"]
     assert found["array"]["at_work"] == [1, 2]
@@ -203,6 +209,20 @@ def test_it_is_told_and_kept(run: Any) -> None:
     }  # fmt: skip
     matrix = np.array(found["array"]["sinks_off"]["sensor_power_per_outside_W_per_K"]["value"])
     assert matrix.shape == (3, 3)
+
+
+@pytest.mark.long
+def test_what_is_no_settled_array_is_warned_of(run: Any) -> None:
+    solved = run[0]
+
+    def said(**changes: Any) -> tuple[str, ...]:
+        return told_of(replace(solved, array=replace(solved.array, **changes)))
+
+    assert said() == ()
+    (unstable,) = said(control=replace(solved.array.control, sink_gain=100.0))
+    assert "the loop of an element is unstable" in unstable
+    (without,) = said(external=replace(solved.array.external, initial_temperature=320.0))
+    assert "at 320 K outside, about which all is told, the sensor of an element has no power" in without
 
 
 @pytest.mark.parametrize(

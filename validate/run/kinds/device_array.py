@@ -76,8 +76,24 @@ def answer(run: Run, data: Data | None) -> Outcome[DeviceArray]:
     outcome = Outcome(
         array, request, plan(array, request, data), fem3d=Result("fem3d", steady, None, details),
         reduced1d=Result("reduced1d", {}, None, {"array": one}), checks=(_check(solved, one),),
+        warnings=warnings_of(solved),
     )  # fmt: skip
     return replace(outcome, answer=answered(outcome))
+
+
+def warnings_of(solved: Solved) -> tuple[str, ...]:
+    """Films without power at the initial outer temperature, about which everything is told, and an unstable loop."""
+    element = solved.array.element
+    outer = element.external.initial_temperature
+    state, eigenvalue = solved.model.steady(element, outer), solved.model.largest_eigenvalue(element, outer)
+    idle = [film for film in ("sink", "sensor") if getattr(state, f"{film}_saturated")]
+    said = [f"at {outer:g} K outside, about which all is told, the {film} of an element has no power" for film in idle]
+    if abs(eigenvalue) >= 1:
+        said.append(
+            f"the loop of an element is unstable, its largest eigenvalue per sample {abs(eigenvalue):.4g} in size: "
+            "over time neighbours change the power of a sensor that swings"
+        )
+    return tuple(said)
 
 
 def _check(solved: Solved, one: Beside) -> Check:
@@ -90,7 +106,7 @@ def _check(solved: Solved, one: Beside) -> Check:
     change, size = float(closed.value[k]), abs(float(off.value[k])) or 1.0
     warmer = quantity(float(solved.closed.plate_rise.value[k]), "K", 3, prefixed=True)
     said = (
-        f"paper: the sensor loses nothing to the substrate; the others at work make the plate under element {k + 1} "
+        f"paper: the sensor loses nothing to the substrate; the others make the plate under element {k + 1} "
         f"{warmer} warmer, which changes its sensor's power by "
         f"{quantity(change, 'W', 2)} to within {quantity(float(closed.error[k]), 'W', 1)}, with all sinks off by "
         f"{quantity(float(off.value[k]), 'W', 3)}; in 1D it is {quantity(float(one.closed.power_change[k]), 'W', 2)} "
@@ -112,7 +128,7 @@ def answered(outcome: Outcome[DeviceArray]) -> str:
     warmer = quantity(float(solved.closed.plate_rise.value[k]), "K", 3, prefixed=True)
     changes = [quantity(float(each.power_change.value[k]), "W", 2) for each in (solved.closed, solved.sinks_off)]
     said = (
-        f"{text(outcome.scene)}: the others at work make the plate under element {k + 1} {warmer} warmer, which "
+        f"{text(outcome.scene)}: the others make the plate under element {k + 1} {warmer} warmer, which "
         f"changes its sensor's power by {changes[0]}, with all sinks off by {changes[1]}"
     )
     if not solved.over_time:
