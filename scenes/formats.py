@@ -13,21 +13,22 @@ _PREFIXES = {-12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 _WITHOUT_PREFIX = ("K", "K/W", "1", "")
 
 
-def scale(value: float, unit: str) -> tuple[float, str]:
-    """The factor to multiply a value by, and the unit with its prefix: 0.0033 A gives (1000, "mA")."""
-    if unit in _WITHOUT_PREFIX or value == 0 or not math.isfinite(value):
+def scale(value: float, unit: str, prefixed: bool = False) -> tuple[float, str]:
+    """The factor to multiply a value by, and the unit with its prefix: 0.0033 A gives (1000, "mA"); ``prefixed``
+    kelvins have one too."""
+    if (unit in _WITHOUT_PREFIX and not prefixed) or value == 0 or not math.isfinite(value):
         return 1.0, unit
     power = min(max(3 * math.floor(math.log10(abs(value)) / 3 + 1e-12), -12), 9)
     return 10.0**-power, _PREFIXES[power] + unit
 
 
-def with_error(value: float, error: float, unit: str) -> tuple[str, str, str, int, float]:
+def with_error(value: float, error: float, unit: str, prefixed: bool = False) -> tuple[str, str, str, int, float]:
     """Value, error and unit as texts, then the decimals and the factor used, for others to stand in the same column.
 
     Decimals go up to the error's second digit, 12 at most, and to eight digits of the value at most; an error below the
     last one is rounded up to it, and so stays a bound.
     """
-    factor, shown = scale(value, unit)
+    factor, shown = scale(value, unit, prefixed)
     most = 7 - math.floor(math.log10(abs(value * factor))) if value and math.isfinite(value) else 6
     scaled = error * factor
     meant = 1 - math.floor(math.log10(scaled)) if scaled > 0 and math.isfinite(scaled) else 6
@@ -59,9 +60,9 @@ class Column:
         return self.show(max(error, 10.0**-self.places / self.factor) if error > 0 else 0.0)
 
 
-def quantity(value: float, unit: str, digits: int = 4) -> str:
+def quantity(value: float, unit: str, digits: int = 4, prefixed: bool = False) -> str:
     """A value with its unit, to some significant digits: "3.309 mA", "1862 K/W"."""
-    factor, shown = scale(value, unit)
+    factor, shown = scale(value, unit, prefixed)
     return f"{_significant(value * factor, digits)} {shown}".rstrip()
 
 
@@ -103,7 +104,7 @@ def difference_text(difference: float, u_num: float, plus_minus: str) -> str:
 def _significant(value: float, digits: int) -> str:
     """To some significant digits, without an exponent where that stays readable."""
     if value == 0 or not math.isfinite(value):
-        return f"{value:g}"
+        return f"{value + 0.0:g}"
     places = digits - 1 - math.floor(math.log10(abs(value)) + 1e-12)
     if abs(value) < 1e-4 or abs(value) >= 1e7:
         return f"{value:.{digits - 1}e}"

@@ -51,7 +51,9 @@ def _check_sink(sink: Sink) -> None:
 
 def _check_device(device: Device) -> None:
     _check_sink(device.sink)
-    refuse_laws((device.sink.silicon, device.sink.oxide, device.gold, device.pdms), "a device")
+    substrate = device.sink.substrate
+    follows = (substrate,) if any(laws.varies(given) for _, given in substrate.given()) else ()
+    refuse_laws((device.sink.silicon, device.sink.oxide, device.gold, device.pdms, *follows), "a device")
     if device.sink.spans > 1:
         raise SceneError(f"sink.spans = {device.sink.spans} makes a row, and a device has one span: give 1")
     if device.sink.emissivity:

@@ -1,14 +1,7 @@
 """Several whole sensors on one substrate: what the step of one's outer temperature does to the readings of the others.
 
 Each element is a device in the middle of the plate (`fem3d.device.solve`); the others warm the plate under its feet by
-
-    theta_k = sum_j g_kj q_j,
-
-with q the heat that leaves an element into the plate and g the plate's own solution (`fem3d.runs.plate`). To an
-element that is a warmer substrate. In the steady state, with r, w, s what a kelvin outside adds to the heat into the
-plate, what one of substrate does, and what that adds to the sensor's power, all about the closed loops' state,
-
-    dP = s (1 - g w)^-1 g r dT_outer.
+the plate's own solution (`fem3d.runs.plate`), as `scenes.loop.array` has it of any model.
 """
 
 from __future__ import annotations
@@ -18,26 +11,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fem3d.device.array_time import Over, over_time
+from fem3d.device.array_time import Over, over_time, paths
 from fem3d.device.solve import Model, model
 from fem3d.runs.array import Footprint, coupling, foot_of
-from scenes.array import DeviceArray, driven, idle, places
+from scenes.array import DeviceArray, idle, places
 from scenes.device import Device
-from scenes.loop.modal import Modal
-from scenes.loop.shielding import STEP, without_sink
-from scenes.loop.stability import state_of
-
-
-@dataclass(frozen=True, eq=False)
-class Slopes:
-    """Of one kind of element: its heat into the plate and its sensor's power on a plate at room temperature (W), and
-    what a kelvin outside, or of substrate, adds to them (W/K)."""
-
-    heat: float
-    power: float
-    heat_per_outside: float
-    heat_per_substrate: float
-    power_per_substrate: float
+from scenes.loop.array import Paths, Slopes, at_rest, at_work, slopes
+from scenes.loop.shielding import without_sink
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,6 +50,7 @@ class Solved:
     plate: Known
     closed: Together
     sinks_off: Together
+    paths: Paths | None
     over_time: tuple[Over, ...]
 
     @property
@@ -118,12 +99,9 @@ def solve(array: DeviceArray, say: Callable[[str], None] = lambda _: None) -> So
     closed, off = (together(array, states, each, plate) for each in (element, without_sink(element)))
     say("over time")
     known = float(np.max(plate.error / np.maximum(np.abs(plate.value), 1e-300)))
-    return Solved(array, states, plate, closed, off, over_time(array, states, plate.value, known))
-
-
-def at_work(array: DeviceArray) -> np.ndarray:
-    """(elements,): which have their circuits."""
-    return np.isin(np.arange(1, array.sink.count + 1), driven(array.sink))
+    through = paths(array, plate.value)
+    over = over_time(array, states, through, plate.value, known) if through else ()
+    return Solved(array, states, plate, closed, off, through, over)
 
 
 def footprint(states: Model) -> Footprint:
@@ -135,31 +113,11 @@ def footprint(states: Model) -> Footprint:
     return foot_of(states.device.sink, heat, heat.whole(heat.solve_steady(load[: heat.free])))
 
 
-def slopes(modal: Modal, device: Device) -> Slopes:
-    """Those of an element about its steady state at the initial outer temperature."""
-    room, outer = device.sink.room_temperature, device.external.initial_temperature
-    below = modal.with_heat_below()
-
-    def at(more: float, warmer: float) -> np.ndarray:
-        """(2,): heat into the plate and sensor power, with both temperatures so much (K) higher."""
-        state = state_of(below.above_substrate(outer - room + more), device, room + warmer)
-        return np.array([state.flow[-1], state.power[1]])
-
-    def per_kelvin(outside: float, substrate: float) -> np.ndarray:
-        half = STEP / 2
-        return (at(outside * half, substrate * half) - at(-outside * half, -substrate * half)) / STEP
-
-    (heat, power), (by_outside, _), (by_substrate, shielded) = at(0, 0), per_kelvin(1, 0), per_kelvin(0, 1)
-    return Slopes(float(heat), float(power), float(by_outside), float(by_substrate), float(shielded))
-
-
 def together(array: DeviceArray, states: Model, device: Device, plate: Known) -> Together:
     """The elements of an array, those that are at work as a ``device`` (an element's, or that without its sink)."""
     factor = 2 * states.edges
-    fine, low, fewer = (
-        _together(array, modal, device, plate.value) for modal in (states.fine, states.low, states.fewer)
-    )
-    other = _together(array, states.fine, device, plate.value + plate.error)
+    fine, low, fewer = (at_rest(array, modal, device, plate.value) for modal in (states.fine, states.low, states.fewer))
+    other = at_rest(array, states.fine, device, plate.value + plate.error)
     # A power between samples is iterated to rounding, which differences of steady states show.
     rounding = 1e-13 * device.set_rise
     known = []
@@ -168,25 +126,3 @@ def together(array: DeviceArray, states: Model, device: Device, plate: Known) ->
         error = factor * np.abs(less[0] - value) + np.abs(less[1] - value) + np.abs(less[2] - value)
         known.append(Known(value, error + rounding * np.abs(value)))
     return Together(*known)
-
-
-@dataclass(frozen=True, eq=False)
-class _Values:
-    plate_rise: np.ndarray
-    power_change: np.ndarray
-    per_outside: np.ndarray
-
-
-def _together(array: DeviceArray, modal: Modal, device: Device, plate: np.ndarray) -> _Values:
-    on = at_work(array)
-    kinds = slopes(modal, device), slopes(modal, idle(device))
-
-    def each(name: str) -> np.ndarray:
-        return np.where(on, getattr(kinds[0], name), getattr(kinds[1], name))
-
-    # What an element's own heat does in the middle of the plate is in its own model.
-    solved = np.linalg.inv(np.eye(len(on)) - plate * each("heat_per_substrate")) @ plate
-    rise, shielded = solved @ each("heat"), on * each("power_per_substrate")
-    crosstalk = shielded[:, None] * solved * each("heat_per_outside")
-    crosstalk[np.diag_indices(len(on))] = 0.0
-    return _Values(rise, shielded * rise, crosstalk)

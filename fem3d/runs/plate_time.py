@@ -1,5 +1,5 @@
 """A rectangular plate of constant conductivity over time, its bottom at zero and its sides adiabatic: the rise that
-heat entering at one point of its top from time 0 on makes at another.
+heat entering at two points of its top from time 0 on makes at pairs of others.
 
 Of a plate without sides, per unit of heat that entered at one instant, a distance r away and a time t later,
 
@@ -24,37 +24,42 @@ LONGER = 1.3
 
 
 def warming(
-    plate: Plate, diffusivity: float, source: np.ndarray, target: np.ndarray, times: np.ndarray
-) -> tuple[np.ndarray, float]:
-    """(times,) the rise in K/W at ascending times (s), the first 0, and the rise at rest; ``source`` and ``target`` are
-    places (x, y) from a corner, m; diffusivity in m2/s."""
+    plate: Plate, diffusivity: float, x: float, y: np.ndarray, columns: np.ndarray, rows: np.ndarray, times: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """(places, times) the mean rise in K/W under each of some pairs of feet by a watt that enters in equal parts at one
+    pair, at ascending times (s), the first 0, and (places,) that at rest. Feet are points from a corner (m): the one
+    pair has ``x`` and ``y`` (2,), the others ``columns`` (n,) and ``rows`` (m, 2), places along the columns first;
+    diffusivity in m2/s. Of the pair itself the rise depends on the points between times.
+    """
     rate = (math.pi / (2 * plate.thickness)) ** 2 * diffusivity
     tail, length = [float(times[-1])], max(float(times[1] - times[0]), 1e-3 / rate)
     while (tail[-1] - tail[0]) * rate < NOTHING:
         tail.append(tail[-1] + length)
         length *= LONGER
     edges = np.concatenate([times, tail[1:]])
-    x, weights = np.polynomial.legendre.leggauss(ORDER)
+    points, weights = np.polynomial.legendre.leggauss(ORDER)
     half = np.diff(edges)[:, None] / 2
-    at = edges[:-1, None] + half * (1 + x)
-    gained = (half * weights * _kernel(plate, diffusivity, source, target, at.ravel()).reshape(at.shape)).sum(axis=1)
-    whole = np.concatenate([[0.0], np.cumsum(gained)])
-    return whole[: len(times)], float(whole[-1])
+    at = (edges[:-1, None] + half * (1 + points)).ravel()
+    down = _downwards(plate, diffusivity, at) * (half * weights).ravel()
+    across = [_sideways(plate, plate.x, np.array([c]), np.array([x]), 4 * diffusivity * at) for c in columns]
+    along = [_sideways(plate, plate.y, row, y, 4 * diffusivity * at) / 4 for row in rows]
+    gained = np.array([(down * a * b).reshape(-1, ORDER).sum(axis=1) for b in along for a in across])
+    whole = np.concatenate([np.zeros((len(gained), 1)), np.cumsum(gained, axis=1)], axis=1)
+    return whole[:, : len(times)], whole[:, -1]
 
 
-def _kernel(plate: Plate, a: float, source: np.ndarray, target: np.ndarray, t: np.ndarray) -> np.ndarray:
-    """(times,): the rise after a joule at time 0 (K/J)."""
-    spread = 4 * a * t
-    product = np.ones(len(t))
-    for side, x, y in zip((plate.x, plate.y), target, source, strict=True):
-        distances = plate.along(side, np.array([x]), np.array([y]))[0, 0]
-        near = distances[distances < plate.reach]
-        product *= np.exp(-(near[:, None] ** 2) / spread).sum(axis=0)
+def _sideways(plate: Plate, side: float, targets: np.ndarray, sources: np.ndarray, spread: np.ndarray) -> np.ndarray:
+    """(times,): exp(-r^2/spread) along one side, summed over targets, sources and their images."""
+    distances = plate.along(side, targets, sources).ravel()
+    near = distances[distances < plate.reach]
+    return np.asarray(sum((np.exp(-(r**2) / spread) for r in near.tolist()), np.zeros(len(spread))))
+
+
+def _downwards(plate: Plate, a: float, t: np.ndarray) -> np.ndarray:
+    """(times,): the rise after a joule at time 0 (K/J), where none of it spread sideways from the point."""
     decay = (math.pi / (2 * plate.thickness)) ** 2 * a * t
-    down = np.zeros(len(t))
-    seen = product > 0
-    n, last = 1, float(decay[seen].min(initial=np.inf))
-    while n**2 * last < NOTHING:
-        down[seen] += np.exp(-(n**2) * decay[seen])
+    down, n = np.zeros(len(t)), 1
+    while n**2 * decay[0] < NOTHING:
+        down += np.exp(-(n**2) * decay)
         n += 2
-    return np.asarray(2 * a / (plate.conductivity * plate.thickness) * down * product / (math.pi * spread))
+    return np.asarray(2 * a / (plate.conductivity * plate.thickness) * down / (math.pi * 4 * a * t))

@@ -20,6 +20,10 @@ MARGIN = 2.0
 (Franklin, Powell and Emami-Naeini, Feedback Control of Dynamic Systems, section 6.4)."""
 
 
+SWINGS = 20
+"""Samples at the end of a run: a loop that swings there has its voltage at the limit in one of them."""
+
+
 def plant(device: Device, external: float | None = None) -> Plant:
     """Linearise a device about its steady state at an outer temperature (K; by default the final one)."""
     return loop.plant(modes(lump(device), DEGREE).modal, device, external)
@@ -83,6 +87,14 @@ def findings(device: Device, run: March, error: float, goal: float) -> tuple[str
                     f"at the {name} outer temperature, {temperature:g} K, the {element} needs no power{also}: it "
                     f"settles at {getattr(state, f'{element}_K'):.6g} K instead of the set "
                     f"{device.control.set_temperature:g} K"
+                )
+        comes_to_rest = name == "final" and device.control.ground_resistance and not state.cycles
+        for i, element in enumerate(ELEMENTS if comes_to_rest else ()):
+            if run.limited[-SWINGS:, i].any() and not getattr(state, f"{element}_saturated"):
+                sentences.append(
+                    f"at the end the {element}'s loop swings from no voltage on, though it could be held with "
+                    f"{getattr(state, f'{element}_power_W') * 1e3:.4g} mW at the {name} outer temperature: over the "
+                    "common ground the other's current hides a film that has lost its own, so that it stays without"
                 )
         said = loop_text(device, stability(device, temperature))
         if said:

@@ -27,12 +27,13 @@ import numpy as np
 class Inlet:
     """A temperature that a model is given, per kelvin: the rises ``external`` (m,) that it keeps up, the heat flows
     ``flux`` (k,) in W/K, by what ``jump`` (n,) a step of it changes the modes, and the heat (W/K) that is ``taken`` in
-    where it is given."""
+    where it is given. ``plate`` (n,) is what of the jump is in the plate on whose bottom it is given."""
 
     external: np.ndarray
     jump: np.ndarray
     flux: np.ndarray
     taken: float = 0.0
+    plate: np.ndarray | float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,9 +72,16 @@ class Modal:
             offset=self.offset + outer * self.external, flux_offset=self.flux_offset + outer * self.flux_external,
         )  # fmt: skip
 
+    def on_top_of_plate(self) -> Modal:
+        """The model whose substrate's temperature is that which the plate would have under its feet without it: a step
+        of that warms the plate at once, and the structure on it by and by."""
+        below = self.substrate
+        return replace(self, substrate=replace(below, jump=below.jump - below.plate, plate=0.0))
+
     def with_heat_below(self) -> Modal:
-        """The model with one flow more, the last, the heat that leaves into the substrate: what is stored and
-        conducted, weighed with the rise that a kelvin of substrate keeps up, and the films' heat weighed with it."""
+        """The model with one flow more, the last, the heat that leaves into the substrate (of one on top of its plate,
+        into that): what is stored and conducted, weighed with the rise that a kelvin of substrate keeps up, and the
+        films' heat weighed with it."""
         below = self.substrate
         drawn = float(below.flux[0])  # what a kelvin outside sends there is what one of substrate sends outside
         return replace(
@@ -87,9 +95,10 @@ class Modal:
         """The model of some ``sums`` (n, k) of its modes, which are orthonormal, in modes of its own."""
         rates, vectors = np.linalg.eigh(sums.T @ (self.rates[:, None] * sums))
         basis, given = sums @ vectors, self.substrate
+        plate = np.broadcast_to(given.plate, given.jump.shape) @ basis
         return replace(
             self, rates=rates, shape=self.shape @ basis, jump=self.jump @ basis, flux=self.flux @ basis,
-            substrate=replace(given, jump=given.jump @ basis),
+            substrate=replace(given, jump=given.jump @ basis, plate=plate),
         )  # fmt: skip
 
     @property

@@ -45,11 +45,11 @@ def test_the_plate_is_its_cosine_series(source: tuple[float, float], target: tup
     assert thicker.between(columns, rows)[0, 1, 0, 1] != pytest.approx(expected, rel=1.5e-4)
 
 
-PAIR = SinkArray(columns=2, driven=(1,), substrate_thickness=0.5e-3, accuracy=3e-3)
+PAIR = SinkArray(columns=2, driven=(1,), substrate_thickness=0.5e-3)
 TOUCHING = replace(PAIR, contact_resistance=1e-7)
 COOLED = replace(PAIR, pitch=300e-6, convection_coefficient=1000.0)
 GIVEN = replace(PAIR, pitch=300e-6, current=14e-3)
-ROW = SinkArray(columns=3, pitch=200e-6, driven=(1, 3), substrate_thickness=0.5e-3, accuracy=1e-2)
+ROW = SinkArray(columns=3, pitch=200e-6, driven=(1, 3), substrate_thickness=0.5e-3)
 coupled = cache(array.solve)
 in_one_mesh = cache(lambda sink: free.solve(whole(sink)))
 

@@ -100,6 +100,8 @@ def test_what_takes_numbers_alone_says_so():
     along = load("sink", ["materials.silicon.thermal_conductivity=[130, 130, 100]"])
     assert "a 1D model takes one number or law" in refusal(solve, along)
     assert "a network takes one number" in refusal(layout, from_dict(free(thermal_conductivity=[1, 2, 3])))
-    with pytest.raises(SceneError, match="a device takes one number"):
-        load("device", ["materials.silicon.thermal_conductivity={value = 130, at = 293, exponent = -1.3}"])
+    for material in ("silicon", "substrate"):
+        with pytest.raises(SceneError, match="a device takes one number"):
+            load("device", [f"materials.{material}.thermal_conductivity={{value = 130, at = 293, exponent = -1.3}}"])
+    assert load("device", ["materials.substrate.thermal_conductivity=[130, 130, 60]"]).kind == "device"
     assert SILICON.follows == ()

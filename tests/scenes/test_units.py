@@ -5,6 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from scenes import units as d
+from scenes.formats import quantity, with_error
 from scenes.kinds import Quantity
 from scenes.units import UnitError, meant, parse_quantity, parse_unit
 
@@ -98,3 +99,10 @@ def test_a_word_that_is_meant_for_a_unit(text, meant):
 def test_what_a_text_would_mean(text: str, unit: str, near: str | None) -> None:
     """Factors that stand close to one another, and those behind a slash: a hint only, and only where it fits."""
     assert meant(text, parse_unit(unit).powers) == near
+
+
+def test_nothing_has_no_sign_and_small_kelvins_have_a_prefix_where_asked_for():
+    assert quantity(-0.0, "W") == "0 W"
+    assert quantity(2.647e-3, "K", 3) == "0.00265 K"
+    assert quantity(2.647e-3, "K", 3, prefixed=True) == "2.65 mK"
+    assert with_error(2.647e-3, 8.6e-6, "K", prefixed=True)[:3] == ("2.6470", "0.0086", "mK")

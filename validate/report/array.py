@@ -50,8 +50,9 @@ def _elements(outcome: Outcome[SinkArray], style: Style) -> Section:
         cells = [f"{k}{'' if k in on else ', idle'}"]
         for q, unit in (("peak_rise_K", "K"), ("mean_rise_K", "K"), ("current_A", "A")):
             estimate = result.steady[f"sink{k}_{q}"]
-            value, bound, shown_unit, _, _ = with_error(estimate.value, estimate.error, unit)
-            cells.append(f"{value} {style.plus_minus} {bound} {shown_unit}" if estimate.value else "none")
+            value, bound, shown_unit, _, _ = with_error(estimate.value, estimate.error, unit, prefixed=True)
+            none = "none" if q == "current_A" else "0 K"
+            cells.append(f"{value} {style.plus_minus} {bound} {shown_unit}" if estimate.value else none)
         rows.append(cells)
     said = [f"Shown are the warmest and the coolest of {count}."] if len(rows) < count else []
     return Section("Elements", [Table(("element", "peak rise", "mean rise", "current"), rows), *said], headed=False)

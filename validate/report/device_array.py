@@ -8,14 +8,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scenes.formats import with_error
+from scenes.formats import quantity, with_error
 from validate.report import checks
 from validate.report.table import Section, Style, Table, wrapped
 
 if TYPE_CHECKING:
     from compare.verdict import Check
     from fem3d.device.array import Known, Solved
+    from reduced1d.device.array import Beside
     from scenes.array import DeviceArray
+    from scenes.loop.array import Rest
     from validate.run.outcome import Outcome
 
 FIGURES = {"array": "device_array_figure.draw"}
@@ -46,8 +48,14 @@ def solved_of(outcome: Outcome[DeviceArray]) -> Solved:
     return found
 
 
+def in_1d(outcome: Outcome[DeviceArray]) -> Beside:
+    assert outcome.reduced1d is not None
+    found: Beside = outcome.reduced1d.details["array"]
+    return found
+
+
 def _elements(outcome: Outcome[DeviceArray], style: Style) -> Section:
-    solved, rows = solved_of(outcome), []
+    solved, one, rows = solved_of(outcome), in_1d(outcome), []
     count = len(solved.at_work)
     shown = list(range(count))
     if count > MOST_ROWS and not style.page:
@@ -55,7 +63,9 @@ def _elements(outcome: Outcome[DeviceArray], style: Style) -> Section:
         shown = sorted({*order[: MOST_ROWS // 2].tolist(), *order[-MOST_ROWS // 2 :].tolist()})
 
     def cell(known: Known, k: int, unit: str) -> str:
-        value, bound, shown_unit, _, _ = with_error(float(known.value[k]), float(known.error[k]), unit)
+        if not known.value[k]:
+            return quantity(0.0, unit)
+        value, bound, shown_unit, _, _ = with_error(float(known.value[k]), float(known.error[k]), unit, prefixed=True)
         return f"{value} {style.plus_minus} {bound} {shown_unit}"
 
     for k in shown:
@@ -63,11 +73,14 @@ def _elements(outcome: Outcome[DeviceArray], style: Style) -> Section:
         for each in (solved.closed, solved.sinks_off):
             cells.append(cell(each.power_change, k, "W") if solved.at_work[k] else "none")
         rows.append(cells)
+        changes = [quantity(float(each.power_change[k]), "W", 4) for each in (one.closed, one.sinks_off)]
+        plate = quantity(float(one.closed.plate_rise[k]), "K", 4, prefixed=True)
+        rows.append(["   in 1D", plate, *(changes if solved.at_work[k] else ["none"] * 2)])
     said = (
-        "Plate: how much warmer it is under an element by the others at work. Closed, off: what that changes in the "
+        "Plate: how much warmer it is under an element by the others. Closed, off: what that changes in the "
         "power of its sensor, with all loops closed and with all sinks off. Outside all have the initial temperature."
     )
-    if len(rows) < count:
+    if len(shown) < count:
         said += f" Shown are the elements on the warmest and the coolest of {count} places."
     heads = ("element", "plate", "closed", "sinks off")
     return Section("Elements", [Table(heads, rows), said], headed=False)
@@ -76,7 +89,7 @@ def _elements(outcome: Outcome[DeviceArray], style: Style) -> Section:
 def entries(outcome: Outcome[DeviceArray]) -> dict[str, Any]:
     from validate.report.summary import check_document, of_3d
 
-    solved = solved_of(outcome)
+    solved, one = solved_of(outcome), in_1d(outcome)
     count = len(solved.at_work)
     middle = solved.array.sink.rows // 2 * solved.array.sink.columns + solved.array.sink.columns // 2
     column = slice(None) if count <= MATRIX else middle
@@ -92,13 +105,21 @@ def entries(outcome: Outcome[DeviceArray]) -> dict[str, Any]:
             for name, known in names.items()
         }  # fmt: skip
 
+    def alone(each: Rest) -> dict[str, Any]:
+        return {
+            "plate_rise_K": each.plate_rise, "sensor_power_change_W": each.power_change,
+            "sensor_power_per_outside_W_per_K": each.per_outside[:, column],
+        }  # fmt: skip
+
     over = [
         {"loops": loops, "outside_of": each.of + 1, "sensor_of": each.at + 1, "time_s": each.time_s,
-         "plate_rise_K_per_K": each.plate_rise, "sensor_power_W_per_K": each.sensor_power, "error": each.error}
-        for loops, each in zip(("closed", "sinks off"), solved.over_time, strict=False)
+         "plate_rise_K_per_K": each.plate_rise, "sensor_power_W_per_K": each.sensor_power, "error": each.error,
+         "reduced1d_sensor_power_W_per_K": beside.sensor_power}
+        for loops, each, beside in zip(("closed", "sinks off"), solved.over_time, one.over_time, strict=False)
     ]  # fmt: skip
     return {
-        "fem3d": of_3d(outcome.solved, "unknowns"), "reduced1d": None, "answer": outcome.answer,
+        "fem3d": of_3d(outcome.solved, "unknowns"), "answer": outcome.answer,
+        "reduced1d": {"array": {"closed": alone(one.closed), "sinks_off": alone(one.sinks_off)}},
         "checks": [check_document(check) for check in outcome.checks],
         "array": {
             "places_m": solved.places, "at_work": [k + 1 for k in np.flatnonzero(solved.at_work).tolist()],

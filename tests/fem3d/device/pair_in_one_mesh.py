@@ -12,7 +12,7 @@ from scipy.sparse import csc_matrix
 from scipy.sparse.linalg import splu
 from skfem import Basis, ElementHex2, MeshHex
 
-from tests.fem3d.device.full_order import conduction, joined, towards, volume
+from tests.fem3d.device.full_order import GAMMA, capacity, conduction, joined, towards, volume
 
 
 def breakpoints(device):
@@ -58,11 +58,13 @@ class Pair:
             return np.all((at > low[:, None]) & (at < high[:, None]), axis=0)
 
         mesh = mesh.restrict(np.flatnonzero(np.any([inside(mesh, name) for name in boxes], axis=0)))
-        k = np.zeros(mesh.nelements)
+        k, c = np.zeros(mesh.nelements), np.zeros(mesh.nelements)
         for name, box in boxes.items():
-            k[inside(mesh, name)] = box.material.thermal_conductivity
+            k[inside(mesh, name)], c[inside(mesh, name)] = box.material.thermal_conductivity, box.material.heat_capacity
         self.basis = basis = Basis(mesh, ElementHex2(), intorder=4)
-        self.K = csc_matrix(conduction.assemble(basis, k=np.repeat(k[:, None], basis.X.shape[-1], axis=1)))
+        k, c = (np.repeat(values[:, None], basis.X.shape[-1], axis=1) for values in (k, c))
+        self.K = csc_matrix(conduction.assemble(basis, k=k))
+        self.M = csc_matrix(capacity.assemble(basis, c=c))
         self.films = []
         for name, material in (("beam", sink.silicon), ("gold", device.gold)):
             part = Basis(mesh, ElementHex2(), elements=np.flatnonzero(inside(mesh, name)), intorder=4)
@@ -112,3 +114,56 @@ class Pair:
             for (element, film), p in zip(held, of, strict=True):
                 power[element, film] = p
         return power
+
+    def after_a_step(self, held, samples):
+        """(samples, 2, 2): what a step of 1 K outside of the second element adds to the powers of (sink, sensor) of
+        both, at each sample from then on, with the loops of the films ``held`` at work, linear about the settled state.
+        TR-BDF2 with one step from sample to sample, a film's own power as of the stage before; how its heat is spread
+        in it stays as it is."""
+        device, h = self.device, self.device.control.sample_time
+        materials, heights = (device.sink.silicon, device.gold), (device.sink.thickness, device.sensor_thickness)
+        before, gain = self.powers(held, (0.0, 0.0)), (device.control.sink_gain, device.control.sensor_gain)
+        slopes = {}
+        for element, film in held:
+            a, power = self.films[film][3], before[element, film]
+            ratio = 1 + a * device.set_rise
+            cold = materials[film].resistivity * device.sink.length / (device.sink.width * heights[film])
+            slopes[element, film] = np.array([2 * np.sqrt(power / (cold * ratio)), -power * a / ratio])
+        lift = self.fields(np.zeros((2, self.basis.N)), (0.0, 1.0))
+        at_rest = np.array([[film[2] @ field for film in self.films] for field in lift])
+        parts, decaying = [], []
+        for sign, free in zip((1, -1), self.free, strict=True):
+            K, M = self.K[free][:, free], self.M[free][:, free]
+            options = {"permc_spec": "MMD_AT_PLUS_A", "options": {"SymmetricMode": True}}
+            solve = splu(csc_matrix(M + GAMMA / 2 * h * K), **options).solve
+            means = [film[2][free] for film in self.films]
+            loads = [film[1][free] / film[1].sum() / 4 for film in self.films]
+            parts.append((sign, K, M, solve, means, loads))
+            decaying.append(-(lift[0] + sign * lift[1])[free] / 2)
+        voltage, found = dict.fromkeys(held, 0.0), []
+
+        def seen(fields):
+            both = [[mean @ field for mean in part[4]] for part, field in zip(parts, fields, strict=True)]
+            return at_rest + np.array([np.add(*both), np.subtract(*both)])
+
+        def added(fields):
+            power, rise = np.zeros((2, 2)), seen(fields)
+            for e, f in held:
+                power[e, f] = slopes[e, f] @ [voltage[e, f], rise[e, f]]
+            return power
+
+        one, two = 1 / (GAMMA * (2 - GAMMA)), (1 - GAMMA) ** 2 / (GAMMA * (2 - GAMMA))
+        for _ in range(samples):
+            for e, f in held:
+                voltage[e, f] -= gain[f] * seen(decaying)[e, f] / device.set_rise
+            found.append(added(decaying))
+            middles = []
+            for (sign, K, M, solve, _, loads), field in zip(parts, decaying, strict=True):
+                heat = (found[-1][0] + sign * found[-1][1]) @ loads
+                middles.append(solve(M @ field + GAMMA * h / 2 * (2 * heat - K @ field)))
+            power = added(middles)
+            for i, (sign, _, M, solve, _, loads) in enumerate(parts):
+                heat = (power[0] + sign * power[1]) @ loads
+                old = M @ (one * middles[i] - two * decaying[i])
+                decaying[i] = solve(old + (1 - GAMMA) / (2 - GAMMA) * h * heat)
+        return np.array(found)

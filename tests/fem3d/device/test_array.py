@@ -12,17 +12,21 @@ import numpy as np
 import pytest
 
 from fem3d.device.array import Known, Solved, footprint, solve, together
-from fem3d.device.solve import model
+from fem3d.device.array_time import over_time, paths
+from fem3d.device.solve import Model, model
 from fem3d.runs.array import coupling
 from scenes.array import DeviceArray
 from scenes.errors import SceneError
 from scenes.keys import DEVICE
 from scenes.loading import load
+from scenes.loop.array import after, answers, course, times
+from scenes.loop.march import Resolution
 from scenes.loop.shielding import without_sink
 from scenes.loop.stability import state_of
 from tests.fem3d.device.pair_in_one_mesh import Pair
 from tests.validate.cli import summary
 from validate.cli import main
+from validate.run.kinds.device_array import warnings_of as told_of
 
 SETTINGS = ("substrate.thickness=0.5mm", "array.columns=3", "array.driven=[1,2]", "run.end_time=0.28")
 
@@ -89,17 +93,63 @@ def test_over_time_it_comes_to_what_is_at_rest(run: Any) -> None:
 
 
 @pytest.mark.long
-def test_two_coupled_devices_are_those_of_one_mesh() -> None:
+def test_what_acts_on_the_plates_top_comes_through_the_plate_from_its_bottom(run: Any) -> None:
+    """A slab whose bottom steps by 1 K has on its top 1 - 4/pi sum (-1)^n/(2 n + 1) exp(-(2 n + 1)^2 t/T); what a step
+    below does is that of one on top after the slab, and what leaves the bottom is what the top takes in after it."""
+    solved = run[0]
+    device, states = without_sink(solved.array.element), solved.model
+    sink, time = device.sink, times(device)
+    diffusivity = sink.substrate.thermal_conductivity / sink.substrate.heat_capacity
+    odd = 2 * np.arange(200) + 1
+    slowest = (np.pi / (2 * sink.substrate_thickness)) ** 2 * diffusivity
+    # Over intervals what is linear between samples is half a sample later.
+    middles = time + device.control.sample_time / 2
+    slab = 1 - 4 / np.pi * np.exp(-np.outer(middles, odd**2) * slowest) @ ((-1.0) ** np.arange(200) / odd)
+    top, bottom = (Resolution(modal, states.nodes) for modal in (states.fine.on_top_of_plate(), states.fine))
+    for outside, kind in ((True, 0), (False, 1)):
+        above, below = (answers(each, device, outside)[kind] for each in (top, bottom))
+        size = np.abs(below).max()
+        # Sums over samples leave 1e-3; without the slab between them the two are 0.4 and 0.7 of their size apart.
+        assert np.abs(after(above, slab) - below).max() < 3e-3 * size
+        assert np.abs(above - below).max() > 0.3 * size
+
+
+@pytest.fixture(scope="module")
+def two() -> tuple[DeviceArray, Pair, Model]:
+    """A pair of devices, both in one mesh, and the few states of one."""
+    pair = load("device", (SETTINGS[0], "array.columns=2", "array.pitch=200um"), of=DEVICE)
+    assert isinstance(pair, DeviceArray)
+    return pair, Pair(pair), model(pair.element, 1e-2)
+
+
+@pytest.mark.long
+def test_over_time_a_neighbour_is_that_of_one_mesh(two: Any) -> None:
+    """10 ms after a step outside of an idle element the other's sensor has half of what it comes to, sinks off,
+    2e-9 W/K; with half its steps the mesh gives 1e-12 more, with intervals half as long along z 4e-11."""
+    pair, mesh, states = two
+    array = replace(pair, sink=replace(pair.sink, driven=(1,)))
+    plate = coupling(array.sink, footprint(states)).per_heat.mean(axis=(2, 3))
+    through = paths(array, plate)
+    assert through is not None
+    assert (through.of, through.at) == (1, 0)
+    expected = mesh.after_a_step([(0, 1)], 100)[:, 0, 1]
+    over = over_time(array, states, through, plate, 0.0)[1]
+    assert np.abs(over.sensor_power[:100] - expected).max() < over.error + 4e-11
+    assert over.error < 0.1 * np.abs(over.sensor_power).max()
+    # As if what warms the plate came from its bottom, and counted where it leaves that.
+    late = course(array, Resolution(states.fine, states.nodes), without_sink(pair.element), through, plate)
+    assert np.abs(late.sensor_power[:100] - expected).max() > 3 * over.error
+
+
+@pytest.mark.long
+def test_two_coupled_devices_are_those_of_one_mesh(two: Any) -> None:
     """What a neighbour at work changes of a sensor's power, and what a kelvin outside of it does, idle or at work.
 
     With intervals half as long the other mesh gives 9e-4 more along x and 3e-4 along z; the model of 1e-2 is 5e-4 from
     that. Elements 2 % further apart, by the same coupling, are 2.5 % off.
     """
-    pair = load("device", (SETTINGS[0], "array.columns=2", "array.pitch=200um"), of=DEVICE)
-    assert isinstance(pair, DeviceArray)
-    element, mesh = pair.element, Pair(pair)
-    states = model(element, 1e-2)
-    foot = footprint(states)
+    pair, mesh, states = two
+    element, foot = pair.element, footprint(states)
 
     def by_plate(pitch: float) -> dict[str, tuple[float, float]]:
         """Of the first element's sensor by the second, with errors: in W, W/K, W/K; and with the loops closed in W."""
@@ -144,8 +194,13 @@ def test_it_is_told_and_kept(run: Any) -> None:
     _, text, found, folder = run
     assert max(map(len, text.splitlines())) <= 80
     said = " ".join(text.split())
-    assert "the others at work make the plate under element 1" in said
+    assert "the others make the plate under element 1" in said
     assert "3, idle" in said
+    assert "in 1D" in text
+    assert found["reduced1d"]["array"]["closed"]["sensor_power_change_W"] == [0.0, 0.0, 0.0]
+    off = found["array"]["sinks_off"]["sensor_power_change_W"]["value"]
+    # 1D has no pads in the film's way to the plate and no way along the layers: its shielding is 5 % less in both.
+    assert found["reduced1d"]["array"]["sinks_off"]["sensor_power_change_W"] == pytest.approx(off, rel=0.1)
     assert {"array.png", "array.svg", "report.html"} <= {entry.name for entry in folder.iterdir()}
     assert [check["verdict"] for check in found["checks"] if check["id"] == "dev3d_array"] == ["agrees"]
     assert found["array"]["at_work"] == [1, 2]
@@ -154,6 +209,20 @@ def test_it_is_told_and_kept(run: Any) -> None:
     }  # fmt: skip
     matrix = np.array(found["array"]["sinks_off"]["sensor_power_per_outside_W_per_K"]["value"])
     assert matrix.shape == (3, 3)
+
+
+@pytest.mark.long
+def test_what_is_no_settled_array_is_warned_of(run: Any) -> None:
+    solved = run[0]
+
+    def said(**changes: Any) -> tuple[str, ...]:
+        return told_of(replace(solved, array=replace(solved.array, **changes)))
+
+    assert said() == ()
+    (unstable,) = said(control=replace(solved.array.control, sink_gain=100.0))
+    assert "the loop of an element is unstable" in unstable
+    (without,) = said(external=replace(solved.array.external, initial_temperature=320.0))
+    assert "at 320 K outside, about which all is told, the sensor of an element has no power" in without
 
 
 @pytest.mark.parametrize(

@@ -145,6 +145,20 @@ def test_where_no_steady_state_is_it_says_so() -> None:
     assert np.ptp(last) > 0.5 * last.max()
 
 
+def test_a_sensor_that_lost_its_current_stays_without() -> None:
+    """At 293 K outside it has none, at 273 K it could be held again; from cold, with a large current, it is."""
+    lost, cold = (
+        grounded(Device(external=External(before, 273.0, 0.1), end_time=0.25), 1e-2) for before in (293.0, 273.001)
+    )
+    state, stuck, held = steady(lost), solve_accurate(lost), solve_accurate(cold)
+    assert not state.sensor_saturated
+    assert not state.cycles
+    assert stuck.sensor_power_W[-1] < 1e-2 * state.sensor_power_W
+    assert any("the sensor's loop swings from no voltage on" in said for said in stuck.findings)
+    assert held.sensor_power_W[-1] == pytest.approx(state.sensor_power_W, rel=1e-3)
+    assert not any("swings" in said for said in held.findings)
+
+
 def test_the_papers_scheme_refuses_it() -> None:
     with pytest.raises(SceneError, match=r"control\.ground_resistance = 0\.01 needs the accurate scheme"):
         make(replace(grounded(Device(), 1e-2), end_time=0.01), "paper", None, False, False, lambda _: None)

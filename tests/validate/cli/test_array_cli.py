@@ -24,6 +24,7 @@ def test_a_row_is_told_and_kept(tmp_path: Path, capsys: pytest.CaptureFixture[st
     assert max(map(len, text.splitlines())) <= 80
     assert "elements 1, 3 are driven" in " ".join(text.split())
     assert "2, idle" in text
+    assert " mK" in text
     found = summary(tmp_path / "row")
     assert {"array.png", "array.svg", "report.html", "summary.json"} <= {p.name for p in (tmp_path / "row").iterdir()}
     steady, matrix = found["fem3d"]["steady"], np.array(found["crosstalk"])

@@ -87,8 +87,8 @@ def answered(outcome: Outcome[SinkArray]) -> str:
     if idle:
         most = max(idle, key=lambda k: means[k].value)
         part = means[most].value / means[hottest].value
-        rise = f"{quantity(means[most].value, 'K', 3)} (element {most}), {part:.2g} of a driven one's mean"
-        said += f"; idle ones at most {rise}"
+        rise = quantity(means[most].value, "K", 3, prefixed=True)
+        said += f"; idle ones at most {rise} (element {most}), {part:.2g} of a driven one's mean"
     return f"{said}."
 
 

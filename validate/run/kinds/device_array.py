@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from compare.against import Data
     from compare.verdict import Check
     from fem3d.device.array import Solved
+    from reduced1d.device.array import Beside
 
 PYTHON = "fem3d.device.array.solve"
 SHOWN = ()
@@ -35,7 +36,7 @@ def plan(array: DeviceArray, request: Request, data: Data | None) -> tuple[Step,
     return (
         step("3D model", f"a few states of one element on the substrate, known to {array.accuracy_3d:g}"),
         step(names, "coupled by the substrate's own solution for heat at a footprint, at rest and over time"),
-        Step("1D model", "skipped", "the paper's has no neighbours, and no substrate"),
+        step("1D model", "each on the plate that all warm as in 3D: the paper's has no neighbours, and no substrate"),
         step(f"checks {CHECK}", "what the others at work change of a sensor's power"),
         step(FIGURE, _DRAWN, skipped_figures(array, request).get(FIGURE, "")),
     )
@@ -56,10 +57,13 @@ def answer(run: Run, data: Data | None) -> Outcome[DeviceArray]:
     _refuse(array)
     with clock.stage("imports"):
         from fem3d.device.array import solve
+        from reduced1d.device.array import beside
         from scenes.result import Estimate, Result
     run.say("solving one element in 3D")
     with clock.stage("fem3d"):
         solved = solve(array, run.say)
+    with clock.stage("reduced1d"):
+        one = beside(array, solved.plate.value, solved.paths)
     steady = {}
     base, known = solved.base
     for k, at_work in enumerate(solved.at_work):
@@ -71,12 +75,28 @@ def answer(run: Run, data: Data | None) -> Outcome[DeviceArray]:
     details = {"array": solved, "unknowns": solved.model.details["unknowns"]}
     outcome = Outcome(
         array, request, plan(array, request, data), fem3d=Result("fem3d", steady, None, details),
-        checks=(_check(solved),),
+        reduced1d=Result("reduced1d", {}, None, {"array": one}), checks=(_check(solved, one),),
+        warnings=warnings_of(solved),
     )  # fmt: skip
     return replace(outcome, answer=answered(outcome))
 
 
-def _check(solved: Solved) -> Check:
+def warnings_of(solved: Solved) -> tuple[str, ...]:
+    """Films without power at the initial outer temperature, about which everything is told, and an unstable loop."""
+    element = solved.array.element
+    outer = element.external.initial_temperature
+    state, eigenvalue = solved.model.steady(element, outer), solved.model.largest_eigenvalue(element, outer)
+    idle = [film for film in ("sink", "sensor") if getattr(state, f"{film}_saturated")]
+    said = [f"at {outer:g} K outside, about which all is told, the {film} of an element has no power" for film in idle]
+    if abs(eigenvalue) >= 1:
+        said.append(
+            f"the loop of an element is unstable, its largest eigenvalue per sample {abs(eigenvalue):.4g} in size: "
+            "over time neighbours change the power of a sensor that swings"
+        )
+    return tuple(said)
+
+
+def _check(solved: Solved, one: Beside) -> Check:
     """The paper: the sensor is blind to the substrate, and so to what its neighbours do to that."""
     from compare.verdict import Comparison, judged
     from scenes.formats import quantity
@@ -84,11 +104,13 @@ def _check(solved: Solved) -> Check:
     k = solved.most_moved
     closed, off = (each.power_change for each in (solved.closed, solved.sinks_off))
     change, size = float(closed.value[k]), abs(float(off.value[k])) or 1.0
+    warmer = quantity(float(solved.closed.plate_rise.value[k]), "K", 3, prefixed=True)
     said = (
-        f"paper: the sensor loses nothing to the substrate; the others at work make the plate under element {k + 1} "
-        f"{quantity(float(solved.closed.plate_rise.value[k]), 'K', 3)} warmer, which changes its sensor's power by "
+        f"paper: the sensor loses nothing to the substrate; the others make the plate under element {k + 1} "
+        f"{warmer} warmer, which changes its sensor's power by "
         f"{quantity(change, 'W', 2)} to within {quantity(float(closed.error[k]), 'W', 1)}, with all sinks off by "
-        f"{quantity(float(off.value[k]), 'W', 3)}"
+        f"{quantity(float(off.value[k]), 'W', 3)}; in 1D it is {quantity(float(one.closed.power_change[k]), 'W', 2)} "
+        f"and {quantity(float(one.sinks_off.power_change[k]), 'W', 3)}"
     )
     found = Comparison(
         "neighbours at work", 0.0, change, "W", -change / size, float(closed.error[k]) / size, said,
@@ -103,10 +125,10 @@ def answered(outcome: Outcome[DeviceArray]) -> str:
 
     solved: Solved = outcome.solved.details["array"]
     k, external = solved.most_moved, outcome.scene.external
-    warmer = quantity(float(solved.closed.plate_rise.value[k]), "K", 3)
+    warmer = quantity(float(solved.closed.plate_rise.value[k]), "K", 3, prefixed=True)
     changes = [quantity(float(each.power_change.value[k]), "W", 2) for each in (solved.closed, solved.sinks_off)]
     said = (
-        f"{text(outcome.scene)}: the others at work make the plate under element {k + 1} {warmer} warmer, which "
+        f"{text(outcome.scene)}: the others make the plate under element {k + 1} {warmer} warmer, which "
         f"changes its sensor's power by {changes[0]}, with all sinks off by {changes[1]}"
     )
     if not solved.over_time:
@@ -117,10 +139,15 @@ def answered(outcome: Outcome[DeviceArray]) -> str:
         quantity(height * float(each.per_outside.value[closed.at, closed.of]), "W", 2)
         for each in (solved.closed, solved.sinks_off)
     ]
-    most, when = closed.largest
+    (per_kelvin, when), known = closed.largest, abs(height) * closed.error
+    most = abs(height * per_kelvin)
+    on_the_way = (
+        f"at most by {quantity(height * per_kelvin, 'W', 2)} to within {quantity(known, 'W', 1)}, {milliseconds(when)} "
+        "after the step"
+        if known < most else f"by less than {quantity(most + known, 'W', 2)} on the way"
+    )  # fmt: skip
     return (
         f"{said}; {height:+g} K outside of element {closed.of + 1} changes the sensor's power of element "
-        f"{closed.at + 1} by {at_rest[0]} at rest and at most by {quantity(height * most, 'W', 2)} to within "
-        f"{quantity(abs(height) * closed.error, 'W', 1)}, {milliseconds(when)} after the step; with all sinks off by "
-        f"{at_rest[1]} and {quantity(height * off.largest[0], 'W', 2)}."
+        f"{closed.at + 1} by {at_rest[0]} at rest and {on_the_way}; with all sinks off by {at_rest[1]} and "
+        f"{quantity(height * off.largest[0], 'W', 2)}."
     )
