@@ -13,8 +13,8 @@ from numpy.polynomial import legendre
 def radau(count: int) -> tuple[np.ndarray, np.ndarray]:
     """The matrix (count, count) that integrates polynomials through Radau's points in (0, 1] up to each, and the
     inverse (count + 1 squared) of the Vandermonde matrix, in Legendre polynomials, of 0 and the points."""
-    # The right Radau points are the zeros of P_q - P_(q-1).
-    points = (np.sort(legendre.legroots([0.0] * (count - 1) + [-1.0, 1.0])) + 1) / 2
+    # The right Radau points are the zeros of P_q - P_(q-1): real, though numpy 2.5 gives them as complex numbers.
+    points = (np.sort(legendre.legroots([0.0] * (count - 1) + [-1.0, 1.0]).real) + 1) / 2
     powers = np.arange(count)
     integrals = points[:, None] ** (powers + 1) / (powers + 1)
     nodes = np.concatenate([[0.0], points])

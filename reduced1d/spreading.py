@@ -11,9 +11,16 @@ import math
 
 import numpy as np
 
+from scenes.errors import NumericsError
+from scenes.units import LENGTH
+
 _TERMS = 40
 """Number of terms of each sum, times the plate's side over the source's. What is left out falls as their square; the
 sum with half as many tells how large it is."""
+_FAR = 6
+"""Thicknesses beyond which a plate's side does not matter: what it reflects falls by exp(-pi) over each, to 6e-9."""
+_MOST = 500_000_000
+"""Terms that a sum has at most, some three seconds: a cube whose sides are 500 times the source's."""
 
 
 def plate_resistance(
@@ -27,9 +34,28 @@ def plate_resistance(
     middles are, from the plate's corner. With a_m(y) = cos(m pi y / L), whose mean over a rectangle is a_m at its
     middle times sin(x)/x, x = m pi a / (2 L), the sum over m, n of what each brings of the heat, how it spreads,
     tanh(b t) / (k b) with b^2 = (m pi / L)^2 + (n pi / W)^2 (t / k for m = n = 0), and what the mean sees of it.
+    Sides farther away than the heat spreads are moved there.
+
+    Raises NumericsError where the plate is so much larger than the source that this takes too many terms.
     """
-    fine, coarse = (_sum(plate, source, place, other or place, terms) for terms in (_TERMS, _TERMS // 2))
-    return (fine + (fine - coarse) / 3) / (conductivity * plate[0] * plate[1])
+    far, away = _FAR * plate[2], other or place
+    length, width = (_near(*axis, far) for axis in zip(plate[:2], source, place, away, strict=True))
+    near = length[0], width[0], plate[2]
+    if math.prod(_TERMS * side / extent for side, extent in zip(near[:2], source, strict=True)) > _MOST:
+        sides, under = (" by ".join(LENGTH.show(side) for side in sides) for sides in (plate, source))
+        raise NumericsError(
+            f"a substrate of {sides} is too large to be summed up under an oxide of {under} in 1D: give a smaller one"
+        )
+    middles = (length[1], width[1]), (length[2], width[2])
+    fine, coarse = (_sum(near, source, *middles, terms) for terms in (_TERMS, _TERMS // 2))
+    return (fine + (fine - coarse) / 3) / (conductivity * near[0] * near[1])
+
+
+def _near(side: float, extent: float, place: float, other: float, far: float) -> tuple[float, float, float]:
+    """A side of the plate without what is farther than ``far`` from both sources, and where their middles are on it."""
+    start = max(min(place, other) - extent / 2 - far, 0.0)
+    end = min(max(place, other) + extent / 2 + far, side)
+    return end - start, place - start, other - start
 
 
 def _sum(

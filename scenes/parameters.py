@@ -104,7 +104,7 @@ def _check_name(name: str) -> None:
 def _measure(given: object, names: Names) -> Measure:
     if isinstance(given, str):
         value, powers = measured(given, names)
-        return Measure.of(value, powers or PLAIN)
+        return Measure.of(_finite(value), powers or PLAIN)
     if isinstance(given, bool) or not isinstance(given, Real):
         raise UnitError("is neither a number nor text")
     return Measure.of(_finite(given), PLAIN)

@@ -16,6 +16,7 @@ from fem3d.problems.current import Conductor, Potential
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.linearized import at_films, linearized
 from fem3d.solution.steady import CONVERGED, SteadyState
+from scenes import physics
 from scenes.errors import NumericsError, RunawayError
 
 MOST_STEPS = 30  # of Newton's method at one drive
@@ -248,7 +249,9 @@ def _driven(newton: Newton, voltage: float, limit: float | None = None) -> Point
                 near_by, beyond, step = drive, np.inf, 2 * SHORTEST * drive
                 continue
             steep = before is not None and _power(before, (drive, rise)) > STEEP
-            raise _runaway(newton, voltage, drive, rise, steep)
+            given_current = newton.conductor is not None and newton.conductor.by_current
+            may = physics.may_run_away(heat.domain.scene, given_current)
+            raise _runaway(newton, voltage, drive, rise, steep and may)
 
 
 def _accelerated(rises: list[np.ndarray], steps: list[np.ndarray]) -> np.ndarray:

@@ -171,7 +171,8 @@ def _given_currents(
     drawn = np.array([[p.currents[t.name] for p in patterns] for t in ends])
     given = np.array([conductor.voltages[:, t.at] for t in ends]).T
     u, sizes, v = np.linalg.svd(drawn, full_matrices=False)
-    kept = sizes > DEPENDENT * sizes[0]
+    # What enters where hardly any is given, as at a wire that only senses, is what rounding leaves of other currents.
+    kept = sizes > DEPENDENT * max(abs(current) for p in patterns for current in p.currents.values())
     return sizes[kept, None] * v[kept], given @ u[:, kept]
 
 

@@ -126,6 +126,8 @@ class Krylov:
         self._mass = base.heat.inner_mass
         self.solves: list[Any] = [base.heat.solve_shifted(shift) for shift in shifts]
         self._next = self._solved(0, [load[:n] for load in base.loads])
+        if not base.fields.shape[1] and not any(v.any() for v in self._next):
+            self._next = [base.heat.unit[:n]]  # nothing warms anything: one field to stay at rest in
         self._made, self._weighted = np.empty((n, 0)), np.empty((n, 0))
         self._ends = [0]  # after each generation, how many fields there are
 

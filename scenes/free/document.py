@@ -243,7 +243,7 @@ def _with_run(scene: S, values: Values) -> S:
     run = _run_keys(section(values, "run"))
     scene = replace(scene, **section(values, "scene"), **run, parameters=values.get("parameters"))
     driving = [
-        *((f"boundary {quoted(b.name)}.{b.kind}", b.value) for b in scene.boundaries),
+        *((f"boundary {quoted(b.name)}.{b.key if b.kind == 'voltage' else b.kind}", b.value) for b in scene.boundaries),
         *(
             (f"boundary {quoted(b.name)}.{'convection.ambient' if b.key == 'convection' else b.key}", b.ambient)
             for b in scene.boundaries

@@ -299,7 +299,14 @@ def _check_parts(grid: Grid) -> None:
     if scene.steady and physics.heat(scene):
         refuse(labels, touched(labels, physics.is_exit), KEPT)
     driven = hot.any() or any(physics.heats(b, scene.initial_temperature) for b in scene.boundaries)
-    if not driven and not any(len(voltages) > 1 for voltages in grid.electrified()[1].values()):
+    # An electrode without a current takes the potential of what it touches.
+    acting = {
+        physics.potential_of(b)
+        for b in scene.boundaries
+        if b.kind == "voltage" and not (b.key == "current" and is_zero(b.value))
+    }
+    flows = len(acting) > 1 and any(len(voltages) > 1 for voltages in grid.electrified()[1].values())
+    if not driven and not flows:
         if where := cut(grid):
             raise SceneError(
                 f"nothing happens in this scene: {where}, between electrodes of different voltages: give its "

@@ -72,6 +72,21 @@ def test_beyond_an_electrode_inside_where_nothing_passes_the_potential_is_the_el
         assert value == pytest.approx(0.05, rel=1e-9)
 
 
+@pytest.mark.long
+@pytest.mark.parametrize("given", [0.0, 1e-15])
+def test_an_electrode_that_only_senses_changes_nothing(given):
+    """A cross section is an equipotential; 1e-15 A is 1e-12 of what passes. As much as passes is seen."""
+    driven = end("ground", 0.0, 0.0), end("source", SIZE[1], 0.01)
+    for steady in (True, False):
+        alone, sensed, fed = (
+            scene_run.solve(bar(*driven, *more, steady=steady, end_time=1e-3))
+            for more in ((), (end("sense", SIZE[1] / 2, given, inf),), (end("feed", SIZE[1] / 2, 1e-3, inf),))
+        )
+        means = [f.steady["mean"].value if steady else f.traces.values["mean"][-1] for f in (alone, sensed, fed)]
+        error = sum(f.steady["mean"].error if steady else f.traces.errors["mean"] for f in (alone, sensed))
+        assert abs(means[1] - means[0]) <= error < 0.1 * abs(means[2] - means[0])
+
+
 def mean_rise(current, times, terms=400):
     """(times,): the mean rise (K) of the bar at a current from rest: c T' = k T'' + J^2 rho (1 + a T), mode by mode."""
     n = 2 * np.arange(terms) + 1

@@ -9,6 +9,7 @@ import pytest
 from fem3d.runs import sink as sinks
 from fem3d.runs.scene import solve
 from fem3d.solution import newton
+from scenes import physics
 from scenes.errors import RunawayError
 from scenes.free import from_dict
 from scenes.laws import PowerLaw, Table
@@ -233,6 +234,24 @@ def test_an_iteration_that_ends_is_not_called_a_runaway(monkeypatch):
     )
     with pytest.raises(RunawayError, match=r"no steady state is found beyond 0.6 times .* need not be a runaway"):
         solve(from_dict(bar(POWER, volts=0.2, accuracy=1e-1)))
+
+
+@pytest.mark.parametrize(("law", "given_current", "may"), [
+    ({"temperatures": [COLD, 2 * COLD], "values": [130, 1]}, False, False), ({**POWER, "exponent": 0.5}, False, False),
+    ({**POWER, "exponent": -0.5}, False, True), (130, True, True),
+])  # fmt: skip
+def test_where_heat_is_bounded_nothing_runs_away(law, given_current, may):
+    """A table is constant beyond its ends, a current heats the more the higher the resistance."""
+    scene = from_dict(bar(law, volts=1.0, temperature_coefficient=1e-3))
+    assert physics.may_run_away(scene, given_current) is may
+
+
+@pytest.mark.long
+def test_a_sharp_fall_of_the_conductivity_is_not_called_a_runaway():
+    """At a wall of 100 within 1e-7 K the iteration ends, and the heat of a voltage would leave at some temperature."""
+    law = {"temperatures": [COLD, COLD + 1e-7], "values": [130, 1.3]}
+    with pytest.raises(RunawayError, match="need not be a runaway"):
+        solve(from_dict(bar(law, volts=1.0, accuracy=1e-1)))
 
 
 def test_a_state_is_found_although_rounding_goes_on_making_steps(monkeypatch):

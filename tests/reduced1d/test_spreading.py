@@ -6,6 +6,7 @@ import pytest
 from reduced1d import ladder
 from reduced1d.ladder.levels import Levels, rungs
 from reduced1d.spreading import plate_resistance
+from scenes.errors import NumericsError
 from scenes.sink import Sink
 
 K = 130.0
@@ -21,6 +22,17 @@ def test_a_small_square_on_a_thick_plate_is_one_on_a_half_space():
 
 def test_a_source_that_covers_a_plate_has_its_resistance_alone():
     assert plate_resistance((2e-3, 1e-3, 3e-4), (2e-3, 1e-3), (1e-3, 5e-4), K) == pytest.approx(3e-4 / (K * 2e-6))
+
+
+def test_sides_that_are_far_do_not_matter_and_cost_nothing():
+    """A wafer against a plate whose sides are 6 thicknesses away: what they reflect is exp(-6 pi) of it."""
+    block = (5e-5, 5e-5)
+    wafer, plate = (plate_resistance((side, side, 2e-4), block, (side / 2, side / 2), K) for side in (0.3, 2.45e-3))
+    near = plate_resistance((8e-4, 8e-4, 2e-4), block, (4e-4, 4e-4), K)
+    assert wafer == pytest.approx(plate, rel=1e-8)
+    assert abs(near / wafer - 1) > 1e-6
+    with pytest.raises(NumericsError, match=r"a substrate of 1 m by 1 m by 100 mm is too large"):
+        plate_resistance((1.0, 1.0, 0.1), block, (0.5, 0.5), K)
 
 
 def test_two_sources_heat_each_other_alike():

@@ -16,7 +16,7 @@ from scenes.formats import cut, difference_text, percent, quantity, signed
 from scenes.parameters import SECTION
 from scenes.varied import kind_of
 from validate.inputs.sensitivities import PREFIX
-from validate.report.table import MARKS, Row, Section, Style, Table, sentences
+from validate.report.table import MARKS, Row, Section, Style, Table, sentences, stacked
 from validate.run import kinds
 
 if TYPE_CHECKING:
@@ -70,7 +70,7 @@ def sensitivities(slopes: Sensitivities, outcome: Outcome[Any], style: Style) ->
     for key in slopes.sorted(names):
         cells = [short(key), *(_pair(slopes.steady[key].get(name), style, both) for name in names)]
         rows.append(Row(cells, judged[key].verdict if key in judged else ""))
-    heads = [f"{called}\n{'3D':>6}{'1D':>8}" if both else cut(called, 15) for called in names.values()]
+    heads = [f"{called}\n{'3D':>6}{'1D':>8}" if both else stacked(called) for called in names.values()]
     said = []
     if style.page:
         what = "what each quantity is at most" if slopes.course and slopes.values else "the steady state"

@@ -17,7 +17,7 @@ from scenes.result import Result, Traces
 from scenes.units import TIME
 from validate.report import analysed, checks
 from validate.report.figures.render import Field
-from validate.report.table import Section, Style, Table, wrapped
+from validate.report.table import Section, Style, Table, stacked, wrapped
 from validate.run.outcome import Outcome
 
 FIGURES = {
@@ -149,7 +149,7 @@ def _at_times(outcome: Outcome[AnyScene], style: Style) -> list[Section]:
         at_rows = [TIME.show(t) + ("" if holds else _UNSURE) for t, holds in zip(times, sure, strict=True)]
         shown = [[f"{c.show(float(v))} {c.unit}" for v in values] for c, values in columns]
         rows = [list(row) for row in zip(at_rows, *shown, strict=True)]
-        heads = ("time", *(cut(probe.name, _NAME if style.page else 15) for probe in probes))
+        heads = ("time", *(cut(p.name, _NAME) if style.page else stacked(p.name) for p in probes))
         blocks.append(Section(title, [Table(heads, rows)], headed=False))
     return blocks
 

@@ -113,6 +113,11 @@ class Table:
         return [*(f"| {' | '.join(cells)} |" for cells in lines), ""]
 
 
+def stacked(name: str) -> str:
+    """A name as the head of a narrow column: in lines of its words."""
+    return "\n".join(textwrap.wrap(name, 15))
+
+
 @dataclass(frozen=True)
 class Section:
     """A part of a report, with a title that a terminal prints only of those that are ``headed``: tables, paragraphs,

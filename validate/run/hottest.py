@@ -15,7 +15,7 @@ from reduced1d.sink import anchor_series_resistance
 from scenes import laws
 from scenes.device import Device
 from scenes.loop.result import DeviceResult
-from scenes.model import Material
+from scenes.model import AnyScene, Material
 from scenes.result import Result, Traces
 from scenes.sink import Sink
 from scenes.units import TIME
@@ -101,6 +101,21 @@ def past(materials: Sequence[Material], fields: Any, times: np.ndarray) -> tuple
     if not limits or fields.ceiling(times) <= min(limits):
         return ()
     return warnings(materials, by_material(fields, times))
+
+
+def impossible(scene: AnyScene, result: Result) -> tuple[str, ...]:
+    """A sentence where a probe is below absolute zero, as it is where more heat is drawn than a part has."""
+    names = [probe.name for probe in scene.probes if probe.quantity == "temperature"]
+    readings = [(name, e.value + e.error) for name, e in result.steady.items() if name in names]
+    if (traces := result.traces) is not None:
+        readings += [(name, float((traces.values[name] + traces.errors[name]).min())) for name in names]
+    name, least = min(readings, key=lambda reading: reading[1], default=("", 0.0))
+    if least >= 0:
+        return ()
+    return (
+        f"{name} reaches {least:,.0f} K, below absolute zero: more heat is drawn out than comes in, and no part gets "
+        "that cold; look at the fluxes and their signs",
+    )
 
 
 def warnings(materials: Iterable[Material], reached: Mapping[str, Hottest]) -> tuple[str, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 import warnings
 from itertools import cycle
 from typing import TYPE_CHECKING, Any
@@ -29,6 +30,9 @@ if TYPE_CHECKING:
 _LOST: dict[str, Any] = {"marker": "x", "ls": "", "color": "#d55e00", "ms": 5, "clip_on": False}
 DRAWS = 4096  # points of the surface that the indices are estimated from; a surface costs nothing to ask
 SPECK = 1e-9  # relative: how far beyond the tolerance a patch is drawn that is not known to be on its own side of it
+BROAD = 30  # letters of a line of an axis's label: as long as the smallest panel's side
+LINE = 0.17  # inches: what one more line of an axis's label takes
+_JOINT = "\N{ZERO WIDTH SPACE}"  # marks dots after which a line may end
 FOLDS = 8  # parts of the points, each left out once: the surface through all others says how well it predicts them
 
 
@@ -209,11 +213,14 @@ def _pairs(table: Table) -> Figure:
     """Every pair of keys, each point coloured by the size of its difference; those beyond the tolerance on top."""
     keys, ok = list(table.keys), table.ok
     name, (values, _) = next(iter(table.series().items()))
-    size = 100 * np.abs(values) if table.relative else values
+    factor, unit = (100.0, "%") if table.relative else _of_probe(table, name)
+    size = factor * (np.abs(values) if table.relative else values)
     order = [n for n in np.argsort(np.where(np.isfinite(size), size, -1.0)) if ok[n]]
     n = len(keys) - 1
     width, height = 2.6 * n + 1.6, 2.6 * n + 0.9
-    figure = new_figure(width, height, f"{table.job.base.name}: every pair of keys", [], bottom=0.6, left=0.8)
+    across, up = (LINE * max(_label(table, key).count("\n") for key in some) for some in (keys[:-1], keys[1:]))
+    title = f"{table.job.base.name}: every pair of keys"
+    figure = new_figure(width, height + across, title, [], bottom=0.6 + across, left=0.8 + up)
     figure.subplots_adjust(right=1 - 1.25 / width)
     shown = [_shown(table, key, values) for key, values in table.keys.items()]
     shades: Any = None
@@ -226,7 +233,7 @@ def _pairs(table: Table) -> Figure:
             _axis(ax, "x", table, keys[i], labelled=j == n - 1)
             _axis(ax, "y", table, keys[j + 1], labelled=i == 0)
     bar = figure.colorbar(shades, cax=figure.add_axes((1 - 0.95 / width, 0.3, 0.16 / width, 0.4)))
-    bar.set_label(f"|1D/3D - 1| of {name} (%)" if table.relative else name)
+    bar.set_label(f"|1D/3D - 1| of {name} (%)" if table.relative else with_mu(f"{name} ({unit})"))
     if name in table.tolerances:
         bar.ax.axhline(100 * table.tolerances[name], color=INK, lw=2.4)
     return figure
@@ -294,13 +301,21 @@ def _shown(table: Table, key: str, values: np.ndarray) -> np.ndarray:
     return np.array([words.index(str(value)) for value in values], float)
 
 
+def _label(table: Table, key: str) -> str:
+    """A key with its unit, in lines of at most BROAD letters that end at a dot or a blank."""
+    unit = _unit(table, key)[1] if table.keys[key].dtype != object else ""
+    text = with_mu(f"{key} ({unit})" if unit else key)
+    return (
+        "\n".join(textwrap.wrap(text.replace(".", f".{_JOINT} "), BROAD)).replace(f"{_JOINT} ", "").replace(_JOINT, "")
+    )
+
+
 def _axis(ax: Axes, side: str, table: Table, key: str, labelled: bool = True) -> None:
     """An axis over a key, with its label: logarithmic where the key is so spaced; words where it has words."""
     axis = next(axis for axis in table.job.design.axes if axis.key == key)
     plot_axis = ax.xaxis if side == "x" else ax.yaxis
     if labelled:
-        unit = _unit(table, key)[1] if table.keys[key].dtype != object else ""
-        plot_axis.set_label_text(with_mu(f"{key} ({unit})") if unit else key)
+        plot_axis.set_label_text(_label(table, key))
     if axis.log:
         ax.set(**{f"{side}scale": "log"})
         plot_axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))

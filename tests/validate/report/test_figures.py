@@ -7,6 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.transforms import Bbox
 
 from compare.blame import Budget, Part, Split
 from compare.sink_checks import profile
@@ -19,10 +22,27 @@ from scenes.result import Result, Traces
 from validate.report.analyses import why
 from validate.report.figures import trace_figure
 from validate.report.figures.analysis_figures import seen_parts
+from validate.report.figures.drawing import new_figure
 from validate.report.figures.offscreen import round_length
 from validate.report.figures.sink_figures import without_kinks
 from validate.report.table import Style
 from validate.run.outcome import Outcome
+
+
+def inside(figure: Figure) -> bool:
+    """Whether titles and labels lie within the figure."""
+    FigureCanvasAgg(figure).draw()
+    texts = [*figure.texts, *(axis.label for ax in figure.axes for axis in (ax.xaxis, ax.yaxis))]
+    drawn = Bbox.union([text.get_window_extent() for text in texts])
+    return bool((drawn.min >= figure.bbox.min).all() and (drawn.max <= figure.bbox.max).all())
+
+
+def test_a_long_title_is_in_lines() -> None:
+    title = "3D is off: peak -0.137 to -0.078 K over 4.2 - 5.7 ms; 1D is off: peak -1.4362 to -1.4235 K over 18 - 20 ms"
+    figure = new_figure(7.5, 5.0, title, ["and what it is of"])
+    assert inside(figure)
+    figure.texts[0].set_text(title)
+    assert not inside(figure)
 
 
 def kink(y: np.ndarray, values: np.ndarray) -> float:

@@ -73,6 +73,7 @@ def test_an_output_time_right_after_a_jump_is_marked(capsys: pytest.CaptureFixtu
     text = capsys.readouterr().out
     assert "1 us (errors larger)" in text
     assert "1 ms (errors" not in text
+    assert re.search(r"\n +heat to the\n +time  .*current +left\n", text)  # a long name is in lines, not cut
 
 
 def test_where_errors_hold_after_jumps() -> None:

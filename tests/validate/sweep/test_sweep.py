@@ -20,6 +20,7 @@ import pytest
 
 from scenes.loading import builtin_text
 from tests import browser
+from tests.validate.report.test_figures import inside
 from validate.cli import main
 from validate.cli.arguments import parse
 from validate.cli.sweep import scene
@@ -261,6 +262,24 @@ def test_every_panel_of_a_free_sweep_has_its_probes_unit() -> None:
     figure = figures.draw(table.Table(job, {key: np.array([1.0, 2.0])}, columns))["figure_lines"]
     assert [ax.get_ylabel() for ax in figure.axes] == ["K", "mA"]
     assert figure.axes[1].lines[0].get_ydata().max() == pytest.approx(8.0)
+
+
+def test_no_label_of_a_free_sweep_is_cut() -> None:
+    """The longest keys are in lines, the colours have their probe's unit."""
+    from validate.report.figures.drawing import style
+    from validate.sweep import figures, table
+
+    keys = ("boundary.left electrode.voltage", "material.polysilicon.thermal_conductivity")
+    job = Job(base("bridge"), Design(tuple(Axis(key, (20.0, 30.0)) for key in keys)), Scope())
+    values = {"fem3d_middle": np.array([400.0, 500.0]), "fem3d_middle_error": np.zeros(2)}
+    columns = {"status": np.array(["ok", "ok"], object), **values}
+    drawn = table.Table(job, {key: np.array([20.0, 30.0]) for key in keys}, columns)
+    with style():
+        figure = figures.draw(drawn)["figure_pairs"]
+    assert inside(figure)
+    assert figure.axes[-1].get_ylabel() == "middle (K)"
+    figure.axes[0].set_ylabel(figure.axes[0].get_ylabel().replace("\n", ""))
+    assert not inside(figure)
 
 
 @pytest.mark.long

@@ -51,13 +51,15 @@ def style() -> Any:
 def new_figure(
     width: float, height: float, text: str, checks: Sequence[Check | str], bottom: float = 0.55, left: float = 0.75
 ) -> Figure:
-    """A figure (inches) with its title and, below that, a line for each check with its verdict (or for each text); the
-    space under them is for the axes, within margins (inches) that leave room for their labels."""
+    """A figure (inches) with its title and, below that, a line for each check with its verdict (or for each text),
+    broken where they are longer than the figure is wide; the space under them is for the axes, within margins (inches)
+    that leave room for their labels."""
     figure = Figure(figsize=(width, height))
     said = [check if isinstance(check, str) else verdict_line(check) for check in checks]
-    lines = [text, *(line for each in said for line in textwrap.wrap(kept(each), int(width * 12.5)))]
+    title = textwrap.wrap(kept(text), int(width * 10.5))
+    lines = [*title, *(line for each in said for line in textwrap.wrap(kept(each), int(width * 12.5)))]
     for i, line in enumerate(lines):
-        place, weight = 1 - (0.1 + i * _LINE) / height, None if i else "bold"
+        place, weight = 1 - (0.1 + i * _LINE) / height, "bold" if i < len(title) else None
         figure.text(0.12 / width, place, line, ha="left", va="top", fontsize=10.5, color=INK, weight=weight)
     top = 1 - (0.3 + len(lines) * _LINE) / height
     figure.subplots_adjust(left=left / width, right=1 - 0.25 / width, bottom=bottom / height, top=top)

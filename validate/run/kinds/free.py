@@ -94,7 +94,7 @@ def answer(run: Run, data: Data | None) -> Outcome[AnyScene]:
     with clock.stage("checks"):
         if physics.heat(scene):
             fields, times = result.details["fields"], hottest.moments(result.traces)
-            warnings += hottest.past(physics.materials(scene), fields, times)
+            warnings += hottest.past(physics.materials(scene), fields, times) + hottest.impossible(scene, result)
             if result.traces is not None and "field" not in skipped_figures(scene, request):
                 shown = hottest.farthest(fields, times, scene.initial_temperature)
     steps = plans.of_free(scene, request, tuple(result.details["plan"]), data)

@@ -148,6 +148,9 @@ def test_legible_at_both_widths(run: Path, chromium: Browser, width: int) -> Non
     assert chromium.errors == []
     # No sideways scrolling of the page, and no text smaller than a phone can show.
     assert chromium.run("document.documentElement.scrollWidth") == width
+    right = "(image) => image.getBoundingClientRect().right"
+    widest = f"Math.max(...[...document.querySelectorAll('figure img')].map({right}))"
+    assert 0 < chromium.run(widest) <= width
     smallest = "Math.min(...[...document.querySelectorAll('td, dd, p, li, figcaption')].map((e) => parseFloat(getComputedStyle(e).fontSize)))"  # noqa: E501
     assert chromium.run(smallest) >= 13
     cut = "[...document.querySelectorAll('td, dd, p, h2')].filter((e) => e.offsetParent && e.getBoundingClientRect().right > innerWidth + 1).map((e) => e.textContent)"  # noqa: E501
