@@ -20,6 +20,11 @@ from fem3d.adaptivity.goal_errors import Level
 # above 0.67 of what is then stated, and half of them are above 0.15 (0.09 of the estimates).
 LEAST = 0.25
 KNOWN = 1e-8  # relative: smaller errors, and readings that move less, tell of rounding alone
+# A reading that moves by more than its estimate falls is wrong by more than estimated: so is one that sees an edge at
+# which a poor conductor is held at a temperature and a good one isn't (exponents of 0.1, where the slowest rate that is
+# assumed belongs to 1/4). What is stated is then twice the fraction of that reading, without a limit, told by meshes
+# since which the estimate fell to this part or less: by less it may fall by chance.
+FELL = 0.8
 
 
 Known = Mapping[str, tuple[float, float]]
@@ -33,26 +38,31 @@ class Told:
     meshes: list[tuple[Mapping[str, float], Known]] = field(default_factory=list)
 
     def corrected(self, level: Level) -> Level:
-        """A level with errors, and with what its goals miss, as much smaller as earlier meshes say; none is stated
-        smaller than what its last degree changed. The first level is as it is."""
+        """A level with errors, and with what its goals miss, as much smaller or larger as earlier meshes say; none is
+        stated smaller than what its last degree changed. The first level is as it is."""
         values = {name: float(value) for name, value in level.fine.quantities.items()}
         known = {n: (e, KNOWN * level.scales[n]) for n, e in level.errors.items() if e > KNOWN * level.scales[n]}
-        part = self._part(values, known)
+        part, larger = self._parts(values, known)
         self.meshes.append((values, known))
         changed = {n: abs(v - float(level.low.quantities[n])) for n, v in values.items()}
-        errors = {n: min(e, max(part * e, changed[n])) for n, e in level.errors.items()}
-        goals = {n: [part * missing for missing in spread] for n, spread in level.goals.items()}
+        errors = {n: max(min(e, max(part * e, changed[n])), larger.get(n, 0.0) * e) for n, e in level.errors.items()}
+        parts = {n: max(part, larger.get(n, 0.0)) for n in level.goals}
+        goals = {n: [parts[n] * missing for missing in spread] for n, spread in level.goals.items()}
         return replace(level, errors=errors, goals=goals)
 
-    def _part(self, values: Mapping[str, float], known: Known) -> float:
-        """The part of an estimate that is stated."""
-        fractions = dict[str, float]()
+    def _parts(self, values: Mapping[str, float], known: Known) -> tuple[float, dict[str, float]]:
+        """The part of each estimate that is stated, at most all of it, and for those readings that tell of errors above
+        their estimates how many times these."""
+        fractions, larger = dict[str, float](), dict[str, float]()
         for before, estimates in self.meshes:
             for n in estimates.keys() & known.keys():
                 moved = abs(values[n] - before[n])
                 (estimate, rounding), (after, _) = estimates[n], known[n]
                 if moved > rounding:
-                    fractions[n] = max(fractions.get(n, 0.0), moved / max(estimate - after, 1e-300))
+                    fraction = moved / max(estimate - after, 1e-300)
+                    fractions[n] = max(fractions.get(n, 0.0), fraction)
+                    if fraction > 1 and after <= FELL * estimate:
+                        larger[n] = max(larger.get(n, 0.0), 2 * fraction)
         if not fractions:
-            return 1.0
-        return min(max((1 + len(fractions) ** -0.5) * max(fractions.values()), LEAST), 1.0)
+            return 1.0, larger
+        return min(max((1 + len(fractions) ** -0.5) * max(fractions.values()), LEAST), 1.0), larger

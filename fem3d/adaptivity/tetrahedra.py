@@ -34,8 +34,9 @@ from scenes.plan import Step
 
 AIM = 0.5  # of what is enough, at which a refinement aims, as on bricks
 # Unknowns: a transient may have the fewer, and a steady state that needs more than the fewer has these first, as they
-# take a fifth of the time and a third of the memory of the most. Half as many more than a mesh has are little use.
-FEWER, MOST_UNKNOWNS, LEAST_GROWTH = 60_000, 150_000, 1.5
+# take a fifth of the time and a third of the memory of the most. Half as many more than a mesh has are little use, but
+# after the first one, as the second also tells how far estimates are too large (`fem3d.adaptivity.effectivity`).
+FEWER, MOST_UNKNOWNS, LEAST_GROWTH, SECOND_GROWTH = 60_000, 150_000, 1.5, 1.25
 MOST_GROWTH = 3.0  # times the cells of a level that the next one may have
 # A cell is halved along the longest, and others longer than half of that, of those axes for which what is missing along
 # them times the cell's size is at least this fraction of the most. Across an edge both are larger than along it, where
@@ -45,6 +46,8 @@ VARIES, SHORTER = 0.05, 0.5
 # What must follow when cells are halved only the mesh tells: so many are tried, for at least this part of the growth
 # that there is room for, each for a little less than that.
 TRIALS, LEAST_ROOM, SURELY = 5, 0.5, 0.9
+# The mesh grows three to eight times as much as by the halves alone: so much of the room these take first.
+FIRST = 0.25
 # An error falls like this power of the size of the cells that cause it, at least, where an edge is re-entrant.
 FALLS = 4 / 3
 # Of what is missing, what the cells hold that are refined: the others are many, and miss little each.
@@ -117,7 +120,7 @@ class Tetrahedra:
     @property
     def _last(self) -> bool:
         """Whether a finer mesh would take too much time or memory."""
-        return self._limit < LEAST_GROWTH
+        return self._limit < (LEAST_GROWTH if self.levels else SECOND_GROWTH)
 
     def problems(self) -> Problems:
         """The problems of degrees 1, 2 and 3."""
@@ -155,9 +158,11 @@ class Tetrahedra:
         order = np.argsort(-missing)
         order = order[: np.searchsorted(np.cumsum(missing[order]), MARKED * missing.sum()) + 1]
         order = order[often[order] > 0]
-        best, least, fit = None, None, len(order)
+        best, least = None, None
         to_fewer = FEWER / self.size.unknowns
         room = min(self._limit, MOST_GROWTH, to_fewer if to_fewer >= LEAST_GROWTH else np.inf) - 1
+        alone = np.cumsum(2.0 ** times.sum(axis=0)[order] - 1) / times.shape[1]
+        fit = min(int(np.searchsorted(alone, FIRST * room)) + 1, len(order))
         for _ in range(TRIALS):
             if not fit:
                 break

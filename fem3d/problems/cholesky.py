@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from scipy.linalg.blas import dsyrk, dtrsm, dtrsv
@@ -226,7 +227,8 @@ def dissection(
     def weight(nodes: np.ndarray) -> int:
         return int(sizes[nodes].sum())
 
-    def split(nodes: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> list[int]:
+    # A function that knows itself by name holds itself, and all that it knows, in memory: it is told itself.
+    def split(again: Any, nodes: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> list[int]:
         sides = [halved(nodes, places[nodes, d]) for d in range(3)] if weight(nodes) > LEAF else []
         cuts = [(joining(nodes, right, rows, columns), right) for right in sides if right is not None]
         if not cuts:
@@ -240,7 +242,7 @@ def dissection(
         for which in (1, 2):
             within = (side[rows] == which) & (side[columns] == which)
             halves.append((nodes[side[nodes] == which], rows[within], columns[within]))
-        below = [piece for half in halves if len(half[0]) for piece in split(*half)]
+        below = [piece for half in halves if len(half[0]) for piece in again(again, *half)]
         if not len(joins):
             return below
         # Along the plane, so that what pieces beside it have to do with stands together.
@@ -248,5 +250,5 @@ def dissection(
         joined.append(below)
         return [len(pieces) - 1]
 
-    split(np.arange(len(places)), rows, columns)
+    split(split, np.arange(len(places)), rows, columns)
     return pieces, joined

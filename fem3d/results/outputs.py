@@ -127,7 +127,7 @@ def of_states(
     def read(how: Reading) -> np.ndarray:
         flow = along(how.row, a, g) + g @ how.entering
         for of in leaving:
-            if (row := how.by_law(of.term)) is not None:
+            if (row := how.by_law(heat, of.term)) is not None:
                 flow = flow + weighted(of, how, row, a, g)
         return flow
 

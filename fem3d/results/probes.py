@@ -31,7 +31,8 @@ Row = Callable[[np.ndarray], np.ndarray]
 class Reading:
     """value = row @ rise + entering @ g + the flows or currents of ``boundaries``, that of electrodes times ``sign``;
     or its ``extreme``. Rows are over all nodes. ``gradient``: whether the row is one of the gradient. ``by_law``: what
-    a term of a problem that isn't linearized adds to that row at a field (functions,), where it adds anything."""
+    a term of a problem that isn't linearized adds to that row at a field (functions,), where it adds anything. The
+    problem is told to it, which keeps its readings: kept by them as well, each would hold the other in memory."""
 
     row: np.ndarray
     entering: np.ndarray
@@ -39,7 +40,7 @@ class Reading:
     sign: float = 1.0
     extreme: Extreme | None = None
     gradient: bool = False
-    by_law: Callable[[Any], Row | None] = lambda term: None
+    by_law: Callable[[HeatProblem, Any], Row | None] = lambda heat, term: None
 
     def whole_row(self, heat: HeatProblem) -> np.ndarray:
         """(all nodes,): how the value follows the rise, reactions among it."""
@@ -73,7 +74,7 @@ def _reading(heat: HeatProblem, probe: Any) -> Reading:
     conditions = domain.conditions_first and within
     if not conditions and (cut or not domain.exposed(facets).any()):
         row = gradient(domain, probe, _conductivity(heat))
-        return Reading(heat.take(row), still, gradient=True, by_law=_by_law(heat, probe))
+        return Reading(heat.take(row), still, gradient=True, by_law=_by_law(probe))
     row, entering = nothing, still
     for b, on, shared in within:
         if bends(b) and heat.about is not None:
@@ -90,7 +91,7 @@ def _reading(heat: HeatProblem, probe: Any) -> Reading:
     if heat.about is not None:
         return Reading(row, entering, held)
 
-    def by_law(term: Any) -> Row | None:
+    def by_law(heat: HeatProblem, term: Any) -> Row | None:
         own = [] if not isinstance(term, Surface) else [on for b, _, on in within if b in term.boundaries]
         return (lambda u: -heat.take(sum(term.through(term.on_one(on), u) for on in own))) if own else None
 
@@ -159,15 +160,21 @@ def _conductivity(heat: HeatProblem) -> Conductivity:
     return lambda faces, cells: at_faces(domain, about, faces, cells)
 
 
-def _by_law(heat: HeatProblem, probe: Any) -> Callable[[Any], Row | None]:
+def _by_law(probe: Any) -> Callable[[HeatProblem, Any], Row | None]:
     """`Reading.by_law` of a section."""
-    domain = heat.domain
-    cold = cell_by_cell(domain.per_cell("thermal_conductivity"))
 
-    def row(u: np.ndarray) -> np.ndarray:
-        return heat.take(gradient(domain, probe, lambda f, cells: at_faces(domain, u, f, cells) - cold(f, cells)))
+    def by_law(heat: HeatProblem, term: Any) -> Row | None:
+        if heat.about is not None or not isinstance(term, Conduction):
+            return None
+        domain = heat.domain
+        cold = cell_by_cell(domain.per_cell("thermal_conductivity"))
 
-    return lambda term: row if heat.about is None and isinstance(term, Conduction) else None
+        def changed(u: np.ndarray) -> np.ndarray:
+            return heat.take(gradient(domain, probe, lambda f, cells: at_faces(domain, u, f, cells) - cold(f, cells)))
+
+        return changed
+
+    return by_law
 
 
 def _electrodes(domain: Domain, probe: Any) -> tuple[tuple[str, ...], float]:

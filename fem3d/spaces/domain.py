@@ -60,10 +60,15 @@ class Domain(ABC):
     conditions_first: ClassVar[bool] = False
     """Whether a flow is read off the conditions on a probe wherever there are any, inside the solid too."""
 
-    @cached_property
+    @property
     def electric(self: D) -> D:
         """The same with the space of the potentials, in which voltages and currents are told."""
-        return self if self.potentials is None else replace(self, space=self.potentials, potentials=None)
+        return self if self.potentials is None else self._electric
+
+    @cached_property
+    def _electric(self: D) -> D:
+        assert self.potentials is not None
+        return replace(self, space=self.potentials, potentials=None)
 
     @cached_property
     def cold(self) -> tuple[Material, ...]:

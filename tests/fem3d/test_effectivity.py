@@ -52,6 +52,21 @@ def test_estimates_stay_where_meshes_tell_nothing_better(second: dict[str, float
     assert told.corrected(level(second, fractions)).errors == second
 
 
+def test_a_reading_that_moves_by_more_than_its_estimate_falls_is_wrong_by_more() -> None:
+    """Means and estimates on four meshes of a gold pad that hangs over the end of a steel plate, which is held at a
+    temperature: the edge has an exponent of 0.1, and the estimate believes in 1/4. What the mean tends to is NGSolve's
+    on meshes halved eight times along the edge. The other reading is as it was."""
+    told, scale, limit = Told(), 0.228, 0.0723
+    for mesh, (mean, estimate) in enumerate(
+        ((0.050036, 0.056), (0.053979, 0.0335), (0.056169, 0.0268), (0.057697, 0.0252))
+    ):
+        true = (limit - mean) / scale
+        stated = told.corrected(level({"a": estimate, "b": 0.1 * estimate}, {"a": true / estimate, "b": 0.2})).errors
+        assert stated["b"] == pytest.approx(0.1 * estimate)
+        if mesh >= 2:
+            assert estimate < true < stated["a"] < 2 * true
+
+
 def test_one_reading_alone_is_trusted_less() -> None:
     told, fractions = Told(), {"a": 0.25, "b": 0.0}
     for size in (1.0, 0.3):
