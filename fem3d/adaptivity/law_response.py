@@ -108,7 +108,8 @@ class Rounds:
         for _ in range(ROUNDS):
             before, again = self.march(self.reduced(), LOOSE)
             known, self.left = self.left, self.correct(before)
-            slow, most = self.left > FALLS * known, count == MOST
+            # What finer quadratures change hides whether the fields get better.
+            slow, most = self.left > FALLS * known and self.unsure <= SURE * self.accuracy, count == MOST
             count = min(2 * count, MOST) if slow else count
             self.states = before.rises(self.instants(count, before.end))
             changed = abs(again - self.time) > SAME_TIME * again if again < np.inf else self.time < np.inf

@@ -15,7 +15,7 @@ from scipy.sparse import csc_array
 from scipy.sparse.linalg import LinearOperator, cg
 
 from fem3d.problems.cholesky import Factors, Ordering, part
-from fem3d.problems.following import FINEST, OfCells
+from fem3d.problems.following import FINEST, OfCells, cut
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.kept import Kept
 from fem3d.problems.paths import OfPaths, Paths
@@ -127,16 +127,16 @@ class Conductor:
 
     def finer(self, u: np.ndarray) -> Conductor:
         """By a quadrature that is finer for a field u (functions,), where a table of the resistivity bends between its
-        temperatures: by four times the pieces along the axis along which it changes most; else itself."""
+        temperatures: by `cut` pieces of each cell; else itself."""
         if self.following is None:
             return self
         at = self.following.bent(self.on, u)
         if not len(at):
             return self
-        pieces, more = np.array(self.pieces), self.more
         warmed = self.on.warmed if isinstance(self.on, Paths) else self.on
-        pieces[warmed.within(warmed.gradient(u))[:, at].max(axis=1).argmax()] *= 4
-        if pieces.max() > FINEST:
+        changes = warmed.within(warmed.gradient(u))[:, at].max(axis=1, keepdims=True)
+        pieces, more = cut(np.array(self.pieces)[:, None], changes)[:, 0], self.more
+        if pieces.prod() > FINEST:
             pieces, more = np.array(self.pieces), more + 2
         x, y, z = pieces.tolist()
         on: Any = self.heat.domain.space.on(self.cells, more, (x, y, z))

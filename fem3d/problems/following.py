@@ -27,6 +27,9 @@ COLDEST = 1.0  # K: a state on the way to the solution may lie below, where no l
 # on either side over 1/sqrt(3)), more of them less.
 OUTSIDE = 0.37
 FINEST = 64  # pieces of a cell
+# Of the largest change of a field over a piece: one along another axis that is less bends an isotherm so little that
+# what the axis's own points miss is less than what the pieces do.
+ALIKE = 0.25
 MORE = 1  # points along each axis beyond those of the linear problem: see `fem3d.solution.newton` for what they leave
 
 
@@ -123,6 +126,14 @@ class OfCells:
         return values
 
 
+def cut(pieces: np.ndarray, changes: np.ndarray) -> np.ndarray:
+    """(3, cells): more pieces of cells that fields change in by ``changes`` (3, cells) along their axes: four times as
+    many along the axis where a piece has most of it, twice as many along each of several where it has about as much."""
+    each = changes / pieces
+    along = (each > ALIKE * each.max(axis=0)) & (each > 0)
+    return np.where(along, np.where(along.sum(axis=0) > 1, 2, 4) * pieces, pieces)
+
+
 def following(domain: Domain, key: str) -> np.ndarray:
     """The cells whose property of a key follows the temperature."""
     follows = np.array([laws.varies(getattr(m, key)) for m in domain.materials])
@@ -199,14 +210,12 @@ class Conduction:
         return changes
 
     def finer(self, *fields: np.ndarray) -> Conduction:
-        """By four times the pieces along the axis along which a field u changes most in cells where a law bends between
-        its temperatures; without such cells, or where they are cut finely, by two more points along each axis."""
-        pieces = np.ones((3, len(self.domain.body)), int) if self.pieces is None else self.pieces.copy()
-        changes = np.max([self.bent(u) for u in fields], axis=0)
-        cells = np.flatnonzero(changes.any(axis=0))
-        pieces[changes.argmax(axis=0)[cells], cells] *= 4
-        if 1 < pieces.max() <= FINEST:
-            return Conduction(self.domain, self.more, pieces)
+        """By `cut` pieces of the cells where a law bends between the temperatures of a field u; without such cells, or
+        where they are cut finely, by two more points along each axis."""
+        pieces = np.ones((3, len(self.domain.body)), int) if self.pieces is None else self.pieces
+        finer = cut(pieces, np.max([self.bent(u) for u in fields], axis=0))
+        if 1 < finer.prod(axis=0).max() <= FINEST:
+            return Conduction(self.domain, self.more, finer)
         return Conduction(self.domain, self.more + 2, self.pieces)
 
 

@@ -17,6 +17,7 @@ from fem3d.solution.interpolated import Conducted, Interpolation, Laws
 from fem3d.solution.reduced import Reduced
 
 MOST = 60  # states
+AT_ONCE = 4096  # points whose products of fields are kept: 30 MB of 30 fields
 
 
 def with_laws(
@@ -83,15 +84,27 @@ def _conducted(
     matrices = np.zeros((len(chosen), r, len(fields)))
     for (on, _, _, density), each in zip(term.parts, excess, strict=True):
         slopes = isinstance(term, Conduction)
-        tested = np.array([on.gradient(u) for u in fields]) if slopes else on.value(fields)
+        tested = np.array([on.gradient(u) for u in fields]) if slopes else on.value(fields)[:, None]
         weights = on.weights if slopes else on.weights * density
-        flat_tested = tested.reshape(len(fields), -1)
-        for matrix, s in zip(matrices, chosen, strict=True):
-            weighted = (np.broadcast_to(each[s], tested.shape[1:]) * weights).ravel()
-            matrix += (flat_tested[:r] * weighted) @ flat_tested.T
+        along = (weights * each[chosen]).reshape(len(chosen), *(each.shape[1:-2] or (1,)), weights.size)
+        matrices += _products(along, tested.reshape(*tested.shape[:2], -1), r)
     inverse = np.linalg.inv(flat[np.ix_(chosen, points)]) if chosen else np.empty((0, 0))
     interpolation = Interpolation(rows, at_points, inverse)
     return Conducted(term, interpolation, matrices, states[chosen])
+
+
+def _products(weights: np.ndarray, tested: np.ndarray, r: int) -> np.ndarray:
+    """(k, r, fields): sums over the points of weights (k, axes or 1, points) times the products of the first ``r``
+    fields with all of them (fields, axes, points), which serve all k."""
+    sums = np.zeros((len(weights), r * len(tested)))
+    for start in range(0, weights.shape[-1], AT_ONCE):
+        piece = slice(start, start + AT_ONCE)
+        at = tested[:, :, piece].transpose(2, 1, 0)
+        for axis, weight in enumerate(weights[:, :, piece].transpose(1, 0, 2)):
+            # Where the weights are those of all axes, so is the sum of the products.
+            these = at if weights.shape[1] == 1 else at[:, axis : axis + 1]
+            sums += weight @ (these[..., :r].transpose(0, 2, 1) @ these).reshape(len(at), -1)
+    return sums.reshape(len(weights), r, len(tested))
 
 
 def _resisting(

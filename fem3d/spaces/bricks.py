@@ -19,7 +19,7 @@ from skfem.refdom import RefHex
 from fem3d.spaces import varying as coefficient
 from fem3d.spaces.element import Degrees, ElementHexTrunk, active, factors, gauss, heights, line, local, modes
 from fem3d.spaces.entities import entities
-from fem3d.spaces.integrals import WHOLE, Pieces, Rule, Side, Space, halves, rule, side
+from fem3d.spaces.integrals import WHOLE, Lines, Pieces, Rule, Side, Space, halves, rule, side
 from meshes.grid import Grid
 from scenes.model import Point
 
@@ -326,8 +326,12 @@ def _values(p: int, X: np.ndarray, along: int | None = None) -> np.ndarray:
 def _rule(p: int, degrees: Degrees, more: int, pieces: Pieces) -> Rule:
     (x, u), (y, v), (z, w) = (_composite(d + 1, more, n) for d, n in zip(degrees, pieces, strict=True))
     points = np.array(np.meshgrid(x, y, z, indexing="ij")).reshape(3, -1)
-    weights = np.einsum("i,j,k->ijk", u, v, w).ravel()
-    return rule(points, weights, partial(_values, p), np.flatnonzero(active(p, degrees)))
+    weights, functions = np.einsum("i,j,k->ijk", u, v, w).ravel(), np.flatnonzero(active(p, degrees))
+    whole = rule(points, weights, partial(_values, p), functions)
+    if pieces == WHOLE:
+        return whole
+    tables = [np.array(line(p, along)) for along in (x, y, z)]
+    return whole._replace(lines=Lines((tables[0], tables[1], tables[2]), modes(p)[functions].T))
 
 
 def _composite(points: int, more: int, pieces: int) -> tuple[np.ndarray, np.ndarray]:

@@ -19,15 +19,60 @@ NONE = 1e-12  # a function that is smaller all over a facet vanishes there; func
 S = TypeVar("S", bound="Space")
 
 
+class Lines(NamedTuple):
+    """Functions of a cell that are products of those of one coordinate each, at the points of a grid: sums over them
+    are three, axis by axis. ``tables``: of x, y, z the values and the slopes (2, functions of the coordinate, points
+    along it); ``modes`` (3, functions): which ones each is a product of."""
+
+    tables: tuple[np.ndarray, np.ndarray, np.ndarray]
+    modes: np.ndarray
+
+    def at(self, coefficients: np.ndarray, along: int | None) -> np.ndarray:
+        """(..., points), for coefficients (..., functions)."""
+        x, y, z = self._along(along)
+        first = coefficients.shape[:-1]
+        whole = np.zeros((*first, len(x), len(y), len(z)))
+        whole[(..., *self.modes)] = coefficients
+        in_yz = (y.T @ (whole @ z)).reshape(*first, len(x), -1)
+        return (x.T @ in_yz).reshape(*first, -1)
+
+    def tested(self, field: np.ndarray, along: int | None) -> np.ndarray:
+        """(..., functions), for a field (..., points)."""
+        x, y, z = self._along(along)
+        first = field.shape[:-1]
+        of_x = (x @ field.reshape(*first, x.shape[1], -1)).reshape(*first, len(x), y.shape[1], -1)
+        tested: np.ndarray = (y @ of_x @ z.T)[(..., *self.modes)]
+        return tested
+
+    def _along(self, along: int | None) -> list[np.ndarray]:
+        return [table[int(d == along)] for d, table in enumerate(self.tables)]
+
+
 class Rule(NamedTuple):
     """``points`` (3, points) of the reference cell with ``weights`` (points,); the numbers of
-    the cell's ``functions`` that it is for, their ``values`` (points, functions), ``slopes`` (3, points, functions)."""
+    the cell's ``functions`` that it is for, their ``values`` (points, functions), ``slopes`` (3, points, functions).
+    Of many points that are a grid, what makes functions that are products quicker to sum: the ``lines``."""
 
     points: np.ndarray
     weights: np.ndarray
     functions: np.ndarray
     values: np.ndarray
     slopes: np.ndarray
+    lines: Lines | None = None
+
+    def at(self, coefficients: np.ndarray, along: int | None = None) -> np.ndarray:
+        """(..., points): sums of the functions, or of their slopes along an axis, for coefficients (..., functions)."""
+        if self.lines is not None:
+            return self.lines.at(coefficients, along)
+        summed: np.ndarray = coefficients @ (self.values if along is None else self.slopes[along]).T
+        return summed
+
+    def tested(self, field: np.ndarray, along: int | None = None) -> np.ndarray:
+        """(..., functions): what a field (..., points) has with each of them, the transpose of `at`."""
+        if self.lines is not None:
+            return self.lines.tested(field, along)
+        summed: np.ndarray = field @ (self.values if along is None else self.slopes[along])
+        return summed
 
 
 def halves(both: csc_array) -> tuple[csc_array, csc_array]:
@@ -226,7 +271,7 @@ class Cells:
 
     def value(self, u: np.ndarray) -> np.ndarray:
         """(..., cells, points): functions (..., functions)."""
-        return u[..., self.dofs] @ self._rule.values.T
+        return self._rule.at(u[..., self.dofs])
 
     def value_at(self, u: np.ndarray, cell: int, point: int) -> np.ndarray:
         """(...,): functions (..., functions) at one of the points of one of the cells."""
@@ -235,8 +280,7 @@ class Cells:
 
     def gradient(self, u: np.ndarray) -> np.ndarray:
         """(3, cells, points): its gradient."""
-        coefficients = u[self.dofs]
-        return self.covariant(np.array([coefficients @ s.T for s in self._rule.slopes]))
+        return self.covariant(np.array([self._rule.at(u[self.dofs], d) for d in range(3)]))
 
     def within(self, slopes: np.ndarray) -> np.ndarray:
         """(3, cells): how far a gradient (3, cells, points) spans each cell along the axes of the reference cell, in
@@ -258,12 +302,15 @@ class Cells:
 
     def load(self, density: np.ndarray, power: int = 1) -> np.ndarray:
         """(functions,): the integral of a density (cells, 1 or points) times each function to a power."""
+        if power == 1:
+            return self._scattered(self._rule.tested(density * self.weights))
         return self._scattered((density * self.weights) @ self._rule.values**power)
 
     def flow(self, field: np.ndarray) -> np.ndarray:
         """(functions,): the integral of a field (3, cells, points) times the gradient of each function."""
         within = self._inverse * field if self._inverse.ndim == 3 else np.einsum("ijcp,jcp->icp", self._inverse, field)
-        return self._scattered(sum((f * self.weights) @ s for f, s in zip(within, self._rule.slopes, strict=True)))
+        x, y, z = (self._rule.tested(f * self.weights, d) for d, f in enumerate(within))
+        return self._scattered(x + y + z)
 
     def blocks(self, density: np.ndarray | float = 1.0) -> tuple[np.ndarray, np.ndarray]:
         """The integral of a density (cells, 1 or points) times u v in each cell (cells, n, n), for those n functions of
