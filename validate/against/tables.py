@@ -321,14 +321,20 @@ def _unnamed(matrix: np.ndarray, empty: np.ndarray, wrdata: bool) -> Table:
 
 
 def pairs(name: str, text: str) -> dict[str, str]:
-    """What stands in rows "probe, value", by probe; nothing where the text is no such list."""
-    mark = ";" if text.count(";") > text.count(",") else ","
-    lines = (line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#"))
-    rows = [[cell.strip() for cell in row] for row in csv.reader(lines, delimiter=mark, skipinitialspace=True)]
-    if rows and rows[0][0].lower() in ("probe", "quantity", "name"):
-        rows = rows[1:]
+    """What stands in rows "probe, value", by probe; nothing where the text is no such list. A value may have a decimal
+    comma where the two stand apart by a tab or a semicolon."""
+    lines = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
+    rows, mark = [["", ""]], ""
+    for mark in ("\t", ";", ","):
+        rows = fitted([cells_of(line, mark) for line in lines], 2)
+        if rows and rows[0][0].lower() in ("probe", "quantity", "name"):
+            rows = rows[1:]
+        if all(len(row) == 2 for row in rows):
+            break
     if any(len(row) != 2 or not row[0] or _is_number(row[0]) for row in rows):
         return {}
+    if mark != ",":
+        rows = [[probe, re.sub(r"^([-+]?\d+),(?=\d)", r"\1.", value)] for probe, value in rows]
     for n, (probe, _) in enumerate(rows):
         if probe in [other for other, _ in rows[:n]]:
             raise SceneError(f"--against {name}: {quoted(probe)} stands twice: give each probe one value")
@@ -337,7 +343,7 @@ def pairs(name: str, text: str) -> dict[str, str]:
 
 def _is_number(text: str) -> bool:
     try:
-        float(text)
+        float(text.replace(",", "."))
     except ValueError:
         return False
     return True

@@ -13,11 +13,13 @@ import re
 import subprocess
 import sys
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
+from zipfile import BadZipFile, ZipFile
 
 import numpy as np
 
@@ -29,6 +31,9 @@ STEPS = (500, 2000)
 that number."""
 REST, HORIZONS = 1e-7, tuple(10.0**n for n in range(-4, 7))
 """Outputs rest that change less than this part of themselves from one horizon (s) to the next, ten times as far."""
+
+LARGEST = 2e9
+"""Bytes that an FMU may unpack to: those with the data of whole buildings have some hundred million."""
 
 
 @dataclass
@@ -121,12 +126,23 @@ def opened(given: str, folder: str) -> Fmu:
         raise SceneError(f"--model {quoted(given)} is run by fmpy: pip install 'heated-microstructure-validation[fmu]'")
     from fmpy import read_model_description
 
+    _refuse_bomb(given, path)
     try:
         variables = read_model_description(str(path), validate=False).modelVariables
     except Exception as error:
         raise SceneError(f"--model {quoted(given)} is no FMU that can be read ({printable(str(error), 120)})") from None
     settable = tuple(v.name for v in variables if v.causality in ("parameter", "input"))
     return Fmu(path.name, path.resolve(), settable, tuple(v.name for v in variables if v.causality != "parameter"))
+
+
+def _refuse_bomb(given: str, path: Path) -> None:
+    """SceneError for an archive that would fill a disk."""
+    with suppress(OSError, BadZipFile), ZipFile(path) as archive:
+        size = sum(entry.file_size for entry in archive.infolist())
+        if size > LARGEST:
+            raise SceneError(
+                f"--model {quoted(given)} unpacks to {size / 1e9:.3g} GB: give one of {LARGEST / 1e9:g} at most"
+            )
 
 
 def _rests(before: Mapping[str, float], now: Mapping[str, float]) -> bool:

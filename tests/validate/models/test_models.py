@@ -6,6 +6,7 @@ import json
 import sys
 from pathlib import Path
 from typing import Any
+from zipfile import ZIP_DEFLATED, ZipFile
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ import compare
 from scenes import load
 from scenes.errors import SceneError
 from validate.cli import main
-from validate.models import asked
+from validate.models import asked, opened
 
 NETLIST = """the same in volts
 * one resistance and one capacity
@@ -189,6 +190,26 @@ def test_a_declared_difference_is_no_surprise(steady: Path, model: Path, tmp_pat
     assert main([*asked, *off, "--strict"]) == 1
     assert main([*asked, *off, "--strict", "--set", 'checks.expect_differs=["tip"]']) == 0
     assert main([*asked, "--set", 'checks.expect_differs=["tip"]']) == 1
+
+
+@pytest.mark.parametrize("text", [
+    "tip;400,5 K\nbar mean;366\n", "tip;400,5\r\n", "probe\tvalue\ntip\t400.5\n", "tip,400.5 K, \n",
+    "tip,127.35 degC\n",
+])  # fmt: skip
+def test_values_as_spreadsheets_write_them(text: str, steady: Path, tmp_path: Path) -> None:
+    (tmp_path / "lump.csv").write_bytes(text.encode())
+    assert judged(steady, str(tmp_path / "lump.csv"))["tip"].predicted == pytest.approx(100.5)
+
+
+def test_an_fmu_that_would_fill_a_disk_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with ZipFile(tmp_path / "bomb.fmu", "w", ZIP_DEFLATED) as archive:
+        archive.writestr("resources/zeros", bytes(100_000))
+    monkeypatch.setattr("validate.models.fmu.LARGEST", 1e4)
+    with pytest.raises(SceneError, match="unpacks to"):
+        opened(str(tmp_path / "bomb.fmu"))
+    monkeypatch.setattr("validate.models.fmu.LARGEST", 1e6)
+    with pytest.raises(SceneError, match="no FMU that can be read"):
+        opened(str(tmp_path / "bomb.fmu"))
 
 
 def test_a_function_imports_what_lies_beside_it(steady: Path, tmp_path: Path) -> None:
