@@ -156,7 +156,8 @@ def _refuse_inverted(mesh: Any, path: Path) -> None:
     reference = mesh.elem().doflocs.T
     places = np.concatenate([reference, reference.mean(axis=1, keepdims=True)], axis=1)
     # scikit-fem's reference hexahedron has its corners the other way round.
-    determinants = (1 if len(mesh.t) == 4 else -1) * mesh.mapping().detDF(places)
+    jacobians = np.moveaxis(mesh.mapping().DF(places), (0, 1), (-2, -1))
+    determinants = (1 if len(mesh.t) == 4 else -1) * np.linalg.det(jacobians)
     size = np.abs(determinants).max(axis=1)
     wrong = np.flatnonzero(determinants.min(axis=1) <= 1e-9 * np.where(size > 0, size, 1.0))
     if len(wrong):

@@ -364,3 +364,9 @@ def test_what_is_no_mesh_is_refused_in_a_sentence(cell: str, tmp_path: Path) -> 
         said = broken(path, cell, lambda mesh, at=at: mesh.points.__setitem__((slice(None), at), 1.0))
         assert "is flat, its nodes lie in one plane: give a mesh of volumes" in said
     assert "with a node twice, the first at [" in broken(path, cell, repeat)
+
+    def collapse(mesh: Any) -> None:
+        cells = next(block.data for block in mesh.cells if block.dim == 3)
+        mesh.points[cells[0, 1]] = mesh.points[cells[0, 0]]
+
+    assert "inverted or flat cells" in broken(path, cell, collapse)

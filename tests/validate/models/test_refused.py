@@ -94,6 +94,18 @@ def refused(arguments: list[str], why: str, capsys: Any) -> None:
     assert not Path("o").exists()
 
 
+@pytest.mark.long
+@pytest.mark.usefixtures("here")
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork")
+def test_a_model_that_copies_its_process_has_one_run() -> None:
+    Path("forks.py").write_text("import os\n\ndef bar(scene, times):\n    os.fork()\n    return {'tip': 350.0}\n")
+    command = [sys.executable, "-m", "validate", "solve", "bar.toml", "--no-figures", "--model", "forks.py:bar"]
+    ran = subprocess.run([*command, "--out", "o"], capture_output=True, text=True)
+    assert ran.returncode == 0, ran.stderr
+    assert ran.stdout.count("Results in") == 1
+    assert Path("o/summary.json").exists()
+
+
 @pytest.mark.usefixtures("here")
 @pytest.mark.parametrize(("given", "why"), REFUSED)
 def test_what_is_no_model_is_one_sentence(given: str, why: str, capsys: Any) -> None:
