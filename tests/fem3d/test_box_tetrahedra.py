@@ -186,6 +186,30 @@ def test_what_an_accuracy_out_of_reach_leaves_is_said(monkeypatch: pytest.Monkey
     assert off(solved("bricks"), result) < 1.0
 
 
+def test_a_first_mesh_with_little_room_is_refined_once_and_no_more(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The second mesh tells how far the first one's estimates are too large; two fifths more cells are little else."""
+    scene = replace(heated(), mesh="tetrahedra", accuracy=1e-5)
+    first = runs.start(scene)[1].size.unknowns
+    for room, levels in ((1.4, 2), (1.2, 1)):
+        monkeypatch.setattr("fem3d.adaptivity.tetrahedra.MOST_UNKNOWNS", int(room * first))
+        result = runs.solve(scene)
+        assert result.details["levels"] == levels
+        assert off(solved("bricks"), result) < 1.0
+
+
+def test_no_mesh_is_laid_out_on_trial_that_is_surely_too_large(monkeypatch: pytest.MonkeyPatch) -> None:
+    """All cells that miss more than their share, tried first, are a quarter of them here, and what follows many more."""
+    laid, finer = [], Columns.refined
+
+    def counted(self: Columns, times: np.ndarray) -> Columns:
+        laid.append(np.count_nonzero(times.any(axis=0)) / times.shape[1])
+        return finer(self, times)
+
+    monkeypatch.setattr(Columns, "refined", counted)
+    assert runs.solve(replace(heated(), mesh="tetrahedra", accuracy=1e-3)).details["levels"] > 2
+    assert max(laid) < 0.2
+
+
 @pytest.mark.long
 def test_sensitivities_are_those_on_bricks_and_what_moves_has_none() -> None:
     keys = ["material.silicon.thermal_conductivity", "boundary.plus.voltage"]
