@@ -196,10 +196,12 @@ def coupled(
             off = newton.missed(point, better)
         if off <= TOLD * accuracy:
             return _state(newton, point, off)
+        before = newton.heat, newton.conductor
         newton.heat, newton.conductor = better.heat, better.conductor
         again = newton.solve(1.0, point.rise, point.volts, off=newton.off)
         if again is None:
-            raise NumericsError("the law of a property bends so sharply that no state is found")
+            newton.heat, newton.conductor = before
+            break
         point = again
     # A finer mesh may do better; what is left stands in the errors.
     return _state(newton, point, off)
