@@ -71,10 +71,11 @@ def _over(array: DeviceArray, states: Model, device: Device, through: Paths, pla
         for modal in (states.fine, states.low, states.fewer)
     )
     power, most = fine.sensor_power, np.abs(fine.sensor_power).max()
-    # What a sample's length does to both sums: with heat and rise half a sample later.
-    late = np.abs(np.diff(power, prepend=0.0)).max()
+    # What a sample's length leaves in both sums: of what bends within one, and half of it as late as a path is short.
+    steep = np.abs(np.diff(through.direct)).max() / max(np.abs(through.direct).max(), 1e-300)
+    bent = np.abs(np.diff(power, n=2, prepend=[0.0, 0.0])).max() + steep / 2 * np.abs(np.diff(power)).max()
     error = 2 * states.edges * np.abs(low.sensor_power - power).max() + np.abs(fewer.sensor_power - power).max()
-    error += (known + fine.rest) * most + late
+    error += (known + fine.rest) * most + bent
     return Over(through.of, through.at, times(device), fine.plate_rise, power, float(error))
 
 

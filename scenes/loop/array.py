@@ -129,9 +129,10 @@ def course(array: DeviceArray, resolution: Resolution, device: Device, paths: Pa
 
 def after(first: np.ndarray, then: np.ndarray) -> np.ndarray:
     """(..., samples): the response to a step of what responds so to the ``first``'s own response to one, both
-    (..., samples); what changes at a sample stays until the next."""
+    (..., samples) and nothing at the first one; between samples what changes is linear."""
     n = first.shape[-1]
-    spectra = np.fft.rfft(np.diff(first, prepend=0.0), 2 * n), np.fft.rfft(then, 2 * n)
+    middles = (then + np.concatenate([then[..., 1:], then[..., -1:]], axis=-1)) / 2
+    spectra = np.fft.rfft(np.diff(first, prepend=0.0), 2 * n), np.fft.rfft(middles, 2 * n)
     return np.asarray(np.fft.irfft(spectra[0] * spectra[1], 2 * n)[..., :n])
 
 
