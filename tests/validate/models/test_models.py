@@ -248,7 +248,7 @@ def test_a_scene_runs_no_program_by_itself(steady: Path, model: Path, tmp_path: 
         ("A1 [a] [b] clk p\n.model p d_process(process_file=/bin/true)", "starts programs"),
         ("Vx a 0 `touch escaped`", "starts programs"),
         (".options rawfile=escaped", "reads files"),
-        (".model s other (input_file=\"escaped\")", "reads files"),
+        ('.model s other (input_file="escaped")', "reads files"),
     ],
 )
 def test_a_netlist_is_a_circuit_and_nothing_else(steady: Path, tmp_path: Path, line: str, why: str) -> None:
