@@ -118,8 +118,13 @@ def neighbour(scene: T, path: str, step: float) -> T:
     if given.parameters is None or not (name := given.parameters.key(path)):
         return varied(scene, path, 1 + step)
     less, more = (_rebuilt(given, name, 1 + sign * abs(step)) for sign in (-1, 1))
-    moved: T = transferred(given, less, more, 0.5 if step > 0 else -0.5)
-    return _run_as(moved, given)
+    part = 0.5 if step > 0 else -0.5
+    moved: Any = transferred(given, less, more, part)
+    # What the parameters themselves are then, for models that are made of them.
+    ends = [other.parameters.values for other in (less, more)]
+    values = {n: v + part * (ends[1][n] - ends[0][n]) for n, v in given.parameters.values.items()}
+    beside: T = replace(moved, parameters=replace(given.parameters, values=values))
+    return _run_as(beside, given)
 
 
 def _run_as(scene: T, other: Any) -> T:

@@ -28,7 +28,7 @@ _REFUSED = {
     ".inc": "reads other files", ".lib": "reads other files", ".csparam": "is of a control block",
     ".codemodel": "loads programs", ".osdi": "loads programs", ".pre_osdi": "loads programs",
 }  # fmt: skip
-_PROGRAMS = re.compile(r"\b(d_process|d_cosim|filesource|d_source|d_state)\b|\bfile\s*=", re.IGNORECASE)
+_PROGRAMS = re.compile(r"\b(d_process|d_cosim|filesource|d_source|d_state)\b|(\b|_|raw)file\s*=", re.IGNORECASE)
 """What of a line starts a program, or reads or writes a file."""
 _PARAM = re.compile(r"([A-Za-z_]\w*)\s*=(?!=)")
 _OWN = (".op", ".tran", ".dc", ".ac", ".noise", ".tf", ".pz", ".disto", ".sens", ".sp", ".pss", ".print", ".plot",

@@ -64,7 +64,7 @@ def folder_of(scene: Any, request: Request, settings: Sequence[str] = (), data: 
     fields = ["fields"] * request.fields
     held = [*request.data_uncertainty, *["calibrate"] * bool(request.calibrate), *request.calibrate]
     against = ["against", data[0].replace("..", "up"), *data[1:]] if data else []
-    model = ["model", getattr(request.model, "__name__", str(request.model))] if request.model else []
+    model = ["model", getattr(request.model, "__name__", str(request.model).replace(":", "-"))] if request.model else []
     if scene.kind == "free":
         return _safe(scene.name, *_words(settings), *model, *["why"] * request.why, *options, *held, *fields, *against)
     if scene.kind == "device_array":

@@ -91,3 +91,25 @@ def test_the_assertion_for_tests_of_ones_own(steady: Path, transient: Path) -> N
         assert_model_agrees(steady, steep, **{"bar mean": 0.1})
     with pytest.raises(AssertionError, match="UNDECIDED"):
         assert_model_agrees(steady, steep, tip=0.21, uncertain=UNCERTAIN)
+
+
+def test_a_model_made_of_the_scenes_parameters_follows_them() -> None:
+    """A bridge's current as w h/L, and as the model's own parameter made of these; 3D and the model move together."""
+
+    def current(scene: dict[str, Any], times: np.ndarray | None) -> dict[str, Any]:
+        p = scene["parameters"]
+        return {"current": 0.5e5 * p["w"] * p["h"] / p["L"], "quarter": 1e5 * scene["model"]["parameters"]["half"]}
+
+    given = {"model.parameters.half": "w/2"}
+    found = compare.solve(
+        "bridge", model=current, sensitivities=True, uncertain={"parameters.w": "2%"}, overrides=given
+    )
+    assert found.sensitivities is not None
+    for name, slopes in {"current": {"w": 1, "h": 1, "L": -1, "gap": 0}, "quarter": {"w": 1, "h": 0}}.items():
+        for key, slope in slopes.items():
+            followed = found.sensitivities.steady[f"parameters.{key}"][name].reduced1d
+            # Central differences over 1e-3 are off by their square.
+            assert followed == pytest.approx(slope, abs=1e-5), (name, key)
+    # The current is in proportion to w in both, so that it is none of their difference.
+    assert found.check("current").u_input == pytest.approx(0.0, abs=1e-5)
+    assert found.check("quarter").u_input == pytest.approx(0.02 * (1 + found.check("quarter").difference), rel=1e-3)

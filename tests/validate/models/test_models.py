@@ -14,8 +14,10 @@ import pytest
 import compare
 from scenes import load
 from scenes.errors import SceneError
+from scenes.plan import Request
 from validate.cli import main
 from validate.models import asked, opened
+from validate.report.folder import folder_of
 
 NETLIST = """the same in volts
 * one resistance and one capacity
@@ -245,6 +247,8 @@ def test_a_scene_runs_no_program_by_itself(steady: Path, model: Path, tmp_path: 
         (".include other.cir", "reads other files"),
         ("A1 [a] [b] clk p\n.model p d_process(process_file=/bin/true)", "starts programs"),
         ("Vx a 0 `touch escaped`", "starts programs"),
+        (".options rawfile=escaped", "reads files"),
+        ('.model s other (input_file="escaped")', "reads files"),
     ],
 )
 def test_a_netlist_is_a_circuit_and_nothing_else(steady: Path, tmp_path: Path, line: str, why: str) -> None:
@@ -281,3 +285,7 @@ def test_a_models_parameters_are_made_of_the_scenes() -> None:
     assert asked.of_scene(load("bridge")).document["parameters"]["gap"] == 2e-6
     with pytest.raises(SceneError, match="nor made of its parameters"):
         asked.of_scene(load("bridge", ["model.parameters.half=width/2"]))
+
+
+def test_a_folder_has_the_function_apart_from_its_file() -> None:
+    assert folder_of(load("bridge"), Request(model="lumped.py:bridge")).name == "bridge-model-lumped.py-bridge"
