@@ -155,11 +155,13 @@ def _asymptotic(grid: Grid, marks: Features) -> float:
 
 
 def _narrowest(grid: Grid, marks: Features) -> float:
-    """The least distance (m) of two planes of the scene along any axis, without slivers."""
+    """The least distance (m) of two planes of the scene along any axis, without slivers; the largest where a thousand
+    planes leave nothing else."""
     narrowest = []
     for breaks, inner in zip(grid.breaks, marks.planes, strict=True):
         gaps = np.diff(sorted({*inner, float(breaks[0]), float(breaks[-1])}))
-        narrowest.append(float(gaps[gaps > grading.SLIVER * (breaks[-1] - breaks[0])].min()))
+        wide = gaps[gaps > grading.SLIVER * (breaks[-1] - breaks[0])]
+        narrowest.append(float(wide.min() if len(wide) else gaps.max()))
     return min(narrowest)
 
 

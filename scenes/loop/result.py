@@ -24,6 +24,8 @@ SLOW_TIME, SLOW_GAINS = 5e-3, (0.5, 0.05)
 STEPS = (-80.0, -60.0, -40.0, -20.0, -10.0, 0.0, 10.0, 20.0)
 _SAMPLES_BEFORE = 20
 
+GONE = 1e-300  # of a mode after one sample: what is left counts as this where nothing is
+
 
 @dataclass(frozen=True)
 class Steady:
@@ -125,7 +127,7 @@ class Run:
     @property
     def decay(self) -> float:
         """The rate in 1/s at which the loop's slowest mode decays after the outer step; negative where it grows."""
-        return -math.log(abs(self.eigenvalue)) / self.device.control.sample_time
+        return -math.log(max(abs(self.eigenvalue), GONE)) / self.device.control.sample_time
 
     @property
     def stopped(self) -> bool:

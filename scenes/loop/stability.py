@@ -11,7 +11,7 @@ import numpy as np
 from scenes.device import Device
 from scenes.loop import circuit
 from scenes.loop.modal import Modal
-from scenes.loop.result import Steady
+from scenes.loop.result import GONE, Steady
 
 SMALLEST_GAIN, LARGEST_GAIN = 1e-6, 1e6  # V: between which a limit is sought
 CHOICES = ((True, True), (True, False), (False, True), (False, False))
@@ -85,7 +85,7 @@ def gain_limit(system: Plant, others: np.ndarray, element: int) -> float:
     from scipy.optimize import brentq
 
     def growth(gain: float) -> float:
-        return math.log(abs(system.eigenvalue(np.where(np.arange(2) == element, gain, others))))
+        return math.log(max(abs(system.eigenvalue(np.where(np.arange(2) == element, gain, others))), GONE))
 
     if growth(0.0) >= 0:
         return 0.0

@@ -5,6 +5,8 @@ from __future__ import annotations
 import random
 import time
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -115,3 +117,11 @@ def test_potentials_take_memory_of_their_own() -> None:
     more, less = foreseen(warm, grid), foreseen(cold, grid)
     assert more.memory - START_UP > 1.2 * (less.memory - START_UP)
     assert more.unknowns == less.unknowns
+
+
+def test_a_thousand_planes_are_no_slivers() -> None:
+    """Of 2,000 planes along x each gap is less than a thousandth of the whole; two that nearly meet set no length."""
+    for planes, narrowest in ((np.arange(2001.0), 1.0), (np.array([0.0, 1.0, 400.0, 2000.0]), 399.0)):
+        grid: Any = SimpleNamespace(breaks=(planes[[0, -1]], *[np.array([0.0, 1e4])] * 2))
+        marks: Any = SimpleNamespace(planes=(planes.tolist(), [], []))
+        assert reach._narrowest(grid, marks) == narrowest

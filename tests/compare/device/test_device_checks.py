@@ -196,3 +196,11 @@ def test_the_air_cools_the_covered_top_in_1d_alone() -> None:
     still: Any = SimpleNamespace(device=Device())
     assert "1D loses 175 uW to the air from the beam's top" in _why_steady(cooled, "sink_power_W")
     assert "air" not in _why_steady(still, "sink_power_W") + _why_steady(cooled, "sensor_power_W")
+
+
+def test_a_mode_that_is_gone_within_a_sample_has_a_rate() -> None:
+    result: Any = None
+    rates = [Run(Device(), result, lambda _, left=left: left).decay for left in (0.0, 0.5, 1.0, 2.0)]
+    assert rates == sorted(rates, reverse=True)
+    assert np.isfinite(rates).all()
+    assert rates[2] == 0
