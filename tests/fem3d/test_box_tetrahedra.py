@@ -197,8 +197,8 @@ def test_a_first_mesh_with_little_room_is_refined_once_and_no_more(monkeypatch: 
         assert off(solved("bricks"), result) < 1.0
 
 
-def test_few_meshes_are_laid_out_on_trial(monkeypatch: pytest.MonkeyPatch) -> None:
-    """One or two for a level: all cells that miss more than their share, tried first, would be far too many."""
+def test_no_mesh_is_laid_out_on_trial_that_is_surely_too_large(monkeypatch: pytest.MonkeyPatch) -> None:
+    """All cells that miss more than their share, tried first, are a quarter of them, and what follows many more."""
     laid, finer = [], Columns.refined
 
     def counted(self: Columns, times: np.ndarray) -> Columns:
@@ -206,10 +206,8 @@ def test_few_meshes_are_laid_out_on_trial(monkeypatch: pytest.MonkeyPatch) -> No
         return finer(self, times)
 
     monkeypatch.setattr(Columns, "refined", counted)
-    levels = runs.solve(replace(heated(), mesh="tetrahedra", accuracy=1e-3)).details["levels"]
-    assert levels > 2
-    assert len(laid) <= 2 * (levels - 1)
-    assert max(laid) < 0.1
+    assert runs.solve(replace(heated(), mesh="tetrahedra", accuracy=1e-3)).details["levels"] > 2
+    assert max(laid) < 0.2
 
 
 @pytest.mark.long
