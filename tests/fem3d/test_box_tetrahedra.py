@@ -198,7 +198,7 @@ def test_a_first_mesh_with_little_room_is_refined_once_and_no_more(monkeypatch: 
 
 
 def test_no_mesh_is_laid_out_on_trial_that_is_surely_too_large(monkeypatch: pytest.MonkeyPatch) -> None:
-    """All cells that miss more than their share, tried first, are a quarter of them here, and more follow."""
+    """All cells that miss more than their share, tried first, are a quarter of them, and what follows many more."""
     laid, finer = [], Columns.refined
 
     def counted(self: Columns, times: np.ndarray) -> Columns:
