@@ -140,6 +140,7 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
 def test_the_figure() -> None:
     """What is found is its title; every row of the data is there; a current is in mA, and its differences in uA."""
     from validate.report.figures import analysis_figures
+    from validate.report.figures.drawing import kept
 
     sink = Sink()
     data = known(measured(sink, 0.1), "0.1K")
@@ -154,7 +155,7 @@ def test_the_figure() -> None:
     mu = "\N{MICRO SIGN}"
     assert labels[:3] == ["peak rise (K)", "end rise (K)", "current (mA)"]
     assert labels[5] == f"E = S - D ({mu}A)"
-    assert figure.texts[0].get_text() == finding(made)
+    assert figure.texts[0].get_text() == kept(finding(made))
     assert finding(made).startswith("1D is off: current -2.")
     assert any(len(line.get_xdata()) == len(TIMES) and line.get_label() == "data" for line in figure.axes[0].lines)
     assert "60\N{NO-BREAK SPACE}rows" in figure.texts[1].get_text()
