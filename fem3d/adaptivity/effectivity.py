@@ -17,7 +17,8 @@ from fem3d.adaptivity.goal_errors import Level
 # An error is stated as 1 + n^(-1/2) times the largest fraction i that any of n readings tells on any earlier mesh, as
 # one alone may be right by chance, but not below this fraction of its estimate. `validate stress` compares random
 # plates with pads with finer solutions. Of 37 such scenes, combs and stacks with vias, no error on a later mesh is
-# above 0.67 of what is then stated, and half of them are above 0.15 (0.09 of the estimates).
+# above 0.67 of what is then stated, and half of them are above 0.15 (0.09 of the estimates); of a meander with 50 pads
+# beside it one is 0.81, against NGSolve at order 3.
 LEAST = 0.25
 KNOWN = 1e-8  # relative: smaller errors, and readings that move less, tell of rounding alone
 # A reading that moves by more than its estimate falls is wrong by more than estimated: so is one that sees an edge at

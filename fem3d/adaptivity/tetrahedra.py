@@ -47,7 +47,7 @@ VARIES, SHORTER = 0.05, 0.5
 # that there is room for, each for a little less than that.
 TRIALS, LEAST_ROOM, SURELY = 5, 0.5, 0.9
 # The mesh grows three to eight times as much as by the halves alone: so much of the room these take first.
-FIRST = 0.35
+FIRST = 0.25
 # An error falls like this power of the size of the cells that cause it, at least, where an edge is re-entrant.
 FALLS = 4 / 3
 # Of what is missing, what the cells hold that are refined: the others are many, and miss little each.
