@@ -20,7 +20,8 @@ from fem3d.problems.heat import HeatProblem
 from fem3d.problems.kept import Kept
 from fem3d.problems.paths import OfPaths, Paths
 from fem3d.problems.terminals import Terminal, packed, unpacked
-from fem3d.spaces.integrals import WHOLE, Faces, Pieces
+from fem3d.spaces.integrals import Faces
+from fem3d.spaces.quadrature import WHOLE, Pieces
 from scenes.errors import NumericsError
 
 # Error of a potential over that of its first guess, in the energy norm, unless a looser one is asked for.

@@ -19,7 +19,8 @@ from skfem.refdom import RefHex
 from fem3d.spaces import varying as coefficient
 from fem3d.spaces.element import Degrees, ElementHexTrunk, active, factors, gauss, heights, line, local, modes
 from fem3d.spaces.entities import entities
-from fem3d.spaces.integrals import WHOLE, Lines, Pieces, Rule, Side, Space, halves, rule, side
+from fem3d.spaces.integrals import Space, halves
+from fem3d.spaces.quadrature import WHOLE, Lines, Pieces, Rule, Side, rule, side
 from meshes.grid import Grid
 from scenes.model import Point
 

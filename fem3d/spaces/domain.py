@@ -15,7 +15,8 @@ import numpy as np
 
 from fem3d.spaces.bricks import BrickSpace
 from fem3d.spaces.channels import Inputs
-from fem3d.spaces.integrals import Faces, Space, product_rule
+from fem3d.spaces.integrals import Faces, Space
+from fem3d.spaces.quadrature import product_rule
 from fem3d.spaces.split import split, twin
 from meshes import connected
 from meshes.grid import Grid

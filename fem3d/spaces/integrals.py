@@ -1,4 +1,4 @@
-"""Integrals over cells and facets of any mesh: by quadrature, with functions and slopes from the reference cell."""
+"""Functions on the cells of any mesh, and integrals over cells and facets by quadrature."""
 
 from __future__ import annotations
 
@@ -6,73 +6,15 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from copy import copy
 from functools import cached_property
-from itertools import product
 from types import MappingProxyType
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from scipy.sparse import coo_array, csc_array
 
-NONE = 1e-12  # a function that is smaller all over a facet vanishes there; functions are of size one
-
+from fem3d.spaces.quadrature import WHOLE, Pieces, Rule, Side
 
 S = TypeVar("S", bound="Space")
-
-
-class Lines(NamedTuple):
-    """Functions of a cell that are products of those of one coordinate each, at the points of a grid: sums over them
-    are three, axis by axis. ``tables``: of x, y, z the values and the slopes (2, functions of the coordinate, points
-    along it); ``modes`` (3, functions): which ones each is a product of."""
-
-    tables: tuple[np.ndarray, np.ndarray, np.ndarray]
-    modes: np.ndarray
-
-    def at(self, coefficients: np.ndarray, along: int | None) -> np.ndarray:
-        """(..., points), for coefficients (..., functions)."""
-        x, y, z = self._along(along)
-        first = coefficients.shape[:-1]
-        whole = np.zeros((*first, len(x), len(y), len(z)))
-        whole[(..., *self.modes)] = coefficients
-        in_yz = (y.T @ (whole @ z)).reshape(*first, len(x), -1)
-        return (x.T @ in_yz).reshape(*first, -1)
-
-    def tested(self, field: np.ndarray, along: int | None) -> np.ndarray:
-        """(..., functions), for a field (..., points)."""
-        x, y, z = self._along(along)
-        first = field.shape[:-1]
-        of_x = (x @ field.reshape(*first, x.shape[1], -1)).reshape(*first, len(x), y.shape[1], -1)
-        tested: np.ndarray = (y @ of_x @ z.T)[(..., *self.modes)]
-        return tested
-
-    def _along(self, along: int | None) -> list[np.ndarray]:
-        return [table[int(d == along)] for d, table in enumerate(self.tables)]
-
-
-class Rule(NamedTuple):
-    """``points`` (3, points) of the reference cell with ``weights`` (points,); the numbers of
-    the cell's ``functions`` that it is for, their ``values`` (points, functions), ``slopes`` (3, points, functions).
-    Of many points that are a grid, what makes functions that are products quicker to sum: the ``lines``."""
-
-    points: np.ndarray
-    weights: np.ndarray
-    functions: np.ndarray
-    values: np.ndarray
-    slopes: np.ndarray
-    lines: Lines | None = None
-
-    def at(self, coefficients: np.ndarray, along: int | None = None) -> np.ndarray:
-        """(..., points): sums of the functions, or of their slopes along an axis, for coefficients (..., functions)."""
-        if self.lines is not None:
-            return self.lines.at(coefficients, along)
-        summed: np.ndarray = coefficients @ (self.values if along is None else self.slopes[along]).T
-        return summed
-
-    def tested(self, field: np.ndarray, along: int | None = None) -> np.ndarray:
-        """(..., functions): what a field (..., points) has with each of them, the transpose of `at`."""
-        if self.lines is not None:
-            return self.lines.tested(field, along)
-        summed: np.ndarray = field @ (self.values if along is None else self.slopes[along])
-        return summed
 
 
 def halves(both: csc_array) -> tuple[csc_array, csc_array]:
@@ -81,41 +23,6 @@ def halves(both: csc_array) -> tuple[csc_array, csc_array]:
         csc_array((d.copy(), both.indices, both.indptr), both.shape) for d in (both.data.real, both.data.imag)
     )
     return real, imaginary
-
-
-Pieces = tuple[int, int, int]
-WHOLE: Pieces = (1, 1, 1)
-Side = tuple[Rule, np.ndarray]
-"""The rule of a side of the reference cell, with exact zeros of what vanishes there, and its outward normal, as long as
-the parallelogram that two of its edges span."""
-
-Values = Callable[..., np.ndarray]
-"""(points, functions): those of a cell at reference points (3, points), or their slopes along an axis."""
-
-
-def product_rule(count: int, dimension: int) -> tuple[np.ndarray, np.ndarray]:
-    """Points (points, dimension) and weights (points,) of Gauss's rule on the unit cube of a dimension, 0 for a point,
-    with ``count`` points along each axis."""
-    x, w = np.polynomial.legendre.leggauss(count)
-    points = np.array(list(product((x + 1) / 2, repeat=dimension))).reshape(count**dimension, dimension)
-    return points, np.array([float(np.prod(each)) for each in product(w / 2, repeat=dimension)])
-
-
-def rule(points: np.ndarray, weights: np.ndarray, functions: Values, kept: np.ndarray | slice = slice(None)) -> Rule:
-    """A rule for those of a cell's functions that are ``kept``."""
-    values, *slopes = (functions(points, along)[:, kept] for along in (None, 0, 1, 2))
-    return Rule(points, weights, np.arange(functions(points[:, :1]).shape[1])[kept], values, np.array(slopes))
-
-
-def side(reference: Any, number: int, plane: tuple[np.ndarray, np.ndarray], functions: Values) -> Side:
-    """A side of scikit-fem's ``reference`` cell, with the points (2, points) and weights (points,) of a rule of the
-    plane."""
-    corners = reference.p[:, reference.facets[number]]
-    along = np.stack([corners[:, 1] - corners[:, 0], corners[:, -1] - corners[:, 0]], axis=1)
-    normal = np.cross(along[:, 0], along[:, 1])
-    normal = normal * np.sign(normal @ (corners[:, 0] - reference.p.mean(axis=1)))
-    on_side = rule(corners[:, :1] + along @ plane[0], plane[1], functions)
-    return on_side._replace(values=np.where(np.abs(on_side.values).max(axis=0) > NONE, on_side.values, 0.0)), normal
 
 
 class Space(ABC):

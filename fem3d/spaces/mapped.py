@@ -22,7 +22,8 @@ from skfem.refdom import RefHex, RefTet
 
 from fem3d.spaces.element import gauss
 from fem3d.spaces.entities import entities
-from fem3d.spaces.integrals import WHOLE, Pieces, Rule, Side, Space, halves, rule, side
+from fem3d.spaces.integrals import Space, halves
+from fem3d.spaces.quadrature import WHOLE, Pieces, Rule, Side, rule, side
 
 LARGEST_ORDER = 8  # of scikit-fem's rules of the tetrahedron
 AT_ONCE = 2_000  # curved cells whose matrices are made together, which bounds the memory
