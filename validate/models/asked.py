@@ -4,6 +4,7 @@ stand for both."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -123,13 +124,14 @@ def _over_time(model: Model, question: Asked, three: Traces, accuracy: float) ->
     times = np.union1d(once, rows[(rows > once[0]) & (rows < once[-1])])
     values: dict[str, np.ndarray] = {}
     errors: Mapping[str, float] = {}
+    answers = (_Once if getattr(model, "smooth", False) else _Asking)(model, question).at
     noise = dict.fromkeys(question.over_time, 0.0)
     for _ in range(ROUNDS):
         before = values
         wide = np.diff(times) > SHORT * times[-1]
         middle = ((times[1:] + times[:-1]) / 2)[wide]
         every = np.union1d(times, middle)
-        values, errors = _checked(model, model.over_time(question, every), question.over_time, every)
+        values, errors = answers(every)
         wanted = np.zeros(len(every), bool)
         for name, course in values.items():
             if name in before:
@@ -145,6 +147,40 @@ def _over_time(model: Model, question: Asked, three: Traces, accuracy: float) ->
             break
     back = np.array([instead.get(float(t), float(t)) for t in times])
     return Traces(back, values, {name: errors.get(name, 0.0) + noise[name] for name in values})
+
+
+@dataclass
+class _Asking:
+    """A model's answers over time, as numbers."""
+
+    model: Model
+    question: Asked
+
+    def at(self, times: np.ndarray) -> tuple[dict[str, np.ndarray], Mapping[str, float]]:
+        """Values (times,) by quantity, and errors."""
+        return _checked(self.model, self.model.over_time(self.question, times), self.question.over_time, times)
+
+
+@dataclass
+class _Once(_Asking):
+    """Those of a model without noise, which is asked about no time twice but the last."""
+
+    times: np.ndarray = field(default_factory=lambda: np.empty(0))
+    values: dict[str, np.ndarray] = field(default_factory=dict)
+    errors: dict[str, float] = field(default_factory=dict)
+
+    def at(self, times: np.ndarray) -> tuple[dict[str, np.ndarray], Mapping[str, float]]:
+        new = np.union1d(np.setdiff1d(times, self.times), times[-1:])
+        answered, errors = super().at(new)
+        every = np.union1d(self.times, new)
+        for name, course in answered.items():
+            merged = np.empty(len(every))
+            merged[np.searchsorted(every, self.times)] = self.values.get(name, np.empty(0))
+            merged[np.searchsorted(every, new)] = course
+            self.values[name] = merged
+            self.errors[name] = max(self.errors.get(name, 0.0), errors.get(name, 0.0))
+        self.times = every
+        return {name: course[np.isin(every, times)] for name, course in self.values.items()}, self.errors
 
 
 def _ascending(times: np.ndarray) -> tuple[np.ndarray, dict[float, float]]:

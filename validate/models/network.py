@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -23,28 +25,34 @@ class Network:
 
     name: str = NAME
     smooth: bool = True
+    _last: tuple[Asked, Callable[[np.ndarray | None], Result]] | None = None
 
     def rows(self, question: Asked) -> np.ndarray:
         return np.empty(0)
 
     def steady(self, question: Asked) -> Answer:
-        estimates = _solved(question).steady
+        estimates = self._solved(question).steady
         return {name: e.value for name, e in estimates.items()}, {name: e.error for name, e in estimates.items()}
 
     def over_time(self, question: Asked, times: np.ndarray) -> Answer:
-        traces = _solved(question, times).over_time
+        traces = self._solved(question, times).over_time
         return traces.values, traces.errors
+
+    def _solved(self, question: Asked, times: np.ndarray | None = None) -> Result:
+        """Of a sink by its quantities, of a scene of boxes by its probes; the steady state, or at ``times`` alone. The
+        scene is made once, as a question is asked more than once about other times."""
+        if self._last is None or self._last[0] is not question:
+            document = question.document
+            if type_of_file(document) is SINK:
+                from reduced1d.network import sink
+
+                solver = partial(sink.solve, from_parametric(document))
+            else:
+                solver = partial(solve, from_dict(document, question.name), steady_too=False)
+            self._last = question, solver
+        return self._last[1](times)
 
 
 def opened(given: str, folder: str) -> Network:
     """The network."""
     return Network()
-
-
-def _solved(question: Asked, times: np.ndarray | None = None) -> Result:
-    """Of a sink by its quantities, of a scene of boxes by its probes; the steady state, or at ``times`` alone."""
-    if type_of_file(question.document) is SINK:
-        from reduced1d.network import sink
-
-        return sink.solve(from_parametric(question.document), times)
-    return solve(from_dict(question.document, question.name), times, steady_too=False)
