@@ -25,8 +25,8 @@ from scenes.errors import NumericsError
 from scenes.model import AnyScene, Schedule
 from scenes.result import Estimate, Result, Traces
 
-BELOW = 1e-3
-"""The part of the scene's accuracy that the network's own error may be, so that it never decides a verdict."""
+BELOW = 1e-2
+"""The part of the scene's accuracy that the network's own error may be, so that it hardly counts beside that of 3D."""
 
 FINEST, FINEST_OVER_TIME = 1e-8, 1e-6
 """Relative: errors below these need no refinement however small an accuracy is asked for; rounding is near them."""
