@@ -16,11 +16,14 @@ from threading import Lock, Thread
 from types import ModuleType
 from typing import Any, TypeVar
 
-from pebble import ProcessPool
+from pebble import ProcessExpired, ProcessPool
 
+from scenes.errors import NumericsError
 from validate.processes import ONE_THREAD
 
 T = TypeVar("T")
+
+ENDED = "a process was ended while it worked, as it is where the memory is used up"
 
 _starting = Lock()
 
@@ -79,12 +82,22 @@ def _begin(first: Callable[[], None] | None) -> None:
         first()
 
 
-def side_by_side(work: Callable[[int], T], numbers: Sequence[int], jobs: int) -> Iterator[tuple[int, T]]:
-    """Each number with what the work on it came to, as they come, by ``jobs`` processes (1: this one)."""
+def side_by_side(
+    work: Callable[[int], T], numbers: Sequence[int], jobs: int, lost: Callable[[int], T] | None = None
+) -> Iterator[tuple[int, T]]:
+    """Each number with what the work on it came to, as they come, by ``jobs`` processes (1: this one); or with what is
+    said of one that is ``lost``, as its process was ended. Raises NumericsError of it where nothing is."""
     if jobs == 1:
         yield from ((number, work(number)) for number in numbers)
         return
     with pool(jobs) as processes:
         futures: dict[Future[T], int] = {processes.schedule(work, (number,)): number for number in numbers}
         for future in as_completed(futures):
-            yield futures[future], future.result()
+            number = futures[future]
+            try:
+                outcome = future.result()
+            except ProcessExpired:
+                if lost is None:
+                    raise NumericsError(f"{ENDED} (number {number})") from None
+                outcome = lost(number)
+            yield number, outcome

@@ -328,11 +328,11 @@ def _rule(p: int, degrees: Degrees, more: int, pieces: Pieces) -> Rule:
     (x, u), (y, v), (z, w) = (_composite(d + 1, more, n) for d, n in zip(degrees, pieces, strict=True))
     points = np.array(np.meshgrid(x, y, z, indexing="ij")).reshape(3, -1)
     weights, functions = np.einsum("i,j,k->ijk", u, v, w).ravel(), np.flatnonzero(active(p, degrees))
-    whole = rule(points, weights, partial(_values, p), functions)
     if pieces == WHOLE:
-        return whole
+        return rule(points, weights, partial(_values, p), functions)
     tables = [np.array(line(p, along)) for along in (x, y, z)]
-    return whole._replace(lines=Lines((tables[0], tables[1], tables[2]), modes(p)[functions].T))
+    lines = Lines((tables[0], tables[1], tables[2]), modes(p)[functions].T)
+    return Rule(points, weights, functions, None, lines)
 
 
 def _composite(points: int, more: int, pieces: int) -> tuple[np.ndarray, np.ndarray]:

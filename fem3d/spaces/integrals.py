@@ -182,7 +182,7 @@ class Cells:
 
     def value_at(self, u: np.ndarray, cell: int, point: int) -> np.ndarray:
         """(...,): functions (..., functions) at one of the points of one of the cells."""
-        values: np.ndarray = u[..., self.dofs[cell]] @ self._rule.values[point]
+        values: np.ndarray = u[..., self.dofs[cell]] @ self._rule.values_at(point)
         return values
 
     def gradient(self, u: np.ndarray) -> np.ndarray:
@@ -222,9 +222,11 @@ class Cells:
     def blocks(self, density: np.ndarray | float = 1.0) -> tuple[np.ndarray, np.ndarray]:
         """The integral of a density (cells, 1 or points) times u v in each cell (cells, n, n), for those n functions of
         a cell that don't vanish, and which these are."""
-        present = np.asarray(self._rule.values.any(axis=0))
+        present = self._rule.present
         values = self._rule.values[:, present]
-        return np.matmul(values.T * (density * self.weights)[:, None], values), present
+        weighted = density * self.weights
+        # Cell by cell, as functions times weights at many points are large.
+        return np.array([(values.T * each) @ values for each in weighted]).reshape(-1, *[present.sum()] * 2), present
 
     def mass(self) -> csc_array:
         """The integral of u v."""
@@ -256,7 +258,7 @@ class Cells:
     def functions(self) -> np.ndarray:
         """(functions,): which do not vanish at the points."""
         mask = np.zeros(self._space.size, bool)
-        mask[self.dofs[:, self._rule.values.any(axis=0)]] = True
+        mask[self.dofs[:, self._rule.present]] = True
         return mask
 
 

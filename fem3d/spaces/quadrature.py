@@ -36,21 +36,57 @@ class Lines(NamedTuple):
         tested: np.ndarray = (y @ of_x @ z.T)[(..., *self.modes)]
         return tested
 
+    def functions(self, along: int | None) -> np.ndarray:
+        """(points, functions)."""
+        x, y, z = (table[k] for table, k in zip(self._along(along), self.modes, strict=True))
+        values: np.ndarray = (x[:, :, None, None] * y[:, None, :, None] * z[:, None, None]).reshape(len(x), -1).T
+        return values
+
+    def functions_at(self, point: int) -> np.ndarray:
+        """(functions,): those at one point."""
+        tables = self._along(None)
+        places = np.unravel_index(point, [table.shape[1] for table in tables])
+        return np.prod([t[k, at] for t, k, at in zip(tables, self.modes, places, strict=True)], axis=0)
+
     def _along(self, along: int | None) -> list[np.ndarray]:
         return [table[int(d == along)] for d, table in enumerate(self.tables)]
 
 
 class Rule(NamedTuple):
-    """``points`` (3, points) of the reference cell with ``weights`` (points,); the numbers of
-    the cell's ``functions`` that it is for, their ``values`` (points, functions), ``slopes`` (3, points, functions).
-    Of many points that are a grid, what makes functions that are products quicker to sum: the ``lines``."""
+    """``points`` (3, points) of the reference cell with ``weights`` (points,), and the numbers of the cell's
+    ``functions`` that it is for. Of these there is either ``dense``: their values (points, functions) and slopes (3,
+    points, functions); or, at many points that are a grid, where these would take hundreds of megabytes, the ``lines``
+    that the functions are products of."""
 
     points: np.ndarray
     weights: np.ndarray
     functions: np.ndarray
-    values: np.ndarray
-    slopes: np.ndarray
+    dense: tuple[np.ndarray, np.ndarray] | None
     lines: Lines | None = None
+
+    @property
+    def values(self) -> np.ndarray:
+        """(points, functions): of lines worked out anew each time."""
+        return self._either(lambda dense: dense[0], lambda lines: lines.functions(None))
+
+    @property
+    def slopes(self) -> np.ndarray:
+        """(3, points, functions): of lines worked out anew each time."""
+        return self._either(lambda dense: dense[1], lambda lines: np.array([lines.functions(d) for d in range(3)]))
+
+    @property
+    def present(self) -> np.ndarray:
+        """(functions,): which do not vanish at the points; inside a cell none does."""
+        return self._either(lambda dense: dense[0].any(axis=0), lambda lines: np.ones(len(self.functions), bool))
+
+    def values_at(self, point: int) -> np.ndarray:
+        """(functions,): the values at one of the points."""
+        return self._either(lambda dense: dense[0][point], lambda lines: lines.functions_at(point))
+
+    def _either(self, dense: Callable[[Any], np.ndarray], lines: Callable[[Lines], np.ndarray]) -> np.ndarray:
+        if self.lines is not None:
+            return lines(self.lines)
+        return dense(self.dense)
 
     def at(self, coefficients: np.ndarray, along: int | None = None) -> np.ndarray:
         """(..., points): sums of the functions, or of their slopes along an axis, for coefficients (..., functions)."""
@@ -88,7 +124,7 @@ def product_rule(count: int, dimension: int) -> tuple[np.ndarray, np.ndarray]:
 def rule(points: np.ndarray, weights: np.ndarray, functions: Values, kept: np.ndarray | slice = slice(None)) -> Rule:
     """A rule for those of a cell's functions that are ``kept``."""
     values, *slopes = (functions(points, along)[:, kept] for along in (None, 0, 1, 2))
-    return Rule(points, weights, np.arange(functions(points[:, :1]).shape[1])[kept], values, np.array(slopes))
+    return Rule(points, weights, np.arange(functions(points[:, :1]).shape[1])[kept], (values, np.array(slopes)))
 
 
 def side(reference: Any, number: int, plane: tuple[np.ndarray, np.ndarray], functions: Values) -> Side:
@@ -99,4 +135,5 @@ def side(reference: Any, number: int, plane: tuple[np.ndarray, np.ndarray], func
     normal = np.cross(along[:, 0], along[:, 1])
     normal = normal * np.sign(normal @ (corners[:, 0] - reference.p.mean(axis=1)))
     on_side = rule(corners[:, :1] + along @ plane[0], plane[1], functions)
-    return on_side._replace(values=np.where(np.abs(on_side.values).max(axis=0) > NONE, on_side.values, 0.0)), normal
+    values = np.where(np.abs(on_side.values).max(axis=0) > NONE, on_side.values, 0.0)
+    return on_side._replace(dense=(values, on_side.slopes)), normal

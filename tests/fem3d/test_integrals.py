@@ -104,6 +104,9 @@ def test_a_sum_along_the_axes_is_the_one_over_all_points(block):
     rule, random = given.space.rule(np.arange(1), 1, (4, 2, 1)), np.random.default_rng(0)
     coefficients = random.standard_normal((7, len(rule.functions)))
     field = random.standard_normal((7, len(rule.weights)))
+    assert rule.dense is None  # they would be large
+    assert rule.values == pytest.approx(given.space.at(rule.points)[:, rule.functions], abs=1e3 * ROUNDING)
+    assert rule.values_at(5) == pytest.approx(rule.values[5], abs=1e3 * ROUNDING)
     for along in (None, 0, 1, 2):
         each = rule.values if along is None else rule.slopes[along]
         assert np.abs(rule.at(coefficients, along) - coefficients @ each.T).max() < 1000 * ROUNDING

@@ -13,7 +13,9 @@ import pytest
 import scipy.linalg  # noqa: F401 - whose library has threads of its own
 from threadpoolctl import threadpool_info, threadpool_limits
 
+from scenes.errors import NumericsError
 from validate.cli import main
+from validate.pool import side_by_side
 from validate.processes import ONE_THREAD, TimeIsUpError, single_threaded, within
 
 
@@ -85,3 +87,11 @@ print(sorted(side_by_side(math.factorial, [3, 4], 2)))
 """)
     run = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=60)
     assert (run.stdout, run.stderr) == ("begins\n[(3, 6), (4, 24)]\n", "")
+
+
+def test_a_process_that_is_ended_is_told_of_its_number():
+    """As the system ends one where the memory is used up."""
+    outcomes = dict(side_by_side(os._exit, [3], 2, lambda number: -number))
+    assert outcomes == {3: -3}
+    with pytest.raises(NumericsError, match=r"a process was ended .* \(number 3\)"):
+        list(side_by_side(os._exit, [3], 2))

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Literal
 
-from validate.pool import side_by_side
+from validate.pool import ENDED, side_by_side
 from validate.processes import TimeIsUpError, limited
 from validate.stress import compact_models, constants, extremes, steps
 from validate.stress.report import Row, failed
@@ -73,7 +73,10 @@ def examine(seed: int, limit: int = LIMIT, kind: Kind = "boxes") -> Outcome:
 def sweep(first: int, count: int, jobs: int, progress: Callable[[str], None], kind: Kind = "boxes") -> list[Outcome]:
     """The outcomes of ``count`` seeds from ``first`` on, by some processes."""
     outcomes = []
-    for _, outcome in side_by_side(partial(examine, kind=kind), range(first, first + count), jobs):
+    seeds = range(first, first + count)
+    for _, outcome in side_by_side(
+        partial(examine, kind=kind), seeds, jobs, lambda seed: Outcome(seed, {}, "error", ENDED)
+    ):
         outcomes.append(outcome)
         progress(f"{len(outcomes)} of {count} {GROUPS[kind]}")
     return sorted(outcomes, key=lambda outcome: outcome.seed)
