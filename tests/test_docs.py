@@ -95,9 +95,11 @@ def test_every_command_is_on_its_page() -> None:
 
 @pytest.mark.parametrize("page", ["README.md", "docs/index.md", "docs/theory/fem3d.md"])
 def test_how_often_the_stated_errors_hold_is_what_the_stress_page_says(page: str) -> None:
-    row = next(line for line in (ROOT / "docs" / "stress.md").read_text().splitlines() if "errors honoured" in line)
-    of = int(re.findall(r"(\d+) of \d+ scenes", row)[0])
-    broken = sum(int(count) for count in re.findall(r"violated by (\d+) of", row))
+    """Of random scenes of every kind, steady and over time."""
+    lines = (ROOT / "docs" / "stress.md").read_text().splitlines()
+    rows = "".join(line for line in lines if "honoured by a finer solve" in line)
+    of = sum(int(count) for count in re.findall(r"(\d+) of \d+ scenes", rows))
+    broken = sum(int(count) for count in re.findall(r"violated by (\d+) of", rows))
     said = " ".join((ROOT / page).read_text(encoding="utf-8").split())
     numbers = [(of - int(held), int(count)) for held, count in re.findall(r"held in (\d+) of (\d+)", said)]
     assert numbers
