@@ -67,26 +67,30 @@ class Rule(NamedTuple):
     @property
     def values(self) -> np.ndarray:
         """(points, functions): of lines worked out anew each time."""
-        return self._either(lambda dense: dense[0], lambda lines: lines.functions(None))
+        return self.lines.functions(None) if self.lines is not None else self._dense[0]
 
     @property
     def slopes(self) -> np.ndarray:
         """(3, points, functions): of lines worked out anew each time."""
-        return self._either(lambda dense: dense[1], lambda lines: np.array([lines.functions(d) for d in range(3)]))
+        if self.lines is not None:
+            return np.array([self.lines.functions(axis) for axis in range(3)])
+        return self._dense[1]
 
     @property
     def present(self) -> np.ndarray:
         """(functions,): which do not vanish at the points; inside a cell none does."""
-        return self._either(lambda dense: dense[0].any(axis=0), lambda lines: np.ones(len(self.functions), bool))
+        if self.lines is not None:
+            return np.ones(len(self.functions), bool)
+        return np.asarray(self._dense[0].any(axis=0))
 
     def values_at(self, point: int) -> np.ndarray:
         """(functions,): the values at one of the points."""
-        return self._either(lambda dense: dense[0][point], lambda lines: lines.functions_at(point))
+        return self.lines.functions_at(point) if self.lines is not None else self._dense[0][point]
 
-    def _either(self, dense: Callable[[Any], np.ndarray], lines: Callable[[Lines], np.ndarray]) -> np.ndarray:
-        if self.lines is not None:
-            return lines(self.lines)
-        return dense(self.dense)
+    @property
+    def _dense(self) -> tuple[np.ndarray, np.ndarray]:
+        assert self.dense is not None
+        return self.dense
 
     def at(self, coefficients: np.ndarray, along: int | None = None) -> np.ndarray:
         """(..., points): sums of the functions, or of their slopes along an axis, for coefficients (..., functions)."""

@@ -164,7 +164,7 @@ ON_MESH = Schema(
 
 
 MOST_BOXES = 2_000
-"""A row of as many takes 0.9 GB and 20 s of processor time, and a file of 0.2 MB."""
+"""A row of as many takes 1.2 GB and 10 s of processor time, and a file of 0.2 MB."""
 
 
 def check_number(boxes: int) -> None:
