@@ -18,6 +18,9 @@ MOST = 10.0
 """By what factor time is stretched at most."""
 POINTS = 400
 """Number of times at which two courses are fitted to each other; more cost time and change nothing."""
+ROUND, ROUNDS = 20, 4
+"""The best change of the time is looked for on so many points to either side, in so many rounds, each between the
+neighbours of the best point of the one before: it is known to 20^-4, 6e-6 of the largest change."""
 NOTABLE = 0.5
 """A change of the time is spoken of only where it leaves less than this part of the distance without it."""
 LEAST = 0.005
@@ -90,20 +93,16 @@ def told_apart(course: Course, scale: float) -> Apart | None:
     def largest(size: float, stretch: float, shift: float) -> float:
         return float(np.abs(m - size * np.interp((time - shift) / stretch, time, y)).max()) / scale
 
-    from scipy.optimize import minimize_scalar
-
     ways = []
-    grid = np.linspace(-np.log(MOST), np.log(MOST), 41)
-    for way, span in (("stretch", grid), ("shift", grid / grid[-1] * (time[-1] - time[0]) / 2)):
+    for way, most in (("stretch", np.log(MOST)), ("shift", (time[-1] - time[0]) / 2)):
 
         def residual(x: float, way: str = way) -> float:
             return fitted(float(np.exp(x)), 0.0)[1] if way == "stretch" else fitted(1.0, float(x))[1]
 
-        best = int(np.argmin([residual(float(x)) for x in span]))
-        low, high = span[max(best - 1, 0)], span[min(best + 1, len(span) - 1)]
-        x = float(
-            minimize_scalar(residual, bounds=(low, high), method="bounded", options={"xatol": 1e-4 * (high - low)}).x
-        )
+        x, spacing = 0.0, most / ROUND
+        for _ in range(ROUNDS):
+            span = np.clip(x + spacing * np.arange(-ROUND, ROUND + 1), -most, most)
+            x, spacing = float(span[np.argmin([residual(float(v)) for v in span])]), spacing / ROUND
         stretch, shift = (float(np.exp(x)), 0.0) if way == "stretch" else (1.0, x)
         size = fitted(stretch, shift)[0]
         ways.append((largest(size, stretch, shift), size, stretch, shift))

@@ -22,7 +22,6 @@ POINTS = 7
 """Number of Radau's points in a step: values between them are those of their polynomial, whose error is the largest in
 a long step."""
 SWEEPS = 30
-SETTLED = 1e-11  # of the largest rise in a step: the change that ends the sweeps
 ROUNDING = 1e-8  # of the largest rise in a step: changes below this that no longer shrink are rounding
 SHORTEST = 1e-10  # of the end time: a step that has to be shorter has run away
 
@@ -52,23 +51,24 @@ class History:
         return rises, potentials, x
 
 
-def history(model: Model, end: float, first: float, growth: float) -> History:
+def history(model: Model, end: float, first: float, growth: float, settled: float) -> History:
     """The network from rest at the initial temperature up to an ``end`` (s). A step ends at ``growth`` times its start,
-    since the last jump or bend of an input, and the ``first`` (s) after that.
+    since the last jump or bend of an input, and the ``first`` (s) after that. A change of ``settled`` times the largest
+    rise in a step ends its sweeps.
 
     Raises RunawayError where the heating outruns every step.
     """
     if model.heat is None or not end > 0:
         return History(model, (0.0,), ())
-    march = _March(model, end)
+    march = _March(model, end, settled)
     march.run(growth, first)
     return History(model, tuple(march.marks), tuple(march.values))
 
 
 class _March:
-    def __init__(self, model: Model, end: float) -> None:
+    def __init__(self, model: Model, end: float, settled: float) -> None:
         assert model.heat is not None
-        self.model, self.end, self.heat = model, end, model.heat
+        self.model, self.end, self.heat, self.settled = model, end, model.heat, settled
         free = self.heat.free
         self.capacity = (free.T @ model.capacity @ free).tocsc()
         self.stiffness = (free.T @ model.stiffness @ free).tocsc()
@@ -135,7 +135,7 @@ class _March:
             if not np.isfinite(change):
                 return None
             rounding = change <= ROUNDING * largest and change >= before / 4
-            if change <= SETTLED * largest or rounding or not self.model.couples:
+            if change <= self.settled * largest or rounding or not self.model.couples:
                 return np.concatenate([v[:, None], stages], axis=1)
             if change > 2 * before:
                 return None
