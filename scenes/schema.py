@@ -284,6 +284,9 @@ def locate(
             return path, key.removeprefix(f"{path}.")
         if isinstance(entry.kind, Numbers) and head and path.endswith(f".{head}"):
             return path, item
+    parameters = (flat or {}).get(SECTION)
+    if isinstance(parameters, dict) and key in parameters:
+        return SECTION, key
     near = _near(key, item_keys(flat or {}, schema))
     if near:
         raise SceneError(f"unknown key {printable(key)} = {quoted(value)}: did you mean {near}?")

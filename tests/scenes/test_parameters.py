@@ -228,6 +228,12 @@ def test_a_bad_override_is_refused(settings: list[str], said: str, bar: Path) ->
     assert "\n" not in str(found.value)
 
 
+def test_the_end_of_a_parameters_key_is_enough(bar: Path) -> None:
+    assert load_free(bar, ["w=3um"]) == load_free(bar, ["parameters.w=3um"]) != load_free(bar)
+    with pytest.raises(SceneError, match="unknown key half_width"):
+        load_free(bar, ["half_width=3um"])
+
+
 @pytest.mark.parametrize(("given", "said"), [
     ("parameters.half=1%", 'parameters.half is made of others, as "w/2": give parameters.L, parameters.w'),
     ("parameters.x=1%", "parameters.x is no key"), ("parameters.w=1K", "neither in percent nor in the key's unit"),

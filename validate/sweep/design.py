@@ -69,7 +69,7 @@ class Base:
             return "+".join(name for name, _ in read), read[0][1]
         self._read([f"{key}={text}"])
         if key.partition(".")[0] not in self.schema.lists:
-            key = ".".join(filter(None, locate(key, text, self.schema)))
+            key = ".".join(filter(None, locate(key, text, self.schema, self._flat(()))))
         try:
             return key, parse_quantity(text)[0]
         except UnitError:
