@@ -35,7 +35,9 @@ class Following(Kind):
             raise SceneError(f"{path} = {quoted(given)} is a list, and has no directions: give one value, or a law")
         if len(given) != 3:
             raise SceneError(f"{path} = {quoted(given)} is not [x, y, z]: give one value, or three along the axes")
-        return tuple(Following(self.quantity).read(f"{path}[{'xyz'[d]}]", each) for d, each in enumerate(given))
+        # An insulator is one along all axes.
+        of_axis = Following(replace(self.quantity, word=None))
+        return tuple(of_axis.read(f"{path}[{'xyz'[d]}]", each) for d, each in enumerate(given))
 
     def _power(self, path: str, given: Mapping[Any, object]) -> PowerLaw:
         only(path, given, ("value", "at", "exponent", "temperatures", "values"))

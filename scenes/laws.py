@@ -72,6 +72,9 @@ class Table:
 
 Law = PowerLaw | Table
 
+SAME = 1e-9
+"""Relative: values of two tables whose quotients differ by less are proportional."""
+
 
 @dataclass(frozen=True)
 class Line:
@@ -93,6 +96,17 @@ class Line:
 def along(given: Property) -> tuple[Property, Property, Property]:
     """The property along x, y and z."""
     return given if isinstance(given, tuple) else (given, given, given)
+
+
+def ratio(law: Property, other: Property) -> float | None:
+    """How many times as large as a law, or a number, another one is at every temperature; None where that varies."""
+    if isinstance(law, PowerLaw) and isinstance(other, PowerLaw):
+        return float(other(law.at) / law.value) if law.exponent == other.exponent else None
+    if isinstance(law, Table) and isinstance(other, Table):
+        quotients = [b / a for a, b in zip(law.values, other.values, strict=False)]
+        alike = law.temperatures == other.temperatures and max(quotients) <= (1 + SAME) * min(quotients)
+        return quotients[0] if alike else None
+    return other / law if not isinstance(law, Law) and not isinstance(other, Law) else None
 
 
 def of(given: Property) -> Iterator[Law]:
@@ -132,6 +146,18 @@ def numbers(given: Property) -> Iterator[tuple[str, float, Callable[[float], Pro
         yield "", max(given.values), lambda factor: replace(given, values=tuple(factor * v for v in given.values))
     else:
         yield "", given, lambda factor: factor * given
+
+
+def in_proportion(given: Property) -> Iterator[tuple[str, float, Callable[[float], Property]]]:
+    """`numbers`, but of power laws along x, y and z that are proportional: these have one exponent."""
+    if not isinstance(given, tuple):
+        yield from numbers(given)
+        return
+    yield from (number for number in numbers(given) if not number[0].endswith(".exponent"))
+    powers = [each for each in given if isinstance(each, PowerLaw)]
+    if powers:
+        exponent = powers[0].exponent
+        yield ".exponent", exponent, lambda factor: tuple(replace(each, exponent=factor * exponent) for each in powers)
 
 
 def _along(

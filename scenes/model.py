@@ -51,8 +51,9 @@ class Material:
 
     The resistivity is ``resistivity * (1 + temperature_coefficient * (T - reference_temperature))`` (the paper's
     eq 7); ``None`` is an electrical insulator. Above ``valid_to`` (K) the material softens, melts or decomposes;
-    ``None`` where nobody says. Conductivity, specific heat and resistivity may follow the temperature by a law, the
-    conductivity differ along x, y and z (`scenes.laws`); a law of the resistivity takes the coefficient's place.
+    ``None`` where nobody says. Conductivity, specific heat and resistivity may follow the temperature by a law, and
+    conductivity and resistivity differ along x, y and z (`scenes.laws`); a law of the resistivity takes the
+    coefficient's place, and its three along the axes are proportional.
     """
 
     name: str
@@ -80,11 +81,25 @@ class Material:
         return laws.varies(self.resistivity) or bool(self.resistivity and self.temperature_coefficient)
 
     def law(self, key: str) -> Property | laws.Line:
-        """A property as it follows the temperature: of a resistivity with a temperature coefficient that line."""
+        """A property as it follows the temperature: of a resistivity that along x, with a temperature coefficient as a
+        line."""
         given = getattr(self, key)
-        if key == "resistivity" and laws.is_plain(given) and given is not None and self.temperature_coefficient:
-            return laws.Line(given, self.temperature_coefficient, self.reference_temperature)
-        return given
+        if key != "resistivity" or given is None:
+            return given
+        along_x = laws.along(given)[0]
+        if laws.is_plain(along_x) and self.temperature_coefficient:
+            return laws.Line(along_x, self.temperature_coefficient, self.reference_temperature)
+        return along_x
+
+    @property
+    def resistivity_ratios(self) -> tuple[float, float, float]:
+        """The resistivity along x, y and z over that along x, the same at every temperature; ValueError where that
+        varies, which no scene has (`scenes.physics.refuse_unlike`)."""
+        x, y, z = laws.along(self.resistivity or 1.0)
+        ratios = laws.ratio(x, y), laws.ratio(x, z)
+        if ratios[0] is None or ratios[1] is None:
+            raise ValueError(f"resistivities of {self.name} along x, y and z are not proportional")
+        return 1.0, ratios[0], ratios[1]
 
     @property
     def follows(self) -> tuple[str, ...]:

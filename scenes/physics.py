@@ -228,6 +228,16 @@ def refuse_both(label: str, material: Material) -> None:
         )
 
 
+def refuse_unlike(label: str, material: Material) -> None:
+    """Refuses resistivities along x, y and z that follow the temperature each in another way."""
+    along_x, *others = laws.along(material.resistivity or 1.0)
+    if any(laws.ratio(along_x, other) is None for other in others):
+        raise SceneError(
+            f"{label}.resistivity follows the temperature along x, y and z in different ways: give laws that are each "
+            "some times the first, or three numbers with one temperature_coefficient"
+        )
+
+
 def is_exit(boundary: Boundary | GroupBoundary) -> bool:
     """Whether heat can leave by a boundary in the end."""
     film = boundary.kind in ("convection", "radiation") and boundary.value != 0

@@ -208,10 +208,11 @@ def _materials(scene: AnyScene) -> Iterator[tuple[str, Number]]:
         keys = list(physics.needed(scene))
         if physics.electric(scene) and material.resistivity is not None:
             keys.append("resistivity")
-            keys += ["temperature_coefficient"] if laws.is_plain(material.resistivity) else []
+            keys += [] if laws.varies(material.resistivity) else ["temperature_coefficient"]
             keys += ["reference_temperature"] if material.temperature_coefficient else []
         for key in keys:
-            for name, value, times in laws.numbers(getattr(material, key)):
+            given = getattr(material, key)
+            for name, value, times in laws.in_proportion(given) if key == "resistivity" else laws.numbers(given):
                 kind: Any = _POWER if name.endswith(EXPONENT) else number_of(LISTS["material"][key])
                 number = Number(float(value), kind, _with_material(scene, material, key, times))
                 yield f"material.{material.name}.{key}{name}", number

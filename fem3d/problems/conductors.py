@@ -33,13 +33,16 @@ def find(heat: HeatProblem, solved: float = SOLVED) -> Conductor | None:
     copies = domain.stands_for[domain.body][:, None]
     lines = lines[domain.body] * copies
     voltages, fixed, terminals, reactions = _electrodes(domain)
-    sections, jumps = _sections(heat, lines, copies)
+    ratios = np.array([m.resistivity_ratios for m in domain.materials]).T[:, domain.body, None]
+    along = None if (ratios[:, cells] == 1.0).all() else ratios
+    sections, jumps = _sections(heat, lines, copies, along)
     cold, warm = lines[cells, :1], lines[cells, 1:]
-    matrix, names, stands_for = space.stiffness(1 / cold[:, 0], cells), _named(domain)[cells], copies[cells]
+    conductivity = 1 / cold[:, 0] if along is None else 1 / (cold * along[:, cells])[..., 0]
+    matrix, names, stands_for = space.stiffness(conductivity, cells), _named(domain)[cells], copies[cells]
     on: Any = space.on(cells)
     crossed = crossings(heat.domain)
-    if crossed or domain is not heat.domain:
-        on = Paths(heat.domain.space.on(cells), on, crossed)
+    if crossed or domain is not heat.domain or along is not None:
+        on = Paths(heat.domain.space.on(cells), on, crossed, None if along is None else np.sqrt(along[:, cells]))
         counts = [len(c.warmed[0].areas) for c in crossed]
         matrix = sum((c.potential.mass() / c.resistance for c in crossed), matrix)
         cold = np.vstack([cold, np.repeat([c.resistance for c in crossed], counts)[:, None]])
@@ -77,34 +80,36 @@ def _electrodes(domain: Domain) -> tuple[np.ndarray, np.ndarray, tuple[Terminal,
 
 
 def _sections(
-    heat: HeatProblem, lines: np.ndarray, copies: np.ndarray
+    heat: HeatProblem, lines: np.ndarray, copies: np.ndarray, along: np.ndarray | None
 ) -> tuple[dict[str, Section], dict[str, np.ndarray]]:
     """For each probe of a current the facets that it passes, seen from both sides, and what it reads off the jump of
     the potential (functions,) at contacts; ``lines`` (cells, 2) are the resistivity of the cells and its change per
-    kelvin."""
+    kelvin, ``along`` (3, cells, 1) how many times as large they are along the axes."""
     domain, sections, jumps = heat.domain.electric, dict[str, Section](), dict[str, np.ndarray]()
     torn = [(joint.facets, r) for joint in domain.contacts if (r := joint.contact.electrical_resistance)]
     for probe in domain.scene.probes:
         if probe.quantity == "current":
             sides = domain.sides(probe, domain.live, [facets for facets, _ in torn])
-            sections[probe.name] = [
-                (faces, faces.by(heat.domain.space), sign, lines[cells, :1], lines[cells, 1:],
-                 _resistivity(domain, cells, lines[cells], copies[cells]))
-                for faces, sign, cells in sides
-            ]  # fmt: skip
+            section = sections[probe.name] = []
+            for faces, sign, cells in sides:
+                times = 1.0 if along is None else along[:, cells]
+                cold, warm = times * lines[cells, :1], times * lines[cells, 1:]
+                resistivity = _resistivity(domain, cells, cold, warm, times * copies[cells])
+                section.append((faces, faces.by(heat.domain.space), sign, cold, warm, resistivity))
             jumps[probe.name] = across(domain, probe, torn)
     return sections, jumps
 
 
 def law(material: Material, initial: float) -> tuple[float, float]:
-    """The resistivity at the initial temperature (ohm m) and its change per kelvin (ohm m/K), eq 7, of a law 0;
+    """The resistivity along x at the initial temperature (ohm m) and its change per kelvin (ohm m/K), eq 7, of a law 0;
     ValueError for a material that doesn't conduct."""
     if material.resistivity is None:
         raise ValueError(f"{material.name} doesn't conduct")
-    if isinstance(material.resistivity, laws.Law):
-        return float(material.resistivity(initial)), 0.0
+    along_x = laws.along(material.resistivity)[0]
+    if isinstance(along_x, laws.Law):
+        return float(along_x(initial)), 0.0
     a = material.temperature_coefficient
-    return material.resistivity * (1 + a * (initial - material.reference_temperature)), material.resistivity * a
+    return along_x * (1 + a * (initial - material.reference_temperature)), along_x * a
 
 
 def _named(domain: Domain) -> np.ndarray:
@@ -127,9 +132,12 @@ def within(name: str) -> list[str]:
     return name.split(AND)[1:]
 
 
-def _resistivity(domain: Domain, cells: np.ndarray, line: np.ndarray, each: np.ndarray) -> Resistivity:
-    """The resistivity of facets seen from some cells; a ``line`` (facets, 2) where no law bends it."""
+def _resistivity(
+    domain: Domain, cells: np.ndarray, cold: np.ndarray, warm: np.ndarray, times: np.ndarray
+) -> Resistivity:
+    """The resistivity of facets seen from some cells: ``cold`` with its change per kelvin, or so many ``times`` its law
+    along x where one bends it; all three (facets, 1), with axes in front where it differs along them."""
     if len(np.intersect1d(following(domain, "resistivity"), cells)):
         of_facets = OfCells(domain, "resistivity", cells)
-        return lambda rise: each * of_facets.value(rise)
-    return lambda rise: line[:, :1] + line[:, 1:] * rise
+        return lambda rise: times * of_facets.value(rise)
+    return lambda rise: cold + warm * rise

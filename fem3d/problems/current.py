@@ -77,9 +77,9 @@ class Conductor:
     enter. ``sections``: the current probes inside, of which what lies on contacts is told by the ``jumps`` there, as a
     row (functions,) of each. ``stands_for`` (rows, 1): how many such cells in series each one is, all of which the
     resistivity counts and the heat does not. ``names`` (rows,) are those of bodies and contacts. ``following``: the
-    resistivity (ohm m) where one is a law, which ``cold`` and ``warm`` leave out. Current densities are (3,
-    rows, points), by a quadrature with ``more`` points along each axis than the space asks for, on ``pieces`` of each
-    cell.
+    resistivity (ohm m) where one is a law, which ``cold`` and ``warm`` leave out. Resistivities are those along x, and
+    current densities (3, rows, points) those that go with them (`fem3d.problems.paths`), by a quadrature with ``more``
+    points along each axis than the space asks for, on ``pieces`` of each cell.
     """
 
     heat: HeatProblem
@@ -366,6 +366,11 @@ class Conductor:
     def product(self, a: np.ndarray, b: np.ndarray) -> float:
         """The integral of rho Ja . Jb at the initial temperature (W)."""
         return float((self.on.weights * self.cold * (a * b).sum(axis=0)).sum())
+
+    def current_density(self, potential: Potential) -> np.ndarray:
+        """(3, rows, points): that of a potential along x, y and z (A/m2), of which `Paths` has another where the
+        resistivity differs along them."""
+        return potential.density / self.on.roots if isinstance(self.on, Paths) else potential.density
 
     def heating(self, a: np.ndarray, b: np.ndarray, rise: np.ndarray) -> np.ndarray:
         """(cells, points): rho Ja . Jb (W/m3)."""

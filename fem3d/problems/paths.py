@@ -1,5 +1,9 @@
 """Where current flows: through cells, and across contacts, each facet of which is like one more cell.
 
+Where the resistivity along y and z is some r times that along x, the gradient along these is divided by sqrt(r) and the
+current density multiplied by it. Ohm's law is then J = -gradient/rho, its heat rho |J|^2 and the current that enters
+the integral of J . gradient, each with the one rho along x.
+
 Across a contact the potential jumps by its resistance per area times the current density, as if it were a layer of unit
 thickness, of that resistivity and of no extent: its gradient is the jump, its current density has one component, and
 its heat enters the temperature's functions on both sides alike, or on the only side that there is.
@@ -94,17 +98,21 @@ class OfPaths:
 class Paths:
     """Integrals over cells and crossings as those of `Cells`: rows are the cells, then the facets of each crossing,
     with points of no weight where there are fewer. `value` and `load` are of the temperature's functions, `gradient`
-    and `flow` of the potential's."""
+    and `flow` of the potential's. ``roots`` (3, cells, 1): of the
+    resistivity along x, y and z over that along x."""
 
-    def __init__(self, warmed: Cells, electric: Cells, crossings: Sequence[Crossing]) -> None:
+    def __init__(
+        self, warmed: Cells, electric: Cells, crossings: Sequence[Crossing], roots: np.ndarray | None = None
+    ) -> None:
         self.warmed, self._electric, self._crossings = warmed, electric, crossings
+        self.roots = np.ones((3, 1, 1)) if roots is None else roots
         counts = [warmed.weights.shape[1], *(c.warmed[0].areas.shape[1] for c in crossings)]
         self._points = max(counts)
         self.weights = self._rows([warmed.weights, *(c.warmed[0].areas for c in crossings)])
 
     def finer(self, warmed: Cells, electric: Cells) -> Paths:
         """The same with other points in the cells."""
-        return Paths(warmed, electric, self._crossings)
+        return Paths(warmed, electric, self._crossings, self.roots)
 
     def _rows(self, parts: Sequence[np.ndarray]) -> np.ndarray:
         """(..., rows, points): what is known of cells and of each crossing, (..., rows of it, points of it)."""
@@ -145,12 +153,12 @@ class Paths:
     def gradient(self, u: np.ndarray) -> np.ndarray:
         """(3, rows, points): the gradient of a function of the potential's, of contacts the jump."""
         jumps = [np.multiply.outer([1.0, 0.0, 0.0], c.potential.jump(u)) for c in self._crossings]
-        return self._rows([self._electric.gradient(u), *jumps])
+        return self._rows([self._electric.gradient(u) / self.roots, *jumps])
 
     def flow(self, field: np.ndarray) -> np.ndarray:
         """(functions,): the integral of a field (3, rows, points) times the gradient of each of the potential's."""
         in_cells, *others = self._parts(field)
-        flow = self._electric.flow(in_cells)
+        flow = self._electric.flow(in_cells / self.roots)
         for crossing, part in zip(self._crossings, others, strict=True):
             flow += crossing.potential.load(part[0])
         return flow

@@ -159,25 +159,26 @@ class Goals:
         row, charges, sides = np.zeros(len(rise)), np.zeros(len(phi)), []
         section, beside = conductor.sections[probe.name], domain.sides(probe, domain.live)
         by_law = conductor.following is not None
+        ratios = np.array([m.resistivity_ratios for m in domain.materials]).T[:, domain.body, None]
         for (faces, warmed, sign, _, warm, resistivity), (_, _, cells) in zip(section, beside, strict=True):
             at = warmed.value(rise)
             rho = resistivity(at)
+            times = ratios[:, cells] * domain.stands_for[domain.body[cells], None]
             if by_law:
-                warm = domain.stands_for[domain.body[cells], None] * OfCells(domain, "resistivity", cells).slope(at)
+                warm = times * OfCells(domain, "resistivity", cells).slope(at)
             charges += sign * faces.flux(1 / rho)
-            row += sign * warmed.load(warm / rho**2 * faces.slope(phi))
-            sides.append((faces, sign, cells, at, rho))
+            row += sign * warmed.load(faces.slope(phi, warm / rho**2))
+            sides.append((faces, sign, cells, at, rho, times))
 
         def follows(by: Motion) -> float:
             total, shrinks = 0.0, _shrinks(domain, probe, by)
-            for faces, sign, cells, at, rho in sides:
-                grown = shrinks[cells]
+            for faces, sign, cells, at, rho, times in sides:
+                grown = (shrinks - by.ratios)[:, cells, None]
                 if by_law:
-                    copies = domain.stands_for[domain.body[cells], None]
-                    resisted = copies * by.of_law(domain, "resistivity", cells, at)
+                    resisted = times * by.of_law(domain, "resistivity", cells, at)
                 else:
-                    resisted = by.cold[cells][:, None] + by.warm[cells][:, None] * at
-                total += sign * float(faces.flux(grown[:, None] / rho - resisted / rho**2) @ phi)
+                    resisted = ratios[:, cells] * (by.cold[cells][:, None] + by.warm[cells][:, None] * at)
+                total += sign * float(faces.flux(grown / rho - resisted / rho**2) @ phi)
             return total
 
         return replace(none, row=row, charges=charges, own=((1.0, follows),))

@@ -33,7 +33,8 @@ APART = 1e-9  # faces nearer to each other than this fraction of a scene's exten
 class Motion:
     """Derivatives by the logarithm of a key. ``breaks``: of the grid's breakpoints (m), per axis; ``stretch`` (3,
     cells): of the logarithms of the cells' sides; ``conductivity`` (3, cells), ``cold`` and ``warm`` (cells,): of
-    the properties where these are numbers, the latter the two parts of the resistivity; ``rises`` and ``voltages``
+    the properties where these are numbers, the latter the two parts of the resistivity along x; ``ratios`` (3, cells):
+    of the logarithms of the resistivities along x, y and z over that along x; ``rises`` and ``voltages``
     (functions,): of what is given; ``sources``: of the heat sources, as the domain has them; ``films``: of flux,
     coefficient and the air's rise, by boundary; ``probes``: of corners; ``electrodes``: their voltages, with how
     they change; ``terminals``: by name of the given current (A), or of the voltage and of the conductance (S) of
@@ -46,6 +47,7 @@ class Motion:
     conductivity: np.ndarray
     cold: np.ndarray
     warm: np.ndarray
+    ratios: np.ndarray
     rises: np.ndarray
     voltages: np.ndarray
     sources: tuple[float, ...]
@@ -125,6 +127,7 @@ def motion(domain: Any, part: Symmetry, other: Symmetry, step: float) -> Motion:
     conductivity = [_change(p.thermal_conductivity, q.thermal_conductivity, step) for p, q in owner]
     lines = np.array([_difference(_law(p, start[0]), _law(q, start[1]), step) for p, q in owner])
     lines = (lines * domain.stands_for[:, None])[indices]
+    ratios = np.array([np.log(np.divide(q.resistivity_ratios, p.resistivity_ratios)) / step for p, q in owner])
     breaks: tuple[np.ndarray, ...] = ()
     stretch, probes = np.zeros((3, len(indices))), dict[str, tuple[np.ndarray, np.ndarray]]()
     if isinstance(domain, BoxCells):
@@ -138,7 +141,7 @@ def motion(domain: Any, part: Symmetry, other: Symmetry, step: float) -> Motion:
             for p, q in zip(scene.probes, changed.probes, strict=True)
         }
     return Motion(
-        breaks, stretch, np.array(conductivity).T[:, indices], lines[:, 0], lines[:, 1], rises,
+        breaks, stretch, np.array(conductivity).T[:, indices], lines[:, 0], lines[:, 1], ratios.T[:, indices], rises,
         voltages, _sources(scene, changed, step), films, probes, tuple(electrodes), terminals,
         _resisting(scene, changed, step), changed, step,
     )  # fmt: skip

@@ -172,9 +172,9 @@ def _resistances(domain: Domain) -> list[float]:
     return [joint.contact.electrical_resistance for joint in domain.contacts]
 
 
-def _laws(domain: Domain) -> list[tuple[float, float] | None]:
+def _laws(domain: Domain) -> list[tuple[float, ...] | None]:
     start = domain.scene.initial_temperature
-    return [law(m, start) if m.resistivity else None for m in domain.materials]
+    return [(*law(m, start), *m.resistivity_ratios) if m.resistivity else None for m in domain.materials]
 
 
 def _refined(matrix: csc_array, near: Solve) -> Solve:

@@ -235,7 +235,8 @@ class Tangent:
         if conductor is not None:
             derivative += float(parts.of_terminals @ [self._driven(t, by) for t in conductor.terminals])
             live, (areas, resistances) = conductor.cells, self._crossed(by)
-            derivative += float((parts.heating * np.hstack([grown[:, live], np.tile(areas, (3, 1))])).sum())
+            grown = grown[:, live] - by.ratios[:, live]
+            derivative += float((parts.heating * np.hstack([grown, np.tile(areas, (3, 1))])).sum())
             n = len(live)
             derivative -= float(parts.resisted[0, n:] @ (conductor.cold[n:, 0] * resistances))
             if conductor.following is None:

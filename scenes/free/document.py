@@ -61,7 +61,7 @@ HEAT_CONTACT = k.Quantity(d.THERMAL_CONTACT, 1e-12, 1e6, note=_PERFECT)
 CURRENT_CONTACT = k.Quantity(d.ELECTRICAL_CONTACT, 1e-18, 1e6, note=_PERFECT)
 CONTACT_RESISTANCE = ck.ContactResistance((HEAT_CONTACT, CURRENT_CONTACT))
 """Beside a boundary's temperature or voltage."""
-RESISTIVITY = Following(k.Quantity(d.RESISTIVITY, 1e-12, 1e9, word="insulator"))
+RESISTIVITY = Following(k.Quantity(d.RESISTIVITY, 1e-12, 1e9, word="insulator"), axes=True)
 HEAT_SOURCE = ck.Varying(k.Quantity(d.HEAT_SOURCE, 0.0, 1e20, signed=True))
 
 
@@ -289,6 +289,7 @@ def _material(given: dict[str, Any]) -> m.Material:
     """The material, with a stand-in for what is not given."""
     material = m.Material(**{**dict.fromkeys(HEAT_KEYS, UNUSED), **given})
     physics.refuse_both(f"material {quoted(material.name)}", material)
+    physics.refuse_unlike(f"material {quoted(material.name)}", material)
     return material
 
 

@@ -67,7 +67,7 @@ def _of_material(material: m.Material, needed: tuple[str, ...]) -> dict[str, Any
     kinds = LISTS["material"]
     table |= {key: kinds[key].write(v) for key in HEAT_KEYS if (v := getattr(material, key)) != UNUSED or key in needed}
     table["resistivity"] = RESISTIVITY.write(material.resistivity)
-    if laws.is_plain(material.resistivity) and material.resistivity is not None:
+    if material.resistivity is not None and not laws.varies(material.resistivity):
         table |= {key: getattr(material, key) for key in ("temperature_coefficient", "reference_temperature")}
     return table if material.valid_to is None else table | {"valid_to": material.valid_to}
 

@@ -29,8 +29,9 @@ STRIP: dict[str, Any] = {
     "run": {"steady": True, "accuracy": 0.1},
     "material": [
         {"name": "metal", "thermal_conductivity": {"value": 130.0, "at": 293.0, "exponent": -1.3},
-         "resistivity": {"value": 1e-5, "at": 300.0, "exponent": 0.8}},
-        {"name": "wire", "thermal_conductivity": 80.0, "resistivity": 2e-5, "temperature_coefficient": 1e-3},
+         "resistivity": [{"value": value, "at": 300.0, "exponent": 0.8} for value in (1e-5, 2e-5, 1e-5)]},
+        {"name": "wire", "thermal_conductivity": 80.0, "resistivity": [2e-5, 1e-5, 4e-5],
+         "temperature_coefficient": 1e-3},
         {"name": "oxide", "thermal_conductivity": [2.0, 1.5, {"value": 2.0, "at": 300.0, "exponent": 0.7}]},
     ],
     "box": [
@@ -59,7 +60,8 @@ STRIP: dict[str, Any] = {
 }  # fmt: skip
 PROPERTIES = (
     "material.metal.thermal_conductivity", "material.metal.thermal_conductivity.exponent",
-    "material.metal.resistivity.exponent", "material.wire.temperature_coefficient",
+    "material.metal.resistivity.exponent", "material.metal.resistivity[y]", "material.wire.resistivity[y]",
+    "material.wire.temperature_coefficient",
     "material.oxide.thermal_conductivity[x]", "material.oxide.thermal_conductivity[z].exponent",
 )  # fmt: skip
 CONDITIONS = (

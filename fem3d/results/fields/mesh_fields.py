@@ -91,7 +91,7 @@ class OwnCells:
         potential = np.full(len(self.points), np.nan)
         if conductor is not None:
             electric = conductor.solve(rise, inputs @ conductor.voltages)
-            density[:, conductor.cells] = electric.density
+            density[:, conductor.cells] = conductor.current_density(electric)
             heating[conductor.cells] += conductor.heating(electric.density, electric.density, rise)
             live = np.unique(self.hexes[domain.live])
             potential[live] = self._at_points(electric.potential)[live]

@@ -150,15 +150,23 @@ class Quadratic(Whole):
         def mean(values: np.ndarray) -> np.ndarray:
             return np.einsum("xi,yj,zk,ijk->xyz", *(p.weights for p in self._pieces), values, optimize=True)
 
+        ratios = self._resistivity_ratios
+
         def along(component: int) -> np.ndarray:
             def turned(values: np.ndarray, axis: int, parity: str) -> np.ndarray:
                 # Even: the mirror turns the normal component; odd: it turns the others.
                 return -values if (axis == component) == (parity == "even") else values
 
-            return self.in_hexes(mean(-conductivity * gradient[component]), turned)
+            return self.in_hexes(mean(-conductivity * gradient[component] / ratios[component]), turned)
 
-        joule = self.in_hexes(mean(conductivity * np.sum(np.square(gradient), axis=0)) / self._each)
+        joule = self.in_hexes(mean(conductivity * np.sum(np.square(gradient) / ratios, axis=0)) / self._each)
         return np.stack([along(d) for d in range(3)], axis=1), joule
+
+    @cached_property
+    def _resistivity_ratios(self) -> np.ndarray:
+        """(3, ...): the resistivity along x, y and z over that along x, at the Gauss points."""
+        ratios = np.array([*(b.material.resistivity_ratios for b in self._grid.boxes), (1.0, 1.0, 1.0)])
+        return np.moveaxis(_at_gauss(ratios[with_none(self._grid.owner, VOID)[self._at]]), -1, 0)
 
     @cached_property
     def _each(self) -> np.ndarray:
@@ -169,7 +177,7 @@ class Quadratic(Whole):
         return pieces
 
     def _resistivity(self, rise: np.ndarray) -> np.ndarray:
-        """The resistivity at the Gauss points, at a rise there; 0 in insulators."""
+        """The resistivity along x at the Gauss points, at a rise there; 0 in insulators."""
         initial = self._heat.domain.scene.initial_temperature
         materials = [b.material for b in self._grid.boxes]
         lines = [law(m, initial) if m.resistivity else (0.0, 0.0) for m in materials]
@@ -177,8 +185,8 @@ class Quadratic(Whole):
         at_room, per_kelvin = np.moveaxis(np.array([*lines, (0.0, 0.0)])[owner], -1, 0)
         resistivity = at_room + per_kelvin * rise
         for n, material in enumerate(materials):
-            if isinstance(material.resistivity, laws.Law):
-                resistivity[owner == n] = material.resistivity(np.maximum(initial + rise[owner == n], COLDEST))
+            if isinstance(along_x := laws.along(material.resistivity)[0], laws.Law):
+                resistivity[owner == n] = along_x(np.maximum(initial + rise[owner == n], COLDEST))
         each: np.ndarray = _at_gauss(self._each)
         return resistivity * each
 

@@ -126,7 +126,7 @@ SCENES: dict[str, tuple[tuple[tuple[str, str], ...], tuple[str, ...]]] = {
     "[kx, ky]": ((law("[130, 60]"),), ("[130, 60] is not [x, y, z]",)),
     "a resistivity of two": (
         ((RHO, "resistivity = [1e-5, 2e-5]"),),
-        ("[1e-05, 2e-05] is a list, and has no directions",),
+        ("[1e-05, 2e-05] is not [x, y, z]",),
     ),
     "a law and a coefficient": (
         ((RHO, "resistivity = {value = 1e-5, at = 293, exponent = 1}\ntemperature_coefficient = 1e-3"),),
