@@ -168,7 +168,7 @@ def plan(scene: AnyScene, whole: bool = False, mesh: Any = None) -> tuple[Step, 
         return *lines, heat_step(scene), electric, *states(scene, reached)
     part = symmetry.reduce(clipped(scene))
     laid = mesh or start(scene, whole)[1]
-    warm = any(b.material.resistivity and b.material.temperature_coefficient for b in part.scene.boxes)
+    warm = any(b.material.warms for b in part.scene.boxes)
     if connected.live(part.scene).any():
         follows = ", whose resistance follows the temperature" if warm and physics.heat(scene) else ""
         electric = Step("electric problem", "done", f"in the parts that touch electrodes of two voltages{follows}")
