@@ -11,6 +11,9 @@ import numpy as np
 from scenes.errors import SceneError, listed, quoted
 from scenes.model import AnyScene, Scene, Schedule, Value
 
+# Where the current is below this fraction of its largest, V/I is 0/0: the resistance there is interpolated between the
+# times beside it.
+NO_CURRENT = 1e-9
 SAME = 1e-9  # corners nearer to one another than this part of a scene's extent are one
 
 Pair = tuple[Any, Any]
@@ -25,6 +28,16 @@ def pairs(scene: AnyScene, conductors: Iterable[Collection[str]]) -> dict[str, P
     """
     joined = list(conductors)
     return {p.name: _pair(scene, p, joined) for p in scene.probes if p.quantity == "resistance"}
+
+
+def resistance(between: np.ndarray, current: np.ndarray, time: np.ndarray) -> np.ndarray:
+    """The resistance (ohm) at times (s) of which the voltage and the current are given; 0 where none ever passes."""
+    passing = np.abs(current) > NO_CURRENT * np.abs(current).max()
+    if not passing.any():
+        return np.zeros(current.shape)
+    if passing.all():
+        return between / current
+    return np.interp(time, time[passing], between[passing] / current[passing])
 
 
 def _pair(scene: AnyScene, probe: Any, conductors: list[Collection[str]]) -> Pair:

@@ -18,10 +18,6 @@ from scenes import readouts
 from scenes.free.grid import grid_of
 from scenes.model import AnyScene, GroupProbe, MeshScene, Probe
 
-# Where the current is below this fraction of its largest, V/I is 0/0: the resistance there is interpolated between the
-# times beside it.
-NO_CURRENT = 1e-9
-
 
 def pairs(scene: AnyScene) -> dict[str, readouts.Pair]:
     """The electrodes of each probe of a resistance, which is looked for where there is one."""
@@ -56,14 +52,7 @@ def _potential(boundary: Any) -> Probe | GroupProbe:
 
 def resistance(pair: readouts.Pair, out: Outputs) -> np.ndarray:
     """The resistance (ohm) between two electrodes, at the times of some outputs."""
-    current, between = out[f"current:{pair[0].name}"], given(pair, out)
-    passing = np.abs(current) > NO_CURRENT * np.abs(current).max()
-    if not passing.any():
-        return np.zeros(current.shape)
-    if passing.all():
-        return between / current
-    resistance: np.ndarray = np.interp(out["time"], out["time"][passing], between[passing] / current[passing])
-    return resistance
+    return readouts.resistance(given(pair, out), out[f"current:{pair[0].name}"], out.get("time", np.zeros(())))
 
 
 def given(pair: readouts.Pair, out: Outputs) -> np.ndarray:

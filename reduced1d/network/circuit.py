@@ -33,9 +33,10 @@ class Circuit:
     """m branches with h halves on n unknowns, of which ``free`` (n, f) and ``fixed`` (n, inputs) make all: u = free v +
     fixed x.
 
-    ``across`` (m, n) and ``given`` (m, inputs) are B and N, ``halves`` (h, n) is M, ``branch`` and ``line`` (h,) say of
-    which branch and of which line, ``size`` is in 1/m, ``extra`` (m,) in K/W. ``load`` (n, inputs) is what inputs bring
-    directly. ``rows`` says which branches are those of ("line", number), ("joint", number) or ("condition", number).
+    ``across`` (m, n) and ``given`` (m, inputs) are B and N, ``halves`` (h, n) is M, ``branch`` and ``line`` (h,)
+    say of which branch and of which line, ``size`` is in 1/m, ``extra`` (m,) in K/W; ``span`` (2, h) from where to
+    where along its line a half lies (m). ``load`` (n, inputs) is what inputs bring directly. ``rows`` says which
+    branches are those of ("line", number), ("joint", number) or ("condition", number).
     """
 
     across: sp.csr_matrix
@@ -44,6 +45,7 @@ class Circuit:
     branch: np.ndarray
     line: np.ndarray
     size: np.ndarray
+    span: np.ndarray
     extra: np.ndarray
     free: sp.csr_matrix
     fixed: sp.csr_matrix
@@ -89,6 +91,10 @@ class Circuit:
         return np.where(tied[labels], 1 + labels, -1 - labels)
 
 
+Half = tuple[int, sp.csr_matrix, np.ndarray, np.ndarray]
+"""What one line has of some branches: the line, and by branch its values, sizes (1/m) and places along the line (m)."""
+
+
 class Builder:
     """Collects the branches of a circuit: first those of lines, then joints and conditions."""
 
@@ -104,6 +110,7 @@ class Builder:
         self.branch: list[np.ndarray] = []
         self.line: list[np.ndarray] = []
         self.size: list[np.ndarray] = []
+        self.span: list[np.ndarray] = []
         self.extra: list[np.ndarray] = []
         self.load = sp.lil_matrix((elements.size, inputs))
         self.same: list[tuple[int, int]] = []
@@ -115,23 +122,24 @@ class Builder:
         self,
         key: tuple[str, int],
         across: sp.csr_matrix,
-        halves: list[tuple[int, sp.csr_matrix, np.ndarray]],
+        halves: list[Half],
         given: int | None = None,
         extra: np.ndarray | float = 0.0,
     ) -> None:
         m, extra = across.shape[0], np.broadcast_to(extra, across.shape[0]).astype(float)
         if key in self.measured:
-            each = sum((size * self.cold(line) for line, _, size in halves), extra)
+            each = sum((size * self.cold(line) for line, _, size, _ in halves), extra)
             factor = self.measured[key] * float((1 / each).sum())
-            halves, extra = [(line, values, size * factor) for line, values, size in halves], extra * factor
+            halves, extra = [(line, values, size * factor, span) for line, values, size, span in halves], extra * factor
         self.rows[key] = slice(self.count, self.count + m)
         self.across.append(across)
         column = np.zeros((m, self.inputs))
         if given is not None:
             column[:, given] = 1.0
         self.given.append(sp.csr_matrix(column))
-        for line, values, size in halves:
+        for line, values, size, span in halves:
             self.halves.append(values)
+            self.span.append(np.broadcast_to(span, (2, m)))
             self.branch.append(self.count + np.arange(m))
             self.line.append(np.full(m, line))
             self.size.append(size)
@@ -148,7 +156,7 @@ class Builder:
         """A line of its own."""
         line, e = self.layout.lines[number], self.elements
         q = e.inside(number, line.start, line.stop)
-        self._add(("line", number), e.slopes[q], [(number, e.values[q], 1 / (line.area * e.weights[q]))])
+        self._add(("line", number), e.slopes[q], [(number, e.values[q], 1 / (line.area * e.weights[q]), e.places[q])])
 
     def joint(self, number: int, joint: Joint) -> None:
         """What two lines exchange where they touch; two ends without a contact become one unknown."""
@@ -160,26 +168,26 @@ class Builder:
             self.same.append((self.elements.end(one.line, one.end), self.elements.end(other.line, other.end)))
             return
         sides = [self.side(touch, by_point) for touch in (one, other)]
-        halves = [
-            (t.line, values, size) for t, (values, size) in zip((one, other), sides, strict=True) if t.end is None
-        ]
+        halves = [(t.line, *side) for t, side in zip((one, other), sides, strict=True) if t.end is None]
         if joint.kind == "ends" and not joint.contact:
-            halves = [(one.line, sides[0][0], np.ones(1))]  # what was measured, at the first line's end
+            values, _, span = sides[0]
+            halves = [(one.line, values, np.ones(1), span)]  # what was measured, at the first line's end
         areas: np.ndarray | float = one.area
         if by_point:
             areas = self._areas(one, self.elements.inside(one.line, one.start, one.stop))
         self._add(("joint", number), sides[0][0] - sides[1][0], halves, extra=joint.contact / areas)
 
-    def side(self, touch: Touch, by_point: bool) -> tuple[sp.csr_matrix, np.ndarray]:
-        """The values of a line where it is touched, point by point or their mean, and the half's sizes (1/m)."""
-        e = self.elements
+    def side(self, touch: Touch, by_point: bool) -> tuple[sp.csr_matrix, np.ndarray, np.ndarray]:
+        """The values of a line where it is touched, point by point or their mean, with the half's sizes (1/m) and where
+        along the line it begins and ends (m)."""
+        e, span = self.elements, np.array([[touch.start], [touch.stop]])
         if touch.end is not None:
             unit = sp.csr_matrix(([1.0], ([0], [e.end(touch.line, touch.end)])), shape=(1, e.size))
-            return unit, np.zeros(1)
+            return unit, np.zeros(1), span
         if not by_point:
-            return e.mean(touch.line, touch.start, touch.stop), np.array([touch.half / touch.area])
+            return e.mean(touch.line, touch.start, touch.stop), np.array([touch.half / touch.area]), span
         q = e.inside(touch.line, touch.start, touch.stop)
-        return e.values[q], touch.half / self._areas(touch, q)
+        return e.values[q], touch.half / self._areas(touch, q), e.places[q]
 
     def _areas(self, touch: Touch, q: np.ndarray) -> np.ndarray:
         """The part of a side's area that belongs to each point of the quadrature (m2)."""
@@ -193,11 +201,11 @@ class Builder:
         if touch.end is not None and film is None and not self.measured.get(key):
             self._hold(self.elements.end(touch.line, touch.end), given, b.name, b.value, touch.line)
             return
-        values, size = self.side(touch, True)
+        values, size, span = self.side(touch, True)
         q = self.elements.inside(touch.line, touch.start, touch.stop)
         areas = np.array([touch.area]) if touch.end is not None else self._areas(touch, q)
         held = touch.end is not None and film is None
-        halves = [(touch.line, values, size + held)] if touch.end is None or held else []
+        halves = [(touch.line, values, size + held, span)] if touch.end is None or held else []
         self._add(key, values, halves, given, 0.0 if film is None else 1 / (film * areas))
 
     def _hold(self, dof: int, given: int, name: str, value: Value, line: int) -> None:
@@ -250,7 +258,7 @@ class Builder:
         return Circuit(
             sp.vstack(self.across, "csr"), sp.vstack(self.given, "csr"), sp.vstack(self.halves, "csr"),
             np.concatenate(self.branch), np.concatenate(self.line), np.concatenate(self.size),
-            np.concatenate(self.extra), free, fixed, self.load.tocsr(), self.rows,
+            np.hstack(self.span), np.concatenate(self.extra), free, fixed, self.load.tocsr(), self.rows,
         )  # fmt: skip
 
     def _line_of(self, dof: int) -> str:

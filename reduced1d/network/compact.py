@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from reduced1d.network.circuit import Circuit, factor
-from reduced1d.network.flows import Flows
+from reduced1d.network.flows import EVERYWHERE, Flows
 from reduced1d.network.lines import layout
 from reduced1d.network.model import Model
 from reduced1d.network.readings import Reader
@@ -26,8 +26,8 @@ from scenes.compact.channels import OWN, UNITS, Channel, channels, scenarios
 from scenes.compact.facts import EQUATIONS
 from scenes.compact.runtime import CompactModel
 from scenes.errors import NumericsError, SceneError
+from scenes.model import DERIVED, AnyScene, Probe, Scene, Schedule, Value
 from scenes.model import UNITS as OF_PROBES
-from scenes.model import AnyScene, Probe, Scene, Schedule, Value
 
 COUNTS = (2, 4, 6, 8, 12, 16, 24, 32, 48)
 """Numbers of states that are tried in turn."""
@@ -36,7 +36,6 @@ RATES, APART, INSTANTS = 12, 1e-7, 40
 FEEDBACK = 4
 """How often the heat that follows a response is followed in turn: each time what remains falls by the share of the
 heating that follows the temperature."""
-EVERYWHERE = (-np.inf,) * 3, (np.inf,) * 3
 
 
 def compact(
@@ -45,7 +44,8 @@ def compact(
     """The document of a scene's network (`scenes.compact.runtime`), of some states or as many as an accuracy takes.
 
     Raises SceneError for a scene that has none, NumericsError where the accuracy isn't reached."""
-    shape = layout(scene)
+    untyped: Any = scene
+    shape = layout(replace(untyped, probes=tuple(p for p in untyped.probes if p.quantity not in DERIVED)))
     given = shape.scene
     if any(p.reduce != "mean" for p in given.probes):
         raise SceneError('a network\'s compact model has no extremes: give its probes reduce = "mean", or points')

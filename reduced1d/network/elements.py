@@ -24,8 +24,8 @@ proportion to the distance."""
 class Elements:
     """Elements of a degree between the ``nodes`` (m) of each line.
 
-    ``values`` and ``slopes`` (points, n) take the n unknowns to the points of the quadrature, whose ``weights`` are in
-    m.
+    ``values`` and ``slopes`` (points, n) take the n unknowns to the points of the quadrature, whose ``weights`` and
+    ``places`` along their lines are in m.
     """
 
     def __init__(self, nodes: Sequence[np.ndarray], degree: int) -> None:
@@ -47,6 +47,8 @@ class Elements:
         rows = np.arange(count * self.points).reshape(count, -1)
         shape = (count, self.points)
         each = [field[0] for field in basis.basis]
+        starts_at = np.repeat([x[0] for x in nodes], np.diff(self.first) * self.points)
+        self.places = starts_at + np.asarray(basis.global_coordinates())[0].ravel()
         self.values = self._matrix(rows, [np.broadcast_to(np.asarray(f), shape) for f in each])
         self.slopes = self._matrix(rows, [np.broadcast_to(f.grad[0], shape) for f in each])
 

@@ -15,6 +15,8 @@ from reduced1d.network.lines import Line, Touch
 from reduced1d.network.model import Model
 from scenes.model import Point, Probe
 
+EVERYWHERE: tuple[Point, Point] = (-np.inf, -np.inf, -np.inf), (np.inf, np.inf, np.inf)
+
 
 class Flows:
     """The flows of one of a network's circuits: along its lines' cross-sections, through its branches, and what is made
@@ -79,6 +81,14 @@ class Flows:
             touch = condition.touch
             if touch.normal == normal and touch.lower[normal] == at:
                 _add(flow, self._condition(c, probe.lower, probe.upper), self._sign(touch))
+        return flow
+
+    def entering(self, boundary: int) -> tuple[np.ndarray, np.ndarray]:
+        """What enters all lines by a condition."""
+        flow = self._none()
+        for c, condition in enumerate(self.conditions):
+            if condition.boundary == boundary:
+                _add(flow, self._condition(c, *EVERYWHERE), 1.0)
         return flow
 
     def _none(self) -> tuple[np.ndarray, np.ndarray]:
@@ -182,7 +192,6 @@ class Flows:
         arriving = {(i, end): self._none() for i in range(count) for end in (0, 1)}
         for (i, end), row in arriving.items():
             row[0][self.branches + 2 * i + end] = 1.0 if end == 0 else -1.0
-        everywhere = ((-np.inf,) * 3, (np.inf,) * 3)
         for j, joint in enumerate(self.joints):
             one, other = (joint.one.line, joint.one.end), (joint.other.line, joint.other.end)
             if ("joint", j) not in self.circuit.rows:
@@ -192,7 +201,7 @@ class Flows:
                 continue
             for at, sign in ((one, 1.0), (other, -1.0)):
                 if at in arriving:
-                    _add(arriving[at], self._joint(j, *everywhere), sign)  # type: ignore[arg-type]
+                    _add(arriving[at], self._joint(j, *EVERYWHERE), sign)  # type: ignore[arg-type]
         for c, condition in enumerate(self.conditions):
             at = (condition.touch.line, condition.touch.end)
             if at not in arriving:
@@ -203,7 +212,7 @@ class Flows:
                 columns.append({at: 1.0})
                 areas.append(condition.touch.area)
             else:
-                _add(arriving[at], self._condition(c, *everywhere), -1.0)  # type: ignore[arg-type]
+                _add(arriving[at], self._condition(c, *EVERYWHERE), -1.0)  # type: ignore[arg-type]
         if not keys:
             return {}
         order = {at: row for row, at in enumerate(arriving)}

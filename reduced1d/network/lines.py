@@ -15,11 +15,11 @@ from typing import Any
 
 import numpy as np
 
-from scenes import physics
+from scenes import physics, readouts
 from scenes.errors import SceneError, quoted
 from scenes.free.grid import Grid, grid_of
 from scenes.free.validity import tidy
-from scenes.model import DERIVED, AnyScene, Boundary, Box, MeshScene, Point, Scene
+from scenes.model import AnyScene, Boundary, Box, MeshScene, Point, Scene
 
 Cells = tuple[tuple[int, int], tuple[int, int], tuple[int, int]]
 """A box, a flat box or a point as the first and the last plane along each axis."""
@@ -106,7 +106,8 @@ class Layout:
     """The lines of a scene; joints and conditions of the heat, and joints and electrodes of the current.
 
     ``measured`` are resistances (K/W or ohm) that stand in the place of those by hand, by ("joint" | "condition" |
-    "wire" | "electrode", number)."""
+    "wire" | "electrode", number). ``pairs``: of each probe of a resistance, by its name, the numbers of the electrode's
+    boundary and of the other one's."""
 
     scene: Scene
     lines: tuple[Line, ...]
@@ -115,6 +116,7 @@ class Layout:
     wires: tuple[Joint, ...]
     electrodes: tuple[Condition, ...]
     measured: tuple[tuple[tuple[str, int], float], ...] = ()
+    pairs: tuple[tuple[str, int, int], ...] = ()
 
     def resistivity(self, line: int, rise: Any = 0.0) -> Any:
         """Of a line's material at a rise above the initial temperature, in ohm m."""
@@ -137,8 +139,7 @@ class Layout:
 
 
 def layout(scene: AnyScene) -> Layout:
-    """The lines of a scene of boxes, whose probes of resistance and power they leave out; SceneError for one on a mesh,
-    and for materials that lines don't take."""
+    """The lines of a scene of boxes; SceneError for one on a mesh, and for materials that lines don't take."""
     physics.refuse_laws(physics.materials(scene), "a network", ", or ask for the 3D solution alone")
     physics.refuse_terminals(scene, "a network")
     physics.refuse_faces(scene, "a network")
@@ -147,8 +148,11 @@ def layout(scene: AnyScene) -> Layout:
             f"scene {quoted(scene.name)} is on a mesh file, and a network is made of boxes: give [[box]]es"
         )
     _refuse_jumps(scene)
-    grid = grid_of(replace(scene, probes=tuple(p for p in scene.probes if p.quantity not in DERIVED)))
-    return _Cutting(replace(grid, scene=tidy(grid))).layout()
+    grid = grid_of(scene)
+    pairs = readouts.pairs(scene, grid.joined().values())
+    number = {b.name: i for i, b in enumerate(scene.boundaries)}
+    numbers = tuple((name, number[one.name], number[other.name]) for name, (one, other) in pairs.items())
+    return replace(_Cutting(replace(grid, scene=tidy(grid))).layout(), pairs=numbers)
 
 
 def _refuse_jumps(scene: Scene) -> None:

@@ -68,6 +68,23 @@ class Reader:
             u, x = u + row * (measure / sum(measures)), x + given * (measure / sum(measures))
         return Reading(u.tocsr(), x)
 
+    def power(self, probe: Probe, heat: np.ndarray) -> np.ndarray:
+        """(times,): the part that lies in a probe's box of the heat (W) of the halves (h, times) of a circuit's
+        branches."""
+        circuit = self.model.current
+        assert circuit is not None
+        share = np.zeros(len(circuit.line))
+        low, high = circuit.span
+        for i, line in enumerate(self.layout.lines):
+            if _covers(line, probe):
+                lower, upper = _shared(line, probe)
+                a, b = lower[line.axis], upper[line.axis]
+                sides = np.prod([upper[d] - lower[d] for d in range(3) if d != line.axis]) / line.area
+                within = np.minimum(high, b) - np.maximum(low, a)
+                part = np.where(high > low, within.clip(0.0) / np.where(high > low, high - low, 1.0), within >= 0)
+                share[circuit.line == i] = (sides * part)[circuit.line == i]
+        return np.asarray(share @ heat)
+
     def _carries(self, line: Line) -> bool:
         return not self.electric or line.box.material.resistivity is not None
 

@@ -21,6 +21,7 @@ from reduced1d.network.model import Model, build, remarks, scales
 from reduced1d.network.readings import Reader
 from reduced1d.network.steady import State, steady
 from reduced1d.network.transient import History, history
+from scenes import readouts
 from scenes.errors import NumericsError
 from scenes.model import AnyScene, Scene, Schedule
 from scenes.result import Estimate, Result, Traces
@@ -112,20 +113,21 @@ def _steady(shape: Layout) -> tuple[dict[str, Estimate], Model, State]:
 def _over_time(shape: Layout, times: np.ndarray) -> tuple[Traces, Model, int]:
     scene, enough = shape.scene, _enough(shape.scene)
     end = max(float(times[-1]) if len(times) else 0.0, 0.0 if scene.steady else scene.end_time)
-    judged = _judged(shape, times, end)
     for turn in range(len(DEGREES)):
         coarse, fine = histories(shape, end, turn)
-        one, other = (Readings(run.model).values(*run.at(times)) for run in (coarse, fine))
+        # At a few instants both runs may agree by chance: they are compared in the middles of all steps, too.
+        instants = np.union1d(times, (np.array(fine.marks[1:]) + fine.marks[:-1]) / 2)
+        judged = _judged(shape, instants, end)
+        one, other = (Readings(run.model).values(*run.at(instants), instants) for run in (coarse, fine))
         errors = {n: float(np.abs(other[n] - one[n])[judged].max(initial=0.0)) for n in other}
         sizes = measures(fine.model, other)
         if all(errors[name] <= enough * sizes[name] for name in other):
             break
-    for p in scene.probes:
-        if p.quantity == "temperature":
-            other[p.name] = other[p.name] + scene.initial_temperature
-    if not all(np.isfinite(v).all() for v in other.values()):
+    kelvin = {p.name: scene.initial_temperature for p in scene.probes if p.quantity == "temperature"}
+    traces = {n: v[np.searchsorted(instants, times)] + kelvin.get(n, 0.0) for n, v in other.items()}
+    if not all(np.isfinite(v).all() for v in traces.values()):
         raise NumericsError("the network's traces are not finite")
-    return Traces(times, other, errors), fine.model, len(fine.values)
+    return Traces(times, traces, errors), fine.model, len(fine.values)
 
 
 @lru_cache(maxsize=6)
@@ -169,8 +171,10 @@ class Readings:
 
     model: Model
 
-    def values(self, rises: np.ndarray, potentials: np.ndarray, x: np.ndarray) -> dict[str, np.ndarray]:
-        """(times,) of each probe: rises, potentials, flows and currents."""
+    def values(
+        self, rises: np.ndarray, potentials: np.ndarray, x: np.ndarray, times: np.ndarray | None = None
+    ) -> dict[str, np.ndarray]:
+        """(times,) of each probe: rises, potentials, flows, currents, powers and resistances."""
         model, values = self.model, dict[str, np.ndarray]()
         for electric, u in ((False, rises), (True, potentials)):
             kinds = ("potential", "current") if electric else ("temperature", "heat_flow")
@@ -191,7 +195,27 @@ class Readings:
                     values[p.name] = row @ each + given @ x
                 else:
                     values[p.name] = reader.reading(p).value(u, x)
+        values |= self._derived(rises, potentials, x, np.zeros(1) if times is None else times)
         return {p.name: values[p.name] for p in model.layout.scene.probes}
+
+    def _derived(
+        self, rises: np.ndarray, potentials: np.ndarray, x: np.ndarray, times: np.ndarray
+    ) -> dict[str, np.ndarray]:
+        """(times,) of each probe of a power or a resistance."""
+        model, values = self.model, dict[str, np.ndarray]()
+        powers = [p for p in model.layout.scene.probes if p.quantity == "power"]
+        if model.current is None or not (powers or model.layout.pairs):
+            return {p.name: np.zeros(x.shape[1]) for p in powers}
+        halves, resistance = model.resistances(rises)
+        through = model.currents(resistance, potentials, x)
+        heat, reader = through[model.current.branch] ** 2 * halves, Reader(model, True)
+        values |= {p.name: reader.power(p, heat) for p in powers}
+        flows = Flows(model, True, ())
+        each = flows.at(rises, potentials, x)
+        for name, electrode, other in model.layout.pairs:
+            row, given = flows.entering(electrode)
+            values[name] = readouts.resistance(x[electrode] - x[other], row @ each + given @ x, times)
+        return values
 
 
 def spread(values: np.ndarray) -> float:

@@ -93,7 +93,9 @@ def heated_wire(voltage: float, coefficient: float) -> AnyScene:
         [flat("left", *LEFT, temperature=COLD), flat("right", *RIGHT, temperature=COLD),
          flat("plus", *LEFT, voltage=voltage), flat("minus", *RIGHT, voltage=0)],
         [at("middle", LONG / 2, WIDE / 2, THICK / 2), over("mean", *BAR), over("I", *LEFT, quantity="current"),
-         at("quarter", LONG / 4, 0, 0, quantity="potential")],
+         at("quarter", LONG / 4, 0, 0, quantity="potential"), over("R", *LEFT, quantity="resistance"),
+         over("P", *BAR, quantity="power"),
+         over("eighth", (0, 0, 0), (LONG / 4, WIDE / 2, THICK), quantity="power")],
         [material(resistivity=1e-5, temperature_coefficient=coefficient, reference_temperature=COLD)],
     )  # fmt: skip
 
@@ -108,7 +110,9 @@ def test_a_heated_wire_with_resistance_feedback(coefficient: float) -> None:
     middle = (1 / cos(b * LONG / 2) - 1) / coefficient
     mean = (2 * tan(b * LONG / 2) / b / LONG - 1) / coefficient
     quarter = voltage / 2 + current * 1e-5 / AREA * sin(b * LONG / 4) / b / cos(b * LONG / 2)
-    rises(solve(heated_wire(voltage, coefficient)), middle=middle, mean=mean, I=current, quarter=quarter)
+    eighth = current * (voltage - quarter) / 2  # of the half of a quarter's cross-section
+    power = {"R": voltage / current, "P": voltage * current, "eighth": eighth}
+    rises(solve(heated_wire(voltage, coefficient)), middle=middle, mean=mean, I=current, quarter=quarter, **power)
 
 
 def test_the_wire_that_runs_away() -> None:
@@ -126,7 +130,8 @@ def cooled_wire(voltage: float, coefficient: float, end_time: float | None = Non
         [box(*BAR)],
         [flat("air", *TOP, convection={"coefficient": 1e5, "ambient": COLD}),
          flat("plus", *LEFT, voltage=voltage), flat("minus", *RIGHT, voltage=0)],
-        [at("middle", LONG / 2, WIDE / 2, THICK / 2), over("I", *RIGHT, quantity="current")],
+        [at("middle", LONG / 2, WIDE / 2, THICK / 2), over("I", *RIGHT, quantity="current"),
+         over("R", *RIGHT, quantity="resistance"), over("P", *BAR, quantity="power")],
         [material(resistivity=1e-5, temperature_coefficient=coefficient, reference_temperature=COLD)],
         end_time,
     )  # fmt: skip
@@ -303,7 +308,10 @@ def test_a_wire_over_time_with_resistance_feedback(coefficient: float) -> None:
     exact = solve_ivp(rate, (0, times[-1]), [0.0], "DOP853", times, rtol=1e-12, atol=1e-10).y[0]
     found = solve(of, times)
     over_time(found, "middle", exact)
-    over_time(found, "I", -voltage / OHM / (1 + coefficient * exact), start=0.0)
+    current = voltage / OHM / (1 + coefficient * exact)
+    over_time(found, "I", -current, start=0.0)
+    over_time(found, "R", voltage / current, start=0.0)
+    over_time(found, "P", voltage * current, start=0.0)
 
 
 def test_a_perturbed_conductivity_is_caught() -> None:
