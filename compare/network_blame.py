@@ -98,7 +98,7 @@ def _changes(
         base = scene.initial_temperature if place.one.quantity == "temperature" else 0.0
         largest[place.one.quantity] = max(largest[place.one.quantity], abs(in_3d[place.one.name].value - base))
         rows.append((abs(change * flow), place, resistance, min(error / abs(change), 1.0) if change else 1.0))
-    felt = [row for row in rows if row[0] > FELT * largest[row[1].one.quantity]]
+    felt = [row for row in rows if row[0] > FELT * largest[row[1].one.quantity] > 0]
     felt.sort(key=lambda row: -row[0] / largest[row[1].one.quantity])
     return [row[1:] for row in felt]
 

@@ -34,9 +34,9 @@ class Circuit:
     fixed x.
 
     ``across`` (m, n) and ``given`` (m, inputs) are B and N, ``halves`` (h, n) is M, ``branch`` and ``line`` (h,)
-    say of which branch and of which line, ``size`` is in 1/m, ``extra`` (m,) in K/W; ``span`` (2, h) from where to
-    where along its line a half lies (m). ``load`` (n, inputs) is what inputs bring directly. ``rows`` says which
-    branches are those of ("line", number), ("joint", number) or ("condition", number).
+    say of which branch and of which line, ``size`` is in 1/m, ``extra`` (m,) in K/W or ohm; ``span`` (2, h) from
+    where to where along its line a half lies (m). ``load`` (n, inputs) is what inputs bring directly. ``rows`` says
+    which branches are those of ("line", number), ("joint", number) or ("condition", number).
     """
 
     across: sp.csr_matrix
@@ -198,15 +198,33 @@ class Builder:
         touch, given = condition.touch, condition.boundary
         b = self.layout.scene.boundaries[given]
         key = ("condition", number)
+        terminal = self.elements.terminals.get(given) if self.electric else None
         if touch.end is not None and film is None and not self.measured.get(key):
-            self._hold(self.elements.end(touch.line, touch.end), given, b.name, b.value, touch.line)
+            end = self.elements.end(touch.line, touch.end)
+            if terminal is None:
+                self._hold(end, given, b.name, b.value, touch.line)
+            else:
+                self.same.append((end, terminal))
             return
         values, size, span = self.side(touch, True)
         q = self.elements.inside(touch.line, touch.start, touch.stop)
         areas = np.array([touch.area]) if touch.end is not None else self._areas(touch, q)
         held = touch.end is not None and film is None
         halves = [(touch.line, values, size + held, span)] if touch.end is None or held else []
+        if terminal is not None:
+            across = values - sp.csr_matrix(np.ones((values.shape[0], 1))) @ self.elements.terminal(given)
+            self._add(key, across, halves)
+            return
         self._add(key, values, halves, given, 0.0 if film is None else 1 / (film * areas))
+
+    def terminal(self, number: int) -> None:
+        """What enters at an electrode whose potential is unknown: a given current, or what a voltage drives through a
+        resistance in series."""
+        resistance = self.layout.scene.boundaries[number].series_resistance
+        if np.isinf(resistance):
+            self.load[self.elements.terminals[number], number] = 1.0
+        else:
+            self._add(("terminal", number), self.elements.terminal(number), [], number, resistance)
 
     def _hold(self, dof: int, given: int, name: str, value: Value, line: int) -> None:
         self.held.setdefault(dof, (name, given, value))
@@ -248,6 +266,7 @@ class Builder:
         live = np.zeros(n, bool)
         elements_of = np.repeat(lines, np.diff(e.first))
         live[e.dofs[:, elements_of]] = True
+        live[list(e.terminals.values())] = self.electric
         at = np.array([holds[label][1] if label in holds else -1 for label in labels.tolist()])
         ours = np.flatnonzero(live & (at < 0))
         columns = np.unique(labels[ours], return_inverse=True)[1]
@@ -295,6 +314,8 @@ def current_circuit(layout: Layout, elements: Elements, inputs: int) -> Circuit:
         builder.joint(j, joint)
     for c, condition in enumerate(layout.electrodes):
         builder.condition(c, condition)
+    for number in elements.terminals:
+        builder.terminal(number)
     return builder.circuit(lambda line: conducts[line])
 
 

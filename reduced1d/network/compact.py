@@ -44,6 +44,7 @@ def compact(
     """The document of a scene's network (`scenes.compact.runtime`), of some states or as many as an accuracy takes.
 
     Raises SceneError for a scene that has none, NumericsError where the accuracy isn't reached."""
+    physics.refuse_terminals(scene, "a network's compact model")
     untyped: Any = scene
     shape = layout(replace(untyped, probes=tuple(p for p in untyped.probes if p.quantity not in DERIVED)))
     given = shape.scene

@@ -25,10 +25,11 @@ class Elements:
     """Elements of a degree between the ``nodes`` (m) of each line.
 
     ``values`` and ``slopes`` (points, n) take the n unknowns to the points of the quadrature, whose ``weights`` and
-    ``places`` along their lines are in m.
+    ``places`` along their lines are in m. The potentials of electrodes that no voltage gives, ``terminals`` by the
+    number of their boundary, are unknowns behind those of the lines.
     """
 
-    def __init__(self, nodes: Sequence[np.ndarray], degree: int) -> None:
+    def __init__(self, nodes: Sequence[np.ndarray], degree: int, terminals: Sequence[int] = ()) -> None:
         from skfem import Basis, ElementLinePp, MeshLine
 
         self.nodes, self.degree = nodes, degree
@@ -40,7 +41,8 @@ class Elements:
         mesh = MeshLine(places[None], np.stack([starts, starts + 1]))
         basis = Basis(mesh, ElementLinePp(degree), intorder=2 * degree + 2)
         self.dofs = basis.element_dofs
-        self.size = int(basis.N)
+        self.terminals = {number: int(basis.N) + k for k, number in enumerate(terminals)}
+        self.size = int(basis.N) + len(terminals)
         self.points = basis.X.shape[1]
         self.weights = np.asarray(basis.dx).ravel()
         count = len(starts)
@@ -72,6 +74,10 @@ class Elements:
         """(1, n): the mean between two nodes of a line."""
         q = self.inside(line, start, stop)
         return sp.csr_matrix(self.weights[None, q] / self.weights[q].sum()) @ self.values[q]
+
+    def terminal(self, number: int) -> sp.csr_matrix:
+        """(1, n): the potential of an electrode."""
+        return sp.csr_matrix(([1.0], ([0], [self.terminals[number]])), shape=(1, self.size))
 
     def end(self, line: int, end: int) -> int:
         """The number of the unknown that is the value at a line's end (0 or 1)."""

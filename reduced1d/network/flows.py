@@ -13,6 +13,7 @@ import numpy as np
 
 from reduced1d.network.lines import Line, Touch
 from reduced1d.network.model import Model
+from scenes import physics
 from scenes.model import Point, Probe
 
 EVERYWHERE: tuple[Point, Point] = (-np.inf, -np.inf, -np.inf), (np.inf, np.inf, np.inf)
@@ -126,7 +127,8 @@ class Flows:
             label = [one if x == other else x for x in label]
         voltages: dict[int, set[object]] = {}
         for c in self.layout.electrodes:
-            voltages.setdefault(label[c.touch.line], set()).add(self.layout.scene.boundaries[c.boundary].value)
+            b = self.layout.scene.boundaries[c.boundary]
+            voltages.setdefault(label[c.touch.line], set()).add(physics.potential_of(b))
         return {i for i, x in enumerate(label) if len(voltages.get(x, ())) > 1}
 
     def _into(self, i: int, normal: int, at: float, lower: Point, upper: Point) -> tuple[np.ndarray, np.ndarray]:

@@ -141,7 +141,6 @@ class Layout:
 def layout(scene: AnyScene) -> Layout:
     """The lines of a scene of boxes; SceneError for one on a mesh, and for materials that lines don't take."""
     physics.refuse_laws(physics.materials(scene), "a network", ", or ask for the 3D solution alone")
-    physics.refuse_terminals(scene, "a network")
     physics.refuse_faces(scene, "a network")
     if isinstance(scene, MeshScene):
         raise SceneError(

@@ -1,6 +1,6 @@
 """The equations of a network: heat and current on its lines, each heating and slowing the other.
 
-    C dT/dt + B^T flow(T) = load x + Joule heat,      B^T current = 0,
+    C dT/dt + B^T flow(T) = load x + Joule heat,      B^T current = given currents,
 
 with the branches of `reduced1d.network.circuit`. Temperatures are rises above the initial one. The Joule heat of a
 branch, its resistance times the square of its current, is brought to the lines half by half, each half where it is.
@@ -134,9 +134,15 @@ class Model:
         return self.current is not None and self.heat is not None and bool(np.any(self.law[1]))
 
     @property
-    def warms_down(self) -> bool:
-        """Whether some resistance falls as it warms, so that heating may run away."""
-        return self.couples and bool((self.law[1] < 0).any())
+    def by_current(self) -> bool:
+        """Whether some electrode has a given current."""
+        boundaries = self.layout.scene.boundaries
+        return any(np.isinf(boundaries[number].series_resistance) for number in self.elements.terminals)
+
+    @property
+    def may_run_away(self) -> bool:
+        """Whether heating may: some resistance falls as it warms, or rises at a given current."""
+        return self.couples and bool((self.law[1] < 0).any() or (self.by_current and (self.law[1] > 0).any()))
 
     def resistances(self, rise: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(h,) or (h, any) of the halves, and (m,) or (m, any) of the branches, in ohm, at rises (n,) or (n, any).
@@ -167,9 +173,9 @@ class Model:
         lu = factor(matrix)
         inner = np.zeros((free.shape[1], x.shape[1])) if guess is None else (free.T @ guess) / circuit.copies[:, None]
         given = circuit.across @ lift - circuit.given @ x
-        size = np.inf
+        entering, size = free.T @ (circuit.load @ x), np.inf
         for _ in range(REFINEMENTS):
-            change = lu.solve(across.T @ ((across @ inner + given) / resistance))
+            change = lu.solve(across.T @ ((across @ inner + given) / resistance) - entering)
             inner, before, size = inner - change, size, float(np.abs(change).max())
             largest = max(float(np.abs(inner).max()), float(np.abs(lift).max(initial=0.0)))
             if size <= ROUNDING * largest or (size <= 1e3 * ROUNDING * largest and size >= before / 2):
@@ -206,7 +212,8 @@ def build(layout: Layout, degree: int, shortest: Sequence[float]) -> Model:
     """The network of a layout on elements of a degree, the shortest of each line given (m)."""
     scene = layout.scene
     inputs = Inputs.of(scene)
-    elements = Elements(nodes_of(layout, shortest), degree)
+    terminals = {c.boundary for c in layout.electrodes if scene.boundaries[c.boundary].series_resistance}
+    elements = Elements(nodes_of(layout, shortest), degree, sorted(terminals))
     count = len(inputs.values)
     heat = heat_circuit(layout, elements, count, inputs.sources) if physics.heat(scene) else None
     electric = physics.electric(scene) and layout.electrodes

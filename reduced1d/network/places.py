@@ -40,7 +40,11 @@ def places(layout: Layout, electric: bool) -> list[Place]:
     ]
     if electric:
         places += [_joint(layout, ("wire", j), joint) for j, joint in enumerate(layout.wires)]
-        places += [_condition(layout, ("electrode", c), condition) for c, condition in enumerate(layout.electrodes)]
+        places += [
+            _condition(layout, ("electrode", c), condition)
+            for c, condition in enumerate(layout.electrodes)
+            if not layout.scene.boundaries[condition.boundary].series_resistance
+        ]
     return places
 
 

@@ -141,6 +141,8 @@ class Reader:
             # It enters through half the thickness: the face is warmer than the line.
             given[0, other.boundary] = -half_resistance
             return sp.csr_matrix((1, self.e.size)), given, 1.0
+        if self.electric and other.boundary in self.e.terminals:
+            return self._along(touch.line, a, b) - self.e.terminal(other.boundary), given, 1.0
         given[0, other.boundary] = -1.0
         film = 1 / float(boundary.value) if boundary.kind == "convection" and boundary.value else 0.0  # type: ignore[arg-type]
         bare = boundary.kind == "convection" and not boundary.value

@@ -8,6 +8,7 @@ import numpy as np
 
 from reduced1d.network.lines import Layout, layout
 from reduced1d.network.solution import of_layout
+from scenes import physics
 from scenes.errors import SceneError
 from scenes.model import Boundary, Probe
 from scenes.result import Estimate, Result
@@ -29,6 +30,7 @@ def lines_of(sink: Sink) -> Layout:
             "or another reduction"
         )
     scene = sink.scene()
+    physics.refuse_terminals(scene, "--reduction network")
     flows = [Probe(INTO_SUBSTRATE + b.name, b.lower, b.upper, "heat_flow") for b in scene.boundaries if _below(b)]
     beam = next(box for box in scene.boxes if box.name == "beam")
     inlet = next(b for b in scene.boundaries if b.name == "electrode-0")

@@ -214,8 +214,14 @@ class Readings:
         each = flows.at(rises, potentials, x)
         for name, electrode, other in model.layout.pairs:
             row, given = flows.entering(electrode)
-            values[name] = readouts.resistance(x[electrode] - x[other], row @ each + given @ x, times)
+            between = self._potential(electrode, potentials, x) - self._potential(other, potentials, x)
+            values[name] = readouts.resistance(between, row @ each + given @ x, times)
         return values
+
+    def _potential(self, boundary: int, potentials: np.ndarray, x: np.ndarray) -> np.ndarray:
+        """(times,) of an electrode."""
+        terminal = self.model.elements.terminals.get(boundary)
+        return np.asarray(x[boundary] if terminal is None else potentials[terminal])
 
 
 def spread(values: np.ndarray) -> float:

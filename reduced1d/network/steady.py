@@ -33,7 +33,8 @@ class State:
 
 
 def steady(model: Model, x: np.ndarray, voltage: float) -> State:
-    """The state at constant inputs; ``voltage`` (V), the largest difference of the electrodes, names it in messages.
+    """The state at constant inputs; ``voltage`` (V), the largest difference of the electrodes, or the current (A) where
+    one is given, names it in messages.
 
     Raises RunawayError where there is none, NumericsError where Newton's method fails or heat has no way out.
     """
@@ -86,13 +87,14 @@ class _Coupled:
         self.stiffness = self.heat.free.T @ model.stiffness @ self.heat.free
         self.resistance_by_rise = (self.summed @ weighted(self.halves, self.current.size * model.law[1])).tocsr()
         self.flow_by_s = self.current.across @ (self.current.fixed @ self.driven) - self.current.given @ self.driven
+        self.entering_by_s = self.current.free.T @ (self.current.load @ self.driven)
         watt = self.kelvin * float(self.stiffness.diagonal().max())
         ampere = self.volt * float(self.current.matrix(1 / resistance).diagonal().max())
         self.rows = 1 / np.r_[np.full(self.f, watt), np.full(count, ampere)]
 
     def state(self, voltage: float) -> State:
         z, ok = self.cold, False
-        if not self.model.warms_down:
+        if not self.model.may_run_away:
             z, ok = self._newton(z, 1.0)
         return self._state(z if ok else self._followed(voltage), 1.0)
 
@@ -111,7 +113,7 @@ class _Coupled:
         joule = m.joule(halves, flow)
         rest = np.r_[
             heat.free.T @ (m.stiffness @ state.rise - m.entering @ state.x - joule),
-            current.free.T @ (current.across.T @ flow),
+            current.free.T @ (current.across.T @ flow - current.load @ state.x),
         ]
         # How flows follow the rise, the heat follows the flows and the rise, and the flows follow the potential.
         flow_by_rise = weighted(self.resistance_by_rise, -flow / resistance)
@@ -125,7 +127,7 @@ class _Coupled:
             ]
         )
         flow_by_s = self.flow_by_s / resistance
-        by_s = np.r_[-(heat_by_flow @ flow_by_s), self.across.T @ flow_by_s]
+        by_s = np.r_[-(heat_by_flow @ flow_by_s), self.across.T @ flow_by_s - self.entering_by_s]
         scaled = sp.diags_array(self.rows) @ matrix @ sp.diags_array(self.unit)
         return rest * self.rows, scaled.tocsc(), by_s * self.rows
 
@@ -175,14 +177,21 @@ class _Coupled:
                 step /= 2
                 continue
             z, s, tangent = new_z, new_s, after
-            step = min(step * (2.0 if count < 5 else 1.0 if count < 8 else 0.5), LONGEST)
+            size = self._length(np.r_[z, 0.0])
+            if self.model.by_current and after[-1] < FLAT:
+                # At a given current the rise grows beyond all bounds, like 1 / (1 - s / limit).
+                raise self._runaway(voltage, s + float(after[-1]) * size)
+            step = min(step * (2.0 if count < 5 else 1.0 if count < 8 else 0.5), LONGEST * max(1.0, size))
 
     def _runaway(self, voltage: float, part: float) -> NumericsError:
-        if not self.model.warms_down:
-            return NumericsError(f"the network's steady state is not found at {voltage:g} V")
+        by_current = self.model.by_current
+        what, unit, why = ("current", "A", "rises") if by_current else ("voltage", "V", "falls")
+        if not self.model.may_run_away:
+            return NumericsError(f"the network's steady state is not found at {voltage:g} {unit}")
         return RunawayError(
-            f"thermal runaway: at {voltage:g} V no steady state of the network exists, because the resistance falls as "
-            f"it heats; the largest voltage with one is {part * voltage:.4g} V", part * voltage,
+            f"thermal runaway: at {voltage:g} {unit} no steady state of the network exists, because the resistance "
+            f"{why} as it heats", part * voltage,
+            f"the largest {what} with one is {part * voltage:.4g} {unit}",
         )  # fmt: skip
 
     def _tangent(self, z: np.ndarray, s: float, before: np.ndarray) -> np.ndarray:

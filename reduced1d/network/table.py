@@ -7,6 +7,7 @@ temperature.
 
 from __future__ import annotations
 
+from math import inf
 from typing import Any
 
 from reduced1d.network.lines import Condition, Joint, Layout, Touch
@@ -94,6 +95,10 @@ def _condition(layout: Layout, condition: Condition, electric: bool) -> Row:
         f"a side of {line.name}, {AXES[line.axis]} = {_um(touch.start)} to {_um(touch.stop)}")  # fmt: skip
     row: Row = {"what": f"{b.name} | {line.name}", "how": place}
     if electric:
+        if b.series_resistance == inf:
+            row["how"] = f"{place}; {_given(b.value, 'A')} enters"
+        elif b.series_resistance:
+            row["how"] = f"{place}; behind {b.series_resistance:g} ohm"
         if touch.end is None:
             r = layout.resistivity(touch.line)
             _put(row, "ohm", f"{_um(touch.half)} x {r:.6g} ohm m / {_um2(touch.area)}", touch.half * r / touch.area)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -87,11 +88,12 @@ def test_a_fin_with_a_film() -> None:
     rises(solve(of), tip=tip, **{"in": flow}, out=-flow, far_half=-far, surface=tip * film / h)
 
 
-def heated_wire(voltage: float, coefficient: float) -> AnyScene:
+def heated_wire(coefficient: float, **drive: float) -> AnyScene:
+    """Held at both ends, between a ``drive`` and the ground."""
     return scene(
         [box(*BAR)],
         [flat("left", *LEFT, temperature=COLD), flat("right", *RIGHT, temperature=COLD),
-         flat("plus", *LEFT, voltage=voltage), flat("minus", *RIGHT, voltage=0)],
+         flat("plus", *LEFT, **drive), flat("minus", *RIGHT, voltage=0)],
         [at("middle", LONG / 2, WIDE / 2, THICK / 2), over("mean", *BAR), over("I", *LEFT, quantity="current"),
          at("quarter", LONG / 4, 0, 0, quantity="potential"), over("R", *LEFT, quantity="resistance"),
          over("P", *BAR, quantity="power"),
@@ -112,24 +114,28 @@ def test_a_heated_wire_with_resistance_feedback(coefficient: float) -> None:
     quarter = voltage / 2 + current * 1e-5 / AREA * sin(b * LONG / 4) / b / cos(b * LONG / 2)
     eighth = current * (voltage - quarter) / 2  # of the half of a quarter's cross-section
     power = {"R": voltage / current, "P": voltage * current, "eighth": eighth}
-    rises(solve(heated_wire(voltage, coefficient)), middle=middle, mean=mean, I=current, quarter=quarter, **power)
+    exact = {"middle": middle, "mean": mean, "I": current, "quarter": quarter} | power
+    ohm = 0.3 * voltage / current
+    behind = {"voltage": voltage + ohm * current, "series_resistance": ohm}
+    for drive in ({"voltage": voltage}, {"current": current}, behind):
+        rises(solve(heated_wire(coefficient, **drive)), **exact)
 
 
 def test_the_wire_that_runs_away() -> None:
     """The voltage of a wire held at its ends nears 2 sqrt(k rho/|a|) however large the current."""
     limit = 2 * math.sqrt(K * 1e-5 / 1e-3)
     with pytest.raises(RunawayError) as caught:
-        solve(heated_wire(1.01 * limit, -1e-3))
+        solve(heated_wire(-1e-3, voltage=1.01 * limit))
     # The rise follows the current exponentially: elements end where it differs by 1e-3 from where the law ends.
     assert caught.value.limit == pytest.approx(limit, rel=1e-2)
 
 
-def cooled_wire(voltage: float, coefficient: float, end_time: float | None = None) -> AnyScene:
+def cooled_wire(coefficient: float, end_time: float | None = None, **drive: Any) -> AnyScene:
     """One of the same temperature throughout, cooled from above."""
     return scene(
         [box(*BAR)],
         [flat("air", *TOP, convection={"coefficient": 1e5, "ambient": COLD}),
-         flat("plus", *LEFT, voltage=voltage), flat("minus", *RIGHT, voltage=0)],
+         flat("plus", *LEFT, **drive), flat("minus", *RIGHT, voltage=0)],
         [at("middle", LONG / 2, WIDE / 2, THICK / 2), over("I", *RIGHT, quantity="current"),
          over("R", *RIGHT, quantity="resistance"), over("P", *BAR, quantity="power")],
         [material(resistivity=1e-5, temperature_coefficient=coefficient, reference_temperature=COLD)],
@@ -146,9 +152,9 @@ def test_runaway_is_named_with_its_voltage() -> None:
     """V^2 = R (1 - |a| T) G T is largest at half the rise at which the resistance vanishes."""
     limit = math.sqrt(OHM * FILM / 4 / 1e-3)
     with pytest.raises(RunawayError, match=f"the largest voltage with one is {limit:.4g} V") as caught:
-        solve(cooled_wire(1.001 * limit, -1e-3))
+        solve(cooled_wire(-1e-3, voltage=1.001 * limit))
     assert caught.value.limit == pytest.approx(limit, rel=NEAR)
-    below = solve(cooled_wire(0.999 * limit, -1e-3))
+    below = solve(cooled_wire(-1e-3, voltage=0.999 * limit))
     rise = brentq(lambda T: (1 - 1e-3 * T) * OHM * FILM * T - (0.999 * limit) ** 2, 0, 500, xtol=1e-12)
     # So near the fold the rise follows the voltage fifty times as strongly as far from it.
     assert below.steady["middle"].value - COLD == pytest.approx(rise, rel=50 * NEAR)
@@ -300,7 +306,7 @@ def test_a_bar_whose_end_is_heated_at_once() -> None:
 def test_a_wire_over_time_with_resistance_feedback(coefficient: float) -> None:
     voltage, capacity = 0.5 * math.sqrt(OHM * FILM / 4 / 5e-4), RHO * C * AREA * LONG
     times = np.linspace(0, 4 * capacity / FILM, 33)
-    of = cooled_wire(voltage, coefficient, float(times[-1]))
+    of = cooled_wire(coefficient, float(times[-1]), voltage=voltage)
 
     def rate(_: float, T: np.ndarray) -> np.ndarray:
         return (voltage**2 / OHM / (1 + coefficient * T) - FILM * T) / capacity
@@ -312,6 +318,61 @@ def test_a_wire_over_time_with_resistance_feedback(coefficient: float) -> None:
     over_time(found, "I", -current, start=0.0)
     over_time(found, "R", voltage / current, start=0.0)
     over_time(found, "P", voltage * current, start=0.0)
+
+
+def test_a_wire_over_time_at_given_currents() -> None:
+    """C dT/dt = I^2 R (1 + a T) - G T, of a current that jumps."""
+    coefficient, capacity = 3e-3, RHO * C * AREA * LONG
+    limit = math.sqrt(FILM / OHM / coefficient)
+    end = 4 * capacity / FILM
+    currents, jump = (0.5 * limit, 0.3 * limit), end / 3
+    exact: list[float] = []
+    times = np.linspace(0, end, 31)
+    for current, (start, stop) in zip(currents, ((0.0, jump), (jump, end)), strict=True):
+        rate = (FILM - current**2 * OHM * coefficient) / capacity
+        rest = current**2 * OHM / capacity / rate
+        first = exact[-1] if exact else 0.0
+        inside = times[(times >= start) & (times < stop - 1e-9 * end)] if stop < end else times[times >= start]
+        exact += [*(rest + (first - rest) * np.exp(-rate * (inside - start)))]
+        if stop < end:
+            exact.append(rest + (first - rest) * math.exp(-rate * (stop - start)))
+    values = np.delete(exact, np.searchsorted(times, jump))
+    wire = cooled_wire(coefficient, end, current={"times": [jump, jump], "values": list(currents)})
+    traces = solve(wire, times)
+    over_time(traces, "middle", values)
+    current = np.where(times >= jump, currents[1], currents[0])
+    over_time(traces, "R", OHM * (1 + coefficient * values), start=0.0)
+    over_time(traces, "P", current**2 * OHM * (1 + coefficient * values), start=0.0)
+
+
+def test_the_wire_that_runs_away_at_a_given_current() -> None:
+    """I^2 R (1 + a T) = G T has a state below I = sqrt(G / (a R)) alone; just below it the state is found."""
+    limit = math.sqrt(FILM / OHM / 3e-3)
+    with pytest.raises(RunawayError, match="the resistance rises as it heats; the largest current") as caught:
+        solve(cooled_wire(3e-3, current=1.01 * limit))
+    assert caught.value.limit == pytest.approx(limit, rel=1e-3)
+    part = 0.99**2
+    rises(solve(cooled_wire(3e-3, current=0.99 * limit)), middle=part / (1 - part) / 3e-3)
+
+
+def test_a_current_through_sides() -> None:
+    """A given current through an electrode on a side has the potential that gives the same current."""
+    pads = ((0, 0, THICK), (LONG / 4, WIDE, THICK)), ((0.75 * LONG, 0, THICK), (LONG, WIDE, THICK))
+
+    def bar(**drive: float) -> Result:
+        return solve(scene(
+            [box(*BAR)],
+            [flat("cold", *LEFT, temperature=COLD), flat("plus", *pads[0], **drive),
+             flat("minus", *pads[1], voltage=0)],
+            [over("mean", *BAR), over("I", *pads[0], quantity="current"), over("face", *pads[0], quantity="potential"),
+             over("R", *pads[0], quantity="resistance")],
+            [material(resistivity=1e-5, temperature_coefficient=1e-3, reference_temperature=COLD)],
+        ))  # fmt: skip
+
+    given = bar(voltage=0.05)
+    value = {name: estimate.value for name, estimate in given.steady.items()}
+    rises(bar(current=value["I"]), I=value["I"], R=0.05 / value["I"], face=0.05, mean=value["mean"] - COLD)
+    rises(bar(voltage=0.05 + 20 * value["I"], series_resistance=20), I=value["I"], face=0.05)
 
 
 def test_a_perturbed_conductivity_is_caught() -> None:

@@ -42,7 +42,7 @@ def test_the_bridge_in_a_few_states() -> None:
 @pytest.mark.long
 def test_a_wire_over_time() -> None:
     """A current that is switched on, in a wire whose resistance follows its temperature."""
-    wire = cooled_wire(0.5, 3e-3, 1e-4)
+    wire = cooled_wire(3e-3, 1e-4, voltage=0.5)
     assert isinstance(wire, Scene)
     document = compact(wire, None, 1e-4)
     times = np.array([2e-6, 1e-5, 5e-5, 1e-4])
