@@ -28,9 +28,9 @@ REST = "what lines cannot say"
 FELT = 1e-3
 """A joint's resistance is replaced by 3D's only where that changes the drop over the joint by more than this part of
 the largest rise, or potential, at any joint."""
-KNOWN = (3e-3, 0.1)
-"""The relative accuracy asked of 3D's temperatures and flows at joints: the first, or the second where the first takes
-too large a mesh, as flows crowd at edges."""
+KNOWN = (3e-3, 0.1, 0.3)
+"""The relative accuracy asked of 3D's temperatures and flows at joints: the first of these that does not take too large
+a mesh, as flows crowd at edges."""
 LEAST = 0.02
 """Joints through which, by hand, less than this part of the largest flow passes are not measured in 3D."""
 
