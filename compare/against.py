@@ -23,7 +23,7 @@ from scenes.formats import cut, quantity, signed, span
 from scenes.result import Estimate, Result, Traces
 
 _OF = {"current_A": "final change", "power_W": "final value"}
-"""What a difference of a trace is relative to, where that is its final value and no rise."""
+"""Differences of these traces are relative to what is named here; differences of temperatures to a rise."""
 
 
 @dataclass(frozen=True)
@@ -246,10 +246,10 @@ def compare(scene: Any, data: Data, fem3d: Result, key: str) -> Comparison:
         )
 
     title, size = f"{cut(catalogue.word(key), 24)}, {cut(data.name, 16, '...')}", abs(scale)
-    known = None if place.u_data is None else part(place.u_data, size)
+    u_data = None if place.u_data is None else part(place.u_data, size)
     return Comparison(
         title, p, p - off_by, unit, part(off_by, size), part(place.error, size), because,
-        None if data.at_rest else (start + end) / 2, u_data=known,
+        None if data.at_rest else (start + end) / 2, u_data=u_data,
     )  # fmt: skip
 
 

@@ -20,8 +20,9 @@ from scenes.formats import kelvin, milliseconds, percent, quantity
 from scenes.loop.result import BAND, SLOW_TIME, Run, Runs
 from scenes.plan import Request
 
-PAPER_SETTLING = 0.1
+PAPER_SETTLING = 0.1  # s: the settling time that the paper gives ("about 0.1 s").
 ROUNDING = 1e-12
+"""Added to relative errors: what is stated as exact is compared in double precision, in sums of many terms."""
 METER_RESISTANCE, METER_POWER, METER_RATE = 60e-6, 23e-9, 5.0
 """The paper on meters (section 5): an NI 4070 reads the gold's resistance to some 60 uohm and its power to 23 nW, at 5
 readings a second, "which is more than sufficient"."""

@@ -17,9 +17,9 @@ from scenes.result import Result, Traces
 from scenes.sink import OF_A_SINK, Sink
 
 EDGE = 1e-5
-"""The part of the run to either side of a drive's jump in which nothing is compared."""
+"""Nothing is compared within this part of the run to either side of a drive's jump."""
 AT_REST = np.array([np.inf])
-"""The times (s) of data of a steady state: what is reached after all time."""
+"""The time (s) of data of a steady state: it is reached after infinite time."""
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ from scenes.result import Estimate, Result, Traces
 from scenes.sink import Sink
 
 _MOST_TIMES, _FINEST = 100_000, 1e-8
+"""The most rows of a trace, and the smallest accuracy that their spacing is made for."""
 
 
 def anchor_series_resistance(sink: Sink) -> float:

@@ -15,12 +15,13 @@ from scenes.errors import NumericsError
 from scenes.units import LENGTH
 
 _TERMS = 40
-"""Number of terms of each sum, times the plate's side over the source's. What is left out falls as their square; the
-sum with half as many tells how large it is."""
+"""Terms of each sum per ratio of the plate's side to the source's. The rest falls as their square; half as many terms
+tell how large it is."""
 _FAR = 6
-"""Thicknesses beyond which a plate's side does not matter: what it reflects falls by exp(-pi) over each, to 6e-9."""
+"""Plate sides farther away than this many thicknesses don't matter: their reflection falls by exp(-pi) over each, to
+6e-9."""
 _MOST = 500_000_000
-"""Terms that a sum has at most, some three seconds: a cube whose sides are 500 times the source's."""
+"""The most terms of a sum, some three seconds: for a plate 500 times as wide as the source and as thick."""
 
 
 def plate_resistance(

@@ -15,7 +15,7 @@ from scenes.model import Boundary, Box, Contact, Point, Probe, Scene
 from scenes.sink import Sink, face
 
 ONE_SINK = "array.columns = {0.columns} and array.rows = {0.rows}: {1}, so give 1 of each"
-"""What is said where more than one isn't solved."""
+"""The refusal of more than one sink where only one is solved."""
 
 
 @dataclass(frozen=True)

@@ -15,8 +15,7 @@ from scenes.parameters import quantity
 from scenes.units import PLAIN, Dimension, UnitError
 
 MOST_POINTS = 2_000
-"""Points of a schedule: at each the drive bends and a time step ends. One of 1,000 takes half a minute, most of it to
-find its error."""
+"""Points of a schedule: a time step ends at each. One of 1,000 takes half a minute, most of it for its error."""
 
 
 class Resistance(NamedTuple):

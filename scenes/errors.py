@@ -8,9 +8,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TextIO
 
-_LONGEST = 60
-_LONGEST_REASON = 200
-_MOST = 4
+_LONGEST = 60  # Characters of a user's text that a message repeats at most.
+_LONGEST_REASON = 200  # Characters of another library's message that a message repeats at most.
+_MOST = 4  # Names that a list in a message has at most.
 
 
 class SceneError(ValueError):

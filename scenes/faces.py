@@ -14,9 +14,9 @@ import numpy as np
 from scenes import laws
 
 SIGMA = 5.670374419e-8
-"""Stefan's and Boltzmann's constant, W/(m2 K4): CODATA 2018, exact in the SI."""
-NEAR = 1e-6  # of a temperature: two that are closer are one, and a difference of a law there is rounding
-COLDEST = 1.0  # K: a state on the way to the solution may lie below, where nothing has a coefficient
+"""The Stefan-Boltzmann constant, W/(m2 K4): CODATA 2018, exact in the SI."""
+NEAR = 1e-6  # Relative: temperatures closer than this are the same, as a law's difference between them is rounding.
+COLDEST = 1.0  # K: laws are evaluated no lower, as states on the way to the solution may be.
 
 
 def flux(boundary: Any, temperature: np.ndarray) -> np.ndarray:
@@ -67,8 +67,8 @@ def secant(boundary: Any, start: float, rise: np.ndarray) -> np.ndarray:
     """What the flux grows by from a temperature (K) to a ``rise`` above it, over that rise, in W/(m2 K)."""
     t = np.maximum(start + rise, COLDEST)
     if boundary.kind == "radiation":
-        found: np.ndarray = boundary.value * SIGMA * (t + start) * (t**2 + start**2)
-        return found
+        radiated: np.ndarray = boundary.value * SIGMA * (t + start) * (t**2 + start**2)
+        return radiated
     law, near = boundary.value, np.abs(rise) < NEAR * start
     # (h(T) - h(T_0)) / (T - T_0), where the two are close the slope between them.
     apart = np.where(near, 1.0, t - start)

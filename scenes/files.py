@@ -12,8 +12,8 @@ from typing import Any
 from scenes.errors import SceneError
 
 DEEPEST = 32
-"""Parts of a TOML key that are read. A scene's keys have four at most, and the standard library's parser takes memory
-that grows with the square of their number: 9.6 GB for a key of 50,000."""
+"""Parts of a TOML key at most. Scenes have four; the standard library's parser takes memory that grows with the square
+of their number, 9.6 GB for 50,000."""
 _PART = r"""(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')"""
 _DEEP = re.compile(rf"(?<![\w-])(?:{_PART}[ \t]*+\.[ \t]*+){{{DEEPEST}}}")
 

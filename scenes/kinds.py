@@ -254,7 +254,7 @@ NAME = Text(
     "cannot name a results folder: give text of 1 to 60 letters, digits, spaces, dots, - and _, with a letter or digit "
     "at either end",
 )
-"""A short text that is safe as part of a folder's name."""
+"""A short text that is safe in a folder's name."""
 
 
 INSTANT = Quantity(TIME, 0.0, 1e9)
@@ -274,7 +274,7 @@ class Place(Kind):
 
 
 MOST_TIMES = 10_000
-"""Output times: each is a row of traces.csv."""
+"""The most output times: each is a row of traces.csv."""
 
 
 @dataclass(frozen=True)
@@ -311,7 +311,7 @@ LABEL = Text(
     "is not a name: give text of 1 to 60 letters, digits, spaces, dots, +, - and _, with a letter or digit at either "
     "end",
 )
-"""The name of a part, by which messages, overrides and columns call it."""
+"""The name of a part, used by messages, overrides and columns."""
 MODEL_FILE = Text(r"[ -~\u00a0-\uffff]*\S[ -~\u00a0-\uffff]*", "is no text of one line", longest=4096)
 KELVIN = Quantity(TEMPERATURE, 0.0, 1e6)
 

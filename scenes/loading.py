@@ -28,9 +28,9 @@ from scenes.validity import check as check
 
 T = TypeVar("T")
 _EXPECTED = "checks.expect_differs"
-_LONGEST = 80
+_LONGEST = 80  # Characters of the part of a folder's name that tells a scene apart; longer ones end in a hash.
 _LARGEST = 10
-"""MB of a scene file: some 100,000 boxes, far more than are solved."""
+"""MB of a scene file at most: some 100,000 boxes, far more than are solved."""
 _BOX = re.compile(r"^[ \t]*\[\[[ \t]*box[ \t]*\]\]", re.MULTILINE)
 _HERE = Path(__file__).parent
 
@@ -104,15 +104,14 @@ def type_of_file(content: Mapping[str, Any]) -> SceneType[Any] | None:
 def overridden(scene: T, overrides: Sequence[str]) -> T:
     """A scene with "KEY=VALUE" overrides put over it as `load` puts them, checked; raises SceneError. What is made of
     parameters follows them."""
-    given: Any = scene
+    changed: Any = scene
     if not overrides:
-        return check(given) if given.kind in OF_KIND else given
-    if given.parameters is None:
-        return _read(given, _flat(given), overrides)
-    flat = given.parameters.flat
-    after = _read(given, flat, overrides)
-    changed: Any = replace(transferred(given, _read(given, flat, ()), after), parameters=after.parameters)
-    return changed  # type: ignore[no-any-return]
+        return check(changed) if changed.kind in OF_KIND else changed
+    if changed.parameters is None:
+        return _read(changed, _flat(changed), overrides)
+    flat = changed.parameters.flat
+    after = _read(changed, flat, overrides)
+    return replace(transferred(changed, _read(changed, flat, ()), after), parameters=after.parameters)  # type: ignore[no-any-return]
 
 
 def _flat(scene: Any) -> dict[str, Any]:

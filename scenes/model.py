@@ -257,13 +257,13 @@ class Declared:
 
 
 OVER_TIME = "_over_time"
-"""How the checks of probes over time end; those of the steady state are called as the probes."""
+"""How ids of checks over time end; those of the steady state are the probes' names."""
 SLOPES = ("slope",)
-"""What stands for the checks of how a model follows each key, slope_<key>."""
+"""Stands for the checks of how a model follows each key, slope_<key>."""
 PROBE_TOLERANCE = 0.05
-"""How far a model may be from 3D where a scene says nothing: as for the figures of the paper."""
+"""Relative tolerance of a model's probes where the scene gives none: that of the paper's figures."""
 SLOPE_TOLERANCE = 0.1
-"""The same of how it follows a key, of the largest slope."""
+"""The same of slopes, relative to the largest one."""
 
 
 @dataclass(frozen=True)

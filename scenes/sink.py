@@ -30,20 +30,19 @@ UNCERTAINTIES = {
     "materials.oxide.density": 0.013,
     "materials.oxide.specific_heat": 0.0004,
 }
-"""Typical relative standard uncertainties; ``sink.toml`` has their sources."""
+"""Typical relative standard uncertainties; `sink.toml` has their sources."""
 OXIDE = Material("oxide", 1.38, 2200.0, 703.0, valid_to=1858.0)
 SUBSTRATE = replace(SILICON, name="substrate", resistivity=None)
 """Silicon again; the oxide keeps the current from it."""
 ALONG_GAP = 1e-6
-"""Of the gas's conductivity across the gap: what it conducts along it where it is solved as boxes, which makes a film
-of them."""
+"""A gas box conducts this part along the gap of what it conducts across it: that makes a film of it."""
 WEIGHTLESS = 1e-3
-"""J/(m3 K): the gas's heat capacity there, a millionth of air's, for a film has none."""
+"""J/(m3 K): heat capacity of a gas box, a millionth of air's, as a film has none."""
 
 SLIVER = 1e-9
-"""Of a pad: what of it is narrower is rounding."""
+"""Parts of a pad narrower than this are rounding."""
 SLOWEST = 0.9
-"""Of the ratio of two spans' differences: a row in which they fall more slowly is solved whole."""
+"""Largest ratio of two neighbouring spans' differences; a row in which they fall more slowly is solved whole."""
 
 
 class Drive(NamedTuple):

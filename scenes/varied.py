@@ -28,12 +28,12 @@ from scenes.units import LENGTH, NUMBER, dimension_of
 T = TypeVar("T")
 
 SETTINGS = ("run.", "control.", "external.step_time")
-"""What says how a scene is run and not what it is made of; there is nothing to measure of it."""
+"""Keys of how a scene is run, not of what it is made of: there is nothing to measure of them."""
 MEANT = {"oxide_offset": "anchor_distance"}
-"""The attributes that say what others come to where their value is a word."""
+"""Attributes that may be a word, and the property that has their number then."""
 EXPONENT = ".exponent"
-"""How the keys of exponents end."""
-PLANE = 1e-9  # of a scene's extent: coordinates nearer to each other are in one plane
+"""How keys of exponents end."""
+PLANE = 1e-9  # Coordinates closer than this part of a scene's extent are in one plane.
 _SIZE = Quantity(LENGTH, 0.0, 1e4)
 _POWER = Quantity(NUMBER, 0.0, inf, signed=True)
 
@@ -70,14 +70,18 @@ def zeros(scene: Any) -> tuple[str, ...]:
 
 
 def _parameters(scene: Any) -> dict[str, float]:
-    given: Parameters | None = scene.parameters
-    return {} if given is None else {name: given.values[name] for name in given.free if given.values[name]}
+    parameters: Parameters | None = scene.parameters
+    return (
+        {}
+        if parameters is None
+        else {name: parameters.values[name] for name in parameters.free if parameters.values[name]}
+    )
 
 
 def kind_of(scene: Any, path: str) -> Quantity:
-    given: Parameters | None = scene.parameters
-    if given is not None and (name := given.key(path)):
-        return Quantity(dimension_of(given.powers[name]), 0.0, inf, signed=True)
+    parameters: Parameters | None = scene.parameters
+    if parameters is not None and (name := parameters.key(path)):
+        return Quantity(dimension_of(parameters.powers[name]), 0.0, inf, signed=True)
     if is_free(scene):
         return of_free(scene)[path].kind
     if path.endswith(EXPONENT):

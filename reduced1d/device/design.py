@@ -17,9 +17,11 @@ from scenes.loop.ground import NARROW, held_range
 from scenes.loop.result import Steady
 from scenes.loop.stability import gain_limit, gains
 
-SAMPLE_TIMES = (1e-4, 1e-3, 5e-3)
+SAMPLE_TIMES = (1e-4, 1e-3, 5e-3)  # s: the sample times, beside the scene's own, whose gain limits are reported.
 QUICK = Resolution(9, 4)
+"""The resolution with which a gain's start is tried: only whether a voltage hits its limit is read."""
 START_TIME, START_SAMPLES = 0.05, 100
+"""A start from cold is watched for this long (s), or this many samples if that is longer."""
 
 
 @dataclass(frozen=True)
@@ -58,15 +60,15 @@ def _range_over_ground(device: Device, voltage: float, power: float) -> Range:
     if math.isnan(highest):
         return Range(lowest, highest, math.nan, math.nan, math.nan)
 
-    def beyond(outer: float) -> bool:
+    def unreachable(outer: float) -> bool:
         state = steady(device, outer)
         return state.sensor_power_W > power or state.sensor_V > voltage
 
-    if beyond(lowest):
+    if unreachable(lowest):
         high = highest
         while high - lowest > NARROW * device.set_rise:
             middle = (lowest + high) / 2
-            lowest, high = (middle, high) if beyond(middle) else (lowest, middle)
+            lowest, high = (middle, high) if unreachable(middle) else (lowest, middle)
         lowest = high
     state = steady(device, lowest)
     return Range(lowest, highest, state.sensor_power_W, state.sensor_V, state.sink_V)

@@ -38,14 +38,14 @@ REDUCTIONS = {
     "moments": "the plate projected on a few moment-matching fields",
 }
 CONSTANT = ("paper", "anchored")
-"""Those that take a number for what follows the temperature: that at room temperature, and of a resistivity its slope
-there."""
+"""Reductions that take a property that follows the temperature at room temperature (a resistivity with its slope
+there)."""
 LAWS = ("thermal_conductivity", "resistivity", "specific_heat")
-"""What may follow the temperature, in silicon and oxide."""
+"""The properties of silicon and oxide that may follow the temperature."""
 STATES = 4
-"""Of "moments" where no number is given."""
+"""Number of states of "moments" where none is given."""
 
-MOST_STATES = 12
+MOST_STATES = 12  # The most states of "moments" that may be asked for.
 
 
 def canonical(text: str) -> str:

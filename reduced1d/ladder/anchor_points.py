@@ -19,8 +19,8 @@ from reduced1d.ladder.following import Points
 from reduced1d.ladder.plate import Plate
 
 _BINS = 100
-"""Of the values of s, above the oxide and beside it: what a law changes within one is of second order in their width,
-1e-5 of what it changes in all."""
+"""Number of intervals of s over and beside the oxide: within one a property varies by second order of their width, 1e-5
+of its change in all."""
 
 
 def anchor_points(plate: Plate, rise: np.ndarray) -> tuple[Points, float]:

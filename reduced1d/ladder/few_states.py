@@ -46,11 +46,12 @@ if TYPE_CHECKING:
     from scipy.sparse import csc_matrix
 
 
-POINTS, SWEEPS = 5, 25
-GROWTH, COARSE_GROWTH = 2.0, 2.8  # of the steps, and of those of the run that tells the error
-SETTLED = 1e-11  # of the largest value in a step: the change that ends the sweeps
-_FIRST = 1e-4  # of the end time: the first step
-_SHORTEST = 1e-10  # of the end time: a step that has to be shorter has run away
+POINTS, SWEEPS = 5, 25  # Radau points of a time step, and the most iterations within one.
+GROWTH, COARSE_GROWTH = 2.0, 2.8
+"""Factors from one time step to the next, in the run and in the coarser one that estimates its error."""
+SETTLED = 1e-11  # The iteration within a step ends with a change below this part of the largest value.
+_FIRST = 1e-4  # The first time step, as a part of the end time.
+_SHORTEST = 1e-10  # A run that needs a step below this part of the end time has run away.
 
 
 @dataclass(frozen=True, eq=False)
@@ -269,7 +270,7 @@ def result(
     ``times`` (s, ascending from 0) are those of the traces; without them, times so dense that linear interpolation
     stays within the sink's accuracy. Raises RunawayError.
     """
-    values, other = steady(fine), steady(coarse)
+    values, coarser = steady(fine), steady(coarse)
     limit = largest_drive(fine)
     details: dict[str, Any] = {
         "states": fine.states,
@@ -282,7 +283,7 @@ def result(
         if times is None:
             times = time_grid(lambda at: over_time(fine, at), sink.end_time, sink.accuracy)
         traces = _traces(sink, fine, coarse, np.asarray(times, float))
-    return Result(name, {key: Estimate(v, abs(v - other[key])) for key, v in values.items()}, traces, details)
+    return Result(name, {key: Estimate(v, abs(v - coarser[key])) for key, v in values.items()}, traces, details)
 
 
 def steady(model: FewStates) -> dict[str, float]:
@@ -332,8 +333,8 @@ def top(values: np.ndarray) -> np.ndarray:
 
 
 def _traces(sink: Sink, fine: FewStates, coarse: FewStates, times: np.ndarray) -> Traces:
-    values, other = over_time(fine, times), over_time(coarse, times, COARSE_GROWTH)
+    values, coarser = over_time(fine, times), over_time(coarse, times, COARSE_GROWTH)
     late = times >= min(FIRST_TIME, times[-1] if len(times) else 0.0)
-    errors = {key: float(np.max(np.abs(values[key] - other[key])[late], initial=0.0)) for key in values}
+    errors = {key: float(np.max(np.abs(values[key] - coarser[key])[late], initial=0.0)) for key in values}
     values = {key: sink.room_temperature + v if key.endswith("_K") else v for key, v in values.items()}
     return Traces(times, values, errors)

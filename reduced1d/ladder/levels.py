@@ -139,10 +139,10 @@ def _without(sink: Sink, keys: tuple[str, ...]) -> Sink:
     plain = sink.plain
     for material in ("silicon", "oxide"):
         number: Material = getattr(plain, material)
-        given = {key: getattr(number, key) for key in keys if key in ladder.LAWS}
-        if "resistivity" in given:
-            given |= {key: getattr(number, key) for key in ("temperature_coefficient", "reference_temperature")}
-        none[material] = replace(getattr(sink, material), **given)
+        replaced = {key: getattr(number, key) for key in keys if key in ladder.LAWS}
+        if "resistivity" in replaced:
+            replaced |= {key: getattr(number, key) for key in ("temperature_coefficient", "reference_temperature")}
+        none[material] = replace(getattr(sink, material), **replaced)
     return replace(sink, **none)
 
 
@@ -254,7 +254,7 @@ _OF_ROWS: dict[str, tuple[Rung, ...]] = {
                  "the rise taken as the same across the beam"),),
     "plate": (),
 }  # fmt: skip
-"""What stands in a row's ladder for some of these: no plate is made of a row, and the fin is the last before 3D."""
+"""Rungs of a row of spans in place of some of these: a row has no plate, and the fin is the last before 3D."""
 
 AT_FAULT = {
     rung.blame: rung.at_fault

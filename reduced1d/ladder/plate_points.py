@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import skfem
     from scipy.sparse import csr_matrix
 
-COPIES = 4.0  # the sink in quarters
+COPIES = 4.0  # The plate is a quarter of the sink.
 
 
 def following_of(layer: Layer, of_beam: np.ndarray, of_oxide: np.ndarray, basis: skfem.Basis, heat: float) -> Following:

@@ -17,8 +17,8 @@ import scipy.sparse as sp
 from reduced1d.network.lines import Layout
 
 GROWTH = 2.0
-"""Factor on the length from one element to the next, away from where something begins: a smooth field gets smoother in
-proportion to the distance."""
+"""Ratio of neighbouring elements' lengths away from where something begins: fields get smoother in proportion to the
+distance."""
 
 
 class Elements:

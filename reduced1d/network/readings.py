@@ -19,7 +19,7 @@ from scenes.model import Point, Probe
 Apart = tuple[sp.csr_matrix, np.ndarray, float]
 
 FINE = 33
-"""Number of places on an element at which an extreme is looked for; a parabola goes through the best three."""
+"""Places on an element at which an extreme is looked for; a parabola goes through the best three."""
 
 
 @dataclass(frozen=True, eq=False)

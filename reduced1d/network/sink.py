@@ -15,10 +15,10 @@ from scenes.result import Estimate, Result
 from scenes.sink import Sink, face
 
 TRACES = {"peak_K": "peak", "end_K": "end", "mean_K": "mean", "current_A": "current"}
-"""What is traced, by the probes of `lines_of`."""
+"""The probes of `lines_of` whose traces are reported, by column."""
 
 INTO_SUBSTRATE, THROUGH_END = "heat into ", "heat through the end"
-"""Names of its probes of heat: the first goes before the name of a boundary."""
+"""Names of its probes of heat flows; a boundary's name follows the first."""
 
 
 def lines_of(sink: Sink) -> Layout:

@@ -16,11 +16,15 @@ from reduced1d.network.circuit import weighted
 from reduced1d.network.model import Model
 from scenes.errors import NumericsError, RunawayError
 
-MOST = 40  # Newton steps
-SETTLED = 1e-13  # of the largest rise and potential: rounding of a few thousand terms
-LONGEST, SHORTEST = 0.25, 1e-7  # steps of the arc, of which the whole is about one long
-FLAT = 1e-4  # slope of the arc at which it is level: the factor is then within the square of that of the largest
-WIDE = 12  # Newton steps after which a step of the arc is taken to be too long
+MOST = 40  # The most Newton steps.
+SETTLED = 1e-13
+"""Newton's method ends with a change below this part of the largest rise and potential: the rounding of sums of a few
+thousand terms."""
+LONGEST, SHORTEST = 0.25, 1e-7  # Steps along the curve of states, whose whole length is about 1.
+FLAT = 1e-4
+"""The curve is at its largest voltage where its slope is below this: the voltage is then right to the slope's
+square."""
+WIDE = 12  # The most Newton steps for one step along the curve; where they do not suffice a shorter one is tried.
 
 
 @dataclass(frozen=True, eq=False)
@@ -235,11 +239,11 @@ class _Coupled:
         return None
 
     def _fold(
-        self, at: tuple[np.ndarray, float], tangent: np.ndarray, step: float, beyond: float
+        self, at: tuple[np.ndarray, float], tangent: np.ndarray, step: float, further: float
     ) -> tuple[np.ndarray, float]:
         """The state of the largest factor between one and that a step further, where the arc's slope in the factor is
         negative (``beyond``): where it is zero, by secants kept within bounds (Illinois)."""
-        low, high, best = (0.0, float(tangent[-1])), (step, beyond), at
+        low, high, best = (0.0, float(tangent[-1])), (step, further), at
         for _ in range(30):
             middle = low[0] + (high[0] - low[0]) * low[1] / (low[1] - high[1])
             corrected = self._corrected(*at, tangent, middle)

@@ -8,8 +8,9 @@ from typing import Any
 
 from scenes.model import AnyScene, Schedule, Value, is_zero, values
 
-OWN = "the scene"
+OWN = "the scene"  # The name of the run with the scene's own inputs.
 UNITS = {"voltage": "V", "temperature": "K", "ambient": "K", "heat_flux": "W/m2", "heat_source": "W/m3"}
+"""The unit of each kind of input."""
 
 
 @dataclass(frozen=True)
@@ -63,16 +64,16 @@ def _largest(alike: list[Channel]) -> float:
     return max(abs(v - c.rest) for c in alike for v in values(c.own)) or 1.0
 
 
-def driven(scene: Any, given: Mapping[str, Value]) -> Any:
+def driven(scene: Any, values_by_name: Mapping[str, Value]) -> Any:
     """The scene (or its symmetric part) with other values of channels, by their names."""
 
     def boundary(b: Any) -> Any:
         if b.kind == "convection":
-            return replace(b, ambient=given.get(f"{b.name}.ambient", b.ambient))
-        return replace(b, value=given.get(f"{b.name}.{b.kind}", b.value))
+            return replace(b, ambient=values_by_name.get(f"{b.name}.ambient", b.ambient))
+        return replace(b, value=values_by_name.get(f"{b.name}.{b.kind}", b.value))
 
     def source(s: Any) -> Any:
-        return replace(s, heat_source=given.get(f"{s.name}.heat_source", s.heat_source))
+        return replace(s, heat_source=values_by_name.get(f"{s.name}.heat_source", s.heat_source))
 
     key = scene.heated[1]
     return replace(
@@ -89,9 +90,9 @@ def apart(scene: AnyScene, inputs: tuple[Channel, ...]) -> AnyScene:
 def schedule(channel: Channel, number: int) -> Schedule:
     """A channel's own values over time, unlike those of any other."""
     value = channel.own
-    times, given = (value.times, value.values) if isinstance(value, Schedule) else ((), (value,))
+    times, levels = (value.times, value.values) if isinstance(value, Schedule) else ((), (value,))
     first = min(-1.0, *times, 0.0) - 1.0 - number
-    return Schedule((first, *times), given if not times else (given[0], *given))
+    return Schedule((first, *times), levels if not times else (levels[0], *levels))
 
 
 def scenarios(scene: AnyScene, inputs: tuple[Channel, ...]) -> dict[str, AnyScene]:

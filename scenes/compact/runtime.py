@@ -19,7 +19,7 @@ import numpy as np
 Given = float | tuple[Sequence[float], Sequence[float]]
 """A number, or (times, values): linear between the times (s), constant outside; two equal times make a jump."""
 KEPT = 64
-"""Lengths of steps whose propagators are kept."""
+"""Number of step lengths whose propagators are cached."""
 
 
 class CompactModel:
@@ -146,8 +146,8 @@ class CompactModel:
             low, high = entry["range"]
             small = 1e-9 * max(abs(low), abs(high))
             for value in values[(values < low - small) | (values > high + small)][:1]:
-                told = f"{entry['name']} = {value:.6g} {entry['unit']} is past the model's range"
-                warnings.warn(f"{told}, {low:.6g} to {high:.6g} {entry['unit']}", stacklevel=3)
+                warning = f"{entry['name']} = {value:.6g} {entry['unit']} is past the model's range"
+                warnings.warn(f"{warning}, {low:.6g} to {high:.6g} {entry['unit']}", stacklevel=3)
         limit = self.document["range"]["highest_temperature_K"]
         hottest = max((float(outputs[n].max()) for n, o in self.outputs.items() if o["unit"] == "K"), default=0.0)
         if limit is not None and hottest > limit:

@@ -28,8 +28,9 @@ Values = Mapping[str, Any]
 S = TypeVar("S", m.Scene, m.MeshScene)
 
 UNUSED = 1.0
-"""Stands in a Material for what the scene does not need and the file does not give."""
+"""The value of a material's property that the scene does not need and the file does not give."""
 TOTALS = (*m.FLOWS, *m.DERIVED)
+"""Quantities that are totals over a surface or volume: no mean, maximum or minimum of them."""
 RESISTANCES = ("thermal_resistance", "electrical_resistance")
 
 POINT = k.Place(k.Quantity(d.LENGTH, 0.0, 1e4, signed=True))
@@ -48,11 +49,11 @@ CONDITIONS: dict[str, ck.Varying | ck.Surroundings] = {
     "voltage": ck.Varying(k.Quantity(d.VOLTAGE, 0.0, 1e6, signed=True)),
     "current": ck.Varying(k.Quantity(d.CURRENT, 0.0, 1e6, signed=True)),
 }
-"""What a boundary may have, of which it has one, or a convection and radiation."""
+"""A boundary has one of these, or a convection and radiation."""
 RADIATION = " radiation"
-"""What the name of a boundary ends with that is the radiation beside another's convection."""
+"""The radiation beside a convection becomes a boundary of its own, whose name ends so."""
 SERIES = k.Quantity(d.RESISTANCE, 1e-9, 1e15)
-"""Of a voltage's series resistance: beyond it a current is given."""
+"""The series resistance of a voltage; a larger one is a given current."""
 
 # The least are those of interfaces within a crystal, or of metals in one another (kapitza resistances are from 1e-9
 # m2 K/W on, contacts of silicides from 1e-13 ohm m2 on), far below; the largest pass nothing that matters.
@@ -60,7 +61,7 @@ _PERFECT = ", or 0 for a perfect contact"
 HEAT_CONTACT = k.Quantity(d.THERMAL_CONTACT, 1e-12, 1e6, note=_PERFECT)
 CURRENT_CONTACT = k.Quantity(d.ELECTRICAL_CONTACT, 1e-18, 1e6, note=_PERFECT)
 CONTACT_RESISTANCE = ck.ContactResistance((HEAT_CONTACT, CURRENT_CONTACT))
-"""Beside a boundary's temperature or voltage."""
+"""The key beside a boundary's temperature or voltage."""
 RESISTIVITY = Following(k.Quantity(d.RESISTIVITY, 1e-12, 1e9, word="insulator"), axes=True)
 HEAT_SOURCE = ck.Varying(k.Quantity(d.HEAT_SOURCE, 0.0, 1e20, signed=True))
 
@@ -124,7 +125,7 @@ LISTS: dict[str, dict[str, k.Kind]] = {
         "electrical_resistance": ck.ContactResistance((CURRENT_CONTACT,)),
     },
 }
-"""The tables that a file may have many of, as [[material]] and so on."""
+"""The tables that a file may have several of, such as [[material]]."""
 
 REQUIRED: dict[str, tuple[str, ...]] = {
     "material": ("name",),
@@ -133,13 +134,13 @@ REQUIRED: dict[str, tuple[str, ...]] = {
     "probe": ("name",),
     "contact": ("between",),
 }
-"""What has no default; a box or boundary without a name is called box-1, boundary-1 and so on."""
+"""Keys without a default; a box or boundary without a name is called box-1, boundary-1 and so on."""
 
 BOXES = Schema(
     (*_SCENE_AND_RUN, Key("run.mesh", "mesh", k.Choice(("bricks", "tetrahedra")), physical=False)),
     LISTS, REQUIRED, "a free scene", "run.accuracy=1e-4",
 )  # fmt: skip
-"""What a file of a free scene of boxes may say."""
+"""The schema of a free scene of boxes."""
 
 _OF_BOXES = ("lower", "upper", "box")
 ON_MESH = Schema(
@@ -160,11 +161,11 @@ ON_MESH = Schema(
     "a scene on a mesh",
     "run.accuracy=1e-4",
 )
-"""What a file with a [mesh] may say: groups stand in the place of boxes and corners."""
+"""The schema of a scene with a [mesh]: groups in place of boxes and corners."""
 
 
 MOST_BOXES = 2_000
-"""A row of as many takes 1.2 GB and 10 s of processor time, and a file of 0.2 MB."""
+"""A row of this many takes 1.2 GB, 10 s of processor time, and a file of 0.2 MB."""
 
 
 def check_number(boxes: int) -> None:
@@ -216,24 +217,24 @@ def on_mesh(values: Values, name: str, folder: str) -> m.MeshScene:
 
 def _declared(scene: S, values: Values, folder: str) -> S:
     """The scene with what [model] and [checks] say. Refuses what they say of a probe that the scene has not."""
-    given, said = section(values, "model"), section(values, "checks")
+    model_section, checks_section = section(values, "model"), section(values, "checks")
     probes: list[str] = [item.name for item in values.get("probe", ())]
     checks = [*probes, *(f"{name}{m.OVER_TIME}" for name in probes), *(f"against_{name}" for name in probes), *m.SLOPES]
-    tolerances, differing = said.get("tolerances", {}), said.get("expect_differs")
-    for path, names, known in (
-        ("model.outputs", given.get("outputs", {}), probes),
+    tolerances, differing = checks_section.get("tolerances", {}), checks_section.get("expect_differs")
+    for path, names, allowed in (
+        ("model.outputs", model_section.get("outputs", {}), probes),
         ("checks.tolerances", tolerances, checks),
         ("checks.expect_differs", differing or (), checks),
     ):
         for name in names:
-            if name not in known:
-                what = "a probe" if known is probes else "a check, which are called as the probes"
+            if name not in allowed:
+                what = "a probe" if allowed is probes else "a check, which are called as the probes"
                 listed = f"give {', '.join(map(quoted, probes))}" if probes else "the scene has no probe"
-                raise SceneError(f"{path}: {quoted(name)} is not {what}: {listed}{did_you_mean(name, known)}")
+                raise SceneError(f"{path}: {quoted(name)} is not {what}: {listed}{did_you_mean(name, allowed)}")
     model = None
-    if given:
-        parameters, outputs = (tuple(given.get(name, {}).items()) for name in ("parameters", "outputs"))
-        model = m.OwnModel(given.get("file", ""), parameters, outputs, folder)
+    if model_section:
+        parameters, outputs = (tuple(model_section.get(name, {}).items()) for name in ("parameters", "outputs"))
+        model = m.OwnModel(model_section.get("file", ""), parameters, outputs, folder)
     return replace(scene, model=model, tolerances=tolerances, expected_to_differ=differing)
 
 
@@ -265,29 +266,29 @@ def _with_run(scene: S, values: Values) -> S:
     return scene
 
 
-def _run_keys(given: dict[str, Any]) -> dict[str, Any]:
-    times: tuple[float, ...] = given.get("output_times", ())
-    if given.get("steady"):
+def _run_keys(run: dict[str, Any]) -> dict[str, Any]:
+    times: tuple[float, ...] = run.get("output_times", ())
+    if run.get("steady"):
         for key in ("end_time", "output_times"):
-            if key in given:
+            if key in run:
                 raise SceneError(f"run.steady = true and run.{key} contradict each other: give one of them")
-        return given
-    if "end_time" not in given and not (times and times[-1] > 0):
+        return run
+    if "end_time" not in run and not (times and times[-1] > 0):
         raise SceneError('[run] says neither how long nor steady: give steady = true, or end_time = "10 ms"')
     last = times[-1] if times else 0.0
-    end = given.get("end_time", last)
+    end = run.get("end_time", last)
     if math.isclose(last, end, rel_tol=1e-12):
         end = last  # one time, reckoned in two ways
     if last > end:
         raise SceneError(
             f"run.end_time = {end:.12g} s is before the last of run.output_times, {last:.12g} s: give more"
         )
-    return {**given, "end_time": end}
+    return {**run, "end_time": end}
 
 
-def _material(given: dict[str, Any]) -> m.Material:
+def _material(properties: dict[str, Any]) -> m.Material:
     """The material, with a stand-in for what is not given."""
-    material = m.Material(**{**dict.fromkeys(HEAT_KEYS, UNUSED), **given})
+    material = m.Material(**{**dict.fromkeys(HEAT_KEYS, UNUSED), **properties})
     physics.refuse_both(f"material {quoted(material.name)}", material)
     physics.refuse_unlike(f"material {quoted(material.name)}", material)
     return material
@@ -296,9 +297,9 @@ def _material(given: dict[str, Any]) -> m.Material:
 def _box(item: Item, materials: dict[str, m.Material]) -> m.Box:
     material = item.values["material"]
     if material not in materials:
-        known = f"give {' or '.join(map(quoted, materials))}" if materials else "add a [[material]] of that name"
+        choices = f"give {' or '.join(map(quoted, materials))}" if materials else "add a [[material]] of that name"
         hint = did_you_mean(material, materials)
-        raise SceneError(f"{item.label}.material = {quoted(material)} is not in the scene: {known}{hint}")
+        raise SceneError(f"{item.label}.material = {quoted(material)} is not in the scene: {choices}{hint}")
     return m.Box(**{**item.values, "name": item.name, "material": materials[material]})
 
 
@@ -309,11 +310,13 @@ def _apart(items: Sequence[Item]) -> Iterator[Item]:
         if not {"convection", "radiation"} <= set(item.values):
             yield item
             continue
-        other = f"{item.name}{RADIATION}"
-        if other in names:
-            raise SceneError(f"{item.label} has radiation, which is called {quoted(other)}, as another: rename that")
+        radiating = f"{item.name}{RADIATION}"
+        if radiating in names:
+            raise SceneError(
+                f"{item.label} has radiation, which is called {quoted(radiating)}, as another: rename that"
+            )
         yield replace(item, values={key: v for key, v in item.values.items() if key != "radiation"})
-        yield replace(item, name=other, values={key: v for key, v in item.values.items() if key != "convection"})
+        yield replace(item, name=radiating, values={key: v for key, v in item.values.items() if key != "convection"})
 
 
 def _condition(item: Item) -> dict[str, Any]:
@@ -338,21 +341,21 @@ def _condition(item: Item) -> dict[str, Any]:
         condition |= {"kind": "voltage", "series_resistance": math.inf}
     elif series:
         condition["series_resistance"] = series
-    given = item.values.get("contact_resistance")
-    return condition if given is None else condition | _behind(item.label, kind, value, given)
+    behind = item.values.get("contact_resistance")
+    return condition if behind is None else condition | _behind(item.label, kind, value, behind)
 
 
-def _behind(label: str, kind: str, value: m.Value, given: ck.Resistance) -> dict[str, Any]:
+def _behind(label: str, kind: str, value: m.Value, contact: ck.Resistance) -> dict[str, Any]:
     """What a contact resistance makes of the temperature or the voltage beside it: of the former a film of its inverse
     towards that."""
-    path, resistance = f"{label}.contact_resistance = {given.value:g}", given.value
+    path, resistance = f"{label}.contact_resistance = {contact.value:g}", contact.value
     dimension = {"temperature": d.THERMAL_CONTACT, "voltage": d.ELECTRICAL_CONTACT}.get(kind)
     if dimension is None:
         raise SceneError(f"{path} stands beside a {kind}: give it beside a temperature or a voltage, or leave it out")
-    if given.dimension not in (None, dimension):
+    if contact.dimension not in (None, dimension):
         raise SceneError(
-            f"{path} {given.dimension.unit} is {given.dimension.name} beside a {kind}: give {dimension.name} such as "
-            f'"{dimension.example}"'
+            f"{path} {contact.dimension.unit} is {contact.dimension.name} beside a {kind}: give {dimension.name} such "
+            f'as "{dimension.example}"'
         )
     if not resistance:
         return {}
@@ -380,20 +383,20 @@ def _reading(item: Item) -> dict[str, Any]:
 
 
 def _contact(item: Item) -> m.Contact:
-    given = {key: item.values[key].value for key in RESISTANCES if key in item.values}
-    if not given:
+    resistances = {key: item.values[key].value for key in RESISTANCES if key in item.values}
+    if not resistances:
         raise SceneError(f"{item.label} has no resistance: give {' or '.join(RESISTANCES)}, or leave the contact out")
-    return m.Contact(item.name, item.values["between"], **given)
+    return m.Contact(item.name, item.values["between"], **resistances)
 
 
 def _corners(item: Item) -> tuple[m.Point, m.Point]:
     """The corners of a probe's box; of a point both are the same."""
-    given = item.values
-    has = [key for key in ("at", "lower", "upper") if key in given]
+    corners = item.values
+    has = [key for key in ("at", "lower", "upper") if key in corners]
     if has == ["at"]:
-        return given["at"], given["at"]
+        return corners["at"], corners["at"]
     if has == ["lower", "upper"]:
-        return given["lower"], given["upper"]
+        return corners["lower"], corners["upper"]
     raise SceneError(f"{item.label} has {' and '.join(has) or 'no place'}: give at = [x, y, z], or lower and upper")
 
 

@@ -18,12 +18,13 @@ from scenes.free.grid import VOID, Grid, grid_of
 from scenes.model import Boundary, Scene
 from scenes.units import TIME
 
-NARROW = 0.1  # a gap narrower than this part of the thinner box beside it is likely a slip, and is told
-# a run is too short where heat diffuses over less than this part of the thinnest box's extent: only surfaces warm
+NARROW = 0.1  # A gap narrower than this part of the thinner box beside it is reported as a likely slip.
 HURRIED = 1e-2
-_MANY = 1_000  # boxes, of more of which not every two are held against one another
-MOST = 20  # bodies, boundaries and the like that one line names
-_LOST = 1e-6  # of a box's volume: less is rounding of its corners
+"""A run is reported as too short where heat diffuses over less than this part of the thinnest box: only surfaces
+warm."""
+_MANY = 1_000  # Scenes with more boxes are not searched pair by pair.
+MOST = 20  # Bodies, boundaries and the like that one line names at most.
+_LOST = 1e-6  # A loss below this part of a box's volume is rounding of its corners.
 
 
 def described(scene: Scene) -> list[tuple[str, str]]:

@@ -21,16 +21,16 @@ T = TypeVar("T", Box, Boundary, Probe)
 UNFIXED = (
     "asks for a {} in a conductor that no electrode touches, which is solved for heat alone, as nothing determines "
     "its potential: give a place in another, or a boundary with a voltage there"
-)
+)  # The refusal of a probe in a conductor without a determined potential.
 FLOATING = (
     "is joined to nothing that a boundary or a heat source acts on|are joined to nothing that a boundary or a heat "
     "source acts on",
     "let it touch the rest with a face, or give it a boundary",
-)
+)  # Why a part that nothing acts on is refused (one box | several), and what helps.
 KEPT = (
     "has no exit for heat, so there is no steady state|have no exit for heat, so there is no steady state",
     "give a boundary with a temperature or a convection, or run.end_time in place of steady",
-)
+)  # Why a part without an exit for heat is refused (one box | several), and what helps.
 
 
 def check(scene: Scene) -> Scene:

@@ -28,15 +28,15 @@ INPUTS = {
     "sink.voltage": ("V", "voltage"), "sensor.voltage": ("V", "voltage"),
     "outside.temperature": ("K", "temperature"), "substrate.temperature": ("K", "temperature"),
 }  # fmt: skip
-"""The unit and the kind of each input."""
+"""Unit and kind of each input."""
 FILMS = ("sink", "sensor")
 OUTPUTS = {
     **{f"{film}_K": "K" for film in FILMS}, **{f"{film}_ohm": "ohm" for film in FILMS},
     **{f"{film}_A": "A" for film in FILMS}, **{f"{film}_power_W": "W" for film in FILMS},
 }  # fmt: skip
-"""The unit of each output: mean temperatures, resistances as they are measured, currents, powers in the films."""
+"""Unit of each output: mean temperatures, resistances as measured, currents, and powers in the films."""
 GIVEN = 1 + len(INPUTS)
-"""How many entries of z = (1, inputs, states) come before the states."""
+"""Number of entries of z = (1, inputs, states) before the states."""
 
 
 def document(modal: Modal, device: Device, name: str, inputs: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:

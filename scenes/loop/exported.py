@@ -28,13 +28,14 @@ from scenes.loop.result import DeviceResult
 LOOP = "closed loop"
 VOLTAGES = tuple(f"{film}_V" for film in FILMS)
 INSTANTS = 20
-"""At so many times a step is compared, from the sample time to the end, in equal ratios."""
+"""Number of times, from the sample time to the end in equal ratios, at which a step's response is compared."""
 CLOSELY, LEAST = 1e-2, 1e-8
-"""The tolerance of each time step of the whole model's own runs, as a part of the accuracy; and the least."""
+"""Tolerance of each step of the whole model's runs, as a part of the accuracy; and the smallest one."""
 SHIFTS, SOONER = 12, 0.3
-"""Times (s) at which the states' responses are taken, from this part of the sample time to the slowest one's."""
+"""Number of times (s) at which responses for the states are taken, from the second times the sample time to the slowest
+time constant."""
 MORE = 1.25
-"""Times as many states where the closed loop wants more than the steps do."""
+"""Factor on the number of states where the closed loop needs more than the steps do."""
 
 
 @dataclass(frozen=True, eq=False)

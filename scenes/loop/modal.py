@@ -66,9 +66,9 @@ class Modal:
 
     def above_substrate(self, outer: float) -> Modal:
         """The model whose outer rise stays (K), and whose input is the substrate's temperature instead."""
-        given = self.substrate
+        substrate = self.substrate
         return replace(
-            self, external=given.external, jump=given.jump, flux_external=given.flux,
+            self, external=substrate.external, jump=substrate.jump, flux_external=substrate.flux,
             offset=self.offset + outer * self.external, flux_offset=self.flux_offset + outer * self.flux_external,
         )  # fmt: skip
 
@@ -94,11 +94,11 @@ class Modal:
     def within(self, sums: np.ndarray) -> Modal:
         """The model of some ``sums`` (n, k) of its modes, which are orthonormal, in modes of its own."""
         rates, vectors = np.linalg.eigh(sums.T @ (self.rates[:, None] * sums))
-        basis, given = sums @ vectors, self.substrate
-        plate = np.broadcast_to(given.plate, given.jump.shape) @ basis
+        basis, substrate = sums @ vectors, self.substrate
+        plate = np.broadcast_to(substrate.plate, substrate.jump.shape) @ basis
         return replace(
             self, rates=rates, shape=self.shape @ basis, jump=self.jump @ basis, flux=self.flux @ basis,
-            substrate=replace(given, jump=given.jump @ basis, plate=plate),
+            substrate=replace(substrate, jump=substrate.jump @ basis, plate=plate),
         )  # fmt: skip
 
     @property

@@ -17,14 +17,16 @@ from scenes.device import Device, External
 from scenes.loop.controller import timetable
 
 QUANTITIES = ("sink_K", "sensor_K", "sink_V", "sensor_V", "sink_power_W", "sensor_power_W", "polymer_flux_W")
-TOP = "polymer_top_W"
+TOP = "polymer_top_W"  # Heat through the polymer's top, which only 3D has.
 BAND = 0.01
-"""The band, as a part of the step, that "settled" means where nothing else is said."""
+""""Settled" means within this part of the step, where no other band is given."""
 SLOW_TIME, SLOW_GAINS = 5e-3, (0.5, 0.05)
+"""The paper's slower controllers (Figure 11): sample time (s), and gains (V) of sink and sensor."""
 STEPS = (-80.0, -60.0, -40.0, -20.0, -10.0, 0.0, 10.0, 20.0)
-_SAMPLES_BEFORE = 20
+"""K: heights of the outer steps whose responses are drawn (Figure 12)."""
+_SAMPLES_BEFORE = 20  # Samples at the initial temperature before such a step.
 
-GONE = 1e-300  # of a mode after one sample: what is left counts as this where nothing is
+GONE = 1e-300  # The part of a mode that counts as left after one sample where none is.
 
 
 @dataclass(frozen=True)

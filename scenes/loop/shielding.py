@@ -20,12 +20,12 @@ from scenes.loop.modal import Modal
 from scenes.loop.stability import steady
 
 STEP = 1.0
-"""K of substrate; with the films' resistances linear and both loops closed, powers are linear in it but for the local
+"""K of substrate. Resistances are linear and both loops closed, so that powers are linear in it but for local
 departures of the films' temperatures."""
 BEFORE = 20
-"""Samples of a run before its step."""
+"""Samples of a run before the substrate's step."""
 CLOSELY = 1e-9
-"""The error (K) to which the powers between samples are iterated: what is read is a millionth of them."""
+"""K: tolerance of the iteration between samples; what is read is a millionth of the powers."""
 
 
 @dataclass(frozen=True)

@@ -15,14 +15,14 @@ from scenes.units import TEMPERATURE, VOLTAGE, Unit, called, parse_unit
 from validate.against.tables import Column, Table, in_si, unit_of
 
 IGNORED = "ignore"
-"""What a column is called that is to be left out."""
+"""The name of a column that is left out."""
 
 RISE = {"rise", "delta", "deltat", "dt"}
 _DIFFERENCE = re.compile(r"\bT\)?\s*-\s*[\dT]")
 AMPERE, WATT = parse_unit("A"), parse_unit("W")
 NOTICED, STARTS = 0.005, 0.05
-"""How far from room temperature a trace may start, of its own change: what is said, and what the checks' own tolerance
-would be spent on."""
+"""How far from room temperature a trace may start, relative to its change, before that is remarked, and before it is
+refused, as it would use up the checks' tolerance."""
 
 
 @dataclass(frozen=True)

@@ -52,17 +52,17 @@ def of_3d(scene: AnyScene, sensitivities: Sensitivities) -> In_units:
 
 def of_model(scene: AnyScene, model: Model) -> In_units:
     """Of a user's own model, by differences."""
-    known: dict[tuple[str, bytes], dict[str, np.ndarray]] = {}
+    solved: dict[tuple[str, bytes], dict[str, np.ndarray]] = {}
 
     def slope_of(key: str, name: str, times: np.ndarray, values: np.ndarray) -> np.ndarray:
         at_rest, case = np.isinf(times[-1]), (key, times.tobytes())
-        if case not in known:
+        if case not in solved:
             # A model over time is run up to the last time, which may be less than the run.
             followed = follow(
                 model, scene, [key], None if at_rest else np.union1d(times, scene.end_time), lambda _: None
             )
-            known[case] = followed.slopes.get(key, {})
-        slope = known[case].get(name)
+            solved[case] = followed.slopes.get(key, {})
+        slope = solved[case].get(name)
         if slope is None:
             return np.full(len(times), np.nan)
         if at_rest:

@@ -27,23 +27,27 @@ from scenes.uncertain import Uncertain
 from scenes.varied import neighbour, varied
 from validate.inputs.sensitivities import QUANTITIES, Sensitivities, of_sink
 
-STEP = 1e-4  # relative step of a key for a central difference of formulas, whose relative error is its square
-BENT, SHARE = 0.1, 0.3  # of the first-order change; of u_input
+STEP = 1e-4  # Relative step of a key in central differences of formulas; its relative error is the square.
+BENT, SHARE = 0.1, 0.3
+"""The second-order part is remarked where it exceeds the first of the first-order one, and this the second of
+u_input."""
 PROFILE = "fig5"
-"""The check of the profile, whose derivatives are its own."""
-WIDEST = 0.1  # the largest relative step of a key by which a device is moved to either side
+"""The check of the profile, whose derivatives are computed on their own."""
+WIDEST = 0.1  # The largest relative step of a key by which a device is moved to either side.
 OF_3D = {
     "dev3d_sink_power": "sink_power_W", "dev3d_sensor_power": "sensor_power_W",
     "dev3d_sink_voltage": "sink_V", "dev3d_sensor_voltage": "sensor_V",
 }  # fmt: skip
-"""The checks of the device that hold a steady quantity of both models against each other."""
+"""Checks of the device that compare a steady quantity of both models."""
 BALANCE = "energy"
-"""The check of a balance, which holds whatever the inputs are: they don't move it."""
+"""The check of the energy balance, which inputs do not move."""
 
 Estimates = Mapping[str, Estimate]
-SURELY, MATTERS = 3.0, 0.05  # standard errors, and part of u_input, from which on the linear propagation is off
-ROUNDING = 1e-9  # samples that spread by less than this part of the value spread by rounding alone
-FURTHEST = 0.95  # a sample changes a value by at most this part of it: no size becomes negative
+SURELY, MATTERS = 3.0, 0.05
+"""Linear propagation is called off where the samples' deviation differs by this many standard errors and this part of
+u_input."""
+ROUNDING = 1e-9  # Samples that spread by less than this part of the value differ by rounding alone.
+FURTHEST = 0.95  # A sample changes a value by this part of it at most: no size becomes negative.
 
 
 @dataclass(frozen=True)
@@ -140,16 +144,16 @@ def judged(
     def differences(key: str, step: float) -> dict[str, float]:
         in_1d = models.reduced1d and moved(models.reduced1d, sink, sensitivities, key, step)
         # What only a row has, its islands' length, is nothing to one span.
-        one = moved(single, sink, alone, key, step) if single is not None and key in alone.keys else single
-        nearby = Models(neighbour(sink, key, step), moved(models.fem3d, sink, sensitivities, key, step), in_1d, one)
+        in_1d = moved(single, sink, alone, key, step) if single is not None and key in alone.keys else single
+        nearby = Models(neighbour(sink, key, step), moved(models.fem3d, sink, sensitivities, key, step), in_1d, in_1d)
         return {check: definitions[check](nearby).difference for check in made}
 
-    known = _by_differences(uncertain, differences)
-    known[BALANCE] = 0.0
+    u_inputs = _by_differences(uncertain, differences)
+    u_inputs[BALANCE] = 0.0
     if all(key in sensitivities.misfit for key in uncertain.relative):
         slopes = np.array([sensitivities.misfit[key] for key in uncertain.relative])
-        known[PROFILE] = combined(slopes, uncertain.covariance())
-    return tuple(replace(check, u_input=known.get(check.id)) for check in checks)
+        u_inputs[PROFILE] = combined(slopes, uncertain.covariance())
+    return tuple(replace(check, u_input=u_inputs.get(check.id)) for check in checks)
 
 
 def judged_against(
@@ -169,8 +173,8 @@ def judged_against(
         distances = {c: distance(nearby, data, result, name, known_at[c]) for c, name in checked(scene, data).items()}
         return {c: part(off, abs(scale)) for c, (off, scale, _) in distances.items()}
 
-    known = _by_differences(uncertain, differences)
-    return tuple(replace(check, u_input=known.get(check.id)) for check in checks)
+    u_inputs = _by_differences(uncertain, differences)
+    return tuple(replace(check, u_input=u_inputs.get(check.id)) for check in checks)
 
 
 def _by_differences(uncertain: Uncertain, differences: Callable[[str, float], Mapping[str, float]]) -> dict[str, float]:
@@ -203,11 +207,11 @@ def judged_device(
         for name, value in more.items():
             slopes.setdefault(name, []).append((value - less[name]) / (2 * step) if value != less[name] else 0.0)
     covariance = inputs.uncertain.covariance()
-    known = {
+    u_inputs = {
         name: combined(np.array(by_key), covariance) for name, by_key in slopes.items() if np.isfinite(by_key).all()
     }
-    known |= {check: inputs.difference[name] for check, name in OF_3D.items() if name in inputs.difference}
-    return tuple(replace(check, u_input=known.get(check.id)) for check in checks)
+    u_inputs |= {check: inputs.difference[name] for check, name in OF_3D.items() if name in inputs.difference}
+    return tuple(replace(check, u_input=u_inputs.get(check.id)) for check in checks)
 
 
 def moved(result: Result, sink: Sink, sensitivities: Sensitivities, key: str, step: float) -> Result:

@@ -25,9 +25,9 @@ if TYPE_CHECKING:
 QUANTITIES = {entry.steady: entry.called for entry in OF_A_SINK.values()}
 PREFIX = "slope_"
 TEMPERATURE = "_temperature"
-"""How the keys of temperatures end."""
-NONE = 1e-6  # a slope smaller than this counts as none
-PART = 1e-5  # step at one place of a profile, over its span; a central difference is off by the square of that
+"""How keys of temperatures end."""
+NONE = 1e-6  # Smaller slopes count as zero.
+PART = 1e-5  # Step of a place along a profile, over its span; the error of a central difference is its square.
 
 
 @dataclass(frozen=True)

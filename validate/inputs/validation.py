@@ -179,9 +179,9 @@ def validate(scene: Any, data: Data, models: Sequence[tuple[str, Result, U_input
             values = simulated(result, key, times)
             u_num = np.full(len(times), known_to(result, key, times))
             u_input = np.zeros(len(times)) if u_of is None else u_of(key, times, values)
-            known = data.u[key][late] if key in data.u else np.zeros(len(times))
+            u_data = data.u[key][late] if key in data.u else np.zeros(len(times))
             measured = data.values[key][late]
             courses.append(
-                Course(called, key, word, catalogue.units[key], times, values, measured, u_num, u_input, known)
+                Course(called, key, word, catalogue.units[key], times, values, measured, u_num, u_input, u_data)
             )
     return Validation(tuple(courses), any(u is not None for _, _, u in models), bool(data.u))

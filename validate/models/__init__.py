@@ -21,7 +21,7 @@ OF_THE_SCENE = "scene"
 _FORM = "give FILE.py:FUNCTION, FILE.cir, FILE.fmu, FILE.csv, network, or scene for the scene's own [model]"
 _KINDS = {".py": "function", ".cir": "spice", ".net": "spice", ".sp": "spice", ".fmu": "fmu", ".csv": "values"}
 _PROGRAMS = ("function", "spice", "fmu")
-"""The kinds of file that a program runs: not on the word of a scene that somebody sent."""
+"""Kinds of file that run code: never on the word of a scene that somebody sent."""
 
 
 @dataclass(frozen=True)

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 FIGURES = {"array": "array_figure.draw"}
 FIELD_FIGURE = ""
 MOST_ROWS = 12
-"""Elements that the terminal has room for."""
-TOLERANCES = (1e-2, 1e-3, 1e-4)
+"""Elements that a terminal has room for."""
+TOLERANCES = (1e-2, 1e-3, 1e-4)  # Crosstalk levels for which the pitch is reported.
 
 
 def title(outcome: Outcome[SinkArray]) -> str:

@@ -17,7 +17,7 @@ from scenes.units import POWER, TIME, VOLTAGE
 from validate.folder import Content, Folder
 
 PICTURE = "scene.png"
-"""The picture of a scene that isn't solved yet."""
+"""The picture of a scene that is not solved yet."""
 SCHEMA = 1
 """The version of summary.json."""
 

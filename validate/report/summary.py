@@ -24,7 +24,7 @@ _ANALYSES = {
     "calibration": "fit", "validation": "validation", "air": "air", "left_out": "left_out",
     "sensitivities": "sensitivities", "against": "against",
 }  # fmt: skip
-"""Entries with the fields of an Outcome that make them, where they are there."""
+"""Entries of summary.json, by the field of an Outcome that makes each."""
 
 
 def write_document(path: Path, content: dict[str, Any]) -> None:

@@ -19,7 +19,7 @@ from scenes.plan import Step
 from validate.report import of
 from validate.run.outcome import Outcome
 
-WIDTH = 80
+WIDTH = 80  # Columns of a terminal that texts are written for.
 _COLOURS = {"agrees": "32", "differs": "31", "unresolved": "33", "heading": "1"}
 MARKS = {"agrees": ("\N{CHECK MARK}", "+"), "differs": ("\N{BALLOT X}", "x"), "unresolved": ("?", "?")}
 _STAGES = {

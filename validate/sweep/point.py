@@ -27,14 +27,14 @@ if TYPE_CHECKING:
     from scenes.result import Result
 
 FINEST = 1e-4
-"""The accuracy down to which a verdict is sought that the error leaves open; finer ones take seconds to minutes."""
+"""The accuracy down to which points with an open verdict are solved again; finer ones take seconds to minutes."""
 
 _NUMBER = re.compile("^fem3d_|_(difference|u_num|error)$")
-"""The columns of a point that figures and sentences take for numbers."""
+"""Columns of a point that figures and sentences read as numbers."""
 
 BLAMED = {"fig4": ("steady", "peak"), "fig6_peak": ("transient", "peak"), "fig6_end": ("transient", "end"),
           "fig7_current": ("transient", "current")}  # fmt: skip
-"""The difference that each check of a reduction is of, among those that `compare.blame` splits by assumption."""
+"""The difference in `compare.blame` that each check of a reduction is about."""
 
 
 @dataclass(frozen=True)

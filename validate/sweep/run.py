@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from validate.sweep.mapping import Map
 
 
-MOST = 40_000  # points that the page shows; of more it shows some, evenly chosen
+MOST = 40_000  # Points that the page shows; of more it shows an even choice.
 _CAPTIONS = {
     "figure_map": "Where the reduction is within the tolerance, and which assumption is to blame where it is not.",
     "figure_lines": "Differences from 3D over the varied key, with their errors; grey is within the tolerance.",

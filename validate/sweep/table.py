@@ -187,19 +187,19 @@ def _of_check(table: Table) -> str:
     subject = f"the model {name}" if table.job.scope.model else subject
     reference = f" of 3D in {TITLES[check]}" if check in TITLES else f" of 3D as {check} has it"
     reference = f" of 3D at {check}" if table.job.scope.model else reference
-    within, beyond = (verdicts == "agrees").sum(), verdicts == "differs"
-    said = f"{subject} is within {100 * table.tolerances[check]:g} %{reference} in {within} of {total} {what}"
+    agreeing, differing = (verdicts == "agrees").sum(), verdicts == "differs"
+    said = f"{subject} is within {100 * table.tolerances[check]:g} %{reference} in {agreeing} of {total} {what}"
     if table.map:
         said += f", {(table.columns['status'] != 'refused').sum()} of them solved"
     differences = table.series()[check][0]
     if np.isfinite(differences).any():
         worst = int(np.nanargmax(np.abs(differences)))
         largest = f"largest {percent(differences[worst], 3, sign=True)} at {table.at(worst)}"
-        where = _first(table, np.abs(differences)) if beyond.any() else ""
+        where = _first(table, np.abs(differences)) if differing.any() else ""
         said += f"; it fails first where {where} ({largest})" if where else f" ({largest})"
-    if (blamed[beyond] != "").any():
-        most, times = Counter(word for word in blamed[beyond] if word).most_common(1)[0]
-        said += f"; to blame: {most} in {times} of {beyond.sum()}"
+    if (blamed[differing] != "").any():
+        most, times = Counter(word for word in blamed[differing] if word).most_common(1)[0]
+        said += f"; to blame: {most} in {times} of {differing.sum()}"
     unresolved = int((verdicts == "unresolved").sum())
     return said + (f"; {unresolved} unresolved" if unresolved else "")
 

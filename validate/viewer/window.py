@@ -26,9 +26,9 @@ from validate.viewer.state import KEYS, QUANTITIES, View
 FAULT = "fault: "
 FILM, NOTE, READS = "film ", "note ", "reads "
 STEPS_PER_SECOND = 4
-"""Stored states that the window plays."""
+"""Stored states that are played a second."""
 FRAMES, FRAMES_PER_SECOND, HOLD = 40, 10, 10
-"""Of a film, the last the frames for which it stays on its end."""
+"""Frames of a film, frames a second, and frames for which it rests on its end."""
 
 
 class NoGraphicsError(ArithmeticError):

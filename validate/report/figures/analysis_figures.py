@@ -27,18 +27,18 @@ if TYPE_CHECKING:
     from validate.run.outcome import Outcome
 
 _VISIBLE = 0.005
-"""The share of an axis's height from which on a part can be seen."""
+"""Parts smaller than this share of an axis can't be seen."""
 _MODELS = {"3D": LINES["end_K"], "1D": LINES["mean_K"]}
 _ROW, _BAR = 0.3, 0.38
-"""Inches of a key's row in a tornado, and how much of it a bar takes."""
+"""Inches of a key's row in a tornado, and the part of it that a bar takes."""
 _SEEN = 0.005
-"""The part of a panel's longest bar from which on an error is wider than the line that draws it."""
+"""Errors smaller than this part of a panel's longest bar are no wider than a line."""
 _MARKS = 40
-"""How many of the data have bars."""
+"""Data points that have error bars."""
 _LEAST = 0.1
-"""Percent below which the axis of what the air does becomes linear, as the differences change their sign."""
+"""Percent below which the axis of the air's effect is linear, as differences change their sign."""
 _FINE = 300
-"""Places of a line that is drawn smoothly through the coefficients at which the air was solved, its dots."""
+"""Points of a line drawn through the coefficients that were solved."""
 
 
 def why(outcome: Outcome[Sink]) -> Figure:

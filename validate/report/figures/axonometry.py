@@ -18,17 +18,18 @@ from scenes.model import Point, Scene
 
 AZIMUTH, ELEVATION = np.radians(24.0), np.radians(32.0)
 SLENDER = 0.16
-"""The least extent of an axis on paper, of that of the longest horizontal one."""
+"""The least extent of an axis on paper, relative to the longest horizontal one."""
 THIN, SHARE = 0.028, 0.35
-"""The least width between two faces, of the longest extent, and what all of these take of it at most."""
+"""The least gap between two faces, relative to the longest extent, and the part of that which all such gaps take at
+most."""
 ROUND = (1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0)
 """Factors by which an axis is stretched, times powers of ten."""
 PIXELS = 700
-"""Width of the picture in which it is looked up what can be seen of each box."""
+"""Width of the hidden picture by which visible parts of boxes are found."""
 SEEN = 12
-"""Pixels of a box that can be seen, at least."""
+"""The least number of its pixels for a box to count as visible."""
 _SIDES = {"front": (1, -1), "right": (0, 1), "top": (2, 1)}
-"""The visible sides: along which axis of the paper, and in which direction."""
+"""The visible sides: their axis on paper, and direction."""
 
 
 @dataclass(frozen=True)
@@ -65,9 +66,9 @@ class Drawing:
             ends = sorted(sign * c for c in (lower[axis], upper[axis]))
             middles = sign * (planes[1:] + planes[:-1]) / 2
             if ends[0] < ends[1]:
-                within = np.flatnonzero((middles > ends[0]) & (middles < ends[1])) + 1
-                near.append(within)
-                far.append(within)
+                between = np.flatnonzero((middles > ends[0]) & (middles < ends[1])) + 1
+                near.append(between)
+                far.append(between)
                 continue
             # Cells are counted from 1 on, those outside being void; of two beside a plane the one before it is nearer
             # where the axis goes away.

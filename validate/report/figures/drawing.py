@@ -27,8 +27,8 @@ from validate.report.checks import judged
 from validate.report.figures import INK, table
 from validate.report.figures.render import Field
 
-DPI = 130
-_LINE = 0.215  # inches of a line of the title
+DPI = 130  # Dots per inch of .png files.
+_LINE = 0.215  # Inches of a line of the title.
 _STYLE: dict[Any, Any] = {
     "font.size": 10.0, "font.family": "sans-serif", "axes.edgecolor": INK, "axes.labelcolor": INK,
     "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "axes.axisbelow": True,
@@ -94,7 +94,7 @@ def logarithmic(ax: Any, name: str) -> None:
 
 
 VISIBLE = 0.004
-"""The part of an axis from which on an error band is wider than a line."""
+"""Error bands narrower than this part of an axis are no wider than a line."""
 
 
 def band(ax: Any, x: np.ndarray, y: np.ndarray, half: np.ndarray | float, colour: str) -> None:

@@ -16,12 +16,12 @@ from validate.report.figures.drawing import new_figure
 from validate.run.outcome import Outcome
 
 _NAMES = 30
-"""Lines that there is room to name."""
-_UM = 1e6
+"""The most lines that are named."""
+_UM = 1e6  # Micrometres per metre.
 _WIDE, _TALLEST, _SIDE, _BETWEEN = 7.35, 5.0, 1.4, 0.2
-"""Inches: across, of the view from above at most, of that from the side and at least, and between the two."""
+"""Inches: width; height of the view from above at most; height of that from the side at least; gap."""
 _ROOM = 1.06
-"""Of the geometry's extent."""
+"""Extent of the axes over that of the geometry."""
 
 
 def draw(outcome: Outcome[AnyScene]) -> Figure:

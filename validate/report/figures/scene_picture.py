@@ -29,19 +29,19 @@ from validate.report.figures.drawing import new_figure, style
 from validate.report.figures.labels import Label, columns, spread
 
 WIDE, COLUMN, HIGHEST = 13.0, 2.75, 14.0
-"""Inches: how wide the picture is, of which a column of names, and how high it is at most."""
+"""Inches: width of the picture, width of a column of names, greatest height."""
 AROUND, UNDER = np.array([1.6, 1.4]), 1.35
-"""Inches around the drawing for the numbers at its axes, and for title and legend."""
+"""Inches around the drawing for the axes' numbers, and for title and legend."""
 APART, CHARACTERS, SIZE = 0.2, 42, 8.5
-"""Of names: inches from one to the next, the most characters, points."""
+"""Names: inches from one to the next, the most characters, points."""
 MOST = 120
-"""Names, in two columns of 12 inches; of the rest the title says how many there are."""
+"""Names that two columns of 12 inches hold; the title counts the others."""
 TICK = 0.44
-"""Inches from one number at an axis to the next, at least."""
+"""The least inches between two numbers of an axis."""
 SHADES = (0.84, 0.7, 1.0)
-"""How light each visible side is: in front, to the right, on top."""
+"""Lightness of the visible sides: front, right, top."""
 AT_AXIS = (("right", "top"), ("left", "top"), ("right", "center"))
-"""How the numbers at each axis lie to their places."""
+"""Alignment of the numbers at each axis."""
 BOUNDARY = {
     "temperature": "#b3261e", "heat_flux": "#b35c00", "convection": "#00677f", "radiation": "#8a2a5b",
     "voltage": "#6a1fb0",

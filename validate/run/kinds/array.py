@@ -47,8 +47,8 @@ def skipped_figures(sink: SinkArray, request: Request) -> dict[str, str]:
 
 
 def _refuse(sink: SinkArray) -> None:
-    one = ", or array.columns = 1 and array.rows = 1"
-    refuse_laws((sink.silicon, sink.oxide, sink.substrate), "an array of sinks", one)
+    alternative = ", or array.columns = 1 and array.rows = 1"
+    refuse_laws((sink.silicon, sink.oxide, sink.substrate), "an array of sinks", alternative)
 
 
 def answer(run: Run, data: Data | None) -> Outcome[SinkArray]:
@@ -67,8 +67,8 @@ def answer(run: Run, data: Data | None) -> Outcome[SinkArray]:
             if hasattr(error, "limit"):
                 raise
             raise NumericsError(f"{error}{cause(sink.element, ', ask for less with --accuracy 1e-2')}") from None
-    one = result.details["one"]
-    warnings = (*result.details["warnings"], *hottest.of_sink(sink.element, one, None))
+    single = result.details["one"]
+    warnings = (*result.details["warnings"], *hottest.of_sink(sink.element, single, None))
     outcome = Outcome(sink, request, _planned(tuple(result.details["plan"]), request), fem3d=result, warnings=warnings)
     return replace(outcome, answer=answered(outcome))
 

@@ -63,7 +63,7 @@ def answer(run: Run, data: Data | None) -> Outcome[DeviceArray]:
     with clock.stage("fem3d"):
         solved = solve(array, run.say)
     with clock.stage("reduced1d"):
-        one = beside(array, solved.plate.value, solved.paths)
+        in_1d = beside(array, solved.plate.value, solved.paths)
     steady = {}
     base, known = solved.base
     for k, at_work in enumerate(solved.at_work):
@@ -75,7 +75,7 @@ def answer(run: Run, data: Data | None) -> Outcome[DeviceArray]:
     details = {"array": solved, "unknowns": solved.model.details["unknowns"]}
     outcome = Outcome(
         array, request, plan(array, request, data), fem3d=Result("fem3d", steady, None, details),
-        reduced1d=Result("reduced1d", {}, None, {"array": one}), checks=(_check(solved, one),),
+        reduced1d=Result("reduced1d", {}, None, {"array": in_1d}), checks=(_check(solved, in_1d),),
         warnings=warnings_of(solved),
     )  # fmt: skip
     return replace(outcome, answer=answered(outcome))
@@ -96,7 +96,7 @@ def warnings_of(solved: Solved) -> tuple[str, ...]:
     return tuple(said)
 
 
-def _check(solved: Solved, one: Beside) -> Check:
+def _check(solved: Solved, in_1d: Beside) -> Check:
     """The paper: the sensor is blind to the substrate, and so to what its neighbours do to that."""
     from compare.verdict import Comparison, judged
     from scenes.formats import quantity
@@ -109,14 +109,14 @@ def _check(solved: Solved, one: Beside) -> Check:
         f"paper: the sensor loses nothing to the substrate; the others make the plate under element {k + 1} "
         f"{warmer} warmer, which changes its sensor's power by "
         f"{quantity(change, 'W', 2)} to within {quantity(float(closed.error[k]), 'W', 1)}, with all sinks off by "
-        f"{quantity(float(off.value[k]), 'W', 3)}; in 1D it is {quantity(float(one.closed.power_change[k]), 'W', 2)} "
-        f"and {quantity(float(one.sinks_off.power_change[k]), 'W', 3)}"
+        f"{quantity(float(off.value[k]), 'W', 3)}; in 1D it is {quantity(float(in_1d.closed.power_change[k]), 'W', 2)} "
+        f"and {quantity(float(in_1d.sinks_off.power_change[k]), 'W', 3)}"
     )
-    found = Comparison(
+    comparison = Comparison(
         "neighbours at work", 0.0, change, "W", -change / size, float(closed.error[k]) / size, said,
         relative_to="what it is with all sinks off",
     )  # fmt: skip
-    return judged(CHECK, found, solved.array, always=True)
+    return judged(CHECK, comparison, solved.array, always=True)
 
 
 def answered(outcome: Outcome[DeviceArray]) -> str:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from validate.inputs.calibration import Fit
 
 OF_MODEL = "model.parameters."
-"""How the keys of a 1D model's own parameters begin."""
+"""How keys of a 1D model's own parameters begin."""
 
 
 def followed(request: Request) -> bool:

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 PYTHON = "compare.run"
 SHOWN = ("peak_rise_K", "end_rise_K", "current_A")
-"""Quantities of which a terminal and a figure have room; the page and the summary have all."""
+"""Quantities that a terminal and a figure have room for; the page and the summary have all."""
 skipped_figures = plans.skipped_of_sink
 text = sink_text
 
@@ -230,8 +230,8 @@ def sensitivities(outcome: Outcome[Sink], keys: Sequence[str] | None) -> Sensiti
 
 def steady(outcome: Outcome[Sink], derivatives: Sensitivities) -> tuple[Estimates | None, Estimates | None]:
     """The steady values in 3D and in 1D, ``None`` of a model that was not asked for."""
-    three, one = outcome.fem3d, outcome.reduced1d
-    return (three.steady if three is not None else None), (one.steady if one is not None else None)
+    fem3d, reduced1d = outcome.fem3d, outcome.reduced1d
+    return (fem3d.steady if fem3d is not None else None), (reduced1d.steady if reduced1d is not None else None)
 
 
 def judged(outcome: Outcome[Sink], propagated: Propagated, run: Run) -> tuple[tuple[Check, ...], tuple[str, ...]]:
