@@ -58,9 +58,8 @@ def largest_distance(predicted: Traces, measured: Traces, key: str) -> Largest:
 
 
 def _beyond(time: np.ndarray, off: np.ndarray, i: int) -> float:
-    """How far a curve through points may rise above the largest of them between it and its neighbours: as far as the
-    parabolas through the gap's two points and one beside them, between which the curve runs where its third derivative
-    keeps its sign."""
+    """How far a curve may rise above the largest of its points between that and a neighbour: as the parabolas through
+    the two and a third point, which enclose a curve whose third derivative keeps its sign."""
     beyond = 0.0
     for a in (i - 1, i):
         for n in (a - 1, a + 2):
@@ -184,9 +183,8 @@ def known_to(result: Result, name: str, times: np.ndarray) -> float:
 
 @dataclass(frozen=True)
 class Place:
-    """Where data are furthest from 3D: at which ``rows`` of the data, what 3D is known to there (``error``) and, of
-    data with an uncertainty, how far the largest distance may be from the one there (``u_data``), in the quantity's
-    unit."""
+    """Where data are furthest from 3D: at which ``rows``, the ``error`` of 3D there and, for data with an uncertainty,
+    how far the largest distance may be from the one there (``u_data``), in the quantity's unit."""
 
     rows: np.ndarray
     error: float

@@ -103,8 +103,7 @@ def _pairs(models: Models) -> Iterator[tuple[str, str, tuple[Result, str], tuple
 
 
 def _equivalent(models: Models) -> Comparison:
-    """How far apart two of the spans, or a span and one sink alone, are in 3D: the largest relative difference of
-    their peaks and of their means."""
+    """The largest relative difference in 3D, of peaks and of means, between two spans or a span and one sink alone."""
     pairs = [
         (first, second, a.steady[f"{one}_rise_K"], b.steady[f"{other}_rise_K"])
         for first, second, (a, one), (b, other) in _pairs(models)

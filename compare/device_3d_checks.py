@@ -1,5 +1,4 @@
-"""The device in 1D against the device in 3D, and the paper's central claim in 3D: predicted is 1D or the claim, and
-measured is 3D."""
+"""The device in 1D against 3D, and the paper's central claim: predicted is 1D or the claim, measured is 3D."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""What the paper says of Figures 9 to 14 and of meters, checked: predicted is the paper, measured the 1D model. A
-claim on a meter is of one side."""
+"""The paper's claims on Figures 9 to 14 and meters: predicted is the paper, measured 1D. Meters' claims are
+one-sided."""
 
 from __future__ import annotations
 

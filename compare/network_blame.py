@@ -76,8 +76,8 @@ def _probed(scene: Scene, joints: list[Place]) -> Scene:
 def _changes(
     scene: Scene, joints: list[Place], in_3d: dict[str, Estimate], by_hand: dict[str, Estimate]
 ) -> list[tuple[Place, float, float]]:
-    """The joints with 3D's resistances (K/W or ohm) and to what part their change is unsure, those first whose drop is
-    the most wrong."""
+    """The joints with 3D's resistances (K/W or ohm) and how far their change is uncertain, the largest change of drop
+    first."""
 
     def drop(place: Place, values: dict[str, Estimate]) -> float:
         if place.other is not None:

@@ -103,8 +103,8 @@ class Both:
         )  # fmt: skip
 
     def _largest(self, name: str, course: Course) -> Estimate:
-        """The largest that 3D has of it, at its own times and those of the course: every model's differences are
-        relative to the same."""
+        """3D's largest value, at its own times and the course's, so that every model's differences have the same
+        scale."""
         three = self.fem3d.over_time
         rows = three.values[name][three.sure(three.time)] - self.quantities.base(name)
         values, beyond = np.append(course.fem3d, rows), np.append(course.beyond, np.zeros(len(rows)))

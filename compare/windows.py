@@ -155,8 +155,8 @@ def _seen(time: np.ndarray, r: np.ndarray, step: int) -> float:
 
 
 def _mean_square(degrees: float, p: float) -> float:
-    """The quantile of the mean square of so many independent normal numbers (Wilson and Hilferty, Proc. Natl. Acad.
-    Sci. 17, 1931)."""
+    """The quantile of the mean square of independent normal numbers (Wilson and Hilferty, Proc. Natl. Acad. Sci. 17,
+    1931)."""
     from scipy.special import ndtri
 
     spread = 2 / (9 * degrees)

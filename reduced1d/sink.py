@@ -35,8 +35,8 @@ def air_conductance(sink: Sink) -> float:
 
 
 def gap_conductance(sink: Sink) -> float:
-    """Conductance (W/K) from the beam's underside through a gas in the gap to the substrate, at room temperature here;
-    a lumped term as that of the air."""
+    """Conductance (W/K) from the beam's underside through the gap's gas to a substrate at room temperature, lumped as
+    the air's."""
     return sink.gap_coefficient * sink.length * sink.width
 
 

@@ -1,4 +1,4 @@
-"""The kinds of value that conditions and contacts take: what varies in time, what a face gives heat by, and a contact's
+"""Kinds of value of conditions and contacts: values that vary in time, a face's surroundings, a contact's
 resistance."""
 
 from __future__ import annotations
@@ -67,9 +67,8 @@ class Varying(Kind):
 
 @dataclass(frozen=True)
 class Surroundings(Kind):
-    """A table of what a face gives heat by, under a ``name``, and the ambient temperature: that may vary in time where
-    its kind does, the other may not. ``quantity`` is of what is under the name, ``law`` of what may follow the face's
-    temperature, where it may."""
+    """A table with a face's coefficient, under a ``name``, and the ambient temperature, which may vary in time where
+    its kind allows. ``quantity`` is the coefficient's; ``law`` its kind where it may follow the face's temperature."""
 
     name: str
     quantity: Quantity

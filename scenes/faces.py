@@ -52,8 +52,7 @@ def slope(boundary: Any, temperature: np.ndarray) -> np.ndarray:
 
 
 def towards(boundary: Any, other: Any, temperature: np.ndarray) -> np.ndarray:
-    """What the flux (W/m2) changes by on the way from a boundary to another that differs from it by its numbers, to
-    first order."""
+    """First-order change of the flux (W/m2) from a boundary to another that differs in its numbers."""
     t, ambient = np.maximum(temperature, COLDEST), float(boundary.ambient)
     warmer = float(other.ambient) - ambient
     if boundary.kind == "radiation":

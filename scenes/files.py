@@ -1,5 +1,5 @@
-"""Reading what a user names as a file, so that nothing that is named can take the machine: files only, of bounded size,
-and TOML of bounded depth."""
+"""Reading files that a user names so that none can exhaust the machine: real files only, of bounded size and TOML
+depth."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ def contents(path: Path, most: int, called: str, instead: str) -> bytes:
 
 
 def parsed(text: str) -> dict[str, Any]:
-    """The document of a TOML text. Raises ValueError or RecursionError for what is none, and SceneError for a key of
-    more than `DEEPEST` parts."""
+    """The document of a TOML text. ValueError or RecursionError for none, SceneError for keys of over `DEEPEST`
+    parts."""
     if deep := _DEEP.search(text):
         line = text.count("\n", 0, deep.start()) + 1
         raise SceneError(f"line {line} has more than {DEEPEST} names joined by dots: no key of a scene is that long")

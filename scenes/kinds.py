@@ -203,8 +203,7 @@ class Numbers(Kind):
 
 
 def known_name(path: str, name: object, known: tuple[str, ...], called: str) -> str:
-    """A name that is among those known; SceneError for any other. Of the many of a kind in the list, one stands for
-    all: a row's checks."""
+    """A name among those known, else SceneError. Of the many of a kind, its list has one: a row's checks."""
     if isinstance(name, str) and name in known:
         return name
     hint = did_you_mean(name, known) if isinstance(name, str) else ""

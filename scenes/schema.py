@@ -148,8 +148,7 @@ class Schema:
         return {path: key.kind.write(attrgetter(key.attribute)(scene)) for path, key in self.paths.items()}
 
     def unknown(self, path: str, given: object) -> SceneError:
-        """The error for a path that is neither a key nor a section, given something or None, with the nearest that
-        is."""
+        """The error for a path that is neither a key nor a section, with the nearest one that is."""
         section = path
         while section not in self.sections:
             section = section.rpartition(".")[0]

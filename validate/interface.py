@@ -190,8 +190,8 @@ class Solution(_Found["AnyScene"]):
 
 
 class DeviceRun(_Found[Device]):
-    """What a run of the device found; ``outcome.runs.base.result`` is the model's own answer, and ``traces`` have a row
-    for each controller sample."""
+    """What a device's run found; ``outcome.runs.base.result`` is the model's answer, ``traces`` have a row per
+    sample."""
 
 
 def run(

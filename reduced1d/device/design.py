@@ -157,9 +157,8 @@ class GainLimits:
 @dataclass(frozen=True)
 class Design:
     """Gain limits at several sample times, the scene's first; the largest gains (sink, sensor) that start from cold
-    without the limiter acting; ``range`` for the largest voltage or power, ``None`` where neither is given; and by
-    meter the step of the outer temperature that it resolves, or why it can't, the same in words, and the source of its
-    data."""
+    without the limiter; the ``range`` for the largest voltage or power, if given; and by meter the outer step that it
+    resolves, or why it can't, the same in words, and the source of its data."""
 
     limits: tuple[GainLimits, ...]
     smooth_start_gains_V: tuple[float, float]
@@ -170,8 +169,8 @@ class Design:
 
 
 def answer(device: Device, largest_voltage: float = np.inf, largest_power: float = np.inf) -> Design:
-    """The answers for a device whose sensor gets at most a voltage (V) and a power (W); raises ArithmeticError where
-    its numerics fail."""
+    """The answers for a device with a sensor's largest voltage (V) and power (W); ArithmeticError where its numerics
+    fail."""
     external = device.external
     span = abs(device.control.set_temperature - external.final_temperature)
     limits: list[GainLimits] = []
@@ -215,8 +214,8 @@ def _resolves(step: ExternalStep, span: float) -> str:
 
 @dataclass(frozen=True)
 class Meter:
-    """Ranges as (full scale, resolution): ``voltage`` in V, ``current`` in A, each ascending; and where these numbers
-    are from."""
+    """Ranges as (full scale, resolution), ascending: ``voltage`` in V, ``current`` in A; and the ``source`` of the
+    numbers."""
 
     name: str
     voltage: tuple[tuple[float, float], ...]

@@ -51,8 +51,7 @@ def at_sample_time(device: Device, sample_time: float) -> Device:
 
 
 def findings(device: Device, run: March, error: float, goal: float) -> tuple[str, ...]:
-    """Sentences on the limiter, saturation, stability about the steady states, a run that was stopped, and an error
-    estimate (K) above its goal."""
+    """Sentences on limiter, saturation, stability, a run that was stopped, and an error estimate (K) above its goal."""
     h, external, sentences = device.control.sample_time, device.external, []
     end = (len(run.rises) - 1) * h
     if run.stopped:

@@ -120,8 +120,8 @@ def solve(
 
 
 def refuse(sink: Sink, name: str) -> None:
-    """Raises SceneError for a reduction (its canonical name) that isn't made of a row of spans, and for materials that
-    no reduction takes."""
+    """Raises SceneError for a (canonical) reduction that isn't made of a row of spans, and for materials that none
+    takes."""
     refuse_directions(sink.materials, "a 1D model")
     if sink.spans > 1 and name == "plate":
         raise SceneError(

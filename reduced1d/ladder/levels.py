@@ -148,9 +148,8 @@ def _without(sink: Sink, keys: tuple[str, ...]) -> Sink:
 
 @dataclass(frozen=True)
 class Rung:
-    """A model, and the one assumption that the model after it drops: its ``blame`` for tables, a sentence's part that
-    says what the assumption is, and what in the model is ``at_fault``; of the sink the attributes that it is
-    ``without`` yet."""
+    """A model, and the one assumption that the next one drops: its ``blame`` in tables, a clause that says what it is,
+    and what in the model is ``at_fault``; the sink's attributes that the model is ``without``."""
 
     name: str
     blame: str

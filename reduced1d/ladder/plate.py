@@ -139,9 +139,8 @@ def stored(sink: Sink) -> float:
 
 
 def below(sink: Sink) -> float:
-    """The resistance (m2 K/W) of the substrate under an oxide block through which as much heat flows evenly as through
-    the other: its spreading resistance and what the other's heat adds, times the block's area. The substrate's heat
-    capacity is left out."""
+    """The resistance (m2 K/W) of the substrate under an oxide block through which heat flows evenly, as through the
+    other: its spreading resistance and the other's share, times the block's area. Its heat capacity is left out."""
     if sink.substrate_thickness is None:
         return 0.0
     middle = sink.length / 2 + sink.anchor_distance + sink.oxide_length / 2

@@ -296,8 +296,7 @@ class _Projection:
         return np.asarray(row @ flows.at(rise, rise, x))
 
     def _port(self, k: int, channel: Channel) -> tuple[tuple[np.ndarray, np.ndarray], str, float]:
-        """The row of what enters at an input, or of the mean temperature that its heat meets; its unit, and the W of
-        one."""
+        """What enters at an input, or the mean temperature that its heat meets, as a row; its unit; and W per unit."""
         y, u = np.zeros(self.rise.shape[1]), np.zeros((len(self.patterns), self.rise.shape[1]))
         if channel.kind == "voltage":
             u[:, 0] = [self._supplied(i)[k] for i in range(len(self.patterns))]

@@ -121,8 +121,7 @@ def nodes_of(layout: Layout, shortest: Sequence[float]) -> list[np.ndarray]:
 
 
 def graded(places: Sequence[float], shortest: float) -> np.ndarray:
-    """Nodes at some places (m, ascending), and between two of them at distances that grow from either, ``shortest`` at
-    first."""
+    """Nodes at some places (m, ascending) and between them, at distances that grow from ``shortest`` away from each."""
     pieces = [np.asarray(places)]
     for a, b in pairwise(places):
         length = b - a

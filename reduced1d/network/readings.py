@@ -24,8 +24,8 @@ FINE = 33
 
 @dataclass(frozen=True, eq=False)
 class Reading:
-    """A probe's value is ``unknowns`` u + ``inputs`` x of rises or potentials u; of `FINE` rows for each of some
-    ``elements`` it is an extreme."""
+    """A probe's value ``unknowns`` u + ``inputs`` x of rises or potentials u; an extreme over ``elements`` has `FINE`
+    rows each."""
 
     unknowns: sp.csr_matrix
     inputs: np.ndarray

@@ -65,8 +65,8 @@ def _potential(model: Model, rise: np.ndarray, x: np.ndarray) -> np.ndarray:
 
 
 class _Coupled:
-    """The unknowns z are the free rises and potentials, in units of the cold state's; a factor s times the voltages
-    stands beside them."""
+    """The unknowns z: free rises and potentials in units of the cold state's, and beside them a factor s on the
+    voltages."""
 
     def __init__(self, model: Model, x: np.ndarray) -> None:
         self.model, self.x = model, x

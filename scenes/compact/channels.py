@@ -31,8 +31,7 @@ class Channel:
 
     @property
     def range(self) -> tuple[float, float]:
-        """What it was tried between: a voltage of either sign, any other from rest to a step away, and what the scene
-        gives it."""
+        """The tested range: a voltage of either sign, others from rest to a step away, and the scene's own values."""
         tried = (self.rest - self.step if self.kind == "voltage" else self.rest, self.rest + self.step)
         return min(*tried, *values(self.own)), max(*tried, *values(self.own))
 

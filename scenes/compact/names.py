@@ -1,5 +1,4 @@
-"""What inputs and outputs of a compact model are called where a name may not have every sign: each in its own way still
-told apart from all others."""
+"""Names of a compact model's inputs and outputs in formats that allow few signs, unique in each."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""Free 3D scenes: any union of boxes with conditions and probes, or a mesh with groups, read from TOML and checked
-before anything is solved."""
+"""Free 3D scenes: unions of boxes with conditions and probes, or meshes with groups, read from TOML and checked."""
 
 from __future__ import annotations
 

@@ -346,8 +346,7 @@ def _condition(item: Item) -> dict[str, Any]:
 
 
 def _behind(label: str, kind: str, value: m.Value, contact: ck.Resistance) -> dict[str, Any]:
-    """What a contact resistance makes of the temperature or the voltage beside it: of the former a film of its inverse
-    towards that."""
+    """A temperature behind a contact resistance is a film of its inverse; a voltage behind one keeps it."""
     path, resistance = f"{label}.contact_resistance = {contact.value:g}", contact.value
     dimension = {"temperature": d.THERMAL_CONTACT, "voltage": d.ELECTRICAL_CONTACT}.get(kind)
     if dimension is None:

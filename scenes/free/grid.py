@@ -140,8 +140,7 @@ class Grid:
         return sheet.beside(self.conducting if kind == "voltage" else self.solid)
 
     def parts(self, wanted: np.ndarray, cuts: Sequence[Boundary] = ()) -> np.ndarray:
-        """(cells): a number from 1 on for each set of cells with a ``wanted`` owner that are joined by faces which no
-        cut covers, 0 elsewhere."""
+        """(cells): labels from 1 on of sets of ``wanted`` cells joined by faces that no cut covers, 0 elsewhere."""
         from scipy.sparse import coo_array
         from scipy.sparse.csgraph import connected_components
 

@@ -1,6 +1,5 @@
-"""What hangs together in a scene of boxes, told before and after a run: bodies, gaps that are likely slips, what boxes
-lose to later ones, which conductor joins which electrodes, where a current is cut, and the area that each boundary
-touches."""
+"""The structure of a scene of boxes, in words before and after a run: bodies, gaps that are likely slips, volumes lost
+to later boxes, conductors with their electrodes, cut currents, and the area that each boundary touches."""
 
 from __future__ import annotations
 
@@ -80,8 +79,7 @@ def _bodies(grid: Grid) -> str:
 
 
 def gaps(grid: Grid) -> list[str]:
-    """A sentence for every two boxes that nearly touch: apart by less than `NARROW` of the thinner one, with nothing
-    between."""
+    """A sentence for every two boxes apart by less than `NARROW` of the thinner one, with nothing between."""
     boxes, narrow = grid.scene.boxes, dict[tuple[int, int, int], float]()
     for axis, planes in enumerate(grid.planes):
         owner = np.moveaxis(grid.owner, axis, 0)

@@ -53,8 +53,8 @@ def measured(voltage: np.ndarray, resistance: np.ndarray, ground: float) -> np.n
 
 @dataclass(frozen=True, eq=False)
 class Slopes:
-    """What each film's resistance (ohm) and voltage (V), along a row, change of powers (W) and measured resistances
-    (ohm) of both: (2, 2) each."""
+    """Derivatives (2, 2) of each film's resistance (ohm) and voltage (V), by powers (W) and by measured resistances
+    (ohm) of both."""
 
     power_by_resistance: np.ndarray
     power_by_voltage: np.ndarray

@@ -79,9 +79,8 @@ class Modal:
         return replace(self, substrate=replace(below, jump=below.jump - below.plate, plate=0.0))
 
     def with_heat_below(self) -> Modal:
-        """The model with one flow more, the last, the heat that leaves into the substrate (of one on top of its plate,
-        into that): what is stored and conducted, weighed with the rise that a kelvin of substrate keeps up, and the
-        films' heat weighed with it."""
+        """The model with one flow more, the last: the heat that leaves into the substrate (or the plate below), as what
+        is stored, conducted and generated, each weighed with the steady rise per kelvin of substrate."""
         below = self.substrate
         drawn = float(below.flux[0])  # what a kelvin outside sends there is what one of substrate sends outside
         return replace(

@@ -93,8 +93,7 @@ class DeviceResult:
 def device_result(
     scheme: str, device: Device, traces: np.ndarray, errors: dict[str, float], **rest: Any
 ) -> DeviceResult:  # fmt: skip
-    """A result of a device from ``traces`` (samples, 7 or 8) in the order of QUANTITIES and TOP, with temperatures as
-    rises."""
+    """A device's result from ``traces`` (samples, 7 or 8) in the order of QUANTITIES and TOP, temperatures as rises."""
     columns = traces.T.copy()
     columns[:2] += device.sink.room_temperature
     by_name, time = dict(zip((*QUANTITIES, TOP), columns, strict=False)), timetable(device).times[: len(traces)]

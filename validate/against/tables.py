@@ -73,7 +73,7 @@ class Column:
 
 @dataclass(frozen=True)
 class Table:
-    """The columns of a file, and what kind of file it is, in words.
+    """The columns of a file, and its kind in words.
 
     ``spice`` says that temperatures may be volts, ``unnamed`` that the file names no columns, and ``notes`` what was
     left out of the file."""

@@ -161,8 +161,7 @@ def uncertain(arguments: argparse.Namespace, scene: object) -> Uncertain | None:
 
 
 def settings(arguments: argparse.Namespace, *more: tuple[str, str | None], accuracy: str = "run.accuracy") -> list[str]:
-    """The overrides, with the options that stand for some, ``accuracy`` being the key of that one; SceneError where two
-    set one key."""
+    """Overrides, and options that stand for some (``accuracy``: that one's key). SceneError where two set one key."""
     options = [(key, value) for key, value in (*more, (accuracy, arguments.accuracy)) if value is not None]
     for key, value in options:
         for setting in arguments.set:

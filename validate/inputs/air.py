@@ -147,8 +147,7 @@ class _Runs:
 
 
 def of_sink(sink: Sink, say: Callable[[str], None], transient: bool = True) -> Air:
-    """The effect of the air on a sink, with ``transient`` over time too. Raises RunawayError where there is no steady
-    state."""
+    """The air's effect on a sink, over time too if ``transient``. RunawayError where there is no steady state."""
     at = sink.convection_coefficient or STILL
     runs, places = _Runs(sink, transient, say), np.unique(np.append(COEFFICIENTS, at))
 

@@ -138,9 +138,8 @@ def fit_model(
     model: Callable[[Mapping[str, float], np.ndarray], Mapping[str, np.ndarray]],
     with_: Callable[[Mapping[str, float]], Any],
 ) -> Fit:  # fmt: skip
-    """Fits parameters of a 1D model of its own, from where they ``start``, to data of the quantities that it answers:
-    ``model`` gives these for its parameters, at some times; ``with_`` makes the scene that has them. Raises SceneError
-    as `fit`."""
+    """Fits parameters of a user's 1D model, from ``start``, to data of its quantities: ``model`` gives these for
+    parameters and times, ``with_`` the scene that has them. Raises SceneError as `fit`."""
     _refuse(scene, names, data)
     sure = quantities.of(scene).sure(data.time)
 

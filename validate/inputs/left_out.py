@@ -134,9 +134,8 @@ class Found:
 
 @dataclass(frozen=True)
 class LeftOut:
-    """By effect what it does, the largest first, all of them ``together``, and the ``sum`` of the changes of each
-    quantity; why others were not made (``skipped``); the ``sentence`` of what decides; what quantities are
-    ``called``."""
+    """The effects, the largest first; all ``together``; the ``sum`` of each quantity's changes; why others were
+    ``skipped``; the ``sentence`` on what decides; the quantities' words (``called``)."""
 
     effects: dict[str, Found]
     together: Found | None
@@ -256,9 +255,8 @@ def _share(with_it: Result) -> float | None:
 
 
 def _with_pressure(subject: _Subject, effect: Found, bare: Result) -> Found:
-    """With the pressure from which on the gas changes the peak by more than its tolerance, that of the check fig4. In a
-    gap d it conducts k / (1 + 2 g / d), g being its `jump` at each wall; the conductivity at which the peak is off by
-    the tolerance is searched in 3D."""
+    """Adds the pressure from which on the gas changes the peak by more than the tolerance of fig4. In a gap d it
+    conducts k / (1 + 2 g / d), g being its `jump` at each wall; the conductivity is searched in 3D."""
     sink, change = subject.sink, effect.changes
     tolerance = sink.tolerance("fig4")
     if not change or abs(change[RANKED].value) <= tolerance:
@@ -276,10 +274,9 @@ def _with_pressure(subject: _Subject, effect: Found, bare: Result) -> Found:
 
 
 def jump(pressure: float) -> float:
-    """Smoluchowski's distance g (m) at a pressure (Pa): at a wall the temperature of air jumps by g dT/dn, with
-    g = sqrt(2 pi R T) / ((gamma + 1) c_v) k / p for molecules that leave it with its temperature (Kennard, Kinetic
-    Theory of Gases, 1938, chapter 8). For small pressures that is Knudsen's conduction, by molecules that only meet the
-    walls."""
+    """Smoluchowski's distance g (m) at a pressure (Pa): at a wall the temperature of air jumps by g dT/dn, with g =
+    sqrt(2 pi R T) / ((gamma + 1) c_v) k / p for molecules that leave at its temperature (Kennard, Kinetic Theory of
+    Gases, 1938, chapter 8); at low pressure that is Knudsen's conduction."""
     return math.sqrt(2 * math.pi * GAS_CONSTANT * TEMPERATURE) / ((RATIO + 1) * HEAT) * CONDUCTIVITY / pressure
 
 

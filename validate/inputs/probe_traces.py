@@ -1,5 +1,4 @@
-"""How the probes of a free scene, by 3D and by a user's own model, follow its keys in their own units: at the times of
-data, or in the steady state."""
+"""How a free scene's probes, in 3D and in a user's model, follow its keys, in their units: over time, or at rest."""
 
 from __future__ import annotations
 

@@ -160,8 +160,8 @@ def judged_against(
     checks: Sequence[Check], scene: Any, data: Data, fem3d: Result, uncertain: Uncertain,
     beside: Callable[[str, float], Result],
 ) -> tuple[Check, ...]:  # fmt: skip
-    """The checks of data with their u_input: where they are furthest from 3D, by what that is with a key larger by a
-    relative step (``beside``)."""
+    """Checks of data with u_input: at 3D's largest distance, from results with each key larger by a step
+    (``beside``)."""
     known_at = {check: furthest(scene, data, fem3d, name).rows for check, name in checked(scene, data).items()}
 
     def differences(key: str, step: float) -> dict[str, float]:
@@ -178,8 +178,8 @@ def judged_against(
 
 
 def _by_differences(uncertain: Uncertain, differences: Callable[[str, float], Mapping[str, float]]) -> dict[str, float]:
-    """The u_input of numbers, by their names, from what they are with a key larger by a relative step; of those that
-    have one."""
+    """The u_input of numbers by name, from their values with each key larger by a relative step, where they have
+    one."""
     slopes: dict[str, list[float]] = {}
     for key in uncertain.relative:
         more, less = (differences(key, sign * STEP) for sign in (1, -1))
@@ -197,9 +197,8 @@ def judged_device(
     inputs: Propagated,
     differences: Callable[[Device], Mapping[str, float]],
 ) -> tuple[Check, ...]:
-    """The checks with their u_input. Of those of the 1D model, by what the ``differences`` of other devices are, those
-    with each key more and less by its uncertainty (GUM 5.1.3, note 2); in 3D of steady powers and voltages, by their
-    derivatives."""
+    """The checks with their u_input: of 1D from the ``differences`` of devices with each key more and less by its
+    uncertainty (GUM 5.1.3, note 2); in 3D, for steady powers and voltages, from their derivatives."""
     slopes: dict[str, list[float]] = {}
     for key, u in inputs.uncertain.relative.items():
         step = min(u, WIDEST)
@@ -215,8 +214,7 @@ def judged_device(
 
 
 def moved(result: Result, sink: Sink, sensitivities: Sensitivities, key: str, step: float) -> Result:
-    """A result of a sink as it would be, to first order, with one key larger by a relative step; what has no derivative
-    becomes no number."""
+    """A sink's result, to first order, with one key larger by a relative step; NaN where there is no derivative."""
     model = "fem3d" if result.model == "fem3d" else "reduced1d"
     steady = {}
     for name, e in result.steady.items():
@@ -302,8 +300,7 @@ def draw(uncertain: Uncertain, count: int, seed: int = 0) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Spread:
-    """Mean and standard deviation of the samples of a number, the standard error of the latter, and what the linear
-    propagation makes of it."""
+    """Mean and standard deviation of samples, the latter's standard error, and what linear propagation makes of it."""
 
     mean: float
     deviation: float

@@ -45,8 +45,7 @@ class Slope:
 
 @dataclass(frozen=True)
 class Course:
-    """d ln quantity / d ln key at ``times`` (s) by model, key and quantity (of rises, for temperatures), and the errors
-    of the 3D ones."""
+    """d ln quantity (of rises) / d ln key at ``times`` (s) by model, key and quantity, and the errors of 3D's."""
 
     times: np.ndarray
     fem3d: dict[str, dict[str, np.ndarray]]
@@ -181,8 +180,7 @@ def misfit_weights(sink: Sink, fem3d: Result) -> np.ndarray:
 
 
 def of_free(scene: AnyScene, result: Result, keys: Sequence[str] | None = None) -> Sensitivities:
-    """The sensitivities of the probes of a free scene that was solved whole; to ``keys``, where only these are asked
-    for. Raises ConvergenceError."""
+    """Sensitivities of a free scene's probes, solved whole, to all or some ``keys``. Raises ConvergenceError."""
     from fem3d.runs import scene_sensitivity
 
     in_3d = scene_sensitivity.of_scene(scene, result, keys)

@@ -84,8 +84,8 @@ class Statement:
 
 @dataclass(frozen=True)
 class Course:
-    """A quantity of a model, its word and its unit, at the ``times`` (s) of the data: simulation, data, the three
-    uncertainties (times,)."""
+    """A model's quantity, its word and unit, at the data's ``times`` (s): simulation, data, three uncertainties
+    (times,)."""
 
     model: str
     quantity: str
@@ -127,8 +127,7 @@ class Course:
 
 @dataclass(frozen=True)
 class Validation:
-    """The courses of both models, and what follows of them; whether the inputs were said to be uncertain, and the
-    data."""
+    """The courses of both models and what follows; whether inputs and data were given uncertainties."""
 
     courses: tuple[Course, ...]
     inputs: bool

@@ -26,9 +26,8 @@ _PROGRAMS = ("function", "spice", "fmu")
 
 @dataclass(frozen=True)
 class Asked:
-    """What a model is asked for: the scene's ``document``, its ``name``, the quantities by name with their units, in
-    the ``steady`` state and ``over_time``, the values of the model's own ``parameters``, and what it calls the
-    quantities (``outputs``)."""
+    """What a model is asked for: the scene's ``document`` and ``name``; quantities with their units, in the ``steady``
+    state and ``over_time``; its own ``parameters``, and its names of the quantities (``outputs``)."""
 
     name: str
     document: Mapping[str, Any]

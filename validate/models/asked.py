@@ -1,5 +1,4 @@
-"""A model asked for what 3D has found: in the steady state, and at times so dense that straight lines between them
-stand for both."""
+"""A model's answers to what 3D found: steady, and at times so dense that straight lines between them suffice."""
 
 from __future__ import annotations
 

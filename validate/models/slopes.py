@@ -46,9 +46,8 @@ def follow(
     model: Model, scene: Any, keys: Iterable[str], times: np.ndarray | None, say: Callable[[str], None],
     asking: Callable[[Any], Asked] = of_scene,
 ) -> Followed:  # fmt: skip
-    """The slopes of a model by some keys of its scene, at some times (s), the last of which is the end of the run, or
-    in the steady state; ``asking`` says what it is asked of a scene. Raises SceneError where the model has no answer
-    beside the scene."""
+    """A model's slopes by keys of its scene, at times (s) that end with the run, or in the steady state; ``asking``
+    says what it is asked of a scene. SceneError where it has no answer beside the scene."""
 
     def at(key: str, step: float) -> dict[str, np.ndarray]:
         question = asking(neighbour(scene, key, step))

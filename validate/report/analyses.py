@@ -165,8 +165,7 @@ def entered(entries: dict[str, Any], inputs: Propagated, sampled: Sampled | None
 
 
 def fit(fitted: Fit, outcome: Outcome[Any], style: Style) -> Section:
-    """A line for each key that was fitted, from where to where it went and how well it is known, and the scene that
-    results."""
+    """A line for each fitted key: from, to, and its uncertainty; then the resulting scene."""
     rows, scene = [], dict[str, list[str]]()
     for key, value in fitted.fitted.items():
         ends = (f"{v:.4g}" for v in fitted.interval(key))

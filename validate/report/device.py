@@ -262,8 +262,7 @@ def entries(outcome: Outcome[Device]) -> dict[str, Any]:
 
 
 def _shielding_document(outcome: Outcome[Device]) -> dict[str, Any] | None:
-    """What a kelvin more around does to both powers, in 3D with errors, and in 1D; and over time since the substrate's
-    step."""
+    """What a kelvin more around does to both powers, in 3D with errors and in 1D, and over time."""
     solved = outcome.device_3d
     if solved is None or "dev3d_shielding" not in {check.id for check in outcome.checks}:
         return None

@@ -190,8 +190,8 @@ def entries(outcome: Outcome[AnyScene]) -> dict[str, Any]:
 
 
 def columns(outcome: Outcome[AnyScene]) -> dict[str, np.ndarray]:
-    """time_s, and one for each probe by its name (K, V, W or A), with that of a model beside it; then at its times,
-    which those of 3D are among."""
+    """time_s and a column for each probe (K, V, W or A); with a model's beside them, at its times, which include
+    3D's."""
     traces, reduced1d = outcome.solved.traces, outcome.reduced1d
     if traces is None:
         return {}
@@ -220,8 +220,7 @@ def stored(outcome: Outcome[AnyScene]) -> tuple[np.ndarray, float, None]:
 
 
 def field(outcome: Outcome[AnyScene]) -> Field:
-    """The steady field above its coldest place, or that of a transient's hottest moment (its coldest where the scene is
-    cooled)."""
+    """The steady field above its coldest place, or a transient's at its hottest (of a cooled scene coldest) moment."""
     fields, when = outcome.solved.details["fields"], "steady"
     if outcome.shown is None:
         kelvins = fields.steady

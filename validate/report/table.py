@@ -32,8 +32,8 @@ Cells = Sequence[str]
 
 @dataclass(frozen=True)
 class Style:
-    """Whether to colour, and whether to keep to ASCII; every verdict is a word as well. ``page`` is for report.html,
-    which has room for all there is."""
+    """Colours, ASCII only (every verdict is also a word), and ``page`` for report.html, which has room for
+    everything."""
 
     colour: bool = False
     ascii_only: bool = False
@@ -120,8 +120,7 @@ def stacked(name: str) -> str:
 
 @dataclass(frozen=True)
 class Section:
-    """A part of a report, with a title that a terminal prints only of those that are ``headed``: tables, paragraphs,
-    and lists of sentences."""
+    """A part of a report: tables, paragraphs and lists of sentences; a terminal prints the title only if ``headed``."""
 
     title: str
     parts: Sequence[Table | str | Sequence[str]]

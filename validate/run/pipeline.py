@@ -19,8 +19,7 @@ if TYPE_CHECKING:
 
 
 def plan(scene: Any, request: Request, data: Data | None = None) -> tuple[Step, ...]:
-    """What `answer` will do, before it does it, and what is written then. Raises SceneError for what isn't made of a
-    row of spans."""
+    """What `answer` will do, and what will be written. SceneError for what isn't made of a row of spans."""
     steps: tuple[Step, ...] = kinds.of(scene).plan(scene, request, data)
     return steps
 

@@ -53,8 +53,8 @@ class Cluster:
         return self._in_processes() if self.scheduler is None else self._on_cluster()
 
     def _in_processes(self) -> Submit:
-        """Hands tasks to a pool of processes, and kills one whose task takes far too long: a point that a library holds
-        doesn't stop itself."""
+        """Hands tasks to a pool of processes; kills one that takes far too long, as a point inside a library can't stop
+        itself."""
         from pebble import ProcessExpired
 
         processes = self._started.enter_context(pool(self.workers, ready))
@@ -72,8 +72,7 @@ class Cluster:
         return submit
 
     def _on_cluster(self) -> Submit:
-        """Hands tasks to a cluster. Raises SceneError where its scheduler does not answer, or has workers of another
-        version."""
+        """Hands tasks to a cluster. SceneError where its scheduler is silent, or has workers of another version."""
         try:
             from distributed import Client, KilledWorker
         except ImportError:

@@ -29,7 +29,8 @@ if TYPE_CHECKING:
 
 _LOST: dict[str, Any] = {"marker": "x", "ls": "", "color": "#d55e00", "ms": 5, "clip_on": False}
 DRAWS = 4096  # Points of the surface from which the indices are estimated.
-SPECK = 1e-9  # Relative distance beyond the tolerance from which on a patch is drawn that may be on either side.
+SPECK = 1e-9
+"""Patches whose side of the tolerance no point confirms are drawn on the other side, by this relative distance."""
 BROAD = 30  # Characters of a line of an axis's label: the smallest panel's side.
 LINE = 0.17  # Inches of one more line of an axis's label.
 _JOINT = "\N{ZERO WIDTH SPACE}"  # Marks dots after which a line may end.
@@ -107,9 +108,9 @@ def _of_probe(table: Table, name: str) -> tuple[float, str]:
 
 
 def _map(table: Table, reduction: str) -> Figure:
-    """|1D/3D - 1| over two keys, the tolerance as a bold line, broken where it may be off by more than a cell; the
-    points that were solved as dots and those without an answer as crosses. Beside it the assumption to blame where the
-    tolerance is exceeded."""
+    """|1D/3D - 1| over two keys with the tolerance as a bold line (broken where it may be off by more than a cell),
+    solved points as dots, those without an answer as crosses; beside it the assumption to blame beyond the
+    tolerance."""
     check, ok = table.job.scope.check, table.ok
     tolerance = table.tolerances[check]
     x, y = (_shown(table, key, values) for key, values in table.keys.items())

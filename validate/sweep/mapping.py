@@ -71,8 +71,8 @@ class Map:
 
     @cached_property
     def blames(self) -> np.ndarray:
-        """(n, m): the assumption with the largest part, "" where there is no answer; the parts are interpolated between
-        the cells that have them."""
+        """(n, m): the assumption with the largest part, interpolated between cells that know it; "" without an
+        answer."""
         from scipy.interpolate import NearestNDInterpolator, RBFInterpolator
 
         shape = self.value.shape

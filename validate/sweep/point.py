@@ -212,8 +212,7 @@ def late(seconds: float | None) -> str:
 def _sink(
     sink: Sink, scope: Scope, earlier: Result | None
 ) -> tuple[dict[str, Any], dict[str, float] | None, Result]:  # fmt: skip
-    """The columns of a sink, the parts of its difference, and its 3D result; solved again more accurately while a
-    verdict is open."""
+    """A sink's columns, parts of its difference, and 3D result; solved again more finely while a verdict is open."""
     from reduced1d.ladder.levels import Levels
     from validate.run import hottest
     from validate.run.kinds.sink import compared
@@ -326,8 +325,7 @@ def _free(scene: AnyScene, scope: Scope) -> dict[str, Any]:
 
 
 def _judged(scene: AnyScene, scope: Scope) -> tuple[Result, dict[str, Any]]:
-    """The 3D result of a free scene, and the columns of a user's own model of it; solved again more accurately while a
-    verdict is open."""
+    """A free scene's 3D result, and the columns of a user's model; solved again more finely while a verdict is open."""
     from compare.probes import evaluate
     from fem3d.runs import scene as scene_run
     from validate import models

@@ -146,8 +146,7 @@ def of_many_keys(table: Table) -> bool:
 
 
 def too_few(table: Table) -> str:
-    """Why it is not said how much each key explains of a sweep that is large enough in keys but not in points; else
-    ""."""
+    """Why a sweep does not say how much each key explains, if it has enough keys but too few points; else ""."""
     if not of_many_keys(table) or not (series := table.series()):
         return ""
     known = int((table.ok & np.isfinite(next(iter(series.values()))[0])).sum())

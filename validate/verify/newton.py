@@ -133,8 +133,8 @@ class Contact:
 
 @dataclass(frozen=True, eq=False)
 class Electrode:
-    """The ``nodes`` of one potential: a ``voltage`` (V), perhaps behind a ``series`` resistance (ohm), or else a given
-    ``current`` (A) into the solid."""
+    """``nodes`` of one potential: a ``voltage`` (V), behind a ``series`` resistance (ohm) if any, or a given
+    ``current`` (A)."""
 
     nodes: np.ndarray
     voltage: float = 0.0

@@ -65,8 +65,7 @@ def bricks(solution: Manufactured | Heating, *degrees: int) -> Iterator[Row]:
 
 
 def hexahedra(solution: Manufactured | Heating, *degrees: int) -> Iterator[Row]:
-    """scikit-fem's hexahedra on a steady solution, or by the method of order 3 in time, space and time refined
-    together."""
+    """scikit-fem's hexahedra, steady, or by the method of order 3 in time, refined in space and time together."""
     for degree in degrees:
         if isinstance(solution, Manufactured):
             kind, cuts = "steady", HEX_CUTS[degree]

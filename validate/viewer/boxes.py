@@ -88,8 +88,7 @@ def show(request: dict[str, Any]) -> None:
 
 
 class Names:
-    """The names of parts in two columns of a window, with lines to the middles of these, wherever these have been
-    turned to."""
+    """Names of parts in two columns of a window, with lines to the parts' middles, however they are turned."""
 
     def __init__(self, plotter: Any, parts: list[Part]) -> None:
         from matplotlib.colors import to_rgb

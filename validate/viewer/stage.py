@@ -242,8 +242,8 @@ class Stage:
         self.plotter.add_chart(self._chart)
 
     def _line(self) -> tuple[np.ndarray, int]:
-        """Points (n, 3) in m through the middle of the structure along its longest side, and which that is; of a sink,
-        through the beam's own middle."""
+        """Points (n, 3) in m through the middle along the longest side, and which that is; of a sink, through the
+        beam."""
         sides = np.ptp(self._bounds, axis=1)
         axis = int(np.argmax(sides))
         points = np.tile(self._bounds.mean(axis=1), (POINTS, 1))
@@ -254,8 +254,7 @@ class Stage:
 
 
 def round_ticks(low: float, high: float, count: int) -> np.ndarray:
-    """(n,): the round numbers within a range that are a step of 1, 2, 2.5 or 5 times a power of ten apart; about so
-    many of them."""
+    """(n,): round numbers in a range, a step of 1, 2, 2.5 or 5 times a power of ten apart, about ``count`` of them."""
     ten = 10.0 ** math.floor(math.log10((high - low) / count))
 
     def multiples(step: float) -> np.ndarray:

@@ -36,8 +36,8 @@ class NoGraphicsError(ArithmeticError):
 
 
 def start(request: dict[str, Any], progress: Callable[[str], None]) -> list[str]:
-    """Draws what is asked and returns what there is to be said of it; SceneError for bad input, NoGraphicsError where
-    the machine cannot draw."""
+    """Draws what is asked and returns what there is to say; SceneError for bad input, NoGraphicsError without
+    graphics."""
     if "parts" not in request:
         present(Path(request["path"]))
     if not request["off_screen"] and sys.platform.startswith("linux"):

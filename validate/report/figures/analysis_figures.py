@@ -90,8 +90,7 @@ def why(outcome: Outcome[Sink]) -> Figure:
 
 
 def _stacked(ax: Any, x: np.ndarray, parts: np.ndarray) -> None:
-    """Parts (n, places) of 1 in percent, on either side of zero: bars where there is one place, else areas and their
-    sum."""
+    """Parts (n, places) of 1 in percent, on either side of zero: bars at one place, else areas and their sum."""
     up, down = np.zeros(len(x)), np.zeros(len(x))
     for n, part in enumerate(100 * parts):
         colour, more, less = PARTS[n % len(PARTS)], np.maximum(part, 0.0), np.minimum(part, 0.0)
@@ -119,9 +118,8 @@ def seen_parts(budget: Budget) -> list[int]:
 
 
 def sensitivity(outcome: Outcome[Any]) -> Figure:
-    """A tornado for each quantity with a pair of bars for each key, the largest on top, and of the quantity that the
-    headline is of; an error in 3D, where it is wider than a line, across a bar's end, the names of keys that 1D follows
-    beyond the tolerance in red."""
+    """A tornado for each quantity, the headline's included: a pair of bars for each key, the largest on top, 3D's error
+    across a bar's end where visible, keys that 1D misses beyond the tolerance in red."""
     from validate.inputs.sensitivities import PREFIX, sentence, worst
     from validate.report.analyses import followed, short
 
@@ -169,10 +167,9 @@ def sensitivity(outcome: Outcome[Any]) -> Figure:
 
 
 def validation(outcome: Outcome[Any]) -> Figure:
-    """A column for each quantity of the data. Of the steady state: E of each model with its interval. Over time: above
-    the values with bands of 2 sqrt(u_num^2 + u_input^2), all of the data as dots, some of them with bars of 2 u_D;
-    below the comparison error E = S - D of the models within 2 u_val, and its means over windows with their
-    intervals."""
+    """A column for each quantity of the data. Steady: E of each model with its interval. Over time: above, values with
+    bands of 2 sqrt(u_num^2 + u_input^2), data as dots, some with bars of 2 u_D; below, E = S - D within 2 u_val and its
+    means over windows with intervals."""
     from compare.verdict import COVERS
     from validate.inputs.validation import finding
 

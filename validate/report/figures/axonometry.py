@@ -90,8 +90,7 @@ class Drawing:
 
     @cached_property
     def seen(self) -> dict[int, np.ndarray]:
-        """A place (2,) on paper within what can be seen of a box, by its number: as far from the rim of that as can
-        be."""
+        """A place (2,) on paper in the visible part of a box (by number), as far from its rim as can be."""
         from PIL import Image, ImageDraw
         from scipy.ndimage import distance_transform_edt, find_objects
 
@@ -115,9 +114,8 @@ class Drawing:
 
 @dataclass(frozen=True)
 class Faces:
-    """Visible faces from the farthest to the nearest: their ``corners`` (n, 4, 2) on paper, the number of the box that
-    each is of (``owner``), its ``side`` (of `_SIDES`), and which of its four edges, from corner to corner, are edges of
-    what it is of (n, 4)."""
+    """Visible faces from far to near: ``corners`` (n, 4, 2) on paper, the box's number (``owner``), the ``side`` (of
+    `_SIDES`), and which of the four edges are edges of the box (n, 4)."""
 
     corners: np.ndarray
     owner: np.ndarray

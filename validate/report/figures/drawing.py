@@ -51,9 +51,8 @@ def style() -> Any:
 def new_figure(
     width: float, height: float, text: str, checks: Sequence[Check | str], bottom: float = 0.55, left: float = 0.75
 ) -> Figure:
-    """A figure (inches) with its title and, below that, a line for each check with its verdict (or for each text),
-    broken where they are longer than the figure is wide; the space under them is for the axes, within margins (inches)
-    that leave room for their labels."""
+    """A figure (inches) with its title and a line for each check and its verdict (or text), wrapped to the width; below
+    them room for axes, within margins (inches) for labels."""
     figure = Figure(figsize=(width, height))
     said = [check if isinstance(check, str) else verdict_line(check) for check in checks]
     title = textwrap.wrap(kept(text), int(width * 10.5))

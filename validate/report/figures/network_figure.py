@@ -1,5 +1,4 @@
-"""The network of a scene over its geometry: boxes in outline from above and from the side, the lines in them, and where
-they are joined."""
+"""A scene's network over its geometry: outlines of boxes from above and from the side, lines, and joints."""
 
 from __future__ import annotations
 

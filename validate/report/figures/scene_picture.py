@@ -1,5 +1,4 @@
-"""A scene as it will be solved, before it is: boxes in the colours of their materials, boundaries, electrodes and
-probes, each with its name."""
+"""A scene before it is solved: boxes in their materials' colours, boundaries, electrodes and probes, with names."""
 
 from __future__ import annotations
 
@@ -237,8 +236,7 @@ def _column(ax: Any, names: list[Label], side: int, inch: float) -> None:
 
 
 def _axis(ax: Any, view: Drawing, axis: int, inch: float) -> None:
-    """An axis along an edge of the drawing, with the coordinates of the faces that lie across it, as far as there is
-    room for their numbers."""
+    """An axis along an edge of the drawing, with the coordinates of faces across it, as far as numbers fit."""
     planes, direction = view.planes[axis], view.axes[axis]
     unit, size = _unit(view)
     at = np.empty((len(planes), 3))

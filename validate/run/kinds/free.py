@@ -258,8 +258,7 @@ def checked(scene: AnyScene) -> AnyScene:
 
 
 def fitted_model(run: Run, keys: Sequence[str], data: Data) -> Fit:
-    """The user's own model with its parameters fitted to the data. Raises SceneError where the scene has no such
-    parameter."""
+    """The user's model with parameters fitted to the data. SceneError where the scene lacks such a parameter."""
     from validate.inputs.model_fit import fitted
 
     given = plans.own_model(run.scene, run.request)
