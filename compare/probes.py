@@ -148,8 +148,7 @@ def bends(time: np.ndarray, values: np.ndarray) -> np.ndarray:
         second = np.abs(2 * np.diff(slopes) / (h[1:] + h[:-1]))
     second = np.nan_to_num(second, nan=0.0, posinf=0.0)
     larger = np.maximum(np.append(second, second[-1]), np.append(second[0], second))
-    deviations: np.ndarray = h**2 / 8 * larger
-    return deviations
+    return h**2 / 8 * larger
 
 
 def _above(unit: str) -> str:

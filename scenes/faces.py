@@ -32,8 +32,7 @@ def flux(boundary: Any, temperature: np.ndarray) -> np.ndarray:
 def coefficient(boundary: Any, temperature: np.ndarray) -> np.ndarray:
     """The part of the flux's derivative that is above zero, in W/(m2 K): 4 eps sigma T^3, or h(T)."""
     t = np.maximum(temperature, COLDEST)
-    slope: np.ndarray = 4 * boundary.value * SIGMA * t**3 if boundary.kind == "radiation" else boundary.value(t)
-    return slope
+    return 4 * boundary.value * SIGMA * t**3 if boundary.kind == "radiation" else boundary.value(t)
 
 
 def beyond(boundary: Any, temperature: np.ndarray) -> np.ndarray | None:
@@ -47,8 +46,7 @@ def beyond(boundary: Any, temperature: np.ndarray) -> np.ndarray | None:
 def slope(boundary: Any, temperature: np.ndarray) -> np.ndarray:
     """The whole derivative of the flux, in W/(m2 K)."""
     rest = beyond(boundary, temperature)
-    whole: np.ndarray = coefficient(boundary, temperature) + (0.0 if rest is None else rest)
-    return whole
+    return coefficient(boundary, temperature) + (0.0 if rest is None else rest)
 
 
 def towards(boundary: Any, other: Any, temperature: np.ndarray) -> np.ndarray:
@@ -66,8 +64,7 @@ def secant(boundary: Any, start: float, rise: np.ndarray) -> np.ndarray:
     """What the flux grows by from a temperature (K) to a ``rise`` above it, over that rise, in W/(m2 K)."""
     t = np.maximum(start + rise, COLDEST)
     if boundary.kind == "radiation":
-        radiated: np.ndarray = boundary.value * SIGMA * (t + start) * (t**2 + start**2)
-        return radiated
+        return boundary.value * SIGMA * (t + start) * (t**2 + start**2)
     law, near = boundary.value, np.abs(rise) < NEAR * start
     # (h(T) - h(T_0)) / (T - T_0), where the two are close the slope between them.
     apart = np.where(near, 1.0, t - start)

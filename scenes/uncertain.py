@@ -40,8 +40,7 @@ class Uncertain:
         for (a, b), r in self.correlations.items():
             i, j = keys.index(a), keys.index(b)
             correlation[i, j] = correlation[j, i] = r
-        covariance: np.ndarray = correlation * np.outer(u, u)
-        return covariance
+        return correlation * np.outer(u, u)
 
 
 def read(scene: object, given: Sequence[str], correlated: Sequence[str] = ()) -> Uncertain:

@@ -222,8 +222,7 @@ def resistance_at(model: FewStates, states: np.ndarray) -> np.ndarray:
     """(...,): the resistance (ohm) at states (..., n)."""
     if model.follows is not None:
         return model.follows.resistance(states)
-    resistance: np.ndarray = model.resistance + model.coefficient * (states @ model.source)
-    return resistance
+    return model.resistance + model.coefficient * (states @ model.source)
 
 
 def _off(model: FewStates, state: np.ndarray, beam: bool = False) -> float:
@@ -328,8 +327,7 @@ def top(values: np.ndarray) -> np.ndarray:
     bend = 2 * top - low - high
     inside = (bend > 0) & (np.abs(high - low) <= 2 * bend)
     above = np.where(inside, (high - low) ** 2 / (8 * np.where(inside, bend, 1.0)), np.maximum(low, high) - top)
-    highest: np.ndarray = top + np.maximum(above, 0.0)
-    return highest
+    return top + np.maximum(above, 0.0)
 
 
 def _traces(sink: Sink, fine: FewStates, coarse: FewStates, times: np.ndarray) -> Traces:

@@ -67,8 +67,7 @@ class Points:
 
     def rise(self, states: np.ndarray) -> np.ndarray:
         """(..., points) in K, at states (..., n)."""
-        rises: np.ndarray = (self.values @ self.amplitudes(states).T).T
-        return rises
+        return (self.values @ self.amplitudes(states).T).T
 
     def amplitudes(self, states: np.ndarray) -> np.ndarray:
         """(..., functions), at states (..., n)."""
@@ -129,8 +128,7 @@ class Following:
             alone = Following(self.layer, (replace(part, by_state=None),), 1)
             return alone.flows(part.amplitudes(states))[0][..., 0]
         rise = part.rise(states)
-        heat: np.ndarray = (self._down(part, rise)[0] + self._up(part, rise)[0]).sum(axis=-1)
-        return heat
+        return (self._down(part, rise)[0] + self._up(part, rise)[0]).sum(axis=-1)
 
     def allowed(self, states: np.ndarray) -> bool:
         """Whether the laws say something of states (..., n)."""
@@ -192,8 +190,7 @@ class Following:
     def held(self, states: np.ndarray, rates: np.ndarray) -> np.ndarray:
         """C at states (..., n) times some rates (..., n)."""
         if self._fixed_capacity is not None:
-            fixed: np.ndarray = rates @ self._fixed_capacity
-            return fixed
+            return rates @ self._fixed_capacity
         stored = np.zeros_like(states)
         for part in self.parts:
             holds = self.layer.holds(part.rise(states), part.silicon, part.oxide)[0]
@@ -292,8 +289,7 @@ def _newton(model: Following, drive: Drive, state: np.ndarray) -> tuple[np.ndarr
 
 
 def _residual(terms: Terms, drive: Drive) -> np.ndarray:
-    residual: np.ndarray = drive.through(terms.resistance) ** 2 * terms.source - terms.outflow
-    return residual
+    return drive.through(terms.resistance) ** 2 * terms.source - terms.outflow
 
 
 def _direction(terms: Terms, drive: Drive) -> tuple[Callable[[np.ndarray], np.ndarray], np.ndarray]:
@@ -324,8 +320,7 @@ def inverse(matrix: Any) -> Callable[[np.ndarray], np.ndarray]:
         return lambda vector: scipy.linalg.lu_solve(factors, vector, check_finite=False)
     from scipy.sparse.linalg import splu
 
-    solve: Callable[[np.ndarray], np.ndarray] = splu(matrix.tocsc(), permc_spec="MMD_AT_PLUS_A").solve
-    return solve
+    return splu(matrix.tocsc(), permc_spec="MMD_AT_PLUS_A").solve
 
 
 def _product(test: Any, weights: np.ndarray, trial: Any) -> Any:

@@ -59,8 +59,7 @@ class Layer:
         temperature = sink.room_temperature + rise
         k = k(temperature) if isinstance(k, Law) else k
         lower = lower(temperature - rise / 2) if isinstance(lower, Law) else lower
-        conductance: np.ndarray = sink.thickness * k + share * lower + 0.0 * rise
-        return conductance
+        return sink.thickness * k + share * lower + 0.0 * rise
 
     def down(self, rise: np.ndarray) -> Both:
         """The flux q (W/m2) through the oxide."""

@@ -62,5 +62,4 @@ def underside_bare(sink: Sink) -> bool:
 
 
 def _slope(axis: int, function: Any) -> np.ndarray:
-    slope: np.ndarray = function.grad[axis]
-    return slope
+    return function.grad[axis]

@@ -32,8 +32,7 @@ def across(owner: np.ndarray, axis: int, between: np.ndarray) -> np.ndarray:
     """(one less along the axis, which comes first): what a table by two boxes' numbers (boxes + 1, boxes + 1) has for
     the faces between neighbouring cells of these owners."""
     owners = np.moveaxis(owner, axis, 0)
-    values: np.ndarray = between[owners[:-1], owners[1:]]
-    return values
+    return between[owners[:-1], owners[1:]]
 
 
 def check(grid: Grid) -> None:

@@ -28,8 +28,7 @@ _LONGEST_LIST = 100_000
 
 def subject_of(scene: Any) -> Subject:
     """What columns are looked for, of each kind of scene."""
-    subject: Subject = import_module(f"validate.against.{scene.kind}_columns").subject(scene)
-    return subject
+    return import_module(f"validate.against.{scene.kind}_columns").subject(scene)
 
 
 def _at_the_start(catalogue: Quantities) -> float:

@@ -130,8 +130,7 @@ def unit_of(text: str) -> Unit | None:
 
 def in_si(values: np.ndarray, unit: Unit) -> np.ndarray:
     """Numbers in a unit as SI values; temperatures as absolute ones."""
-    scaled: np.ndarray = values * 10.0**unit.exponent + (273.15 if unit.celsius else 0.0)
-    return scaled
+    return values * 10.0**unit.exponent + (273.15 if unit.celsius else 0.0)
 
 
 def read_bytes(path: Path) -> bytes:

@@ -239,8 +239,7 @@ def u_input(uncertain: Uncertain, slopes: In_units) -> Callable[[str, np.ndarray
 
     def u_of(name: str, times: np.ndarray, values: np.ndarray) -> np.ndarray:
         by_key = np.array([slopes(key, name, times, values) for key in uncertain.relative])
-        deviations: np.ndarray = np.sqrt(np.maximum(np.einsum("it,ij,jt->t", by_key, covariance, by_key), 0.0))
-        return deviations
+        return np.sqrt(np.maximum(np.einsum("it,ij,jt->t", by_key, covariance, by_key), 0.0))
 
     return u_of
 
@@ -263,8 +262,7 @@ def over_time(sensitivities: Sensitivities, key: str, name: str, times: np.ndarr
     if course is None or key not in by_quantity or name not in by_quantity[key]:
         return np.full(len(times), np.nan)
     late = np.log(np.maximum(times, course.times[0]))
-    slopes: np.ndarray = np.interp(late, np.log(course.times), by_quantity[key][name])
-    return slopes
+    return np.interp(late, np.log(course.times), by_quantity[key][name])
 
 
 def of_values(

@@ -114,8 +114,7 @@ def opened(given: str | Callable[..., Any], folder: str = "") -> Model:
 
         return Function(given)
     kind = kind_of(given)
-    model: Model = import_module(f"validate.models.{kind}").opened(given, folder)
-    return model
+    return import_module(f"validate.models.{kind}").opened(given, folder)
 
 
 def readable(given: str, folder: str, called: str) -> Path:

@@ -44,14 +44,12 @@ def sections(outcome: Outcome[DeviceArray], contrary: Sequence[Check], style: St
 
 
 def solved_of(outcome: Outcome[DeviceArray]) -> Solved:
-    solved: Solved = outcome.solved.details["array"]
-    return solved
+    return outcome.solved.details["array"]
 
 
 def in_1d(outcome: Outcome[DeviceArray]) -> Beside:
     assert outcome.reduced1d is not None
-    rows: Beside = outcome.reduced1d.details["array"]
-    return rows
+    return outcome.reduced1d.details["array"]
 
 
 def _elements(outcome: Outcome[DeviceArray], style: Style) -> Section:

@@ -125,5 +125,4 @@ def _as_xml(grid: Any) -> str:
     writer.SetDataModeToBinary()
     writer.SetWriteToOutputString(True)
     writer.Write()
-    text: str = writer.GetOutputString()
-    return text
+    return writer.GetOutputString()

@@ -124,8 +124,7 @@ def _probes(outcome: Outcome[AnyScene], style: Style) -> Section:
 
 def _sure(traces: Traces, name: str) -> np.ndarray:
     """What a trace is where its errors hold: right after the start and after a jump it may be far off."""
-    values: np.ndarray = traces.values[name][traces.sure(traces.time)]
-    return values
+    return traces.values[name][traces.sure(traces.time)]
 
 
 def _column(probe: Probe | GroupProbe, traces: Traces) -> Column:

@@ -20,8 +20,7 @@ if TYPE_CHECKING:
 
 def plan(scene: Any, request: Request, data: Data | None = None) -> tuple[Step, ...]:
     """What `answer` will do, and what will be written. SceneError for what isn't made of a row of spans."""
-    steps: tuple[Step, ...] = kinds.of(scene).plan(scene, request, data)
-    return steps
+    return kinds.of(scene).plan(scene, request, data)
 
 
 def answer(

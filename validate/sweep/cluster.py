@@ -111,8 +111,7 @@ class Cluster:
 
         def submit(work: Work) -> Future[list[Row]]:
             self.workers = sum(client.nthreads().values())  # they come and go
-            given: Future[list[Row]] = executor.submit(solve, work, self.seconds)
-            return given
+            return executor.submit(solve, work, self.seconds)
 
         return submit
 

@@ -113,8 +113,7 @@ class Job:
             **asdict(self.scope),
             **({} if self.solves is None else {"solves": self.solves}),
         }
-        plain: dict[str, Any] = json.loads(json.dumps(document, default=str))
-        return plain
+        return json.loads(json.dumps(document, default=str))
 
     def work(self, numbers: Sequence[int], blamed: bool = True) -> Work:
         points = tuple(self.design.point(number) for number in numbers)

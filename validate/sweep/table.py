@@ -49,8 +49,7 @@ class Table:
     @property
     def ok(self) -> np.ndarray:
         """(n,): which have an answer."""
-        answered: np.ndarray = self.columns["status"] == "ok"
-        return answered
+        return self.columns["status"] == "ok"
 
     @cached_property
     def map(self) -> dict[str, np.ndarray]:

@@ -93,8 +93,7 @@ def resistivity(material: Material) -> tuple[Law, Law, Law] | None:
 
 
 def _nodes(basis: Basis, boundary: Boundary) -> np.ndarray:
-    nodes: np.ndarray = basis.get_dofs(facets=facets(basis.mesh, boundary)).flatten()
-    return nodes
+    return basis.get_dofs(facets=facets(basis.mesh, boundary)).flatten()
 
 
 def exposed(basis: Basis, boundary: Boundary, order: int) -> On:

@@ -45,5 +45,4 @@ def spread(wanted: Sequence[float], apart: float, low: float, high: float) -> np
     level = np.concatenate([np.full(int(count), value) for value, count in pools]) if pools else np.zeros(0)
     steps = apart * np.arange(len(level))
     room = high - low - apart * max(len(level) - 1, 0)
-    heights: np.ndarray = np.clip(level, high - max(room, 0.0), high) - steps
-    return heights
+    return np.clip(level, high - max(room, 0.0), high) - steps
