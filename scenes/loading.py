@@ -76,7 +76,7 @@ def load_free(source: str | Path, overrides: Sequence[str] = ()) -> AnyScene:
 def _check_kind(source: str | Path, content: Mapping[str, Any], scene_type: SceneType[Any] | None) -> None:
     """SceneError where a document is plainly of another type than this one, ``None`` being a free scene's; a sink's
     may become a device's by its overrides."""
-    from scenes.free.document import BOXES
+    from scenes.free.tables import BOXES
 
     kind = type_of_file(content)
     if kind is None:
@@ -91,7 +91,7 @@ def _check_kind(source: str | Path, content: Mapping[str, Any], scene_type: Scen
 
 def type_of_file(content: Mapping[str, Any]) -> SceneType[Any] | None:
     """Whether a document is of a sink or of a device; ``None`` for a free scene."""
-    from scenes.free.document import LISTS
+    from scenes.free.tables import LISTS
 
     if {*LISTS, "mesh"} & set(content):
         return None

@@ -17,7 +17,7 @@ from typing import Any, TypeVar
 from scenes import laws, physics
 from scenes.condition_kinds import Surroundings, Varying
 from scenes.following import number_of
-from scenes.free.document import CURRENT_CONTACT, HEAT_CONTACT, HEAT_SOURCE, LISTS, SERIES
+from scenes.free.tables import CURRENT_CONTACT, HEAT_CONTACT, HEAT_SOURCE, LISTS, SERIES
 from scenes.keys import OF_KIND, type_of
 from scenes.kinds import KELVIN, Quantity
 from scenes.model import AnyScene, Material, Scene, Schedule, Value, values

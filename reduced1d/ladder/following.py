@@ -17,9 +17,9 @@ import scipy.linalg
 
 from reduced1d.ladder.layer import Both, Layer
 from reduced1d.radau import radau
+from scenes.drive import Drive
 from scenes.errors import RunawayError
 from scenes.laws import Law
-from scenes.sink import Drive
 
 HOTTEST = 1e5
 """K, beyond any solid: hotter states are no solution."""

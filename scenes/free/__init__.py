@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from scenes.free import document
-from scenes.free.document import BOXES, ON_MESH
+from scenes.free.tables import BOXES, ON_MESH
 from scenes.free.writing import as_dict as as_dict
 from scenes.model import AnyScene, Scene
 from scenes.schema import Schema, override

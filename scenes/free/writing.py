@@ -9,7 +9,7 @@ from typing import Any
 
 from scenes import laws, physics
 from scenes import model as m
-from scenes.free.document import CONDITIONS, HEAT_SOURCE, LISTS, RESISTANCES, RESISTIVITY, TOTALS, UNUSED
+from scenes.free.tables import CONDITIONS, HEAT_SOURCE, LISTS, RESISTANCES, RESISTIVITY, TOTALS, UNUSED
 from scenes.physics import HEAT_KEYS
 
 

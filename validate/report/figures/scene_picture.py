@@ -16,7 +16,7 @@ from matplotlib.patches import Patch
 from scenes import physics
 from scenes.condition_kinds import Surroundings, Varying
 from scenes.formats import cut
-from scenes.free.document import CONDITIONS, CURRENT_CONTACT, HEAT_CONTACT, HEAT_SOURCE, SERIES
+from scenes.free.tables import CONDITIONS, CURRENT_CONTACT, HEAT_CONTACT, HEAT_SOURCE, SERIES
 from scenes.kinds import Quantity
 from scenes.laws import Law
 from scenes.model import Boundary, Material, Point, Probe, Scene, Schedule, Value, values
