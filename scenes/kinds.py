@@ -64,12 +64,9 @@ class Quantity(Kind):
         if not fault and not self.lower <= (abs(value) if self.signed else value) <= self.upper:
             fault = "is out of range"
         if fault:
-            raise SceneError(f"{path} = {self._said(given, value)} {fault}: give {self._allowed()}")
+            computed = f" = {self.dimension.show(value)}" if value and is_expression(given) else ""
+            raise SceneError(f"{path} = {quoted(given)}{computed} {fault}: give {self._allowed()}")
         return value
-
-    def _said(self, given: object, value: float) -> str:
-        """What is given, and of an expression what it comes to."""
-        return quoted(given) + (f" = {self.dimension.show(value)}" if value and is_expression(given) else "")
 
     def write(self, value: Any) -> Any:
         """A plain float, or the word for ``None``; what is no number stays as it is, for ``read`` to refuse."""

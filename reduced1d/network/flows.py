@@ -7,11 +7,12 @@ areas.
 
 from __future__ import annotations
 
+import math
 from functools import cached_property
 
 import numpy as np
 
-from reduced1d.network.lines import Line, Touch
+from reduced1d.network.lines import Line, Touch, common
 from reduced1d.network.model import Model
 from scenes import physics
 from scenes.model import Point, Probe
@@ -64,7 +65,7 @@ class Flows:
         flow = self._none()
         for i in self._cut(probe):
             line = self.layout.lines[i]
-            lower, upper = _clipped(line, probe)
+            lower, upper = common(line.lower, line.upper, probe)
             if line.axis == normal:
                 row = self._none()
                 number = 2 * len(self.layout.lines) + self.sections[2 * len(self.layout.lines) :].index((i, at))
@@ -100,7 +101,10 @@ class Flows:
         normal, at = _plane(probe)
         lines = []
         for i, line in enumerate(self.layout.lines):
-            if line.lower[normal] < at < line.upper[normal] and _area(*_clipped(line, probe), normal) > 0:
+            if (
+                line.lower[normal] < at < line.upper[normal]
+                and _area(*common(line.lower, line.upper, probe), normal) > 0
+            ):
                 lines.append(i)
         return lines
 
@@ -233,22 +237,13 @@ def _plane(probe: Probe) -> tuple[int, float]:
     return normal, probe.lower[normal]
 
 
-def _clipped(line: Line, probe: Probe) -> tuple[Point, Point]:
-    low = [max(a, b) for a, b in zip(line.lower, probe.lower, strict=True)]
-    high = [min(a, b) for a, b in zip(line.upper, probe.upper, strict=True)]
-    return (low[0], low[1], low[2]), (high[0], high[1], high[2])
-
-
 def _area(lower: Point, upper: Point, normal: int) -> float:
-    one, other = (max(upper[d] - lower[d], 0.0) for d in range(3) if d != normal)
-    return one * other
+    return math.prod(max(upper[d] - lower[d], 0.0) for d in range(3) if d != normal)
 
 
 def _part(touch: Touch, lower: Point, upper: Point) -> float:
     """The part of a touch's area that lies in a part of space."""
-    low = tuple(max(a, b) for a, b in zip(touch.lower, lower, strict=True))
-    high = tuple(min(a, b) for a, b in zip(touch.upper, upper, strict=True))
-    return _area(low, high, touch.normal) / touch.area  # type: ignore[arg-type]
+    return _area(*common(lower, upper, touch), touch.normal) / touch.area
 
 
 def _common(touch: Touch, line: Line) -> bool:

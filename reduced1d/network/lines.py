@@ -19,7 +19,7 @@ from scenes import physics, readouts
 from scenes.errors import SceneError, quoted
 from scenes.free.grid import Grid, grid_of
 from scenes.free.validity import tidy
-from scenes.model import AnyScene, Boundary, Box, MeshScene, Point, Scene
+from scenes.model import AnyScene, Boundary, Box, MeshScene, Point, Probe, Scene
 
 Cells = tuple[tuple[int, int], tuple[int, int], tuple[int, int]]
 """A box, a flat box or a point as the first and the last plane along each axis."""
@@ -161,6 +161,13 @@ def _refuse_jumps(scene: Scene) -> None:
     behind += [f"contact {quoted(c.name)}.electrical_resistance" for c in scene.contacts if c.electrical_resistance]
     if behind:
         raise SceneError(f"a network has no electrical resistance at a contact yet: leave {behind[0]} out")
+
+
+def common(lower: Point, upper: Point, item: Line | Touch | Probe) -> tuple[Point, Point]:
+    """The corners (m) of what a box has in common with another."""
+    low = [max(a, b) for a, b in zip(lower, item.lower, strict=True)]
+    high = [min(a, b) for a, b in zip(upper, item.upper, strict=True)]
+    return (low[0], low[1], low[2]), (high[0], high[1], high[2])
 
 
 def overlap(first: Cells, second: Cells) -> Cells | None:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from math import inf
 from typing import Any
 
-from reduced1d.network.lines import Condition, Joint, Layout, Touch
+from reduced1d.network.lines import Condition, Joint, Layout
 from scenes.model import Schedule, Value
 
 AXES = "xyz"
@@ -110,12 +110,8 @@ def _condition(layout: Layout, condition: Condition, electric: bool) -> Row:
         value = touch.area / (1 / film + touch.half / k)
         _put(row, "W/K", f"{_um2(touch.area)} / (1/{film:g} W/(m2 K){half})", value)
     elif touch.end is None:
-        _put(row, "W/K", f"{_um2(touch.area)} x {k:g} W/(m K) / {_um(touch.half)}", _film(touch, k))
+        _put(row, "W/K", f"{_um2(touch.area)} x {k:g} W/(m K) / {_um(touch.half)}", touch.area * k / touch.half)
     return row
-
-
-def _film(touch: Touch, k: float) -> float:
-    return touch.area * k / touch.half
 
 
 def _put(row: Row, unit: str, formula: str, value: float | None) -> None:

@@ -51,12 +51,9 @@ def channels(scene: AnyScene) -> tuple[Channel, ...]:
                 channels.append(Channel(b.name, "ambient", b.ambient, start, 0.0))
         else:
             channels.append(Channel(b.name, b.kind, b.value, start if b.kind == "temperature" else 0.0, 0.0))
-    channels += [Channel(s.name, "heat_source", s.heat_source, 0.0, 0.0) for s in _sources(scene)]
+    channels += [Channel(s.name, "heat_source", s.heat_source, 0.0, 0.0)
+                 for s in getattr(scene, scene.heated[1]) if not is_zero(s.heat_source)]  # fmt: skip
     return tuple(replace(c, step=_largest([d for d in channels if UNITS[d.kind] == UNITS[c.kind]])) for c in channels)
-
-
-def _sources(scene: AnyScene) -> list[Any]:
-    return [s for s in getattr(scene, scene.heated[1]) if not is_zero(s.heat_source)]
 
 
 def _largest(alike: list[Channel]) -> float:

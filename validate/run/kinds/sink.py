@@ -65,11 +65,6 @@ def _refuse(sink: Sink, request: Request) -> None:
         raise SceneError(f"{why}, and --calibrate then has no slopes of a sink's traces to fit by: leave it out")
 
 
-def _refuse_radiation(sink: Sink, what: str) -> None:
-    if sink.emissivity:
-        raise SceneError(f"{what} has no radiation: give environment.emissivity = 0, or leave it out")
-
-
 def exportable(sink: Sink, request: Request) -> None:
     """SceneError for a sink that has no compact model."""
     of_boxes.check(_modelled(sink, request))
@@ -82,7 +77,8 @@ def exported(outcome: Outcome[Sink], say: Callable[[str], None]) -> dict[str, An
 
 def _modelled(sink: Sink, request: Request) -> AnyScene:
     """What a compact model is of: the 3D problem, with the current as a probe too."""
-    _refuse_radiation(sink, "a compact model")
+    if sink.emissivity:
+        raise SceneError("a compact model has no radiation: give environment.emissivity = 0, or leave it out")
     scene = sink.scene()
     inlet = next(b for b in scene.boundaries if b.kind == "voltage")
     current = Probe("current", inlet.lower, inlet.upper, "current")
