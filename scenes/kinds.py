@@ -17,15 +17,7 @@ from typing import Any, Protocol
 from scenes.errors import SceneError, did_you_mean, quoted
 from scenes.expressions import is_expression
 from scenes.parameters import quantity
-from scenes.units import (
-    PLAIN,
-    TEMPERATURE,
-    TIME,
-    Dimension,
-    UnitError,
-    called,
-    meant,
-)  # fmt: skip
+from scenes.units import PLAIN, TEMPERATURE, TIME, Dimension, UnitError, called, meant  # fmt: skip
 
 
 class Kind(Protocol):

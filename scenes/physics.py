@@ -8,18 +8,7 @@ from itertools import pairwise
 
 from scenes import laws
 from scenes.errors import SceneError, listed, quoted
-from scenes.model import (
-    ELECTRIC,
-    AnyScene,
-    Boundary,
-    GroupBoundary,
-    Material,
-    Schedule,
-    Value,
-    bends,
-    is_zero,
-    values,
-)
+from scenes.model import ELECTRIC, AnyScene, Boundary, GroupBoundary, Material, Schedule, Value, bends, is_zero, values
 
 HEAT_KEYS = ("thermal_conductivity", "density", "specific_heat")
 
@@ -206,11 +195,8 @@ def refuse_ungrounded(boundaries: Iterable[Boundary | GroupBoundary], touched: I
     currents = {b.name for b in boundaries if b.kind == "voltage" and b.key == "current"}
     for names in touched:
         if names and currents.issuperset(names):
-            what = (
-                f"boundary {quoted(min(names))} gives a current"
-                if len(names) == 1
-                else (f"boundaries {listed(sorted(names))} give currents")
-            )
+            what = f"boundary {quoted(min(names))} gives a current"
+            what = what if len(names) == 1 else f"boundaries {listed(sorted(names))} give currents"
             raise SceneError(
                 f"{what}, and no electrode of that conductor has a voltage to count from: give one a voltage, such as "
                 '"0 V"'

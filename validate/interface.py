@@ -300,22 +300,11 @@ def device(
     numerics fail.
     """
     loaded = _scene(scene, Device, overrides, {f"run.accuracy{'_3d' * bool(options.get('in_3d'))}": accuracy})
-    sentences = (
-        "in_3d",
-        "left_out",
-        "sensitivities",
-        "uncertain",
-        "scheme",
-        "about",
-        "meter",
-        "largest_voltage",
-        "largest_power",
-    )
+    known = ("in_3d", "left_out", "sensitivities", "uncertain", "scheme", "about", "meter", "largest_voltage",
+             "largest_power")  # fmt: skip
     for name in options:
-        if name not in sentences:
-            raise SceneError(
-                f"device takes no {quoted(name)}: give {', '.join(sentences)}{did_you_mean(name, sentences)}"
-            )
+        if name not in known:
+            raise SceneError(f"device takes no {quoted(name)}: give {', '.join(known)}{did_you_mean(name, known)}")
     if loaded.kind != Device.kind:
         raise SceneError(ONE_SINK.format(loaded.sink, "fem3d.device.array.solve solves several devices"))
     options["uncertain"] = _uncertain(loaded, options.get("uncertain"))

@@ -56,10 +56,7 @@ def _joint(layout: Layout, heat: Joint | None, wire: Joint | None) -> Row:
     joint = heat or wire
     assert joint is not None
     one, other = joint.one, joint.other
-    row: Row = {
-        "what": f"{layout.lines[one.line].name} | {layout.lines[other.line].name}",
-        "how": _how(layout, joint),
-    }
+    row: Row = {"what": f"{layout.lines[one.line].name} | {layout.lines[other.line].name}", "how": _how(layout, joint)}
     touches = [t for t in (one, other) if t.end is None]
     if heat and (touches or heat.contact):
         each = [(t.half, layout.lines[t.line].box.material.thermal_conductivity) for t in touches]

@@ -176,20 +176,14 @@ class _Judge:
     def _loop(self) -> tuple[np.ndarray, np.ndarray]:
         """(samples, 2) twice: the voltages (V) from each sample on, and the temperatures (K) there."""
         result = self.whole.result
-        return (
-            np.column_stack([result.sink_V, result.sensor_V]),
-            np.column_stack([result.sink_K, result.sensor_K]),
-        )
+        return (np.column_stack([result.sink_V, result.sensor_V]), np.column_stack([result.sink_K, result.sensor_K]))
 
     def _derived(self, voltage: np.ndarray, temperature: np.ndarray) -> dict[str, np.ndarray]:
         """(samples, 2): the currents from each sample on, and the resistances measured there at the voltages before."""
         modal, ground = self.modal, self.device.control.ground_resistance
         resistance = modal.resistance * (1 + modal.coefficient * (temperature - self.room))
         held = np.vstack([np.zeros(2), voltage[:-1]])
-        return {
-            "A": circuit.currents(voltage, resistance, ground),
-            "ohm": circuit.measured(held, resistance, ground),
-        }
+        return {"A": circuit.currents(voltage, resistance, ground), "ohm": circuit.measured(held, resistance, ground)}
 
     def _closed(self, model: CompactModel) -> dict[str, Any]:
         """The errors in the closed loop, which the model and the controllers run as their FMUs do."""

@@ -70,10 +70,7 @@ def _above_room(modal: Modal, outer: float) -> Modal:
 def _slopes(modal: Modal, device: Device, about: float) -> tuple[float, float]:
     """d power / d input of (sensor, sink) in W/K, by steady states half a step to either side of a temperature (K)."""
     less, more = (steady(modal, device, about + side * STEP / 2) for side in (-1, 1))
-    return (
-        (more.sensor_power_W - less.sensor_power_W) / STEP,
-        (more.sink_power_W - less.sink_power_W) / STEP,
-    )
+    return ((more.sensor_power_W - less.sensor_power_W) / STEP, (more.sink_power_W - less.sink_power_W) / STEP)
 
 
 @dataclass(frozen=True, eq=False)

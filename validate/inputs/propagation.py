@@ -192,10 +192,7 @@ def _by_differences(uncertain: Uncertain, differences: Callable[[str, float], Ma
 
 
 def judged_device(
-    checks: Sequence[Check],
-    device: Device,
-    inputs: Propagated,
-    differences: Callable[[Device], Mapping[str, float]],
+    checks: Sequence[Check], device: Device, inputs: Propagated, differences: Callable[[Device], Mapping[str, float]]
 ) -> tuple[Check, ...]:
     """The checks with their u_input: of 1D from the ``differences`` of devices with each key more and less by its
     uncertainty (GUM 5.1.3, note 2); in 3D, for steady powers and voltages, from their derivatives."""

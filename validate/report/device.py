@@ -269,10 +269,7 @@ def _shielding_document(outcome: Outcome[Device]) -> dict[str, Any] | None:
     slopes, errors = solved.shielding
     document: dict[str, Any] = {q: {"value": v, "error": errors[q]} for q, v in asdict(slopes).items()}
     in_1d = asdict(of_shielding(outcome.scene))
-    return document | {
-        "reduced1d": {q: {"value": v} for q, v in in_1d.items()},
-        "over_time": asdict(solved.response),
-    }
+    return document | {"reduced1d": {q: {"value": v} for q, v in in_1d.items()}, "over_time": asdict(solved.response)}
 
 
 def _ground_document(outcome: Outcome[Device]) -> dict[str, Any] | None:
