@@ -54,13 +54,13 @@ def largest_distance(predicted: Traces, measured: Traces, key: str) -> Largest:
     p, m = (np.interp(late, measured.time, traces.values[key]) for traces in (predicted, measured))
     off = p - m
     i = int(np.argmax(np.abs(off)))
-    return Largest(float(off[i]), float(p[i]), float(m[i]), float(late[i]), _beyond(late, np.abs(off), i))
+    return Largest(float(off[i]), float(p[i]), float(m[i]), float(late[i]), _overshoot(late, np.abs(off), i))
 
 
-def _beyond(time: np.ndarray, off: np.ndarray, i: int) -> float:
+def _overshoot(time: np.ndarray, off: np.ndarray, i: int) -> float:
     """How far a curve may rise above the largest of its points between that and a neighbour: as the parabolas through
     the two and a third point, which enclose a curve whose third derivative keeps its sign."""
-    beyond = 0.0
+    overshoot = 0.0
     for a in (i - 1, i):
         for n in (a - 1, a + 2):
             if not (0 <= a < len(off) - 1 and 0 <= n < len(off)):
@@ -70,8 +70,8 @@ def _beyond(time: np.ndarray, off: np.ndarray, i: int) -> float:
             curvature = (rises[1] - rises[0]) / wide
             # The parabola's top, if it has one within the gap, measured from the gap's start.
             top = 0.0 if curvature >= 0 else min(max((wide - slope / curvature) / 2, 0.0), wide)
-            beyond = max(beyond, float(off[a] + slope * top + curvature * top * (top - wide) - off[i]))
-    return beyond
+            overshoot = max(overshoot, float(off[a] + slope * top + curvature * top * (top - wide) - off[i]))
+    return overshoot
 
 
 def over_time(
@@ -139,11 +139,11 @@ class Data:
         names = {"time_s": "time", **self.words}
         how = {key: f" ({text})" for key, text in self.how.items()}
         headers = {k: quoted(header) for k, header in self.headers.items()}
-        told = (
+        text = (
             f"{names.get(k, k)}{'' if quoted(k) == headers[k] else f' is {headers[k]}'}{how.get(k, '')}"
             for k in headers
         )
-        parts = [", ".join(told)]
+        parts = [", ".join(text)]
         parts += [self.run] if self.run else []
         parts += list(self.notes)
         omitted = [f"{quoted(name)}, it {why}" for name, why in list(self.left_out.items())[:6]]
@@ -196,7 +196,7 @@ def furthest(scene: Any, data: Data, fem3d: Result, key: str) -> Place:
 
     It is sought at the file's own times, where the 3D trace is known to its error; nothing is read into the data
     between them. By how much the distance may be larger between two rows is what the rows around them tell of it
-    (`_beyond`). Of data with an uncertainty it is the largest mean over a window (`compare.windows`).
+    (`_overshoot`). Of data with an uncertainty it is the largest mean over a window (`compare.windows`).
     """
     catalogue = quantities.of(scene, fem3d)
     sure = np.flatnonzero(catalogue.sure(data.time))
@@ -216,10 +216,10 @@ def furthest(scene: Any, data: Data, fem3d: Result, key: str) -> Place:
         return Place(sure[cuts[i]], error, u_data)
     if data.at_rest:
         return Place(sure, error, None)
-    within = data.time <= catalogue.end * (1 + 1e-9)
-    off = np.abs(data.values[key] - simulated(fem3d, key, data.time))[within]
+    inside = data.time <= catalogue.end * (1 + 1e-9)
+    off = np.abs(data.values[key] - simulated(fem3d, key, data.time))[inside]
     i = int(sure[np.argmax(off[sure])])
-    return Place(np.array([i]), error + _beyond(data.time[within], off, i), None)
+    return Place(np.array([i]), error + _overshoot(data.time[inside], off, i), None)
 
 
 def distance(scene: Any, data: Data, fem3d: Result, key: str, rows: np.ndarray) -> tuple[float, float, str]:

@@ -121,8 +121,8 @@ def _equivalent(models: Models) -> Comparison:
 
 def _equivalent_over_time(models: Models) -> Comparison:
     """The same of their traces: the largest distance of two of them, over the final rise of the second."""
-    three, room = models.fem3d.over_time, models.sink.room_temperature
-    late, distances = from_first(three.time), []
+    fem3d, room = models.fem3d.over_time, models.sink.room_temperature
+    late, distances = from_first(fem3d.time), []
     for first, second, *both in _pairs(models):
         (x, x_error, _), (y, y_error, final) = (_course(result, name, late) for result, name in both)
         i = int(np.abs(x - y).argmax())

@@ -267,14 +267,14 @@ def _against(expected: float, time: float, error: float, run: Run) -> tuple[floa
 
 def _yet(*runs: Run) -> str:
     """What must be said of runs that end before they are steady, by the worst of them."""
-    run = max(runs, key=lambda run: run.left)
+    run = max(runs, key=lambda run: run.remaining)
     if run.watched == math.inf:
         return f"; but at {run.device.external.final_temperature:g} K outside {_unsteady(run)}"
-    if run.left < 1e-6:
+    if run.remaining < 1e-6:
         return ""
     return (
-        f"; but then, {milliseconds(run.watched)} after the step, {percent(run.left)} of the loop's slowest mode is "
-        "left: a longer run.end_time leaves less"
+        f"; but then, {milliseconds(run.watched)} after the step, {percent(run.remaining)} of the loop's slowest mode "
+        "is left: a longer run.end_time leaves less"
     )
 
 

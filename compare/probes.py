@@ -105,11 +105,11 @@ class Both:
     def _largest(self, name: str, course: Course) -> Estimate:
         """3D's largest value, at its own times and the course's, so that every model's differences have the same
         scale."""
-        three = self.fem3d.over_time
-        rows = three.values[name][three.sure(three.time)] - self.quantities.base(name)
+        fem3d = self.fem3d.over_time
+        rows = fem3d.values[name][fem3d.sure(fem3d.time)] - self.quantities.base(name)
         values, beyond = np.append(course.fem3d, rows), np.append(course.beyond, np.zeros(len(rows)))
         n = int(np.argmax(np.abs(values)))
-        return Estimate(float(values[n]), three.errors[name] + float(beyond[n]))
+        return Estimate(float(values[n]), fem3d.errors[name] + float(beyond[n]))
 
 
 def evaluate(scene: Declared, both: Both) -> tuple[Check, ...]:

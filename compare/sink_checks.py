@@ -336,8 +336,8 @@ def _with_what_eq14_lacks(models: Models) -> str:
     """What 3D has below the pads and eq 14 has not."""
     sink = models.sink
     has = [
-        what
-        for what, size in (("contacts", sink.contact_resistance), ("a substrate", sink.substrate_thickness))
+        part
+        for part, size in (("contacts", sink.contact_resistance), ("a substrate", sink.substrate_thickness))
         if size
     ]
     return f", with {' and '.join(has)} that the 1D model does not have" if has else ""

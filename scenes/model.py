@@ -293,9 +293,9 @@ class Scene(Declared):
         """A probe of the mean temperature of every box."""
         return tuple(Probe(f"mean {box.name}", box.lower, box.upper) for box in self.boxes)
 
-    def contact(self, one: int, other: int) -> Contact | None:
+    def contact(self, first: int, second: int) -> Contact | None:
         """The contact between two boxes, by their numbers, where there is one that isn't perfect."""
-        return self._contacts.get(frozenset((one, other)))
+        return self._contacts.get(frozenset((first, second)))
 
     @cached_property
     def _contacts(self) -> dict[frozenset[int], Contact]:

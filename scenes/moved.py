@@ -19,8 +19,8 @@ def transferred(value: Any, before: Any, after: Any, part: float = 1.0) -> Any:
     if isinstance(value, tuple) and isinstance(after, tuple) and len(value) == len(before) == len(after):
         return tuple(transferred(*each, part) for each in zip(value, before, after, strict=True))
     if is_dataclass(value) and not isinstance(value, type) and type(value) is type(before) is type(after):
-        three = ((f.name, *(getattr(x, f.name) for x in (value, before, after))) for f in fields(value) if f.compare)
-        return replace(value, **{name: transferred(g, b, a, part) for name, g, b, a in three})
+        parts = ((f.name, *(getattr(x, f.name) for x in (value, before, after))) for f in fields(value) if f.compare)
+        return replace(value, **{name: transferred(g, b, a, part) for name, g, b, a in parts})
     if all(isinstance(x, Real) and not isinstance(x, bool) for x in (value, before, after)):
         return value + part * (after - before)
     return after

@@ -251,6 +251,6 @@ def farthest(scene: object) -> tuple[str, str] | Literal[""]:
     if far < math.log(FAR):
         return ""
     ratio = abs(value / usual)
-    times, way = (ratio, "more") if ratio > 1 else (1 / ratio, "less")
+    times, sense = (ratio, "more") if ratio > 1 else (1 / ratio, "less")
     shown = f"{times:,.0f}" if times < 1e6 else f"{times:.0e}".replace("e+0", "e").replace("e+", "e")
-    return f"{path} = {quantity.show(value)} is {shown} times {way}", quantity.show(usual)
+    return f"{path} = {quantity.show(value)} is {shown} times {sense}", quantity.show(usual)

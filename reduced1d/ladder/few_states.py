@@ -314,7 +314,7 @@ def _read(model: FewStates, states: np.ndarray) -> dict[str, np.ndarray]:
     for name, row in model.outputs.items():
         if not name.startswith(("air", "gas")):
             follows = model.follows
-            value = states @ row.T if follows is None or name not in follows.heats else follows.lost(name, states)
+            value = states @ row.T if follows is None or name not in follows.heats else follows.outflow(name, states)
             readings[f"{name}_W" if name.endswith("_heat") else f"{name}_K"] = top(value) if row.ndim > 1 else value
     if "peak_K" not in readings:
         readings["peak_K"] = np.max([v for name, v in readings.items() if name.endswith("_peak_K")], axis=0)

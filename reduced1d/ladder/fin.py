@@ -113,8 +113,8 @@ def _following(
         heat=anchors.heat * (anchor.circuit > 0),
     )  # fmt: skip
     # What the circuit has beyond the beam and the pads, where the current widens, heats the end.
-    beyond = np.array([anchor.circuit - ends.heat.sum()])
-    widening = Points(np.ones((1, 1)), (), none, none, none, none, none, none, none, beyond, np.full(1, False), end)
+    outside = np.array([anchor.circuit - ends.heat.sum()])
+    widening = Points(np.ones((1, 1)), (), none, none, none, none, none, none, none, outside, np.full(1, False), end)
     heats = {}
     if sink.spans > 1:
         heats["anchor_heat"] = replace(

@@ -120,7 +120,7 @@ class Following:
             )
         return heat
 
-    def lost(self, name: str, states: np.ndarray) -> np.ndarray:
+    def outflow(self, name: str, states: np.ndarray) -> np.ndarray:
         """(...,): the heat (W) that leaves by the points of a name, at states (..., n); of those of one function what
         it gives off by Galerkin's method."""
         part = self.heats[name]

@@ -48,7 +48,7 @@ class Flows:
         and unknowns (n, times) and inputs (inputs, times)."""
         model, circuit = self.model, self.circuit
         resistance = model.resistances(rise)[1] if self.electric else 1 / model.conduction[:, None]
-        through = (circuit.across @ u - circuit.given @ x) / resistance
+        currents = (circuit.across @ u - circuit.given @ x) / resistance
         along = self.slopes @ u
         warm = self.values @ rise
         for k, (i, _) in enumerate(self.sections):
@@ -57,7 +57,7 @@ class Flows:
                 along[k] *= -line.area / model.thermal_resistivity(i)
             elif line.box.material.resistivity is not None:
                 along[k] *= -line.area / self.layout.resistivity(i, warm[k])
-        return np.concatenate([through, along])
+        return np.concatenate([currents, along])
 
     def through(self, probe: Probe) -> tuple[np.ndarray, np.ndarray]:
         """The flow through a probe: into the solid on its surface, along the positive axis inside."""
@@ -113,13 +113,13 @@ class Flows:
         the mean of both sides that carry something."""
         axis, at = touch.normal, touch.lower[touch.normal]
         above = self.layout.lines[touch.line].lower[axis] == at
-        beyond = [
+        opposite = [
             i for i, line in enumerate(self.layout.lines)
             if (line.upper if above else line.lower)[axis] == at and _common(touch, line)
         ]  # fmt: skip
-        if not beyond:
+        if not opposite:
             return 1.0
-        carried = not self.electric or any(i in self.live for i in beyond)
+        carried = not self.electric or any(i in self.live for i in opposite)
         return (1.0 if above else -1.0) * (0.5 if carried and (not self.electric or touch.line in self.live) else 1.0)
 
     @cached_property

@@ -53,8 +53,8 @@ class Line:
     @property
     def sides(self) -> tuple[float, float]:
         """The two extents of the cross-section (m)."""
-        one, other = (self.upper[d] - self.lower[d] for d in range(3) if d != self.axis)
-        return one, other
+        first, second = (self.upper[d] - self.lower[d] for d in range(3) if d != self.axis)
+        return first, second
 
     @property
     def area(self) -> float:
@@ -262,8 +262,8 @@ class _Cutting:
         return contacts
 
     def _area(self, face: Cells, normal: int) -> float:
-        one, other = (self._length(face, d) for d in range(3) if d != normal)
-        return one * other
+        first, second = (self._length(face, d) for d in range(3) if d != normal)
+        return first * second
 
     def _axes(self) -> list[int]:
         """The axis of each part's line."""

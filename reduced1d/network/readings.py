@@ -129,8 +129,8 @@ class Reader:
             if alike:
                 row = self._along(touch.line, a, b) - self._along(other.line, a, b)
             else:
-                beyond = self._along(other.line, other.start, other.stop)
-                row = self.e.mean(touch.line, touch.start, touch.stop) - beyond
+                outside = self._along(other.line, other.start, other.stop)
+                row = self.e.mean(touch.line, touch.start, touch.stop) - outside
             beyond_it = other.half * self._resistivity(other.line) + contact
             return row, given, half_resistance / (half_resistance + beyond_it)
         boundary = self.layout.scene.boundaries[other.boundary]

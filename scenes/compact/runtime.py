@@ -141,7 +141,7 @@ class CompactModel:
 
     def _named(self, rows: np.ndarray, inputs: np.ndarray) -> dict[str, np.ndarray]:
         each = [self.named(row) for row in rows]
-        outputs = {name: np.array([one[name] for one in each]) for name in self.outputs}
+        outputs = {name: np.array([step[name] for step in each]) for name in self.outputs}
         for values, entry in zip(inputs.T, self.inputs.values(), strict=True):
             low, high = entry["range"]
             small = 1e-9 * max(abs(low), abs(high))

@@ -119,9 +119,9 @@ class Grid:
             return None
         (axis,) = flat
         planes, at = self.planes[axis], item.lower[axis]
-        within = planes[0] - self.small[axis] <= at <= planes[-1] + self.small[axis]
+        hit = planes[0] - self.small[axis] <= at <= planes[-1] + self.small[axis]
         spans = [self.span(d, item.lower[d], item.upper[d]) for d in range(3)]
-        ranges = [np.arange(a, max(a, b) if within else a) for a, b in spans]
+        ranges = [np.arange(a, max(a, b) if hit else a) for a, b in spans]
         cells, sides = self.owner if values is None else values, []
         for cell in (spans[axis][0] - 1, spans[axis][0]):
             ranges[axis] = np.array([cell])

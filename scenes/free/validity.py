@@ -254,7 +254,7 @@ def _check_flow(grid: Grid, probe: Probe) -> None:
 def _refuse_infinite(grid: Grid, probe: Probe, sheet: Sheet) -> None:
     """Where two fixed temperatures meet at an edge, heat flows like one over the distance: without bound through one of
     them, or through a section that ends there; what passes both together is finite."""
-    through = sheet.edges(sheet.beside(grid.solid))
+    crossing = sheet.edges(sheet.beside(grid.solid))
     earlier: list[tuple[Boundary, tuple[np.ndarray, np.ndarray]]] = []
     for a in (b for b in grid.scene.boundaries if b.kind == "temperature"):
         face_sheet = grid.sheet(a)
@@ -263,9 +263,9 @@ def _refuse_infinite(grid: Grid, probe: Probe, sheet: Sheet) -> None:
         for b, of_b in earlier:
             if a.value == b.value:
                 continue
-            meet = np.intersect1d(np.intersect1d(of_a[0], of_b[0]), through[0])
+            meet = np.intersect1d(np.intersect1d(of_a[0], of_b[0]), crossing[0])
             around = [faces[np.isin(edges, meet)] for edges, faces in (of_a, of_b)]
-            if not np.isin(np.concatenate(around), through[1]).all():
+            if not np.isin(np.concatenate(around), crossing[1]).all():
                 raise SceneError(
                     f"probe {quoted(probe.name)} reaches the edge at which boundaries {quoted(b.name)} and "
                     f"{quoted(a.name)} meet with different temperatures, where infinite heat flows: leave a gap "

@@ -25,8 +25,8 @@ def currents(voltage: np.ndarray, resistance: np.ndarray, ground: float) -> np.n
     """(..., 2): the currents (A) of (sink, sensor) for voltages (V) and resistances (ohm) of the same shape."""
     if not ground:
         return np.asarray(voltage / resistance)
-    through = (voltage / resistance).sum(axis=-1, keepdims=True)
-    drop = ground * through / (1 + ground * (1 / resistance).sum(axis=-1, keepdims=True))
+    total = (voltage / resistance).sum(axis=-1, keepdims=True)
+    drop = ground * total / (1 + ground * (1 / resistance).sum(axis=-1, keepdims=True))
     return np.asarray((voltage - drop) / resistance)
 
 

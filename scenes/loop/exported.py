@@ -194,10 +194,10 @@ class _Judge:
         # What the loop's own errors make of currents and resistances, one after the other.
         off = {name: np.zeros_like(values) for name, values in exact.items()}
         for e, film in enumerate(FILMS):
-            one = np.eye(2)[e]
+            unit = np.eye(2)[e]
             changed = (
-                self._derived(voltage + errors[f"{film}_V"] * one, temperature),
-                self._derived(voltage, temperature + errors[f"{film}_K"] * one),
+                self._derived(voltage + errors[f"{film}_V"] * unit, temperature),
+                self._derived(voltage, temperature + errors[f"{film}_K"] * unit),
             )
             for name in off:
                 off[name] += sum(np.abs(other[name] - exact[name]) for other in changed)

@@ -172,11 +172,11 @@ class Run:
         earlier = int(np.searchsorted(time, start + 0.9 * (time[-1] - start)))
         drift = float(np.abs(values[earlier:] - values[-1]).max())
         change = abs(getattr(self.after, quantity) - getattr(self.before, quantity))
-        rest = (4 * change * self.left if self.left < 0.1 else math.inf) if change else 0.0
+        rest = (4 * change * self.remaining if self.remaining < 0.1 else math.inf) if change else 0.0
         return float(values[-1]), max(drift, rest)
 
     @property
-    def left(self) -> float:
+    def remaining(self) -> float:
         """What is left of the loop's slowest mode at the end of the run; infinite where it grows."""
         return math.exp(-self.decay * self.watched) if math.isfinite(self.watched) else math.inf
 

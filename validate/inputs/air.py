@@ -127,8 +127,8 @@ class _Runs:
 
     def lumped(self, name: str, coefficient: float) -> Estimate:
         """Of a quantity in the steady state."""
-        key, one = QUANTITIES[name], self._at(float(coefficient))[1].steady[QUANTITIES[name]].value
-        left_out, ratio = self.left_out(name, coefficient), one / self.bare_1d.steady[key].value
+        key, value = QUANTITIES[name], self._at(float(coefficient))[1].steady[QUANTITIES[name]].value
+        left_out, ratio = self.left_out(name, coefficient), value / self.bare_1d.steady[key].value
         return Estimate(ratio * (1 + left_out.value) - 1, ratio * left_out.error)
 
     def course(self, name: str, coefficient: float) -> tuple[np.ndarray, np.ndarray, float]:

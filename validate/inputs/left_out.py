@@ -286,9 +286,9 @@ def _sentence(subject: _Subject, ranked: dict[str, Found]) -> str:
         return "Of what both models leave out the scene has all that can be solved."
     said = []
     for where, inside in (("In air", True), ("In vacuum", False)):
-        those = [each for name, each in ranked.items() if (name in IN_AIR) is inside]
-        if those:
-            said.append(f"{where} {_does(subject, those[0], len(those))}.")
+        effects = [each for name, each in ranked.items() if (name in IN_AIR) is inside]
+        if effects:
+            said.append(f"{where} {_does(subject, effects[0], len(effects))}.")
     return " ".join(said)
 
 

@@ -102,9 +102,9 @@ def judged(checks: Sequence[Check], propagated: Propagated) -> tuple[Check, ...]
     return tuple(made)
 
 
-def _top(scene: AnyScene, three: Result, name: str) -> float:
+def _top(scene: AnyScene, fem3d: Result, name: str) -> float:
     """The time (s) at which a 3D quantity is largest, a temperature above the start, once its errors hold."""
-    traces = three.over_time
+    traces = fem3d.over_time
     late = traces.sure(traces.time)
     initial = next(
         (scene.initial_temperature for p in scene.probes if p.name == name and p.quantity == "temperature"), 0.0

@@ -12,7 +12,7 @@ from scenes.model import AnyScene
 from scenes.result import Estimate, Result
 from scenes.varied import neighbour
 from validate.inputs.calibration import Modelled
-from validate.inputs.propagation import STEP, In_units
+from validate.inputs.propagation import STEP, SlopesInUnits
 from validate.inputs.sensitivities import Sensitivities, of_free
 from validate.models import Model
 from validate.models.slopes import follow
@@ -27,7 +27,7 @@ def above(scene: AnyScene, key: str, over_time: bool) -> float:
     return (floor_of(scene, neighbour(scene, key, STEP)) - floor_of(scene, scene)) / STEP
 
 
-def of_3d(scene: AnyScene, sensitivities: Sensitivities) -> In_units:
+def of_3d(scene: AnyScene, sensitivities: Sensitivities) -> SlopesInUnits:
     """Of 3D, which has slopes of rises."""
     thermal = {probe.name for probe in scene.probes if probe.quantity == "temperature"}
 
@@ -49,7 +49,7 @@ def of_3d(scene: AnyScene, sensitivities: Sensitivities) -> In_units:
     return slope_of
 
 
-def of_model(scene: AnyScene, model: Model) -> In_units:
+def of_model(scene: AnyScene, model: Model) -> SlopesInUnits:
     """Of a user's own model, by differences."""
     solved: dict[tuple[str, bytes], dict[str, np.ndarray]] = {}
 
@@ -71,7 +71,7 @@ def of_model(scene: AnyScene, model: Model) -> In_units:
     return slope_of
 
 
-def moved(scene: AnyScene, result: Result, slopes: In_units, key: str, step: float) -> Result:
+def moved(scene: AnyScene, result: Result, slopes: SlopesInUnits, key: str, step: float) -> Result:
     """A result as it would be, to first order, with one key larger by a relative step."""
     at_rest = np.array([np.inf])
     steady = {

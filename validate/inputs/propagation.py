@@ -68,21 +68,21 @@ def propagated(
 ) -> Propagated:
     """The u_input of the quantities of both models, by their values, and of their differences."""
     keys, covariance = list(uncertain.relative), uncertain.covariance()
-    three: dict[str, np.ndarray] = {}
-    one: dict[str, np.ndarray] = {}
-    for model, result, into in (("fem3d", fem3d, three), ("reduced1d", reduced1d, one)):
+    by_name_3d: dict[str, np.ndarray] = {}
+    by_name_1d: dict[str, np.ndarray] = {}
+    for model, result, into in (("fem3d", fem3d, by_name_3d), ("reduced1d", reduced1d, by_name_1d)):
         for name in result or ():
             slopes = [_slope(sensitivities, key, name, model) for key in keys]
             if all(s is not None for s in slopes):
                 into[name] = np.array(slopes, float)
-    u_3d = {n: abs(fem3d[n].value) * combined(s, covariance) for n, s in three.items()} if fem3d else {}
-    u_1d = {n: abs(reduced1d[n].value) * combined(s, covariance) for n, s in one.items()} if reduced1d else {}
+    u_3d = {n: abs(fem3d[n].value) * combined(s, covariance) for n, s in by_name_3d.items()} if fem3d else {}
+    u_1d = {n: abs(reduced1d[n].value) * combined(s, covariance) for n, s in by_name_1d.items()} if reduced1d else {}
     apart = {}
     if fem3d and reduced1d:
-        for name in [n for n in three if n in one]:
+        for name in [n for n in by_name_3d if n in by_name_1d]:
             ratio = reduced1d[name].value / fem3d[name].value
-            apart[name] = abs(ratio) * combined(one[name] - three[name], covariance)
-    most = {n: _most(keys, s, covariance) for n, s in (one | three).items()}
+            apart[name] = abs(ratio) * combined(by_name_1d[name] - by_name_3d[name], covariance)
+    most = {n: _most(keys, s, covariance) for n, s in (by_name_1d | by_name_3d).items()}
     return Propagated(uncertain, sensitivities, u_3d, u_1d, apart, most)
 
 
@@ -185,6 +185,11 @@ def _by_differences(uncertain: Uncertain, differences: Callable[[str, float], Ma
         more, less = (differences(key, sign * STEP) for sign in (1, -1))
         for name, value in more.items():
             slopes.setdefault(name, []).append((value - less[name]) / (2 * STEP))
+    return _combined_finite(slopes, uncertain)
+
+
+def _combined_finite(slopes: Mapping[str, Sequence[float]], uncertain: Uncertain) -> dict[str, float]:
+    """The u_input of numbers by name, from their slopes by each key; of those that have all of these."""
     covariance = uncertain.covariance()
     return {
         name: combined(np.array(by_key), covariance) for name, by_key in slopes.items() if np.isfinite(by_key).all()
@@ -202,10 +207,7 @@ def judged_device(
         more, less = (differences(varied(device, key, 1 + sign * step)) for sign in (1, -1))
         for name, value in more.items():
             slopes.setdefault(name, []).append((value - less[name]) / (2 * step) if value != less[name] else 0.0)
-    covariance = inputs.uncertain.covariance()
-    u_inputs = {
-        name: combined(np.array(by_key), covariance) for name, by_key in slopes.items() if np.isfinite(by_key).all()
-    }
+    u_inputs = _combined_finite(slopes, inputs.uncertain)
     u_inputs |= {check: inputs.difference[name] for check, name in OF_3D.items() if name in inputs.difference}
     return tuple(replace(check, u_input=u_inputs.get(check.id)) for check in checks)
 
@@ -225,12 +227,12 @@ def moved(result: Result, sink: Sink, sensitivities: Sensitivities, key: str, st
     return replace(result, steady=steady, traces=traces)
 
 
-In_units = Callable[[str, str, np.ndarray, np.ndarray], np.ndarray]
+SlopesInUnits = Callable[[str, str, np.ndarray, np.ndarray], np.ndarray]
 """(times,): d quantity / d ln key in the quantity's unit, of a key and a quantity, at times (s) with its values there;
 not a number where it isn't known."""
 
 
-def u_input(uncertain: Uncertain, slopes: In_units) -> Callable[[str, np.ndarray, np.ndarray], np.ndarray]:
+def u_input(uncertain: Uncertain, slopes: SlopesInUnits) -> Callable[[str, np.ndarray, np.ndarray], np.ndarray]:
     """What the uncertainties of the inputs make of a quantity at times (s), with its values there: (times,)."""
     covariance = uncertain.covariance()
 
@@ -241,7 +243,7 @@ def u_input(uncertain: Uncertain, slopes: In_units) -> Callable[[str, np.ndarray
     return u_of
 
 
-def in_units(sink: Sink, sensitivities: Sensitivities, model: str) -> In_units:
+def in_units(sink: Sink, sensitivities: Sensitivities, model: str) -> SlopesInUnits:
     """Of the traces of a model of a sink."""
 
     def slope_of(key: str, name: str, times: np.ndarray, values: np.ndarray) -> np.ndarray:

@@ -151,14 +151,14 @@ def of_sink(
         if own_model is not None and fem3d is not None:
             from validate.models.slopes import of_sink as slopes_of
 
-            of_one, course1d, silent = slopes_of(own_model, sink, fem3d, reduced1d, times)
+            by_key, course1d, silent = slopes_of(own_model, sink, fem3d, reduced1d, times)
             left_out |= silent
         else:
             from reduced1d import slopes
 
             over_time = times if reduced1d.model == "paper" else None
-            of_one, course1d = slopes.of_sink(sink, reduced1d.model, keys, over_time)
-        for key, values in of_one.items():
+            by_key, course1d = slopes.of_sink(sink, reduced1d.model, keys, over_time)
+        for key, values in by_key.items():
             before = steady[key]
             steady[key] = before | {
                 name: Slope(before[name].fem3d if name in before else None, value) for name, value in values.items()
@@ -195,13 +195,13 @@ def of_device(device: Device, in_3d: Model | None) -> Sensitivities:
     """The sensitivities of the device's steady state in 1D and, with its few states, in 3D."""
     from reduced1d import slopes
 
-    in_1d, left_out, three = slopes.of_device(device), dict[str, str](), dict[str, dict[str, Estimate]]()
+    in_1d, left_out, by_key_3d = slopes.of_device(device), dict[str, str](), dict[str, dict[str, Estimate]]()
     if in_3d is not None:
         from fem3d.device import sensitivity
 
-        three, left_out = sensitivity.of_device(device, in_3d)
+        by_key_3d, left_out = sensitivity.of_device(device, in_3d)
     steady = {
-        key: {name: Slope(three.get(key, {}).get(name), value) for name, value in by_name.items()}
+        key: {name: Slope(by_key_3d.get(key, {}).get(name), value) for name, value in by_name.items()}
         for key, by_name in in_1d.items()
     }
     return Sensitivities(numbers(device), steady, left_out=left_out)

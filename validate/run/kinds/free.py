@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from compare.verdict import Check
     from scenes.result import Estimate, Result
     from validate.inputs.calibration import Fit, Modelled
-    from validate.inputs.propagation import Estimates, In_units, Propagated
+    from validate.inputs.propagation import Estimates, Propagated, SlopesInUnits
     from validate.inputs.sensitivities import Sensitivities
     from validate.models import Asked, Model
 
@@ -223,7 +223,7 @@ def models(outcome: Outcome[AnyScene]) -> dict[str, Result]:
     return {"3D": outcome.solved, **({"1D": reduced1d} if reduced1d is not None else {})}
 
 
-def slopes(outcome: Outcome[AnyScene], derivatives: Sensitivities) -> dict[str, In_units]:
+def slopes(outcome: Outcome[AnyScene], derivatives: Sensitivities) -> dict[str, SlopesInUnits]:
     """How the probes follow a key by each model, in their units."""
     from validate.inputs import probe_traces
 

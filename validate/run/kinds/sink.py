@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from reduced1d.ladder.levels import Levels
     from scenes.result import Result
     from validate.inputs.calibration import Modelled
-    from validate.inputs.propagation import Estimates, In_units, Propagated
+    from validate.inputs.propagation import Estimates, Propagated, SlopesInUnits
     from validate.inputs.sensitivities import Sensitivities
 
 PYTHON = "compare.run"
@@ -250,7 +250,7 @@ def models(outcome: Outcome[Sink]) -> dict[str, Result]:
     return {name: result for name, result in both.items() if result is not None}
 
 
-def slopes(outcome: Outcome[Sink], derivatives: Sensitivities) -> dict[str, In_units]:
+def slopes(outcome: Outcome[Sink], derivatives: Sensitivities) -> dict[str, SlopesInUnits]:
     """How the traces of each model follow a key, in their units."""
     from validate.inputs.propagation import in_units
 
