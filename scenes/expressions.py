@@ -31,7 +31,7 @@ LARGEST_EXPONENT = 100
 MOST_BITS = 4000
 """Exact fractions with more bits in numerator or denominator are rounded to a double."""
 ROOTS = 12
-"""Exponents of units are multiples of 1/2, 1/3 ... 1/12, as rational ones are."""
+"""Exponents of units are rational, with denominators of at most this."""
 
 FUNCTIONS = ("sqrt", "min", "max")
 PI = "pi"

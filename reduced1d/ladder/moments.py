@@ -25,7 +25,8 @@ PLATE_STATES = 24
 
 _DEPENDENT = 1e-10  # A field whose part outside the span of earlier ones is smaller (relative) is left out.
 _SETTLED = 1e-9  # The search for the steady state ends with a change below this part of the rise.
-_PATTERN = 1e-6  # The search for the pattern of the current's heat ends so: it converges by far more a step.
+_PATTERN = 1e-6
+"""The search for the pattern of the current's heat ends with this change: each of its steps gains far more."""
 _MOST_PATTERNS = 30  # The most steps of that search.
 
 

@@ -20,7 +20,7 @@ Values = Mapping[str, Any]
 S = TypeVar("S", m.Scene, m.MeshScene)
 
 MOST_BOXES = 2_000
-"""A row of this many takes 1.2 GB, 10 s of processor time, and a file of 0.2 MB."""
+"""The most boxes: a row of this many takes 1.2 GB, 10 s of processor time, and a file of 0.2 MB."""
 
 
 def check_number(boxes: int) -> None:

@@ -29,8 +29,8 @@ from validate.inputs.sensitivities import QUANTITIES, Sensitivities, of_sink
 
 STEP = 1e-4  # Relative step of a key in central differences of formulas; its relative error is the square.
 BENT, SHARE = 0.1, 0.3
-"""The second-order part is remarked where it exceeds the first of the first-order one, and this the second of
-u_input."""
+"""A key's effect counts as bent where its second-order part exceeds this part of the first-order one, and the
+first-order one this part of u_input."""
 PROFILE = "fig5"
 """The check of the profile, whose derivatives are computed on their own."""
 WIDEST = 0.1  # The largest relative step of a key by which a device is moved to either side.
@@ -44,8 +44,8 @@ BALANCE = "energy"
 
 Estimates = Mapping[str, Estimate]
 SURELY, MATTERS = 3.0, 0.05
-"""Linear propagation is called off where the samples' deviation differs by this many standard errors and this part of
-u_input."""
+"""Linear propagation counts as wrong where the samples' deviation differs by more than this many standard errors, and
+this part of u_input."""
 ROUNDING = 1e-9  # Samples that spread by less than this part of the value differ by rounding alone.
 FURTHEST = 0.95  # A sample changes a value by this part of it at most: no size becomes negative.
 

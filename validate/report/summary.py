@@ -24,7 +24,7 @@ _ANALYSES = {
     "calibration": "fit", "validation": "validation", "air": "air", "left_out": "left_out",
     "sensitivities": "sensitivities", "against": "against",
 }  # fmt: skip
-"""Entries of summary.json, by the field of an Outcome that makes each."""
+"""Entries of summary.json, with the field of an Outcome that makes each."""
 
 
 def write_document(path: Path, content: dict[str, Any]) -> None:

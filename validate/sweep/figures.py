@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from validate.sweep.mapping import Map
 
 _LOST: dict[str, Any] = {"marker": "x", "ls": "", "color": "#d55e00", "ms": 5, "clip_on": False}
-DRAWS = 4096  # Points of the surface from which the indices are estimated.
+DRAWS = 4096  # Points of the surface, which costs nothing to ask, from which the indices are estimated.
 SPECK = 1e-9
 """Patches whose side of the tolerance no point confirms are drawn on the other side, by this relative distance."""
 BROAD = 30  # Characters of a line of an axis's label: the smallest panel's side.
