@@ -207,8 +207,7 @@ def answered(
     sink: Sink, fem3d: Result | None, reduced1d: Result | None, checks: Iterable[Check], split: Budget | None = None,
     levels: Levels | None = None,
 ) -> tuple[str, str]:  # fmt: skip
-    """The answer, and why the ladder was not asked (empty where it was); ``split`` is its answer if known, ``levels``
-    the sink's."""
+    """The answer, and why the ladder was not asked, if so; ``split`` and ``levels`` are those known already."""
     if reduced1d is None or fem3d is None:
         return _of_one_model(fem3d, reduced1d), ""
     if not fem3d.steady["peak_rise_K"].value:

@@ -1,5 +1,4 @@
-"""The paper's claims on Figures 9 to 14 and meters: predicted is the paper, measured 1D. Meters' claims are
-one-sided."""
+"""The paper's claims on Figures 9 to 14 and (one-sided) on meters: predicted is the paper, measured 1D."""
 
 from __future__ import annotations
 

@@ -26,11 +26,9 @@ from scenes.result import Estimate, Result
 
 REST = "what lines cannot say"
 FELT = 1e-3
-"""Relative to the largest rise (or potential) at any joint: a joint whose drop would change by less keeps its own
-resistance."""
+"""Joints whose drop would change by less than this, of the largest rise (or potential), keep their resistance."""
 KNOWN = (3e-3, 0.1)
-"""Relative accuracies asked of the 3D temperatures and flows at joints; the second where the first needs too large a
-mesh."""
+"""Accuracies asked of 3D's temperatures and flows at joints; the second where the first takes too large a mesh."""
 LEAST = 0.02
 """Joints that carry less than this part of the largest flow (by hand) are not measured in 3D."""
 
@@ -76,8 +74,7 @@ def _probed(scene: Scene, joints: list[Place]) -> Scene:
 def _changes(
     scene: Scene, joints: list[Place], in_3d: dict[str, Estimate], by_hand: dict[str, Estimate]
 ) -> list[tuple[Place, float, float]]:
-    """The joints with 3D's resistances (K/W or ohm) and how far their change is uncertain, the largest change of drop
-    first."""
+    """The joints with 3D's resistances (K/W or ohm) and their uncertainty, the largest change of drop first."""
 
     def drop(place: Place, values: dict[str, Estimate]) -> float:
         if place.other is not None:

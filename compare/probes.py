@@ -20,8 +20,7 @@ from scenes.model import OVER_TIME, Declared
 from scenes.result import Estimate, Result, Traces
 
 NEAR = 0.2
-"""Degrees Celsius or a rise are suspected in place of kelvins where reading them so leaves less than this part of the
-difference."""
+"""Values are called degrees Celsius or rises where that leaves less than this part of their difference."""
 
 
 @dataclass(frozen=True)
@@ -103,8 +102,7 @@ class Both:
         )  # fmt: skip
 
     def _largest(self, name: str, course: Course) -> Estimate:
-        """3D's largest value, at its own times and the course's, so that every model's differences have the same
-        scale."""
+        """3D's largest value, at its times and the course's: the same scale for every model."""
         fem3d = self.fem3d.over_time
         rows = fem3d.values[name][fem3d.sure(fem3d.time)] - self.quantities.base(name)
         values, beyond = np.append(course.fem3d, rows), np.append(course.beyond, np.zeros(len(rows)))

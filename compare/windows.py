@@ -23,8 +23,7 @@ import numpy as np
 from compare.verdict import COVERS
 
 MOST = 16
-"""The most windows that a trace is cut into: each stays a small part of the rise, and the worst one's factor below
-3."""
+"""The most windows of a trace: each stays a small part of the rise, and the worst one's factor below 3."""
 _LESS, _MORE = 0.2, 0.05
 """A scatter from row to row that is as small, or as large, in so many cases by chance is not taken for that of u. Small
 ones are doubted sooner: to take what rows share for scatter makes an interval too narrow, the reverse too wide. With
@@ -37,8 +36,7 @@ _PER_DEGREE = 35 / 18
 """Second differences that tell as much of the scatter as one independent number, as they share rows: the sum of the
 squares of their correlations, 1 + 2 (2/3)^2 + 2 (1/6)^2."""
 _SHARED = np.linspace(0, 6, 121)
-"""Values (standard deviations) of the error that all windows share, at which an integral over it is summed; its
-integrand is even."""
+"""Values (standard deviations) of the shared error at which an integral over it, of an even function, is summed."""
 _LEAST = 0.05
 """The smallest scatter, as a part of u, in the integral: below it nothing changes, and the sum would not resolve it."""
 
@@ -155,8 +153,7 @@ def _seen(time: np.ndarray, r: np.ndarray, step: int) -> float:
 
 
 def _mean_square(degrees: float, p: float) -> float:
-    """The quantile of the mean square of independent normal numbers (Wilson and Hilferty, Proc. Natl. Acad. Sci. 17,
-    1931)."""
+    """The quantile of a mean square of normal numbers (Wilson and Hilferty, Proc. Natl. Acad. Sci. 17, 1931)."""
     from scipy.special import ndtri
 
     spread = 2 / (9 * degrees)

@@ -35,8 +35,7 @@ def air_conductance(sink: Sink) -> float:
 
 
 def gap_conductance(sink: Sink) -> float:
-    """Conductance (W/K) from the beam's underside through the gap's gas to a substrate at room temperature, lumped as
-    the air's."""
+    """Conductance (W/K) of the gap's gas from the beam to a substrate at room temperature, lumped as the air's."""
     return sink.gap_coefficient * sink.length * sink.width
 
 

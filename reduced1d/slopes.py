@@ -61,8 +61,7 @@ def _slope(more: float | np.ndarray, less: float | np.ndarray) -> np.ndarray:
 
 
 def of_device(device: Device) -> dict[str, dict[str, float]]:
-    """d ln quantity / d ln key of the steady state after the outer step, by key and quantity; zero quantities have
-    none."""
+    """d ln quantity / d ln key of the final steady state, by key and quantity; zero quantities have none."""
     slopes: dict[str, dict[str, float]] = {}
     for key in numbers(device):
         more, less = (steady_state(neighbour(device, key, step)) for step in (STEP, -STEP))

@@ -15,11 +15,9 @@ from scenes.errors import NumericsError
 from scenes.units import LENGTH
 
 _TERMS = 40
-"""Terms of each sum per ratio of the plate's side to the source's. The rest falls as their square; half as many terms
-tell how large it is."""
+"""Terms of each sum per ratio of plate to source. The rest falls as their square, which half as many terms tell."""
 _FAR = 6
-"""Plate sides farther away than this many thicknesses don't matter: their reflection falls by exp(-pi) over each, to
-6e-9."""
+"""Sides farther away than so many thicknesses don't matter: a reflection falls by exp(-pi) over each, to 6e-9."""
 _MOST = 500_000_000
 """The most terms of a sum, some three seconds: for a plate 500 times as wide as the source and as thick."""
 

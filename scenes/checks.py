@@ -39,8 +39,7 @@ ISLAND_TOLERANCES: dict[str, float] = {
     for when in ("", "_over_time")
     for check in (*OF_THE_ROW, "islands_equivalent")
 }
-"""The tolerances of a row of spans, which has these checks and the energy's. The current's is an equation's: Ohm's law
-of the row."""
+"""Tolerances of a row of spans, beside the energy's. The current's is an equation's: Ohm's law of the row."""
 
 AIR_TOLERANCES: dict[str, float] = {"air_peak": 0.05, "air_mean": 0.05, "air_end": 0.05, "air_current": 0.02}
 """Tolerances of what leaving out the air changes."""

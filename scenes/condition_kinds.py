@@ -1,5 +1,4 @@
-"""Kinds of value of conditions and contacts: values that vary in time, a face's surroundings, a contact's
-resistance."""
+"""Kinds of value of conditions: what varies in time, a face's surroundings, a contact's resistance."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""Reading files that a user names so that none can exhaust the machine: real files only, of bounded size and TOML
-depth."""
+"""Reading files that users name so that none exhausts the machine: real files, of bounded size and TOML depth."""
 
 from __future__ import annotations
 
@@ -38,8 +37,7 @@ def contents(path: Path, most: int, called: str, instead: str) -> bytes:
 
 
 def parsed(text: str) -> dict[str, Any]:
-    """The document of a TOML text. ValueError or RecursionError for none, SceneError for keys of over `DEEPEST`
-    parts."""
+    """The document of a TOML text. ValueError, RecursionError; SceneError for keys of over `DEEPEST` parts."""
     if deep := _DEEP.search(text):
         line = text.count("\n", 0, deep.start()) + 1
         raise SceneError(f"line {line} has more than {DEEPEST} names joined by dots: no key of a scene is that long")

@@ -64,8 +64,7 @@ def load(source: str | Path, overrides: Sequence[str] = (), *, of: SceneType[Any
 
 
 def load_free(source: str | Path, overrides: Sequence[str] = ()) -> AnyScene:
-    """The same of a free scene by an example's name or a file; the mesh of one with a [mesh] lies beside it, and is not
-    read."""
+    """The same of a free scene, an example or a file; the mesh of a [mesh] lies beside it and is not read."""
     from scenes import free
 
     content, name, folder = document(source, examples())
@@ -102,8 +101,7 @@ def type_of_file(content: Mapping[str, Any]) -> SceneType[Any] | None:
 
 
 def overridden(scene: T, overrides: Sequence[str]) -> T:
-    """A scene with "KEY=VALUE" overrides as `load` applies them, checked; parameters move what they make. Raises
-    SceneError."""
+    """A scene with "KEY=VALUE" overrides as `load` has them, checked; parameters move all. Raises SceneError."""
     changed: Any = scene
     if not overrides:
         return check(changed) if changed.kind in OF_KIND else changed

@@ -130,8 +130,7 @@ def refuse_faces(scene: AnyScene, what: str) -> None:
 
 
 def refuse_following(scene: AnyScene, over_time: bool) -> None:
-    """Refuses what 3D can't do yet: an ambient that varies in time beside a coefficient that follows the
-    temperature."""
+    """Refuses an ambient that varies in time beside a coefficient that follows the temperature."""
     for b in scene.boundaries if over_time else ():
         if bends(b) and isinstance(b.ambient, Schedule):
             raise SceneError(
@@ -141,8 +140,7 @@ def refuse_following(scene: AnyScene, over_time: bool) -> None:
 
 
 def refuse_laws(used: Iterable[Material], what: str, instead: str = "") -> None:
-    """Refuses laws and properties that differ along axes, as ``what`` takes plain numbers; ``instead`` says what else
-    can be done."""
+    """Refuses laws and properties that differ along axes, for ``what``; ``instead`` says what can be done."""
     for material in used:
         for key, given in material.given():
             if not laws.is_plain(given):
@@ -163,8 +161,7 @@ def refuse_directions(used: Iterable[Material], what: str) -> None:
 
 
 def potential_of(boundary: Boundary | GroupBoundary) -> Value | str:
-    """Identifies an electrode's potential without current: its voltage, or a name of its own where the current is
-    given."""
+    """Identifies an electrode's potential without current: its voltage, or else a name of its own."""
     return f"that of {boundary.name}" if boundary.series_resistance == math.inf else boundary.value
 
 

@@ -13,8 +13,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Export:
-    """A compact model to make: its folder, relative accuracy, and number of states (None: as few as hold the
-    accuracy)."""
+    """A compact model to make: folder, relative accuracy, number of states (None: as few as hold that)."""
 
     folder: Path
     accuracy: float

@@ -331,8 +331,7 @@ def _find(table: str, rest: str, items: object) -> tuple[dict[str, Any], list[st
 
 
 def _put(item: dict[str, Any], path: list[str], value: object) -> None:
-    """Sets a key, one within a table such as convection, or a coordinate of a point; a condition given so takes the
-    place of no other."""
+    """Sets a key, one of a table or a coordinate of a point; a condition set so replaces no other."""
     *tables, key = path
     for table in tables:
         inner = item.get(table)

@@ -317,8 +317,7 @@ def _boundaries(sink: Sink, boxes: tuple[Box, ...]) -> tuple[Boundary, ...]:
 
 
 def _radiating(sink: Sink, parts: list[Box]) -> Iterator[Boundary]:
-    """The faces of beam and pads that radiate: they do so where they are bare, but for the electrodes at the pads'
-    edges."""
+    """The faces of beam and pads that radiate: where they are bare, except electrodes at the pads' edges."""
     leads = {("pad-0", 1, 0), ("pad-1", 1, 1)} if sink.electrodes == "pad-edge" else set()
     for part in parts:
         for axis, side in product(range(3), range(2)):

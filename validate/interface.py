@@ -190,8 +190,7 @@ class Solution(_Found["AnyScene"]):
 
 
 class DeviceRun(_Found[Device]):
-    """What a device's run found; ``outcome.runs.base.result`` is the model's answer, ``traces`` have a row per
-    sample."""
+    """What a device's run found; ``outcome.runs.base.result`` is the answer, ``traces`` have a row per sample."""
 
 
 def run(

@@ -169,8 +169,7 @@ class Design:
 
 
 def answer(device: Device, largest_voltage: float = np.inf, largest_power: float = np.inf) -> Design:
-    """The answers for a device with a sensor's largest voltage (V) and power (W); ArithmeticError where its numerics
-    fail."""
+    """The answers for a largest sensor voltage (V) and power (W); ArithmeticError where the numerics fail."""
     external = device.external
     span = abs(device.control.set_temperature - external.final_temperature)
     limits: list[GainLimits] = []
@@ -214,8 +213,7 @@ def _resolves(step: ExternalStep, span: float) -> str:
 
 @dataclass(frozen=True)
 class Meter:
-    """Ranges as (full scale, resolution), ascending: ``voltage`` in V, ``current`` in A; and the ``source`` of the
-    numbers."""
+    """Ranges (full scale, resolution), ascending: ``voltage`` in V, ``current`` in A; their ``source``."""
 
     name: str
     voltage: tuple[tuple[float, float], ...]

@@ -38,8 +38,7 @@ REDUCTIONS = {
     "moments": "the plate projected on a few moment-matching fields",
 }
 CONSTANT = ("paper", "anchored")
-"""Reductions that take a property that follows the temperature at room temperature (a resistivity with its slope
-there)."""
+"""Reductions that take properties at room temperature even if they follow it (a resistivity with its slope)."""
 LAWS = ("thermal_conductivity", "resistivity", "specific_heat")
 """The properties of silicon and oxide that may follow the temperature."""
 STATES = 4
@@ -120,8 +119,7 @@ def solve(
 
 
 def refuse(sink: Sink, name: str) -> None:
-    """Raises SceneError for a (canonical) reduction that isn't made of a row of spans, and for materials that none
-    takes."""
+    """Raises SceneError for a reduction that isn't made of a row of spans, and for materials that none takes."""
     refuse_directions(sink.materials, "a 1D model")
     if sink.spans > 1 and name == "plate":
         raise SceneError(

@@ -28,8 +28,7 @@ THIN = 1e-3
 """A plate counts as thin where the terms that it neglects are at most this part of the anchor resistance."""
 
 ONE_NODE = 0.05
-"""A warning is given where anchors of one node each put the end rise off by more than this (relative) before the steady
-state."""
+"""A larger relative error of the end rise on the way, as each anchor is one node, is warned of."""
 
 SLENDER = 2.0
 """Beams shorter than this many widths get a warning, as the rise then varies across them."""
@@ -129,8 +128,7 @@ def oxide_time(sink: Sink) -> float:
 
 
 def warnings(sink: Sink, remainder: float) -> list[str]:
-    """A sentence for each assumption of the plate that a sink breaks; ``remainder`` estimates what the plate
-    neglects."""
+    """A sentence for each assumption of the plate that a sink breaks; ``remainder`` is what it neglects."""
     sentences = []
     if remainder > THIN:
         sentences.append(

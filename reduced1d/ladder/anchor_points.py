@@ -19,8 +19,7 @@ from reduced1d.ladder.following import Points
 from reduced1d.ladder.plate import Plate
 
 _BINS = 100
-"""Number of intervals of s over and beside the oxide: within one a property varies by second order of their width, 1e-5
-of its change in all."""
+"""Intervals of s over and beside the oxide: the error is of second order in their width, 1e-5 of the change."""
 
 
 def anchor_points(plate: Plate, rise: np.ndarray) -> tuple[Points, float]:

@@ -146,9 +146,8 @@ def steady_state(model: FewStates) -> tuple[np.ndarray, float]:
 
 
 def largest_drive(model: FewStates) -> float:
-    """The largest voltage (V) from rest on with a steady state: infinite unless resistance falls with the rise; of a
-    given current (A) unless it rises. With laws of the temperature it is infinite, and known only where it is
-    exceeded."""
+    """The largest voltage (V) with a steady state: infinite unless resistance falls with the rise; of a given current
+    (A) unless it rises. With laws of the temperature it is infinite, and known only where exceeded."""
     if model.follows is not None:
         return math.inf
     if model.drive.series == math.inf:

@@ -39,8 +39,7 @@ _FOR_LAWS = 3
 """Quadrature points of an element beyond those that products of polynomials take, for laws of the temperature."""
 _PLACES = 41  # Places along a span between which its hottest one is searched.
 _ALIKE = 1e-6
-"""Spans are solved one by one until the effect of the row's end has fallen to this part; the others are taken as
-alike."""
+"""Spans where the effect of the row's end has fallen below this part are taken as alike."""
 
 
 def fin(

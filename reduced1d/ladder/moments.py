@@ -31,8 +31,7 @@ _MOST_PATTERNS = 30  # The most steps of that search.
 
 
 def added(fields: np.ndarray, field: np.ndarray, model: FewStates) -> np.ndarray | None:
-    """Fields (n, states), orthonormal in the model's conductance, with what is new in one more; ``None`` where nothing
-    is."""
+    """Fields (n, states), orthonormal in the model's conductance, with what is new in another; ``None`` if nothing."""
     whole = math.sqrt(field @ (model.conductance @ field))
     # Twice is enough (Kahan) for orthogonality to rounding.
     for _ in range(2):

@@ -17,8 +17,7 @@ import scipy.sparse as sp
 from reduced1d.network.lines import Layout
 
 GROWTH = 2.0
-"""Ratio of neighbouring elements' lengths away from where something begins: fields get smoother in proportion to the
-distance."""
+"""Ratio of neighbouring elements' lengths away from where something begins, as fields get smoother with distance."""
 
 
 class Elements:

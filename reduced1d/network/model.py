@@ -24,8 +24,7 @@ from scenes.errors import NumericsError
 from scenes.model import Scene, Schedule, Value, is_zero
 
 REFINEMENTS = 30
-"""The most iterations for the potentials, by the matrix of resistances averaged over the times that are solved
-together."""
+"""The most iterations for potentials, with the matrix of resistances averaged over the times solved together."""
 ROUNDING = 1e-14  # They end with a change below this part of the largest potential.
 
 

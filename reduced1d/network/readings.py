@@ -24,8 +24,7 @@ FINE = 33
 
 @dataclass(frozen=True, eq=False)
 class Reading:
-    """A probe's value ``unknowns`` u + ``inputs`` x of rises or potentials u; an extreme over ``elements`` has `FINE`
-    rows each."""
+    """A probe's value ``unknowns`` u + ``inputs`` x of rises or potentials; extremes have `FINE` rows per element."""
 
     unknowns: sp.csr_matrix
     inputs: np.ndarray

@@ -18,12 +18,10 @@ from scenes.errors import NumericsError, RunawayError
 
 MOST = 40  # The most Newton steps.
 SETTLED = 1e-13
-"""Newton's method ends with a change below this part of the largest rise and potential: the rounding of sums of a few
-thousand terms."""
+"""Relative change that ends Newton's method: the rounding of sums of a few thousand terms."""
 LONGEST, SHORTEST = 0.25, 1e-7  # Steps along the curve of states, whose whole length is about 1.
 FLAT = 1e-4
-"""The curve is at its largest voltage where its slope is below this: the voltage is then right to the slope's
-square."""
+"""The largest voltage is where the curve's slope is below this: it is then right to the square of it."""
 WIDE = 12  # The most Newton steps for one step along the curve; where they do not suffice a shorter one is tried.
 
 
@@ -65,8 +63,7 @@ def _potential(model: Model, rise: np.ndarray, x: np.ndarray) -> np.ndarray:
 
 
 class _Coupled:
-    """The unknowns z: free rises and potentials in units of the cold state's, and beside them a factor s on the
-    voltages."""
+    """The unknowns z: free rises and potentials in units of the cold state's, and a factor s on the voltages."""
 
     def __init__(self, model: Model, x: np.ndarray) -> None:
         self.model, self.x = model, x

@@ -199,8 +199,7 @@ class CompactModel:
         return new, float(np.abs(new - lower).max(initial=0.0))
 
     def _propagators(self, h: float) -> tuple[np.ndarray, ...]:
-        """phi_1 to phi_3 and the decay over a step (s), phi_1 and the decay over half of it; cached, as steps
-        repeat."""
+        """phi_1 to phi_3 and the decay over a step (s), phi_1 and the decay over half of it; cached."""
         if h not in self._known:
             if len(self._known) >= KEPT:
                 self._known.clear()

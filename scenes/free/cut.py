@@ -9,8 +9,7 @@ from scenes.free.grid import Grid
 
 
 def cut(grid: Grid) -> str:
-    """Where insulating boxes cut the current between electrodes of different voltages, in words; empty where none
-    do."""
+    """Where insulating boxes cut the current between electrodes of different voltages, in words; else ""."""
     labels, voltages = grid.electrified()
     insulating = grid.parts(grid.solid & ~grid.conducting)
     touched: dict[int, set[int]] = {}

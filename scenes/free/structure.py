@@ -19,8 +19,7 @@ from scenes.units import TIME
 
 NARROW = 0.1  # A gap narrower than this part of the thinner box beside it is reported as a likely slip.
 HURRIED = 1e-2
-"""A run is reported as too short where heat diffuses over less than this part of the thinnest box: only surfaces
-warm."""
+"""A run is too short where heat diffuses over less than this part of the thinnest box: only surfaces warm."""
 _MANY = 1_000  # Scenes with more boxes are not searched pair by pair.
 MOST = 20  # Bodies, boundaries and the like that one line names at most.
 _LOST = 1e-6  # A loss below this part of a box's volume is rounding of its corners.

@@ -17,8 +17,7 @@ FIRST_PART, LEAST_PART = 1.0, 1e-3
 """A lead grows in steps, as parts of the whole: the first is all of it; where the steady state can't be followed, steps
 shrink down to the second, to which the end is then known."""
 NEWTON, CLOSE = 20, 1e-9
-"""The most Newton steps; after a relative change below the second only rounding is left, as the error squares at
-each."""
+"""The most Newton steps, and the relative change that ends them: the error squares at each."""
 
 
 def currents(voltage: np.ndarray, resistance: np.ndarray, ground: float) -> np.ndarray:
@@ -53,8 +52,7 @@ def measured(voltage: np.ndarray, resistance: np.ndarray, ground: float) -> np.n
 
 @dataclass(frozen=True, eq=False)
 class Slopes:
-    """Derivatives (2, 2) of each film's resistance (ohm) and voltage (V), by powers (W) and by measured resistances
-    (ohm) of both."""
+    """Derivatives (2, 2) of each film's resistance and voltage by powers (W) and by measured resistances (ohm)."""
 
     power_by_resistance: np.ndarray
     power_by_voltage: np.ndarray

@@ -32,8 +32,7 @@ INSTANTS = 20
 CLOSELY, LEAST = 1e-2, 1e-8
 """Tolerance of each step of the whole model's runs, as a part of the accuracy; and the smallest one."""
 SHIFTS, SOONER = 12, 0.3
-"""Number of times (s) at which responses for the states are taken, from the second times the sample time to the slowest
-time constant."""
+"""Number of times (s) of the states' responses, from the second times the sample time to the slowest one."""
 MORE = 1.25
 """Factor on the number of states where the closed loop needs more than the steps do."""
 

@@ -27,8 +27,7 @@ refused, as it would use up the checks' tolerance."""
 
 @dataclass(frozen=True)
 class Meaning:
-    """What a column is: "time", "ignore", a key of traces.csv or the scene; its unit where that is said, else ""; and
-    whether it is a rise."""
+    """What a column is: "time", "ignore", a key of traces.csv or the scene; its unit if said; whether a rise."""
 
     what: str
     unit: str = ""
@@ -37,8 +36,7 @@ class Meaning:
 
 @dataclass(frozen=True)
 class Match:
-    """A quantity's column, its values in SI units (temperatures in kelvin), and how it was read where that is not
-    plain."""
+    """A quantity's column, its values (SI, temperatures in kelvin), and how it was read if not plainly."""
 
     key: str
     header: str

@@ -133,8 +133,7 @@ def _is_quantity(text: str) -> bool:
 
 
 def _table(path: Path) -> Table:
-    """The columns of a file of any kind; those that are called alike are numbered. The time may stand before every
-    vector."""
+    """The columns of a file; those called alike are numbered. The time may stand before every vector."""
     data = tables.read_bytes(path)
     if any(_is_quantity(text) for text in _pairs(path, data).values()):
         raise SceneError(

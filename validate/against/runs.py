@@ -308,8 +308,7 @@ def _time(
 def _below(
     columns: Sequence[Column], given: Mapping[str, Meaning], time: np.ndarray, subject: Subject, shown: str
 ) -> tuple[list[Parameter], list[Column], dict[str, str]]:  # fmt: skip
-    """Columns that stand for keys of the scene as parameters of the runs below one another, the other columns, and
-    what is left out."""
+    """Columns that are parameters of runs below one another, the other columns, and what is left out."""
     parameters, others, omitted = [], [], {}
     for column in columns:
         meaning = given.get(column.name, Meaning(""))

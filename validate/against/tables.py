@@ -36,8 +36,7 @@ _UNITS = (
     re.compile(r"(?<!\s)\s*+/\s*+([^\s/()\[\]]{1,20})$"),
     re.compile(r"_([^\W_]{1,20})$"),
 )
-"""Where a column's name has its unit, the surest place first: "maxop1(T) (K)", "peak [K]", "T(K)", "T / K",
-"peak_K"."""
+"""Where a column's name has its unit, surest first: "maxop1(T) (K)", "peak [K]", "T(K)", "T / K", "peak_K"."""
 
 _SPACED = (
     r"\t+|\s{2,}",

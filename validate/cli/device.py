@@ -46,8 +46,7 @@ OPTIONS = {
 }  # fmt: skip
 
 OF_THE_EXPORTED = 2.0
-"""Default accuracy of an exported model, over the run's: one part is the run's own error, one what few states leave
-out."""
+"""Default accuracy of an exported model over the run's: one part is the run's, one what few states leave out."""
 
 
 def run(arguments: argparse.Namespace) -> int:

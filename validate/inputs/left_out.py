@@ -31,8 +31,7 @@ if TYPE_CHECKING:
 CLOSE = 1e-4
 """Both solutions have this accuracy or a better one, as the smallest effects are half a percent."""
 ALL = 1e-3
-"""Accuracy of the solution with all effects: with the gas a tenth of the rise is left, so that the change is as
-accurate."""
+"""Accuracy of the solution with all effects: the gas leaves a tenth of the rise, so that the change is as accurate."""
 TOGETHER = "together"
 RANKED = "peak_rise_K"
 MOST_OF_IT = 0.5

@@ -160,8 +160,7 @@ def judged_against(
     checks: Sequence[Check], scene: Any, data: Data, fem3d: Result, uncertain: Uncertain,
     beside: Callable[[str, float], Result],
 ) -> tuple[Check, ...]:  # fmt: skip
-    """Checks of data with u_input: at 3D's largest distance, from results with each key larger by a step
-    (``beside``)."""
+    """Checks of data with u_input: at 3D's largest distance, from results ``beside``, with each key larger."""
     known_at = {check: furthest(scene, data, fem3d, name).rows for check, name in checked(scene, data).items()}
 
     def differences(key: str, step: float) -> dict[str, float]:
@@ -178,8 +177,7 @@ def judged_against(
 
 
 def _by_differences(uncertain: Uncertain, differences: Callable[[str, float], Mapping[str, float]]) -> dict[str, float]:
-    """The u_input of numbers by name, from their values with each key larger by a relative step, where they have
-    one."""
+    """The u_input of numbers by name, from their values with each key larger by a step, where they have one."""
     slopes: dict[str, list[float]] = {}
     for key in uncertain.relative:
         more, less = (differences(key, sign * STEP) for sign in (1, -1))

@@ -84,8 +84,7 @@ class Statement:
 
 @dataclass(frozen=True)
 class Course:
-    """A model's quantity, its word and unit, at the data's ``times`` (s): simulation, data, three uncertainties
-    (times,)."""
+    """A model's quantity, word and unit at the data's ``times`` (s): simulation, data, three uncertainties."""
 
     model: str
     quantity: str

@@ -57,8 +57,7 @@ def _kind(name: str) -> str:
 
 def folder_of(scene: Any, request: Request, settings: Sequence[str] = (), data: Sequence[str] = ()) -> Path:
     """The folder of a run, "results/sink-2V-width20um-steady", "results/device-273K-paper-figure9" or
-    "results/bridge-left-electrode.voltage2"; ``settings`` are overrides, ``data`` a file of data with its columns'
-    options."""
+    "results/bridge-left-electrode.voltage2"; ``settings`` are overrides, ``data`` a file with its options."""
     options = ["sensitivities"] * request.sensitivities
     options += [] if request.uncertain is None else ["uncertain", *request.uncertain.given]
     fields = ["fields"] * request.fields

@@ -189,8 +189,7 @@ def entries(outcome: Outcome[AnyScene]) -> dict[str, Any]:
 
 
 def columns(outcome: Outcome[AnyScene]) -> dict[str, np.ndarray]:
-    """time_s and a column for each probe (K, V, W or A); with a model's beside them, at its times, which include
-    3D's."""
+    """time_s and a column for each probe (K, V, W or A); a model's beside them, at its times."""
     traces, reduced1d = outcome.solved.traces, outcome.reduced1d
     if traces is None:
         return {}

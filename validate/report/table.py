@@ -32,8 +32,7 @@ Cells = Sequence[str]
 
 @dataclass(frozen=True)
 class Style:
-    """Colours, ASCII only (every verdict is also a word), and ``page`` for report.html, which has room for
-    everything."""
+    """Colours; ASCII only (every verdict is a word, too); ``page`` for report.html, with room for everything."""
 
     colour: bool = False
     ascii_only: bool = False

@@ -53,8 +53,7 @@ class Cluster:
         return self._in_processes() if self.scheduler is None else self._on_cluster()
 
     def _in_processes(self) -> Submit:
-        """Hands tasks to a pool of processes; kills one that takes far too long, as a point inside a library can't stop
-        itself."""
+        """Hands tasks to a pool of processes; kills one that takes far too long, as a library's call can."""
         from pebble import ProcessExpired
 
         processes = self._started.enter_context(pool(self.workers, ready))

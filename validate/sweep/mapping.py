@@ -71,8 +71,7 @@ class Map:
 
     @cached_property
     def blames(self) -> np.ndarray:
-        """(n, m): the assumption with the largest part, interpolated between cells that know it; "" without an
-        answer."""
+        """(n, m): the assumption with the largest part, interpolated between cells that know it; or ""."""
         from scipy.interpolate import NearestNDInterpolator, RBFInterpolator
 
         shape = self.value.shape

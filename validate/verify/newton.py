@@ -133,8 +133,7 @@ class Contact:
 
 @dataclass(frozen=True, eq=False)
 class Electrode:
-    """``nodes`` of one potential: a ``voltage`` (V), behind a ``series`` resistance (ohm) if any, or a given
-    ``current`` (A)."""
+    """``nodes`` of one potential: a ``voltage`` (V), perhaps behind ``series`` (ohm), or a ``current`` (A) in."""
 
     nodes: np.ndarray
     voltage: float = 0.0

@@ -29,8 +29,7 @@ def base(scene: Scene, grid: Grid, finer: int = 0) -> tuple[Basis, np.ndarray, i
 
 
 def problem(scene: Scene, basis: Basis, owner: np.ndarray, order: int) -> Problem:
-    """A scene with constant values (else ValueError) on a `base`; contacts of heat, between conductors also of
-    current."""
+    """A scene with constant values (else ValueError) on a `base`; contacts of heat, between conductors also current."""
     parts = []
     for number, box in enumerate(scene.boxes):
         cells = np.flatnonzero(owner == number)

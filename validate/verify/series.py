@@ -84,8 +84,7 @@ def ramped(fraction: float, diffusion_time: float, times: np.ndarray, values: np
 
 
 def half_heated_square(across: float, down: float) -> float:
-    """The temperature of a unit square with one side at 1 and the others at 0, ``across`` and ``down`` from the warm
-    side."""
+    """A unit square's temperature, one side at 1, the others at 0, ``across`` and ``down`` from the warm side."""
     n = 2 * np.arange(200) + 1
     a = n * np.pi
     # sinh(a (1 - d)) / sinh(a) without overflow.

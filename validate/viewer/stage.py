@@ -242,8 +242,7 @@ class Stage:
         self.plotter.add_chart(self._chart)
 
     def _line(self) -> tuple[np.ndarray, int]:
-        """Points (n, 3) in m through the middle along the longest side, and which that is; of a sink, through the
-        beam."""
+        """Points (n, 3) in m through the middle (a sink's beam) along the longest side, and which that is."""
         sides = np.ptp(self._bounds, axis=1)
         axis = int(np.argmax(sides))
         points = np.tile(self._bounds.mean(axis=1), (POINTS, 1))

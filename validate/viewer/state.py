@@ -94,8 +94,7 @@ KEYS: dict[str, tuple[str, str, Callable[[View], View]]] = {
     "comma": (",", "thinner", lambda view: _stretched(view, False)),
     "k": ("k", "these keys", _switch("keys")),
 }
-"""By VTK's name of a key: its label, what it does in words, and the function. VTK itself uses q (close the window) and
-r (reset the camera)."""
+"""By VTK's name of a key: label, words, function. VTK itself uses q (close the window) and r (reset the camera)."""
 
 
 def keys_text(view: View, columns: int) -> str:

@@ -36,8 +36,7 @@ class NoGraphicsError(ArithmeticError):
 
 
 def start(request: dict[str, Any], progress: Callable[[str], None]) -> list[str]:
-    """Draws what is asked and returns what there is to say; SceneError for bad input, NoGraphicsError without
-    graphics."""
+    """Draws what is asked, returns what there is to say; SceneError for bad input, NoGraphicsError."""
     if "parts" not in request:
         present(Path(request["path"]))
     if not request["off_screen"] and sys.platform.startswith("linux"):

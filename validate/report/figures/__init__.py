@@ -14,8 +14,7 @@ _PART = (0.08, 0.93)  # The part of the colour map that is used; its ends look l
 
 
 def table() -> np.ndarray:
-    """(256, 3) uint8: matplotlib's inferno, of evenly rising lightness, without its ends, which look like ink and
-    paper."""
+    """(256, 3) uint8: matplotlib's inferno, of evenly rising lightness, without its ends of ink and paper."""
     from matplotlib import colormaps
 
     return (colormaps[FIELD](np.linspace(*_PART, 256))[:, :3] * 255).round().astype(np.uint8)

@@ -20,8 +20,7 @@ AZIMUTH, ELEVATION = np.radians(24.0), np.radians(32.0)
 SLENDER = 0.16
 """The least extent of an axis on paper, relative to the longest horizontal one."""
 THIN, SHARE = 0.028, 0.35
-"""The least gap between two faces, relative to the longest extent, and the part of that which all such gaps take at
-most."""
+"""The least gap between faces, relative to the longest extent, and the part of it that all gaps take at most."""
 ROUND = (1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0)
 """Factors by which an axis is stretched, times powers of ten."""
 PIXELS = 700
