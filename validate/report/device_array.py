@@ -10,7 +10,11 @@ import numpy as np
 
 from scenes.formats import quantity, with_error
 from validate.report import checks
-from validate.report.table import Section, Style, Table, wrapped
+from validate.report.array import FIELD_FIGURE as FIELD_FIGURE
+from validate.report.array import MOST_ROWS, extremes, middle
+from validate.report.array import columns as columns
+from validate.report.array import headline as headline
+from validate.report.table import Section, Style, Table
 
 if TYPE_CHECKING:
     from compare.verdict import Check
@@ -21,9 +25,6 @@ if TYPE_CHECKING:
     from validate.run.outcome import Outcome
 
 FIGURES = {"array": "device_array_figure.draw"}
-FIELD_FIGURE = ""
-MOST_ROWS = 12
-"""Elements that a terminal has room for."""
 MATRIX = 100
 """summary.json has whole matrices of this many elements at most; of more, the column of a middle one."""
 
@@ -32,10 +33,6 @@ def title(outcome: Outcome[DeviceArray]) -> str:
     from validate.run.kinds.device_array import text
 
     return text(outcome.scene)
-
-
-def headline(outcome: Outcome[DeviceArray], contrary: Sequence[Check], style: Style) -> str:
-    return style.paint(wrapped(outcome.answer), "heading")
 
 
 def sections(outcome: Outcome[DeviceArray], contrary: Sequence[Check], style: Style) -> list[Section]:
@@ -57,8 +54,7 @@ def _elements(outcome: Outcome[DeviceArray], style: Style) -> Section:
     count = len(solved.at_work)
     shown = list(range(count))
     if count > MOST_ROWS and not style.page:
-        order = np.argsort(solved.closed.plate_rise.value)[::-1]
-        shown = sorted({*order[: MOST_ROWS // 2].tolist(), *order[-MOST_ROWS // 2 :].tolist()})
+        shown = extremes(solved.closed.plate_rise.value)
 
     def cell(known: Known, k: int, unit: str) -> str:
         if not known.value[k]:
@@ -89,8 +85,8 @@ def entries(outcome: Outcome[DeviceArray]) -> dict[str, Any]:
 
     solved, reduced1d = solved_of(outcome), in_1d(outcome)
     count = len(solved.at_work)
-    middle = solved.array.sink.rows // 2 * solved.array.sink.columns + solved.array.sink.columns // 2
-    column = slice(None) if count <= MATRIX else middle
+    element = middle(solved.array.sink)
+    column = slice(None) if count <= MATRIX else element
 
     def together(each: Any) -> dict[str, Any]:
         names = {
@@ -121,13 +117,9 @@ def entries(outcome: Outcome[DeviceArray]) -> dict[str, Any]:
         "checks": [check_document(check) for check in outcome.checks],
         "array": {
             "places_m": solved.places, "at_work": [k + 1 for k in np.flatnonzero(solved.at_work).tolist()],
-            "of_element": None if count <= MATRIX else middle + 1,
+            "of_element": None if count <= MATRIX else element + 1,
             "plate_K_per_W": {"value": solved.plate.value[:, column], "error": solved.plate.error[:, column]},
             "closed": together(solved.closed), "sinks_off": together(solved.sinks_off),
             "slopes": {name: asdict(each) for name, each in solved.slopes.items()}, "over_time": over,
         },
     }  # fmt: skip
-
-
-def columns(outcome: Outcome[DeviceArray]) -> dict[str, np.ndarray]:
-    return {}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from scenes.array import SinkArray
 from scenes.errors import NumericsError
@@ -41,7 +41,7 @@ def _planned(solver: tuple[Step, ...], request: Request) -> tuple[Step, ...]:
     )  # fmt: skip
 
 
-def skipped_figures(sink: SinkArray, request: Request) -> dict[str, str]:
+def skipped_figures(scene: Any, request: Request) -> dict[str, str]:
     """The figures that a run doesn't draw, each with the reason."""
     return {} if request.figures else {FIGURE: "no figures were asked for"}
 

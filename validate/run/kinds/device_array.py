@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from scenes.array import DeviceArray
 from scenes.physics import refuse_laws
 from scenes.plan import Request, Step, step
+from validate.run.kinds.array import FIGURE, skipped_figures
 from validate.run.outcome import Outcome, Run
 
 if TYPE_CHECKING:
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
 
 PYTHON = "fem3d.device.array.solve"
 SHOWN = ()
-FIGURE = "array"
 CHECK = "dev3d_array"
 _DRAWN = "how much warmer the others make the plate, and what a step outside of one does to its neighbour's sensor"
 
@@ -30,7 +30,7 @@ def text(array: DeviceArray) -> str:
 
 
 def plan(array: DeviceArray, request: Request, data: Data | None) -> tuple[Step, ...]:
-    _refuse(array)
+    refuse_laws((array.sink.substrate,), "an array of devices")
     sink = array.sink
     names = f"{sink.count} elements" if sink.rows == 1 else f"{sink.columns} x {sink.rows} elements"
     return (
@@ -42,19 +42,10 @@ def plan(array: DeviceArray, request: Request, data: Data | None) -> tuple[Step,
     )
 
 
-def skipped_figures(array: DeviceArray, request: Request) -> dict[str, str]:
-    """The figures that a run doesn't draw, each with the reason."""
-    return {} if request.figures else {FIGURE: "no figures were asked for"}
-
-
-def _refuse(array: DeviceArray) -> None:
-    refuse_laws((array.sink.substrate,), "an array of devices")
-
-
 def answer(run: Run, data: Data | None) -> Outcome[DeviceArray]:
     """The elements, the check and the answer."""
     array, request, clock = run.scene, run.request, run.clock
-    _refuse(array)
+    refuse_laws((array.sink.substrate,), "an array of devices")
     with clock.stage("imports"):
         from fem3d.device.array import solve
         from reduced1d.device.array import beside
