@@ -18,8 +18,7 @@ _FROM = {
     **dict.fromkeys(("DeviceRun", "Run", "Solution", "device", "run", "solve"), "validate.interface"),
     "sweep": "validate.sweep.run",
 }
-"""Where the functions are that also write and tell: looked up when they are first asked for. Their types stand in
-``__init__.pyi``."""
+"""The modules of functions that also write files, imported at first use; their types are in ``__init__.pyi``."""
 
 
 def __getattr__(name: str) -> Any:

@@ -23,7 +23,7 @@ from scenes.formats import cut, quantity, signed, span
 from scenes.result import Estimate, Result, Traces
 
 _OF = {"current_A": "final change", "power_W": "final value"}
-"""What a difference of a trace is relative to, where that is its final value and no rise."""
+"""Differences of these traces are relative to what is named here; differences of temperatures to a rise."""
 
 
 @dataclass(frozen=True)
@@ -54,14 +54,13 @@ def largest_distance(predicted: Traces, measured: Traces, key: str) -> Largest:
     p, m = (np.interp(late, measured.time, traces.values[key]) for traces in (predicted, measured))
     off = p - m
     i = int(np.argmax(np.abs(off)))
-    return Largest(float(off[i]), float(p[i]), float(m[i]), float(late[i]), _beyond(late, np.abs(off), i))
+    return Largest(float(off[i]), float(p[i]), float(m[i]), float(late[i]), _overshoot(late, np.abs(off), i))
 
 
-def _beyond(time: np.ndarray, off: np.ndarray, i: int) -> float:
-    """How far a curve through points may rise above the largest of them between it and its neighbours: as far as the
-    parabolas through the gap's two points and one beside them, between which the curve runs where its third derivative
-    keeps its sign."""
-    beyond = 0.0
+def _overshoot(time: np.ndarray, off: np.ndarray, i: int) -> float:
+    """How far a curve may rise above the largest of its points between that and a neighbour: as the parabolas through
+    the two and a third point, which enclose a curve whose third derivative keeps its sign."""
+    overshoot = 0.0
     for a in (i - 1, i):
         for n in (a - 1, a + 2):
             if not (0 <= a < len(off) - 1 and 0 <= n < len(off)):
@@ -71,8 +70,8 @@ def _beyond(time: np.ndarray, off: np.ndarray, i: int) -> float:
             curvature = (rises[1] - rises[0]) / wide
             # The parabola's top, if it has one within the gap, measured from the gap's start.
             top = 0.0 if curvature >= 0 else min(max((wide - slope / curvature) / 2, 0.0), wide)
-            beyond = max(beyond, float(off[a] + slope * top + curvature * top * (top - wide) - off[i]))
-    return beyond
+            overshoot = max(overshoot, float(off[a] + slope * top + curvature * top * (top - wide) - off[i]))
+    return overshoot
 
 
 def over_time(
@@ -140,11 +139,11 @@ class Data:
         names = {"time_s": "time", **self.words}
         how = {key: f" ({text})" for key, text in self.how.items()}
         headers = {k: quoted(header) for k, header in self.headers.items()}
-        told = (
+        text = (
             f"{names.get(k, k)}{'' if quoted(k) == headers[k] else f' is {headers[k]}'}{how.get(k, '')}"
             for k in headers
         )
-        parts = [", ".join(told)]
+        parts = [", ".join(text)]
         parts += [self.run] if self.run else []
         parts += list(self.notes)
         omitted = [f"{quoted(name)}, it {why}" for name, why in list(self.left_out.items())[:6]]
@@ -184,9 +183,8 @@ def known_to(result: Result, name: str, times: np.ndarray) -> float:
 
 @dataclass(frozen=True)
 class Place:
-    """Where data are furthest from 3D: at which ``rows`` of the data, what 3D is known to there (``error``) and, of
-    data with an uncertainty, how far the largest distance may be from the one there (``u_data``), in the quantity's
-    unit."""
+    """Where data are furthest from 3D: at which ``rows``, the ``error`` of 3D there and, for data with an uncertainty,
+    how far the largest distance may be from the one there (``u_data``), in the quantity's unit."""
 
     rows: np.ndarray
     error: float
@@ -198,7 +196,7 @@ def furthest(scene: Any, data: Data, fem3d: Result, key: str) -> Place:
 
     It is sought at the file's own times, where the 3D trace is known to its error; nothing is read into the data
     between them. By how much the distance may be larger between two rows is what the rows around them tell of it
-    (`_beyond`). Of data with an uncertainty it is the largest mean over a window (`compare.windows`).
+    (`_overshoot`). Of data with an uncertainty it is the largest mean over a window (`compare.windows`).
     """
     catalogue = quantities.of(scene, fem3d)
     sure = np.flatnonzero(catalogue.sure(data.time))
@@ -218,10 +216,10 @@ def furthest(scene: Any, data: Data, fem3d: Result, key: str) -> Place:
         return Place(sure[cuts[i]], error, u_data)
     if data.at_rest:
         return Place(sure, error, None)
-    within = data.time <= catalogue.end * (1 + 1e-9)
-    off = np.abs(data.values[key] - simulated(fem3d, key, data.time))[within]
+    inside = data.time <= catalogue.end * (1 + 1e-9)
+    off = np.abs(data.values[key] - simulated(fem3d, key, data.time))[inside]
     i = int(sure[np.argmax(off[sure])])
-    return Place(np.array([i]), error + _beyond(data.time[within], off, i), None)
+    return Place(np.array([i]), error + _overshoot(data.time[inside], off, i), None)
 
 
 def distance(scene: Any, data: Data, fem3d: Result, key: str, rows: np.ndarray) -> tuple[float, float, str]:
@@ -246,10 +244,10 @@ def compare(scene: Any, data: Data, fem3d: Result, key: str) -> Comparison:
         )
 
     title, size = f"{cut(catalogue.word(key), 24)}, {cut(data.name, 16, '...')}", abs(scale)
-    known = None if place.u_data is None else part(place.u_data, size)
+    u_data = None if place.u_data is None else part(place.u_data, size)
     return Comparison(
         title, p, p - off_by, unit, part(off_by, size), part(place.error, size), because,
-        None if data.at_rest else (start + end) / 2, u_data=known,
+        None if data.at_rest else (start + end) / 2, u_data=u_data,
     )  # fmt: skip
 
 

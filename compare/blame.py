@@ -33,10 +33,11 @@ QUANTITIES = {name: OF_A_SINK[name] for name in ("peak", "end", "current")}
 _PLACES = {"peak": ("peak", "peak_rise_K", "fig4"), "end": ("ends", "end_rise_K", "fig6_end")}
 """Where, which steady rise there, and the check whose tolerance holds for it."""
 _OVER_TIME = {"fig6_peak": "peak", "fig6_end": "end", "fig7_current": "current"}
+"""The quantity that each check of a trace is about."""
 _EXPLAINED = 2 / 3
-"""The share of a difference from which on its causes are taken to explain it."""
+"""An assumption explains a difference where its part is at least this share of it."""
 _MORE = 1.1
-"""How many times its steady value a difference over time must be to be told apart from it."""
+"""A difference over time larger than this many times the steady one has a cause of its own."""
 
 
 @dataclass(frozen=True)
@@ -106,9 +107,9 @@ def budget(
         times = from_first(fem3d.traces.time)
     for name, entry in QUANTITIES.items():
         scale = scale_of(sink, name, fem3d, levels)
-        known = [result.steady[entry.steady] for result in results]
-        values = np.array([[estimate.value] for estimate in known])
-        steady.append(_split(name, scale, ladder, values, [estimate.error for estimate in known], None))
+        estimates = [result.steady[entry.steady] for result in results]
+        values = np.array([[estimate.value] for estimate in estimates])
+        steady.append(_split(name, scale, ladder, values, [estimate.error for estimate in estimates], None))
         if times is not None:
             traces = [result.traces for result in results if result.traces is not None]
             values = np.array([np.interp(times, t.time, t.values[entry.trace]) for t in traces])
@@ -203,33 +204,32 @@ class Claim:
 
 
 def answered(
-    sink: Sink, three: Result | None, one: Result | None, checks: Iterable[Check], split: Budget | None = None,
+    sink: Sink, fem3d: Result | None, reduced1d: Result | None, checks: Iterable[Check], split: Budget | None = None,
     levels: Levels | None = None,
 ) -> tuple[str, str]:  # fmt: skip
-    """The answer, and why the ladder was not asked, empty where it was: ``split`` is what it said already, ``levels``
-    are the sink's where they exist."""
-    if one is None or three is None:
-        return _of_one_model(three, one), ""
-    if not three.steady["peak_rise_K"].value:
+    """The answer, and why the ladder was not asked, if so; ``split`` and ``levels`` are those known already."""
+    if reduced1d is None or fem3d is None:
+        return _of_one_model(fem3d, reduced1d), ""
+    if not fem3d.steady["peak_rise_K"].value:
         return "Nothing is heated, so that there is nothing to compare.", ""
-    steady = _steady(sink, three, one)
+    steady = _steady(sink, fem3d, reduced1d)
     over_time = [
         Claim(_OVER_TIME[check.id], check.difference, check.u_num, check.verdict, check.time)
         for check in checks
         if check.id in _OVER_TIME
     ]
-    told = _told_apart(steady, over_time)
-    wrong, reason = [claim for claim in (*steady, *told) if claim.verdict == "differs"], ""
+    claims = _told_apart(steady, over_time)
+    wrong, reason = [claim for claim in (*steady, *claims) if claim.verdict == "differs"], ""
     if wrong and split is None:
-        fem3d = three if any(claim.time is not None for claim in wrong) else replace(three, traces=None)
-        split, reason = _ladder(sink, fem3d, one.model, levels)
+        fem3d = fem3d if any(claim.time is not None for claim in wrong) else replace(fem3d, traces=None)
+        split, reason = _ladder(sink, fem3d, reduced1d.model, levels)
     elif split is None:
         reason = "the 1D model differs nowhere beyond its tolerances"
-    said = f"{subject(one)} says nothing of the peak and the ends in the steady state"
+    said = f"{subject(reduced1d)} says nothing of the peak and the ends in the steady state"
     if steady:
-        said = f"{subject(one)} is {_steady_words(steady)} in the steady state{_blame(steady, split)}"
-    if told:
-        said += f". On the way {_on_the_way(told)}{_blame(told, split)}"
+        said = f"{subject(reduced1d)} is {_steady_words(steady)} in the steady state{_blame(steady, split)}"
+    if claims:
+        said += f". On the way {_on_the_way(claims)}{_blame(claims, split)}"
     elif over_time and all(claim.verdict == "agrees" for claim in (*steady, *over_time)):
         most = max((claim.most for claim in over_time if claim.quantity in _PLACES), default=0.0)
         farther = most > max((claim.most for claim in steady), default=0.0)
@@ -237,17 +237,17 @@ def answered(
     return f"{said}.", reason
 
 
-def subject(one: Result) -> str:
+def subject(reduced1d: Result) -> str:
     """The 1D model, at the start of a sentence."""
-    return "The paper's 1D model" if one.model in PAPERS else f"The 1D model {one.model}"
+    return "The paper's 1D model" if reduced1d.model in PAPERS else f"The 1D model {reduced1d.model}"
 
 
-def _of_one_model(three: Result | None, one: Result | None) -> str:
-    model = three or one
+def _of_one_model(fem3d: Result | None, reduced1d: Result | None) -> str:
+    model = fem3d or reduced1d
     assert model is not None
     peak, end = (_value(model.steady[key]) for _, key, _ in _PLACES.values())
-    who = "The 3D model" if one is None else subject(one)
-    only = "no 1D model was run" if one is None else "no 3D model was run, so that nothing was compared"
+    who = "The 3D model" if reduced1d is None else subject(reduced1d)
+    only = "no 1D model was run" if reduced1d is None else "no 3D model was run, so that nothing was compared"
     return f"{who} has its peak {peak} and its ends {end} above room in the steady state; {only}."
 
 
@@ -257,12 +257,12 @@ def _value(rise: Estimate) -> str:
     return quantity(rise.value, "K") if 1e4 * rise.error < abs(rise.value) else f"{value} +- {error} {shown}"
 
 
-def _steady(sink: Sink, three: Result, one: Result) -> list[Claim]:
+def _steady(sink: Sink, fem3d: Result, reduced1d: Result) -> list[Claim]:
     claims = []
     for place, (_, key, check) in _PLACES.items():
-        if key not in one.steady:
+        if key not in reduced1d.steady:
             continue
-        inputs = {"predicted": one.steady[key], "measured": three.steady[key]}
+        inputs = {"predicted": reduced1d.steady[key], "measured": fem3d.steady[key]}
         difference, error = relative(*(estimate.value for estimate in inputs.values())), spread(relative, inputs)
         claims.append(Claim(place, difference, error, judge(difference, sink.tolerance(check), error)))
     return claims
@@ -302,8 +302,8 @@ def _ladder(sink: Sink, fem3d: Result, name: str, levels: Levels | None) -> tupl
 def _off(claim: Claim) -> str:
     """ "6.6 % low"; with its error where that matters; as a bound where it has no sign."""
     if claim.open:
-        known = ", all that 3D is known to," if claim.verdict == "unresolved" else ""
-        return f"within {_bound(claim.most)}{known} of 3D"
+        limit = ", all that 3D is known to," if claim.verdict == "unresolved" else ""
+        return f"within {_bound(claim.most)}{limit} of 3D"
     size = percent(abs(claim.difference))
     if 10 * claim.error > abs(claim.difference):
         size = difference_text(abs(claim.difference), claim.error, "give or take").removeprefix("+")
@@ -316,13 +316,13 @@ def _steady_words(steady: Sequence[Claim]) -> str:
     return " and ".join(f"{_off(claim)} at the {_PLACES[claim.quantity][0]}" for claim in steady)
 
 
-def _on_the_way(told: Sequence[Claim]) -> str:
-    rises = [claim for claim in told if claim.quantity in _PLACES]
-    when = {claim.quantity: quantity(claim.time or 0.0, "s", 3) for claim in told}
+def _on_the_way(claims: Sequence[Claim]) -> str:
+    rises = [claim for claim in claims if claim.quantity in _PLACES]
+    when = {claim.quantity: quantity(claim.time or 0.0, "s", 3) for claim in claims}
     parts = [f"{_off(claim)} at the {_PLACES[claim.quantity][0]} (at {when[claim.quantity]})" for claim in rises]
     if rises:
         return f"it is up to {' and '.join(parts)}, relative to the final rise"
-    return f"its current is up to {_off(told[0])} (at {when[told[0].quantity]}), relative to its change"
+    return f"its current is up to {_off(claims[0])} (at {when[claims[0].quantity]}), relative to its change"
 
 
 def _blame(claims: Sequence[Claim], budget: Budget | None) -> str:

@@ -54,16 +54,16 @@ def _answers(models: Models, check: str) -> bool:
     """Whether the 1D model, which may be one that leaves some quantities out, has what a check is of."""
     if check not in OF_THE_REDUCTION:
         return True
-    what, one = check.removeprefix("islands_").removesuffix("_over_time"), models.reduction()
+    what, reduced1d = check.removeprefix("islands_").removesuffix("_over_time"), models.reduction()
     key = _OF_FIGURES.get(check) or key_of(models.sink, what)
     over_time = check.endswith("_over_time") or (check in _OF_FIGURES and check != "fig4")
-    return key.replace("_rise_K", "_K") in one.over_time.values if over_time else key in one.steady
+    return key.replace("_rise_K", "_K") in reduced1d.over_time.values if over_time else key in reduced1d.steady
 
 
 _OF_FIGURES = {
     "fig4": "peak_rise_K", "fig6_peak": "peak_rise_K", "fig6_end": "end_rise_K", "fig7_current": "current_A",
 }  # fmt: skip
-"""The quantity that each check of the paper's figures holds against 3D's."""
+"""The steady quantity that each check of the paper's figures compares."""
 
 
 def key_of(sink: Sink, what: str) -> str:
@@ -103,8 +103,7 @@ def _pairs(models: Models) -> Iterator[tuple[str, str, tuple[Result, str], tuple
 
 
 def _equivalent(models: Models) -> Comparison:
-    """How far apart two of the spans, or a span and one sink alone, are in 3D: the largest relative difference of
-    their peaks and of their means."""
+    """The largest relative difference in 3D, of peaks and of means, between two spans or a span and one sink alone."""
     pairs = [
         (first, second, a.steady[f"{one}_rise_K"], b.steady[f"{other}_rise_K"])
         for first, second, (a, one), (b, other) in _pairs(models)
@@ -122,8 +121,8 @@ def _equivalent(models: Models) -> Comparison:
 
 def _equivalent_over_time(models: Models) -> Comparison:
     """The same of their traces: the largest distance of two of them, over the final rise of the second."""
-    three, room = models.fem3d.over_time, models.sink.room_temperature
-    late, distances = from_first(three.time), []
+    fem3d, room = models.fem3d.over_time, models.sink.room_temperature
+    late, distances = from_first(fem3d.time), []
     for first, second, *both in _pairs(models):
         (x, x_error, _), (y, y_error, final) = (_course(result, name, late) for result, name in both)
         i = int(np.abs(x - y).argmax())
@@ -174,9 +173,9 @@ def _causes(what: str, models: Models) -> str:
         return f"see --why; {_circuit(models)}"
     if what == "current":
         return f"1D has no resistance there, but {_circuit(models)}"
-    sink, one, key = models.sink, models.reduction().steady, key_of(models.sink, what)
-    ratio = models.steady("current_A") / one["current_A"].value
-    residual = relative(one[key].value * ratio**2, models.steady(key))
+    sink, reduced1d, key = models.sink, models.reduction().steady, key_of(models.sink, what)
+    ratio = models.steady("current_A") / reduced1d["current_A"].value
+    residual = relative(reduced1d[key].value * ratio**2, models.steady(key))
     said = (
         f"1D leaves the islands out of the circuit, {_circuit(models)}, and so heats each span by "
         f"{percent(1 / ratio**2 - 1, sign=True)}; with 3D's current it would be {percent(residual, sign=True)} off"
@@ -216,10 +215,10 @@ DEFINITIONS: dict[str, Callable[[Models], Comparison]] = {
 """What makes each check; those of the paper's equations and figures are the functions of the same name."""
 
 FOLLOWED = {**{f"islands_{what}": called for what, called in WHAT.items()}, "islands_equivalent": "spans alike"}
-"""The checks that are followed, and what a curve of one is called."""
-SPANS = (2, 3, 5, 10, 30, 100)
+"""The checks whose dependence on the row is drawn, with the curve's name."""
+SPANS = (2, 3, 5, 10, 30, 100)  # Numbers of spans for which the row is solved, to draw how its differences follow them.
 LENGTHS = (0.25, 0.5, 1.0, 2.0, 4.0)
-"""Times the sink's own island; those longer than a span are left out."""
+"""Island lengths that are solved, in units of the sink's own; those longer than a span are left out."""
 
 
 @dataclass(frozen=True)
@@ -238,11 +237,11 @@ def varied(sink: Sink, reduction: str, single: Result, say: Callable[[str], None
     from fem3d.runs.sink import solve as solve_3d
     from reduced1d import ladder
 
-    def differences(other: Sink) -> dict[str, float]:
-        say(f"{other.spans} spans with islands of {other.island * 1e6:.4g} um")
-        one = ladder.solve(other, reduction, steady_only=True)
-        models = Models(other, solve_3d(other, Request(transient=False)), one, single)
-        kept = [c for c in FOLLOWED if other.spans > 2 or c != "islands_peak_inner"]
+    def differences(changed: Sink) -> dict[str, float]:
+        say(f"{changed.spans} spans with islands of {changed.island * 1e6:.4g} um")
+        reduced1d = ladder.solve(changed, reduction, steady_only=True)
+        models = Models(changed, solve_3d(changed, Request(transient=False)), reduced1d, single)
+        kept = [c for c in FOLLOWED if changed.spans > 2 or c != "islands_peak_inner"]
         return {check: DEFINITIONS[check](models).difference for check in kept}
 
     lengths = tuple(factor * sink.island for factor in LENGTHS if factor * sink.island <= sink.length)

@@ -1,5 +1,4 @@
-"""The device in 1D against the device in 3D, and the paper's central claim in 3D: predicted is 1D or the claim, and
-measured is 3D."""
+"""The device in 1D against 3D, and the paper's central claim: predicted is 1D or the claim, measured is 3D."""
 
 from __future__ import annotations
 
@@ -22,7 +21,7 @@ from scenes.formats import milliseconds, percent, quantity
 from scenes.loop.result import BAND, Run, Runs
 from scenes.plan import Request
 
-_OVER_TIME = ("_peak", "_time", "_settling")
+_OVER_TIME = ("_peak", "_time", "_settling")  # How the names of checks end that need a run over time.
 NAMES = {"sink": "the sink", "sensor": "the sensor"}
 
 
@@ -40,25 +39,25 @@ class Both:
         return self.three.runs.base
 
 
-def evaluate_3d(device: Device, request: Request, one: Runs, three: Solved) -> tuple[Check, ...]:
+def evaluate_3d(device: Device, request: Request, in_1d: Runs, in_3d: Solved) -> tuple[Check, ...]:
     """The checks that the run allows, in the order in which they are reported."""
-    both, checks = Both(one, three), []
+    both, checks = Both(in_1d, in_3d), []
     for name in made_3d_checks(device, request):
         over_time = device.steps_outside and name.endswith(_OVER_TIME)
-        reached = not_reached((one.base, both.base)) if over_time else None
+        reached = not_reached((in_1d.base, both.base)) if over_time else None
         checks.append(judged(name, reached or DEFINITIONS[name](both), device, always=True))
     return tuple(checks)
 
 
 def _steady(both: Both, quantity_: str, title: str, unit: str) -> Comparison:
-    one, three = (getattr(run.after, quantity_) for run in (both.one.base, both.base))
+    in_1d, in_3d = (getattr(run.after, quantity_) for run in (both.one.base, both.base))
     error = both.three.model.steady_errors(both.device)[quantity_]
     before = [getattr(run.before, quantity_) for run in (both.one.base, both.base)]
     said = (
-        f"steady: {quantity(three, unit, 5)} after the outer step and {quantity(before[1], unit, 5)} before it, in 1D "
-        f"{quantity(one, unit, 5)} and {quantity(before[0], unit, 5)}; {_why_steady(both, quantity_)}"
+        f"steady: {quantity(in_3d, unit, 5)} after the outer step and {quantity(before[1], unit, 5)} before it, in 1D "
+        f"{quantity(in_1d, unit, 5)} and {quantity(before[0], unit, 5)}; {_why_steady(both, quantity_)}"
     )
-    return _alike(title, unit, one, three, error, said)
+    return _alike(title, unit, in_1d, in_3d, error, said)
 
 
 def _why_steady(both: Both, quantity_: str) -> str:
@@ -82,24 +81,24 @@ def _why_steady(both: Both, quantity_: str) -> str:
 
 
 def _peak(both: Both, film: str) -> Comparison:
-    one, three = (_highest(run, film)[0] for run in (both.one.base, both.base))
+    in_1d, in_3d = (_highest(run, film)[0] for run in (both.one.base, both.base))
     error = both.base.result.errors[f"{film}_K"]
     said = (
-        f"{NAMES[film]} overshoots to {three:.2f} K above room in 3D and to {one:.2f} K in 1D; the controllers push "
+        f"{NAMES[film]} overshoots to {in_3d:.2f} K above room in 3D and to {in_1d:.2f} K in 1D; the controllers push "
         "until they see the set temperature, and where heat spreads in the structure decides how late that is"
     )
-    return _alike(f"peak, {film}", "K", one, three, error, said)
+    return _alike(f"peak, {film}", "K", in_1d, in_3d, error, said)
 
 
 def _peak_time(both: Both, film: str) -> Comparison:
     """When it is reached, at a sample; two samples that differ by less than the error can't be told apart."""
-    (_, one), (value, three) = (_highest(run, film) for run in (both.one.base, both.base))
+    (_, in_1d), (value, in_3d) = (_highest(run, film) for run in (both.one.base, both.base))
     result = both.base.result
     near = result.time_s[result.trace(f"{film}_K") - both.device.sink.room_temperature > value - 2 * result.errors[
         f"{film}_K"]]  # fmt: skip
-    error = float(np.abs(near - three).max(initial=0.0))
-    said = f"{NAMES[film]} is hottest {milliseconds(three)} from cold in 3D and after {milliseconds(one)} in 1D"
-    return _alike(f"when, {film}", "s", one, three, error, said)
+    error = float(np.abs(near - in_3d).max(initial=0.0))
+    said = f"{NAMES[film]} is hottest {milliseconds(in_3d)} from cold in 3D and after {milliseconds(in_1d)} in 1D"
+    return _alike(f"when, {film}", "s", in_1d, in_3d, error, said)
 
 
 def _highest(run: Run, film: str) -> tuple[float, float]:
@@ -112,18 +111,18 @@ def _highest(run: Run, film: str) -> tuple[float, float]:
 
 
 def _settling(both: Both) -> Comparison:
-    (one, d_one), (three, d_three) = both.one.base.settled(), both.base.settled()
-    if math.inf in (one, three):
+    (in_1d, error_1d), (in_3d, error_3d) = both.one.base.settled(), both.base.settled()
+    if math.inf in (in_1d, in_3d):
         said = (
             f"the sensor's power does not settle to {percent(BAND, 1)} of its step in both models before the run ends"
         )
-        open_ = 0.0 if one == three else math.inf
-        return Comparison("settling time", one, three, "s", open_, math.inf, said)
+        open_ = 0.0 if in_1d == in_3d else math.inf
+        return Comparison("settling time", in_1d, in_3d, "s", open_, math.inf, said)
     said = (
-        f"the sensor's power settles to {percent(BAND, 1)} of its step in {milliseconds(three)} in 3D, in "
-        f"{milliseconds(one)} in 1D: diffusion through the polymer decides it in both"
+        f"the sensor's power settles to {percent(BAND, 1)} of its step in {milliseconds(in_3d)} in 3D, in "
+        f"{milliseconds(in_1d)} in 1D: diffusion through the polymer decides it in both"
     )
-    return _alike("settling time", "s", one, three, d_one + d_three, said)
+    return _alike("settling time", "s", in_1d, in_3d, error_1d + error_3d, said)
 
 
 def _slope(both: Both) -> Comparison:
@@ -136,13 +135,13 @@ def _slope(both: Both) -> Comparison:
     errors = [model.steady_errors(d)["sensor_power_W"] for d in devices]
     slope, level = np.polyfit(outer, power, 1)
     bend = float(np.abs(power - level - slope * outer).max())
-    one = -lump(both.device).polymer.conductance
+    in_1d = -lump(both.device).polymer.conductance
     said = (
         f"the steady power falls by {quantity(abs(slope), 'W/K', 7)} in 3D, k A/t of the polymer is "
-        f"{quantity(abs(one), 'W/K', 7)}; it bends by at most {quantity(bend, 'W', 2)}: linear because conduction is"
+        f"{quantity(abs(in_1d), 'W/K', 7)}; it bends by at most {quantity(bend, 'W', 2)}: linear because conduction is"
     )
     u_num = 2 * sum(errors) / float(np.ptp(power))
-    return Comparison("slope of power", one, float(slope), "W/K", relative(one, float(slope)), u_num, said)
+    return Comparison("slope of power", in_1d, float(slope), "W/K", relative(in_1d, float(slope)), u_num, said)
 
 
 def _gain(both: Both, film: str) -> Comparison:
@@ -151,14 +150,15 @@ def _gain(both: Both, film: str) -> Comparison:
     outer = (external.initial_temperature, external.final_temperature)
     key = f"{film}_gain_limit"
     model = both.three.model
-    one = min(getattr(stability(device, t), key) for t in outer)
-    three, coarser = (min(getattr(m.stability(device, t), key) for t in outer) for m in (model, model.coarser))
-    error = abs(three - coarser) if math.isfinite(three) else 0.0
+    in_1d = min(getattr(stability(device, t), key) for t in outer)
+    in_3d, coarser = (min(getattr(m.stability(device, t), key) for t in outer) for m in (model, model.coarser))
+    error = abs(in_3d - coarser) if math.isfinite(in_3d) else 0.0
     said = (
-        f"{NAMES[film]} is stable up to a gain of {quantity(three, 'V', 3)} in 3D, {quantity(one, 'V', 3)} in 1D, with "
-        "the other gain as it is: what is seen a sample after the voltage rose is heat next to the film, alike in both"
+        f"{NAMES[film]} is stable up to a gain of {quantity(in_3d, 'V', 3)} in 3D, {quantity(in_1d, 'V', 3)} in 1D, "
+        "with the other gain as it is: what is seen a sample after the voltage rose is heat next to the film, alike in "
+        "both"
     )
-    return _alike(f"gain, {film}", "V", one, three, error, said)
+    return _alike(f"gain, {film}", "V", in_1d, in_3d, error, said)
 
 
 def _claim_steady(both: Both) -> Comparison:
@@ -213,21 +213,21 @@ def _shielding(both: Both) -> Comparison:
     """The paper: with sink and sensor at one temperature no heat of the sensor is lost to the substrate, relative to
     what is lost where the sink is off."""
     slopes, errors = both.three.shielding
-    one, over_time = of_device(both.device), both.three.response
+    in_1d, over_time = of_device(both.device), both.three.response
     names = ("sensor_power_per_substrate_W_per_K", "sensor_power_per_substrate_sink_off_W_per_K")
-    (closed, off), known = (getattr(slopes, name) for name in names), errors[names[0]]
+    (closed, off), error = (getattr(slopes, name) for name in names), errors[names[0]]
     size = abs(off) or abs(slopes.sensor_power_per_outside_W_per_K) or 1.0
     largest, when = over_time.largest
     said = (
         "paper: the sensor loses nothing to the substrate; in 3D a substrate 1 K warmer changes the sensor's power "
-        f"by {quantity(closed, 'W', 2)} to within {quantity(known, 'W', 1)}, with the sink off by "
+        f"by {quantity(closed, 'W', 2)} to within {quantity(error, 'W', 1)}, with the sink off by "
         f"{quantity(off, 'W', 4)}; 1 K outside by {quantity(slopes.sensor_power_per_outside_W_per_K, 'W', 6)}; the "
         f"sink's by {quantity(slopes.sink_power_per_substrate_W_per_K, 'W', 4)}, in 1D by "
-        f"{quantity(one.sink_power_per_substrate_W_per_K, 'W', 4)}. Over time the loops take a while: the sensor's "
+        f"{quantity(in_1d.sink_power_per_substrate_W_per_K, 'W', 4)}. Over time the loops take a while: the sensor's "
         f"power is off by up to {quantity(largest, 'W', 3)}, {milliseconds(when)} after the substrate's step"
     )
     return Comparison(
-        "shielding", 0.0, closed, "W/K", -closed / size, known / size, said, relative_to="what it is with the sink off"
+        "shielding", 0.0, closed, "W/K", -closed / size, error / size, said, relative_to="what it is with the sink off"
     )
 
 
@@ -250,7 +250,7 @@ DEFINITIONS: dict[str, Callable[[Both], Comparison]] = {
 }
 
 
-def _alike(title: str, unit: str, one: float, three: float, error: float, said: str) -> Comparison:
+def _alike(title: str, unit: str, in_1d: float, in_3d: float, error: float, said: str) -> Comparison:
     """1D against 3D, which is known to an error."""
-    part = error / abs(three) if three else math.inf if error else 0.0
-    return Comparison(title, one, three, unit, relative(one, three), part, said)
+    part = error / abs(in_3d) if in_3d else math.inf if error else 0.0
+    return Comparison(title, in_1d, in_3d, unit, relative(in_1d, in_3d), part, said)

@@ -1,5 +1,4 @@
-"""What the paper says of Figures 9 to 14 and of meters, checked: predicted is the paper, measured the 1D model. A
-claim on a meter is of one side."""
+"""The paper's claims on Figures 9 to 14 and (one-sided) on meters: predicted is the paper, measured 1D."""
 
 from __future__ import annotations
 
@@ -20,8 +19,9 @@ from scenes.formats import kelvin, milliseconds, percent, quantity
 from scenes.loop.result import BAND, SLOW_TIME, Run, Runs
 from scenes.plan import Request
 
-PAPER_SETTLING = 0.1
+PAPER_SETTLING = 0.1  # s: the settling time that the paper gives ("about 0.1 s").
 ROUNDING = 1e-12
+"""Added to relative errors: what is stated as exact is compared in double precision, in sums of many terms."""
 METER_RESISTANCE, METER_POWER, METER_RATE = 60e-6, 23e-9, 5.0
 """The paper on meters (section 5): an NI 4070 reads the gold's resistance to some 60 uohm and its power to 23 nW, at 5
 readings a second, "which is more than sufficient"."""
@@ -266,14 +266,14 @@ def _against(expected: float, time: float, error: float, run: Run) -> tuple[floa
 
 def _yet(*runs: Run) -> str:
     """What must be said of runs that end before they are steady, by the worst of them."""
-    run = max(runs, key=lambda run: run.left)
+    run = max(runs, key=lambda run: run.remaining)
     if run.watched == math.inf:
         return f"; but at {run.device.external.final_temperature:g} K outside {_unsteady(run)}"
-    if run.left < 1e-6:
+    if run.remaining < 1e-6:
         return ""
     return (
-        f"; but then, {milliseconds(run.watched)} after the step, {percent(run.left)} of the loop's slowest mode is "
-        "left: a longer run.end_time leaves less"
+        f"; but then, {milliseconds(run.watched)} after the step, {percent(run.remaining)} of the loop's slowest mode "
+        "is left: a longer run.end_time leaves less"
     )
 
 

@@ -24,8 +24,7 @@ LATE = ("figure11", "figure12", "figure13")
 
 
 def _of_sink(sink: Sink) -> tuple[str, ...]:
-    """Of a sink of one span those of the paper's equations and figures, of several those of their equivalence, and the
-    peak's."""
+    """Of one span those of the paper's equations and figures, of several those of their equivalence, and the peak's."""
     return tuple(known.DEFAULT_TOLERANCES) if sink.spans == 1 else (*known.ISLAND_TOLERANCES, "fig4", "energy")
 
 

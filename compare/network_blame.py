@@ -26,13 +26,11 @@ from scenes.result import Estimate, Result
 
 REST = "what lines cannot say"
 FELT = 1e-3
-"""A joint's resistance is replaced by 3D's only where that changes the drop over the joint by more than this part of
-the largest rise, or potential, at any joint."""
+"""Joints whose drop would change by less than this, of the largest rise (or potential), keep their resistance."""
 KNOWN = (3e-3, 0.1, 0.3)
-"""The relative accuracy asked of 3D's temperatures and flows at joints: the first of these that does not take too large
-a mesh, as flows crowd at edges."""
+"""Accuracies asked of 3D's temperatures and flows at joints: the first that does not take too large a mesh."""
 LEAST = 0.02
-"""Joints through which, by hand, less than this part of the largest flow passes are not measured in 3D."""
+"""Joints that carry less than this part of the largest flow (by hand) are not measured in 3D."""
 
 
 def blame(given: AnyScene, fem3d: Result, network: Result) -> Budget:
@@ -76,8 +74,7 @@ def _probed(scene: Scene, joints: list[Place]) -> Scene:
 def _changes(
     scene: Scene, joints: list[Place], in_3d: dict[str, Estimate], by_hand: dict[str, Estimate]
 ) -> list[tuple[Place, float, float]]:
-    """The joints with 3D's resistances (K/W or ohm) and to what part their change is unsure, those first whose drop is
-    the most wrong."""
+    """The joints with 3D's resistances (K/W or ohm) and their uncertainty, the largest change of drop first."""
 
     def drop(place: Place, values: dict[str, Estimate]) -> float:
         if place.other is not None:
@@ -118,8 +115,8 @@ def _split(scene: Scene, name: str, values: list[Estimate], names: list[tuple[st
 
 def _sentence(splits: list[Split]) -> str:
     """The largest part, relative to its scale."""
-    known = [(split, part) for split in splits if split.scale for part in split.parts]
-    split, part = max(known, key=lambda pair: abs(pair[1].value / pair[0].scale))
+    candidates = [(split, part) for split in splits if split.scale for part in split.parts]
+    split, part = max(candidates, key=lambda pair: abs(pair[1].value / pair[0].scale))
     if abs(part.value) <= part.error:
         return "nothing is to blame: no part of the difference is larger than its numerical error"
     share = (

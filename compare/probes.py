@@ -20,7 +20,7 @@ from scenes.model import OVER_TIME, Declared
 from scenes.result import Estimate, Result, Traces
 
 NEAR = 0.2
-"""The part of its difference that is left of a temperature which seems to be in degrees Celsius, or a rise."""
+"""Values are called degrees Celsius or rises where that leaves less than this part of their difference."""
 
 
 @dataclass(frozen=True)
@@ -45,18 +45,18 @@ class Both:
     def at_rest(self, name: str) -> Comparison:
         """The difference in the steady state."""
         base, unit = self.quantities.base(name), self.quantities.units[name]
-        three, one = self.fem3d.steady[name], self.model.steady[name]
-        inputs = {"value": one, "measured": three}
+        in_3d, in_1d = self.fem3d.steady[name], self.model.steady[name]
+        inputs = {"value": in_1d, "measured": in_3d}
 
         def relative(value: float, measured: float) -> float:
             return part(value - measured, measured - base)
 
-        u_num = spread(relative, inputs) if abs(three.value - base) > three.error else float("inf")
-        off = relative(one.value, three.value)
-        said = f"{quantity(one.value - base, unit)} against {quantity(three.value - base, unit)} in 3D"
+        u_num = spread(relative, inputs) if abs(in_3d.value - base) > in_3d.error else float("inf")
+        off = relative(in_1d.value, in_3d.value)
+        said = f"{quantity(in_1d.value - base, unit)} against {quantity(in_3d.value - base, unit)} in 3D"
         return Comparison(
-            cut(name, 30), one.value - base, three.value - base, unit, off, u_num,
-            f"{called(name)} is {said}{_above(unit)}{self._meant(name, one.value, three.value)}",
+            cut(name, 30), in_1d.value - base, in_3d.value - base, unit, off, u_num,
+            f"{called(name)} is {said}{_above(unit)}{self._meant(name, in_1d.value, in_3d.value)}",
             relative_to=_scale(unit),
         )  # fmt: skip
 
@@ -70,10 +70,10 @@ class Both:
 
     def course(self, name: str) -> Course:
         """Both traces where their errors hold, at the times of both, above what their scale counts from."""
-        three, one = self.fem3d.over_time, self.model.over_time
-        late, base = self.quantities.sure(one.time), self.quantities.base(name)
-        value, beyond = at(three, name, one.time)
-        return Course(one.time[late], value[late] - base, one.values[name][late] - base, beyond[late])
+        in_3d, in_1d = self.fem3d.over_time, self.model.over_time
+        late, base = self.quantities.sure(in_1d.time), self.quantities.base(name)
+        value, beyond = at(in_3d, name, in_1d.time)
+        return Course(in_1d.time[late], value[late] - base, in_1d.values[name][late] - base, beyond[late])
 
     def over_time(self, name: str) -> Comparison:
         """The largest difference over time, with the shift, the stretch and the size that make most of it."""
@@ -102,13 +102,12 @@ class Both:
         )  # fmt: skip
 
     def _largest(self, name: str, course: Course) -> Estimate:
-        """The largest that 3D has of it, at its own times and those of the course: every model's differences are
-        relative to the same."""
-        three = self.fem3d.over_time
-        rows = three.values[name][three.sure(three.time)] - self.quantities.base(name)
+        """3D's largest value, at its times and the course's: the same scale for every model."""
+        fem3d = self.fem3d.over_time
+        rows = fem3d.values[name][fem3d.sure(fem3d.time)] - self.quantities.base(name)
         values, beyond = np.append(course.fem3d, rows), np.append(course.beyond, np.zeros(len(rows)))
         n = int(np.argmax(np.abs(values)))
-        return Estimate(float(values[n]), three.errors[name] + float(beyond[n]))
+        return Estimate(float(values[n]), fem3d.errors[name] + float(beyond[n]))
 
 
 def evaluate(scene: Declared, both: Both) -> tuple[Check, ...]:
@@ -133,8 +132,7 @@ def at(traces: Traces, name: str, times: np.ndarray) -> tuple[np.ndarray, np.nda
 
 
 JUMP = 2e-9
-"""Two rows closer in time than this part of the run are the values just before and just after a jump, as the 3D model
-gives them."""
+"""Rows closer in time than this part of the run are the values just before and just after a jump."""
 
 
 def bends(time: np.ndarray, values: np.ndarray) -> np.ndarray:
@@ -148,8 +146,7 @@ def bends(time: np.ndarray, values: np.ndarray) -> np.ndarray:
         second = np.abs(2 * np.diff(slopes) / (h[1:] + h[:-1]))
     second = np.nan_to_num(second, nan=0.0, posinf=0.0)
     larger = np.maximum(np.append(second, second[-1]), np.append(second[0], second))
-    deviations: np.ndarray = h**2 / 8 * larger
-    return deviations
+    return h**2 / 8 * larger
 
 
 def _above(unit: str) -> str:

@@ -17,19 +17,18 @@ from scenes.result import Result, Traces
 from scenes.sink import OF_A_SINK, Sink
 
 EDGE = 1e-5
-"""The part of the run to either side of a drive's jump in which nothing is compared."""
+"""Nothing is compared within this part of the run to either side of a drive's jump."""
 AT_REST = np.array([np.inf])
-"""The times (s) of data of a steady state: what is reached after all time."""
+"""The time (s) of data of a steady state: it is reached after infinite time."""
 
 
 @dataclass(frozen=True)
 class Quantities:
-    """What both models answer: ``units`` by name, the ``initial`` temperature (K) above which temperatures rise, the
-    ``end`` of the run (s), from when (``first``, s) and where the errors of 3D's ``traces`` hold, and the ``edges`` (s)
-    at which a drive jumps: a circuit's edge takes a while, and what happens on it is no difference of models.
-    ``words`` are what a user calls a quantity, where that is not its name; ``final`` the steady quantities that
-    differences of a trace are relative to, where that is not the trace's own largest value. ``steady`` says that there
-    is the steady state alone."""
+    """What both models answer: ``units`` by name; the ``initial`` temperature (K) above which temperatures rise; the
+    ``end`` of the run (s); from when (``first``, s) and where the errors of 3D's ``traces`` hold; the ``edges`` (s) at
+    which a drive jumps, as a circuit's edge takes a while; the ``words`` that users have for quantities; the ``final``
+    steady quantities that differences of a trace are relative to, if not its own largest value; whether there is the
+    ``steady`` state alone."""
 
     units: Mapping[str, str]
     initial: float

@@ -29,10 +29,10 @@ from scenes.result import Estimate
 from scenes.sink import Sink
 
 NOTABLE = 0.005
-"""The change of the heating along the beam from which on it is worth a mention."""
+"""The heating is called uneven where it changes along the beam by more than this part."""
 _RISES = {"peak": "peak_rise_K", "end": "end_rise_K"}
 SETTLED = 0.9
-"""The part of the largest difference from which on the steady one is taken to explain it."""
+"""The steady difference explains that over time where it is at least this part of the largest one."""
 
 
 def eq12(models: Models) -> Comparison:
@@ -269,10 +269,10 @@ def _on_the_way(models: Models, key: str, at: Largest, final: float) -> str:
         if key == "current_A" and sink.electrodes == "pad-edge":
             cause = "the pads are part of the circuit, and the 1D model has none"
         if key == "peak_K":
-            one, three = rises_at(models, FIRST_TIME, key)
+            in_1d, in_3d = rises_at(models, FIRST_TIME, key)
             cause += (
-                f"; at {quantity(FIRST_TIME, 's', 2)} it is {percent(one / three - 1, sign=True)} of the rise by then, "
-                "as eq 9's parabola is there from the start"
+                f"; at {quantity(FIRST_TIME, 's', 2)} it is {percent(in_1d / in_3d - 1, sign=True)} of the rise by "
+                "then, as eq 9's parabola is there from the start"
             )
         return f"{where}: {cause}"
     return f"{where}, {signed(steady, unit)} in the steady state: {_while_heating(models, key, at)}"
@@ -306,10 +306,10 @@ def _while_heating(models: Models, key: str, at: Largest) -> str:
     """What the reduction gets wrong on the way to the steady state."""
     sink, mean = models.sink, rises_at(models, at.time, "mean_K")
     if key == "peak_K":
-        one, three = (peak / m for peak, m in zip(rises_at(models, at.time, key), mean, strict=True))
+        in_1d, in_3d = (peak / m for peak, m in zip(rises_at(models, at.time, key), mean, strict=True))
         return (
-            f"eq 9's fixed parabola puts the peak at {one:.2f} of the mean from the start, in 3D it is at "
-            f"{three:.2f} then, as heat takes L^2/(pi^2 D) = {crossing_time(sink)} along the beam"
+            f"eq 9's fixed parabola puts the peak at {in_1d:.2f} of the mean from the start, in 3D it is at "
+            f"{in_3d:.2f} then, as heat takes L^2/(pi^2 D) = {crossing_time(sink)} along the beam"
         )
     pads = percent(2 * sink.pad_length * sink.pad_width * sink.thickness / (sink.length * sink.cross_section))
     if key == "end_K" and at.distance < 0:
@@ -336,9 +336,9 @@ def _with_what_eq14_lacks(models: Models) -> str:
     """What 3D has below the pads and eq 14 has not."""
     sink = models.sink
     has = [
-        what
-        for what, given in (("contacts", sink.contact_resistance), ("a substrate", sink.substrate_thickness))
-        if given
+        part
+        for part, size in (("contacts", sink.contact_resistance), ("a substrate", sink.substrate_thickness))
+        if size
     ]
     return f", with {' and '.join(has)} that the 1D model does not have" if has else ""
 
@@ -367,8 +367,8 @@ def _from_beam(models: Models) -> dict[str, float]:
     """Heat (W) that the air takes from the beam's top face, and a gas in the gap from its underside, at the mean rise
     of the beam's volume, a substrate's surface being at room temperature."""
     sink = models.sink
-    through = sink.length * sink.width * models.steady("mean_rise_K")
-    return {"air": sink.convection_coefficient * through, "gas below": sink.gap_coefficient * through}
+    area_rise = sink.length * sink.width * models.steady("mean_rise_K")
+    return {"air": sink.convection_coefficient * area_rise, "gas below": sink.gap_coefficient * area_rise}
 
 
 def _beam_power(models: Models) -> float:

@@ -53,11 +53,11 @@ def assert_reduction_agrees(
     allowed = _read(tolerances, (*QUANTITIES, *DEFAULT_TOLERANCES))
     steady = not set(allowed) & set(OVER_TIME)
     run = compare.run(scene, voltage=voltage, accuracy=accuracy, steady=steady, uncertain=uncertain)
-    told = [
+    verdicts = [
         _quantity(run, name, tolerance) if name in QUANTITIES else _check(run.check(name), tolerance)
         for name, tolerance in allowed.items()
     ]
-    _fail(f"the 1D model of {sink_text(run.scene)}", told)
+    _fail(f"the 1D model of {sink_text(run.scene)}", verdicts)
     return run
 
 
@@ -78,16 +78,16 @@ def assert_model_agrees(
     """
     __tracebackhide__ = True
     solution = compare.solve(scene, model=model, accuracy=accuracy, uncertain=uncertain)
-    known = [check for check in solution.checks if not check.startswith("slope_")]
-    probes = dict.fromkeys(check.removesuffix(PROBE_OVER_TIME) for check in known)
-    allowed = _read(tolerances, tuple(dict.fromkeys([*probes, *known])))
-    told = [
+    ids = [check for check in solution.checks if not check.startswith("slope_")]
+    probes = dict.fromkeys(check.removesuffix(PROBE_OVER_TIME) for check in ids)
+    allowed = _read(tolerances, tuple(dict.fromkeys([*probes, *ids])))
+    verdicts = [
         _check(check, tolerance)
         for name, tolerance in allowed.items()
         for check in solution.checks.values()
         if check.id in (name, f"{name}{PROBE_OVER_TIME}")
     ]
-    _fail(f"{solution.reduced1d.model} for {solution.scene.name}", told)
+    _fail(f"{solution.reduced1d.model} for {solution.scene.name}", verdicts)
     return solution
 
 
@@ -110,25 +110,27 @@ def assert_traces_agree(
     the file has not.
     """
     __tracebackhide__ = True
-    given: Any = load(scene) if isinstance(scene, (str, Path)) else scene
+    loaded: Any = load(scene) if isinstance(scene, (str, Path)) else scene
     options: dict[str, Any] = {"accuracy": accuracy, "against": file, "columns": columns}
     options["data_uncertainty"] = data_uncertainty
-    allowed = _read(tolerances, tuple(quantities.of(given).names))
-    solve = partial(compare.run, voltage=voltage) if given.kind == "sink" else compare.solve
-    run: compare.Run | compare.Solution = solve(given, **options)
-    told = [_check(run.check(f"against_{name}"), tolerance) for name, tolerance in allowed.items()]
-    _fail(f"{Path(file).name} for {given.name}", told)
+    allowed = _read(tolerances, tuple(quantities.of(loaded).names))
+    solve = partial(compare.run, voltage=voltage) if loaded.kind == "sink" else compare.solve
+    run: compare.Run | compare.Solution = solve(loaded, **options)
+    verdicts = [_check(run.check(f"against_{name}"), tolerance) for name, tolerance in allowed.items()]
+    _fail(f"{Path(file).name} for {loaded.name}", verdicts)
     return run
 
 
-def _read(given: Mapping[str, float | str], known: tuple[str, ...]) -> dict[str, float]:
+def _read(tolerances: Mapping[str, float | str], allowed: tuple[str, ...]) -> dict[str, float]:
     """The tolerances as numbers; SceneError for a name or a value that there isn't."""
-    if not given:
+    if not tolerances:
         raise SceneError("nothing to assert: give at least one tolerance, such as peak=0.05")
-    for name in given:
-        if name not in known:
-            raise SceneError(f"{quoted(name)} can't be asserted: give {', '.join(known)}{did_you_mean(name, known)}")
-    return {name: float(_TOLERANCE.read(f"the tolerance {name}", value) or 0.0) for name, value in given.items()}
+    for name in tolerances:
+        if name not in allowed:
+            raise SceneError(
+                f"{quoted(name)} can't be asserted: give {', '.join(allowed)}{did_you_mean(name, allowed)}"
+            )
+    return {name: float(_TOLERANCE.read(f"the tolerance {name}", value) or 0.0) for name, value in tolerances.items()}
 
 
 def _quantity(run: compare.Run, name: str, tolerance: float) -> tuple[Verdict, str]:
@@ -168,9 +170,9 @@ def _told(
     return verdict, "\n".join(lines)
 
 
-def _fail(what: str, told: list[tuple[Verdict, str]]) -> None:
+def _fail(what: str, verdicts: list[tuple[Verdict, str]]) -> None:
     __tracebackhide__ = True
-    bad = [lines for verdict, lines in told if verdict != "agrees"]
+    bad = [lines for verdict, lines in verdicts if verdict != "agrees"]
     if bad:
-        rest = [lines for verdict, lines in told if verdict == "agrees"]
+        rest = [lines for verdict, lines in verdicts if verdict == "agrees"]
         raise AssertionError("\n".join([f"{what} is not within the tolerances asked for", *bad, *rest]))

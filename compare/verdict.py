@@ -89,10 +89,10 @@ def spread(function: Callable[..., float], inputs: Mapping[str, Estimate]) -> fl
     A sum, not a root of squares, because the errors are bounds and come from one mesh: nothing says that they are
     independent. Where they would cancel, this is cautious.
     """
-    values = {name: given.value for name, given in inputs.items()}
+    values = {name: estimate.value for name, estimate in inputs.items()}
     middle, total = function(**values), 0.0
-    for name, given in inputs.items():
-        moved = (function(**(values | {name: given.value + sign * given.error})) for sign in (1, -1))
+    for name, estimate in inputs.items():
+        moved = (function(**(values | {name: estimate.value + sign * estimate.error})) for sign in (1, -1))
         total += max(abs(value - middle) for value in moved)
     return total
 
@@ -166,15 +166,17 @@ def of_formula(
     The error moves with every input's and the measured value's (``spread``).
     """
     measured = models.fem3d.steady[key]
-    known = {name: models.fem3d.steady[given] if isinstance(given, str) else given for name, given in inputs.items()}
-    predicted = formula(**{name: given.value for name, given in known.items()})
+    estimates = {
+        name: models.fem3d.steady[source] if isinstance(source, str) else source for name, source in inputs.items()
+    }
+    predicted = formula(**{name: source.value for name, source in estimates.items()})
 
     def difference(measured_: float, **values: float) -> float:
         return relative(formula(**values), measured_)
 
     return Comparison(
         title, predicted, measured.value, unit_of(key), relative(predicted, measured.value),
-        spread(difference, {**known, "measured_": measured}), lambda: reason(predicted), relative_to="the 3D value",
+        spread(difference, {**estimates, "measured_": measured}), lambda: reason(predicted), relative_to="the 3D value",
     )  # fmt: skip
 
 

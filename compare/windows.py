@@ -23,23 +23,22 @@ import numpy as np
 from compare.verdict import COVERS
 
 MOST = 16
-"""Windows of a trace at most: each is a small part of the rise, and the factor of the worst of all stays below 3."""
+"""The most windows of a trace: each stays a small part of the rise, and the worst one's factor below 3."""
 _LESS, _MORE = 0.2, 0.05
 """A scatter from row to row that is as small, or as large, in so many cases by chance is not taken for that of u. Small
 ones are doubted sooner: to take what rows share for scatter makes an interval too narrow, the reverse too wide. With
 0.1 intervals of 60 rows that share a quarter of the variance hold in 87 %, with 0.2 in 90 %, with 0.3 in 92 %, those
 of noise that only scatters in 96.7, 96.9 and 97.1 % (`pytest -m long tests/compare/test_windows.py`)."""
 _ROWS = 1.25
-"""Of noise that scatters at a distance of h rows, but not yet at half of that, 1.25 h rows tell as much as one: where
-correlations fall exponentially the sum over all distances is then within 5 % of the variance of a mean."""
+"""Rows per independent value of noise that is independent at a distance of h rows but not yet of h/2: 1.25 h. Where
+correlations fall exponentially, the sum over all distances is then within 5 % of the variance of a mean."""
 _PER_DEGREE = 35 / 18
-"""Second differences share rows: so many of them tell of the scatter as one independent number does. It is the sum of
-the squares of their correlations, 1 + 2 (2/3)^2 + 2 (1/6)^2."""
+"""Second differences that tell as much of the scatter as one independent number, as they share rows: the sum of the
+squares of their correlations, 1 + 2 (2/3)^2 + 2 (1/6)^2."""
 _SHARED = np.linspace(0, 6, 121)
-"""Standard deviations that what is shared may be off by: the places of a sum in place of an integral, which is even."""
+"""Values (standard deviations) of the shared error at which an integral over it, of an even function, is summed."""
 _LEAST = 0.05
-"""The smallest scatter that is reckoned with, as a part of u: a smaller one makes no difference, and the sum over
-shared errors would not resolve it."""
+"""The smallest scatter, as a part of u, in the integral: below it nothing changes, and the sum would not resolve it."""
 
 
 @dataclass(frozen=True)
@@ -91,10 +90,10 @@ def factor(means: Sequence[Window], u: Sequence[float]) -> float:
     from scipy.special import ndtr, ndtri
 
     shared, scatter = np.hypot([w.share for w in means], u), np.array([w.scatter for w in means])
-    known = np.hypot(shared, scatter)
-    if not (known > 0).any():
+    total = np.hypot(shared, scatter)
+    if not (total > 0).any():
         return COVERS
-    shared, scatter = (part[known > 0, None] / known[known > 0, None] for part in (shared, scatter))
+    shared, scatter = (part[total > 0, None] / total[total > 0, None] for part in (shared, scatter))
     scatter, off = scatter.clip(min=_LEAST), shared * _SHARED
     weights = np.exp(-(_SHARED**2) / 2)
     weights[0] /= 2
@@ -154,8 +153,7 @@ def _seen(time: np.ndarray, r: np.ndarray, step: int) -> float:
 
 
 def _mean_square(degrees: float, p: float) -> float:
-    """The quantile of the mean square of so many independent normal numbers (Wilson and Hilferty, Proc. Natl. Acad.
-    Sci. 17, 1931)."""
+    """The quantile of a mean square of normal numbers (Wilson and Hilferty, Proc. Natl. Acad. Sci. 17, 1931)."""
     from scipy.special import ndtri
 
     spread = 2 / (9 * degrees)

@@ -43,8 +43,7 @@ class Line:
         return integrals
 
     def products(self, values: np.ndarray, slopes: np.ndarray | None = None) -> np.ndarray:
-        """(n, n): the integrals of the products of the functions, times a number of each element, and of their slopes
-        times another."""
+        """(n, n): integrals of products of the functions, and of their slopes, with a number per element."""
         matrix = np.zeros((self.size, self.size))
         slopes = np.zeros(len(values)) if slopes is None else slopes
         for dofs, h, p, value, slope in zip(self.functions, self.lengths, self.degrees, values, slopes, strict=True):

@@ -23,8 +23,7 @@ import numpy as np
 
 from scenes.errors import RunawayError
 
-# exp(-v) is below the rounding of 1 long before v reaches this, and exp(v) does not overflow yet.
-_LARGEST_EXPONENT = 700.0
+_LARGEST_EXPONENT = 700.0  # Beyond it exp(-v) is far below the rounding of 1; exp(v) does not overflow yet.
 
 
 @dataclass(frozen=True)

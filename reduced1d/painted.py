@@ -43,12 +43,12 @@ def paint(sink: Sink, points: np.ndarray, end: float, peak: float) -> np.ndarray
     """
     sink = sink.plain
     y, z = points[:, 1], points[:, 2]
-    beyond = np.maximum(np.maximum(-y, y - sink.length), 0.0)
+    outside = np.maximum(np.maximum(-y, y - sink.length), 0.0)
     pad = sink.anchor_distance / (sink.silicon.thermal_conductivity * sink.pad_width * sink.thickness)
     oxide = sink.oxide_thickness / (sink.oxide.thermal_conductivity * sink.oxide_length * sink.oxide_width)
     share = pad / (pad + oxide)
-    part = np.minimum(beyond / sink.anchor_distance, 1.0) if sink.anchor_distance else (beyond > 0).astype(float)
-    rise = np.where(beyond > 0, end * (1 - share * part), parabola(y, peak - end, end, sink.length))
+    part = np.minimum(outside / sink.anchor_distance, 1.0) if sink.anchor_distance else (outside > 0).astype(float)
+    rise = np.where(outside > 0, end * (1 - share * part), parabola(y, peak - end, end, sink.length))
     deep = np.clip(-z / sink.oxide_thickness, 0.0, 1.0)
     below = deep > 1e-9
     rise[below] = end * (1 - share) * (1 - deep[below])

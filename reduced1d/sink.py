@@ -13,6 +13,7 @@ from scenes.result import Estimate, Result, Traces
 from scenes.sink import Sink
 
 _MOST_TIMES, _FINEST = 100_000, 1e-8
+"""The most rows of a trace, and the smallest accuracy that their spacing is made for."""
 
 
 def anchor_series_resistance(sink: Sink) -> float:
@@ -34,8 +35,7 @@ def air_conductance(sink: Sink) -> float:
 
 
 def gap_conductance(sink: Sink) -> float:
-    """Conductance (W/K) from the beam's underside through a gas in the gap to the substrate, at room temperature here;
-    a lumped term as that of the air."""
+    """Conductance (W/K) of the gap's gas from the beam to a substrate at room temperature, lumped as the air's."""
     return sink.gap_coefficient * sink.length * sink.width
 
 

@@ -17,7 +17,7 @@ from scenes.result import Result
 from scenes.sink import Sink
 from scenes.varied import neighbour, numbers
 
-STEP = 2e-4
+STEP = 2e-4  # Relative step of a key in a central difference; its error is the step's square.
 OF_DEVICE = {
     "sink_power_W": "sink's power",
     "sensor_power_W": "sensor's power",
@@ -25,7 +25,7 @@ OF_DEVICE = {
     "sink_V": "sink's voltage",
     "polymer_flux_W": "heat to the polymer",
 }
-"""Temperatures are what the controllers make them, and have no derivative worth the name."""
+"""Quantities with derivatives; the controllers fix the temperatures."""
 
 Steady = dict[str, dict[str, float]]
 OverTime = dict[str, dict[str, np.ndarray]]
@@ -38,10 +38,10 @@ def of_sink(
     temperatures), by key and quantity. Raises what `reduced1d.ladder.solve` raises."""
 
     def solved(key: str, step: float) -> tuple[dict[str, float], dict[str, np.ndarray]]:
-        other = neighbour(sink, key, step)
-        result: Result = ladder.solve(other, reduction, steady_only=times is None, times=times)
+        changed = neighbour(sink, key, step)
+        result: Result = ladder.solve(changed, reduction, steady_only=times is None, times=times)
         traces = {} if result.traces is None else result.traces.values
-        rises = {n: v - other.room_temperature * n.endswith("_K") for n, v in traces.items()}
+        rises = {n: v - changed.room_temperature * n.endswith("_K") for n, v in traces.items()}
         return {name: e.value for name, e in result.steady.items()}, rises
 
     steady, course = Steady(), OverTime()
@@ -61,8 +61,7 @@ def _slope(more: float | np.ndarray, less: float | np.ndarray) -> np.ndarray:
 
 
 def of_device(device: Device) -> dict[str, dict[str, float]]:
-    """d ln quantity / d ln key of the steady state after the outer step, by key and quantity; quantities that are zero
-    have none."""
+    """d ln quantity / d ln key of the final steady state, by key and quantity; zero quantities have none."""
     slopes: dict[str, dict[str, float]] = {}
     for key in numbers(device):
         more, less = (steady_state(neighbour(device, key, step)) for step in (STEP, -STEP))

@@ -15,12 +15,11 @@ from scenes.errors import NumericsError
 from scenes.units import LENGTH
 
 _TERMS = 40
-"""Number of terms of each sum, times the plate's side over the source's. What is left out falls as their square; the
-sum with half as many tells how large it is."""
+"""Terms of each sum per ratio of plate to source. The rest falls as their square, which half as many terms tell."""
 _FAR = 6
-"""Thicknesses beyond which a plate's side does not matter: what it reflects falls by exp(-pi) over each, to 6e-9."""
+"""Sides farther away than so many thicknesses don't matter: a reflection falls by exp(-pi) over each, to 6e-9."""
 _MOST = 500_000_000
-"""Terms that a sum has at most, some three seconds: a cube whose sides are 500 times the source's."""
+"""The most terms of a sum, some three seconds: for a plate 500 times as wide as the source and as thick."""
 
 
 def plate_resistance(

@@ -15,7 +15,7 @@ from scenes.model import Boundary, Box, Contact, Point, Probe, Scene
 from scenes.sink import Sink, face
 
 ONE_SINK = "array.columns = {0.columns} and array.rows = {0.rows}: {1}, so give 1 of each"
-"""What is said where more than one isn't solved."""
+"""The refusal of more than one sink where only one is solved."""
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ def driven(sink: Sink) -> tuple[int, ...]:
 
 def whole(sink: Sink) -> Scene:
     """The array in one structure: of each element ``sink<k>_`` and its own names, of idle ones without circuits."""
-    one = alone(sink).scene()
+    element = alone(sink).scene()
     on = driven(sink)
     boxes: list[Box] = []
     boundaries: list[Boundary] = []
@@ -101,15 +101,15 @@ def whole(sink: Sink) -> Scene:
         def put(item, number: int = number):  # type: ignore[no-untyped-def]
             return replace(item, name=f"sink{number}_{item.name}", lower=moved(item.lower), upper=moved(item.upper))
 
-        boxes += [put(b) for b in one.boxes if b.name != "substrate"]
+        boxes += [put(b) for b in element.boxes if b.name != "substrate"]
         boundaries += [
-            put(b) for b in one.boundaries if b.kind == "convection" or (b.kind == "voltage" and number in on)
+            put(b) for b in element.boundaries if b.kind == "convection" or (b.kind == "voltage" and number in on)
         ]
-        probes += [put(p) for p in one.probes if p.name != "end"]
-        for c in one.contacts:
+        probes += [put(p) for p in element.probes if p.name != "end"]
+        for c in element.contacts:
             pair = tuple(name if name == "substrate" else f"sink{number}_{name}" for name in c.between)
             contacts.append(replace(c, name=f"sink{number}_{c.name}", between=(pair[0], pair[1])))
-    plate = one.boxes[-1]
+    plate = element.boxes[-1]
     bottom = Boundary("substrate", "temperature", *face(plate, 2, 0), sink.room_temperature)
     return Scene(
         sink.name, (*boxes, plate), (*boundaries, bottom), tuple(probes), sink.room_temperature, sink.end_time,

@@ -16,51 +16,51 @@ FIRST_TIME = 10e-6
 EQUATIONS = ("eq12", "eq13", "eq14", "eq16", "eq18", "eq18_measured")
 FIGURES = ("fig4", "fig5", "fig6_peak", "fig6_end", "fig7_current")
 OF_THE_ROW = tuple(f"islands_{what}" for what in ("peak_inner", "peak_outer", "mean", "current"))
+"""Checks of the chosen 1D model of a row of spans."""
 OF_THE_SPANS = ("islands_equivalent", "islands_equivalent_over_time")
-"""Those of a row's spans against each other and one alone, in 3D."""
+"""Checks of the spans of a row against each other and against one span alone, in 3D."""
 _TRACES = ("fig6_peak", "fig6_end", "fig7_current", *(f"{check}_over_time" for check in OF_THE_ROW))
 OVER_TIME = (*_TRACES, "islands_equivalent_over_time")
-"""Those that need the transient."""
+"""Checks that need the transient."""
 OF_THE_REDUCTION = ("fig4", *OF_THE_ROW, *_TRACES)
-"""Those of the 1D model that was chosen."""
+"""Checks of the chosen 1D model."""
 OF_THE_PAPER = (*EQUATIONS, "fig5")
-"""Those of the paper's equations, with 3D numbers put in, whichever 1D model was chosen."""
+"""Checks of the paper's equations with 3D numbers put in, whichever 1D model was chosen."""
 
 DEFAULT_TOLERANCES: dict[str, float] = {
     **dict.fromkeys(EQUATIONS, 0.02),
     **dict.fromkeys(FIGURES, 0.05),
     "energy": 1e-8,
 }
-"""The relative tolerance of every check of the sink, by its id, where a scene declares none."""
+"""The relative tolerance of every check of the sink, by id, where a scene declares none."""
 
 ISLAND_TOLERANCES: dict[str, float] = {
     f"{check}{when}": 0.02 if check == "islands_current" else 0.05
     for when in ("", "_over_time")
     for check in (*OF_THE_ROW, "islands_equivalent")
 }
-"""The same of a sink of several spans, which has these and the energy's. The current, of itself, is to be as good as an
-equation, for it is one: Ohm's law of the row."""
+"""Tolerances of a row of spans, beside the energy's. The current's is an equation's: Ohm's law of the row."""
 
 AIR_TOLERANCES: dict[str, float] = {"air_peak": 0.05, "air_mean": 0.05, "air_end": 0.05, "air_current": 0.02}
-"""The same of leaving out the air, where it is asked for."""
+"""Tolerances of what leaving out the air changes."""
 
 AGAINST_TOLERANCES = {f"against_{name}": 0.05 for name in ("peak", "end", "mean", "current", "power")}
-"""The same of the checks of a user's own traces against the 3D model."""
+"""Tolerances of a user's own traces against the 3D model."""
 
 SLOPE_TOLERANCES: dict[str, float] = {"slope": SLOPE_TOLERANCE}
-"""The same of how 1D follows a key of the scene, for every check slope_<key>: of the largest slope."""
+"""Tolerance of how 1D follows a key of the scene (checks slope_<key>), relative to the largest slope."""
 
 SINK_TOLERANCES = DEFAULT_TOLERANCES | ISLAND_TOLERANCES | AIR_TOLERANCES | AGAINST_TOLERANCES
 SINK_CHECKS = tuple(SINK_TOLERANCES)
-"""The ids of every check that a sink may have, but those of slopes, which are one for each key."""
+"""Ids of every check that a sink may have, except slopes, of which there is one for each key."""
 
 DEVICE_TOLERANCES: dict[str, float] = {
     "fig9_settling": 0.25, "fig9_balance": 1e-6, "fig10_steady": 1e-6, "fig11_slow": 0.05, "fig12_same_time": 0.05,
     "fig13_slope": 1e-6, "fig13_limit": 1e-6, "fig14_ground": 0.05, "meter_resistance": 0.1, "meter_power": 0.05,
     "meter_rate": 0.05,
 }  # fmt: skip
-"""The same of the device. The paper's "about" is taken as a quarter, its "ca." as a tenth, a number of two digits as a
-twentieth; what it states as exact, as 1e-6."""
+"""The tolerances of the device: the paper's "about" is taken as a quarter, "ca." as a tenth, two digits as a twentieth,
+what it states as exact as 1e-6."""
 
 DEVICE_3D_TOLERANCES: dict[str, float] = {
     **dict.fromkeys(("dev3d_sink_power", "dev3d_sensor_power", "dev3d_sink_voltage", "dev3d_sensor_voltage"), 0.02),
@@ -72,14 +72,14 @@ DEVICE_3D_TOLERANCES: dict[str, float] = {
     "dev3d_claim_over_time": 0.05,
     "dev3d_shielding": 1e-4,
 }
-"""The same of the device in 3D: of steady values as of the sink's equations, of what is over time as of its figures.
-The claims are stated as exact: a ten-thousandth is what 3D is asked to know."""
+"""Tolerances of the device in 3D: steady values as the sink's equations, traces as its figures. The claims are stated
+as exact: a ten-thousandth is what 3D is asked to resolve."""
 
 DEVICE_ARRAY_TOLERANCES = {"dev3d_array": DEVICE_3D_TOLERANCES["dev3d_shielding"]}
-"""The same of several devices on one substrate."""
+"""Tolerances of several devices on one substrate."""
 
 DEVICE_CHECKS = (*DEVICE_TOLERANCES, *DEVICE_3D_TOLERANCES, *DEVICE_ARRAY_TOLERANCES)
-"""The ids of every check that a device may have."""
+"""Ids of every check that a device may have."""
 
 
 def tolerances(known: tuple[str, ...] = (*SINK_CHECKS, *SLOPE_TOLERANCES)) -> Numbers:

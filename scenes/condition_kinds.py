@@ -1,5 +1,4 @@
-"""The kinds of value that conditions and contacts take: what varies in time, what a face gives heat by, and a contact's
-resistance."""
+"""Kinds of value of conditions: what varies in time, a face's surroundings, a contact's resistance."""
 
 from __future__ import annotations
 
@@ -15,8 +14,7 @@ from scenes.parameters import quantity
 from scenes.units import PLAIN, Dimension, UnitError
 
 MOST_POINTS = 2_000
-"""Points of a schedule: at each the drive bends and a time step ends. One of 1,000 takes half a minute, most of it to
-find its error."""
+"""Points of a schedule: a time step ends at each. One of 1,000 takes half a minute, most of it for its error."""
 
 
 class Resistance(NamedTuple):
@@ -68,9 +66,8 @@ class Varying(Kind):
 
 @dataclass(frozen=True)
 class Surroundings(Kind):
-    """A table of what a face gives heat by, under a ``name``, and the ambient temperature: that may vary in time where
-    its kind does, the other may not. ``quantity`` is of what is under the name, ``law`` of what may follow the face's
-    temperature, where it may."""
+    """A table with a face's coefficient, under a ``name``, and the ambient temperature, which may vary in time where
+    its kind allows. ``quantity`` is the coefficient's; ``law`` its kind where it may follow the face's temperature."""
 
     name: str
     quantity: Quantity

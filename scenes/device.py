@@ -11,7 +11,7 @@ from scenes.parameters import Parameters
 from scenes.sink import Sink, face
 
 SUBSTRATE = "substrate"
-"""What the names of the faces on the substrate, or of its bottom, start with."""
+"""How the names of faces on the substrate, or of its bottom, begin."""
 
 GOLD = Material("gold", 318.0, 19320.0, 129.0, 2.23e-8, 3.768e-3, 293.0, valid_to=1337.0)
 PDMS = Material("pdms", 0.15, 970.0, 1460.0, valid_to=473.0)
@@ -88,7 +88,7 @@ class Device:
         The voltages are half of that above and below zero, for then the middle is a plane of symmetry of both films.
         """
         sink, half = self.sink, self.sink.width / 2
-        given, boxes, height = sink.scene(), [], sink.thickness
+        base, boxes, height = sink.scene(), [], sink.thickness
         for name, material, thickness in (
             ("insulator", self.pdms, self.insulator_thickness),
             ("gold", self.gold, self.sensor_thickness),
@@ -96,7 +96,7 @@ class Device:
         ):
             boxes.append(Box(name, material, (-half, 0.0, height), (half, sink.length, height + thickness)))
             height += thickness
-        beam, gold, polymer = given.boxes[0], boxes[1], boxes[2]
+        beam, gold, polymer = base.boxes[0], boxes[1], boxes[2]
         # What the structure stands on is an input of its own, at room temperature throughout.
         below = Schedule((0.0,), (sink.room_temperature,))
         boundaries = [
@@ -105,7 +105,7 @@ class Device:
             else replace(b, value=below)
             if b.kind == "temperature"
             else replace(b, ambient=below)
-            for b in given.boundaries
+            for b in base.boundaries
             if b.kind != "voltage"
         ]
         for name, film, on in (("sink", beam, 0.0), ("sensor", gold, self.control.sample_time)):
@@ -118,8 +118,8 @@ class Device:
         boundaries.append(Boundary("outside", "temperature", *face(polymer, 2, 1), outer))
         probes = tuple(Probe(name, film.lower, film.upper) for name, film in (("sink", beam), ("sensor", gold)))
         return Scene(
-            self.name, (*given.boxes, *boxes), tuple(boundaries), probes, sink.room_temperature, self.end_time,
-            self.accuracy_3d, contacts=given.contacts,
+            self.name, (*base.boxes, *boxes), tuple(boundaries), probes, sink.room_temperature, self.end_time,
+            self.accuracy_3d, contacts=base.contacts,
         )  # fmt: skip
 
     @property

@@ -1,5 +1,4 @@
-"""The errors of a scene that cannot be solved, as written or by its physics, and the words that messages are made
-of."""
+"""Errors of scenes that cannot be solved, as written or by their physics, and words for messages."""
 
 from __future__ import annotations
 
@@ -8,9 +7,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TextIO
 
-_LONGEST = 60
-_LONGEST_REASON = 200
-_MOST = 4
+_LONGEST = 60  # Characters of a user's text that a message repeats at most.
+_LONGEST_REASON = 200  # Characters of another library's message that a message repeats at most.
+_MOST = 4  # Names that a list in a message has at most.
 
 
 class SceneError(ValueError):
@@ -83,8 +82,7 @@ def printable(text: str, longest: int = _LONGEST) -> str:
 
 
 def columns(stream: TextIO, most: int) -> int:
-    """How many columns a line has on the terminal that a stream goes to, at most so many, and at least 20; ``most``
-    where it goes to none."""
+    """Columns of the terminal that a stream goes to, from 20 to ``most``; ``most`` where it goes to none."""
     try:
         return max(min(os.get_terminal_size(stream.fileno()).columns or most, most), 20)
     except (OSError, ValueError, AttributeError):

@@ -23,15 +23,15 @@ from scenes.errors import did_you_mean, listed, printable
 from scenes.units import LEADING_UNIT, PLAIN, Powers, UnitError, called, parse_quantity, parse_unit, spelled
 
 LONGEST = 500
-"""Characters of an expression; what is longer is better said in several parameters."""
+"""Characters of an expression at most; longer ones are better written as several parameters."""
 DEEPEST = 40
-"""Brackets, signs and powers within one another: some five calls of Python each, of the thousand that it allows."""
+"""Nested brackets, signs and powers at most: each takes some five Python calls of the thousand allowed."""
 LARGEST_EXPONENT = 100
-"""No formula needs more, and exact fractions stay small."""
+"""No formula needs larger exponents, and exact fractions stay small."""
 MOST_BITS = 4000
-"""Bits of an exact fraction's numerator or denominator; one with more is rounded to a double."""
+"""Exact fractions with more bits in numerator or denominator are rounded to a double."""
 ROOTS = 12
-"""Exponents of quantities with a unit are multiples of 1/2, 1/3 ... 1/12: those of units are rational."""
+"""Exponents of units are rational, with denominators of at most this."""
 
 FUNCTIONS = ("sqrt", "min", "max")
 PI = "pi"
@@ -140,10 +140,10 @@ class _Reader:
         self._deeper()
         total = self._product()
         while sign := self._take("+", "-"):
-            other = self._product()
+            term = self._product()
             verb = "adds {1} to {0}" if sign == "+" else "subtracts {1} from {0}"
-            _alike(total, other, verb)
-            value = total.value + other.value if sign == "+" else total.value - other.value
+            _alike(total, term, verb)
+            value = total.value + term.value if sign == "+" else total.value - term.value
             total = Measure(_short(value), total.powers)
         self.depth -= 1
         return total
@@ -151,12 +151,12 @@ class _Reader:
     def _product(self) -> Measure:
         product = self._signed()
         while sign := self._take("*", "/"):
-            other = self._signed()
-            if sign == "/" and not other.value:
+            factor = self._signed()
+            if sign == "/" and not factor.value:
                 raise UnitError("divides by zero")
             by = 1 if sign == "*" else -1
-            powers: Powers = tuple(a + by * b for a, b in zip(product.powers, other.powers, strict=True))  # type: ignore[assignment]
-            product = Measure(_short(product.value * other.value**by), powers)
+            powers: Powers = tuple(a + by * b for a, b in zip(product.powers, factor.powers, strict=True))  # type: ignore[assignment]
+            product = Measure(_short(product.value * factor.value**by), powers)
         return product
 
     def _signed(self) -> Measure:
@@ -224,18 +224,18 @@ class _Reader:
 
     def _function(self, name: str) -> Measure:
         self._expect("(")
-        given = [self._sum()]
+        arguments = [self._sum()]
         while self._take(","):
-            given.append(self._sum())
+            arguments.append(self._sum())
         self._expect(")")
         if name == "sqrt":
-            if len(given) > 1:
+            if len(arguments) > 1:
                 raise UnitError("gives sqrt more than one number")
-            return _raised(given[0], Measure(Fraction(1, 2), PLAIN))
-        for other in given[1:]:
-            _alike(given[0], other, "compares {0} with {1}")
+            return _raised(arguments[0], Measure(Fraction(1, 2), PLAIN))
+        for argument in arguments[1:]:
+            _alike(arguments[0], argument, "compares {0} with {1}")
         chosen = max if name == "max" else min
-        return Measure(chosen(each.value for each in given), given[0].powers)
+        return Measure(chosen(each.value for each in arguments), arguments[0].powers)
 
 
 def _alike(a: Measure, b: Measure, verb: str) -> None:

@@ -14,9 +14,9 @@ import numpy as np
 from scenes import laws
 
 SIGMA = 5.670374419e-8
-"""Stefan's and Boltzmann's constant, W/(m2 K4): CODATA 2018, exact in the SI."""
-NEAR = 1e-6  # of a temperature: two that are closer are one, and a difference of a law there is rounding
-COLDEST = 1.0  # K: a state on the way to the solution may lie below, where nothing has a coefficient
+"""The Stefan-Boltzmann constant, W/(m2 K4): CODATA 2018, exact in the SI."""
+NEAR = 1e-6  # Relative: temperatures closer than this are the same, as a law's difference between them is rounding.
+COLDEST = 1.0  # K: laws are evaluated no lower, as states on the way to the solution may be.
 
 
 def flux(boundary: Any, temperature: np.ndarray) -> np.ndarray:
@@ -32,8 +32,7 @@ def flux(boundary: Any, temperature: np.ndarray) -> np.ndarray:
 def coefficient(boundary: Any, temperature: np.ndarray) -> np.ndarray:
     """The part of the flux's derivative that is above zero, in W/(m2 K): 4 eps sigma T^3, or h(T)."""
     t = np.maximum(temperature, COLDEST)
-    slope: np.ndarray = 4 * boundary.value * SIGMA * t**3 if boundary.kind == "radiation" else boundary.value(t)
-    return slope
+    return 4 * boundary.value * SIGMA * t**3 if boundary.kind == "radiation" else boundary.value(t)
 
 
 def beyond(boundary: Any, temperature: np.ndarray) -> np.ndarray | None:
@@ -47,13 +46,11 @@ def beyond(boundary: Any, temperature: np.ndarray) -> np.ndarray | None:
 def slope(boundary: Any, temperature: np.ndarray) -> np.ndarray:
     """The whole derivative of the flux, in W/(m2 K)."""
     rest = beyond(boundary, temperature)
-    whole: np.ndarray = coefficient(boundary, temperature) + (0.0 if rest is None else rest)
-    return whole
+    return coefficient(boundary, temperature) + (0.0 if rest is None else rest)
 
 
 def towards(boundary: Any, other: Any, temperature: np.ndarray) -> np.ndarray:
-    """What the flux (W/m2) changes by on the way from a boundary to another that differs from it by its numbers, to
-    first order."""
+    """First-order change of the flux (W/m2) from a boundary to another that differs in its numbers."""
     t, ambient = np.maximum(temperature, COLDEST), float(boundary.ambient)
     warmer = float(other.ambient) - ambient
     if boundary.kind == "radiation":
@@ -67,8 +64,7 @@ def secant(boundary: Any, start: float, rise: np.ndarray) -> np.ndarray:
     """What the flux grows by from a temperature (K) to a ``rise`` above it, over that rise, in W/(m2 K)."""
     t = np.maximum(start + rise, COLDEST)
     if boundary.kind == "radiation":
-        found: np.ndarray = boundary.value * SIGMA * (t + start) * (t**2 + start**2)
-        return found
+        return boundary.value * SIGMA * (t + start) * (t**2 + start**2)
     law, near = boundary.value, np.abs(rise) < NEAR * start
     # (h(T) - h(T_0)) / (T - T_0), where the two are close the slope between them.
     apart = np.where(near, 1.0, t - start)

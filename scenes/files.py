@@ -1,5 +1,4 @@
-"""Reading what a user names as a file, so that nothing that is named can take the machine: files only, of bounded size,
-and TOML of bounded depth."""
+"""Reading files that users name so that none exhausts the machine: real files, of bounded size and TOML depth."""
 
 from __future__ import annotations
 
@@ -12,8 +11,8 @@ from typing import Any
 from scenes.errors import SceneError
 
 DEEPEST = 32
-"""Parts of a TOML key that are read. A scene's keys have four at most, and the standard library's parser takes memory
-that grows with the square of their number: 9.6 GB for a key of 50,000."""
+"""Parts of a TOML key at most. Scenes have four; the standard library's parser takes memory that grows with the square
+of their number, 9.6 GB for 50,000."""
 _PART = r"""(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')"""
 _DEEP = re.compile(rf"(?<![\w-])(?:{_PART}[ \t]*+\.[ \t]*+){{{DEEPEST}}}")
 
@@ -38,8 +37,7 @@ def contents(path: Path, most: int, called: str, instead: str) -> bytes:
 
 
 def parsed(text: str) -> dict[str, Any]:
-    """The document of a TOML text. Raises ValueError or RecursionError for what is none, and SceneError for a key of
-    more than `DEEPEST` parts."""
+    """The document of a TOML text. ValueError, RecursionError; SceneError for keys of over `DEEPEST` parts."""
     if deep := _DEEP.search(text):
         line = text.count("\n", 0, deep.start()) + 1
         raise SceneError(f"line {line} has more than {DEEPEST} names joined by dots: no key of a scene is that long")

@@ -14,8 +14,7 @@ _WITHOUT_PREFIX = ("K", "K/W", "1", "")
 
 
 def scale(value: float, unit: str, prefixed: bool = False) -> tuple[float, str]:
-    """The factor to multiply a value by, and the unit with its prefix: 0.0033 A gives (1000, "mA"); ``prefixed``
-    kelvins have one too."""
+    """Factor and unit that show a value: 0.0033 A gives (1000, "mA"); kelvins get a prefix if ``prefixed``."""
     if (unit in _WITHOUT_PREFIX and not prefixed) or value == 0 or not math.isfinite(value):
         return 1.0, unit
     power = min(max(3 * math.floor(math.log10(abs(value)) / 3 + 1e-12), -12), 9)

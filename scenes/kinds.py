@@ -17,15 +17,7 @@ from typing import Any, Protocol
 from scenes.errors import SceneError, did_you_mean, quoted
 from scenes.expressions import is_expression
 from scenes.parameters import quantity
-from scenes.units import (
-    PLAIN,
-    TEMPERATURE,
-    TIME,
-    Dimension,
-    UnitError,
-    called,
-    meant,
-)  # fmt: skip
+from scenes.units import PLAIN, TEMPERATURE, TIME, Dimension, UnitError, called, meant  # fmt: skip
 
 
 class Kind(Protocol):
@@ -64,12 +56,9 @@ class Quantity(Kind):
         if not fault and not self.lower <= (abs(value) if self.signed else value) <= self.upper:
             fault = "is out of range"
         if fault:
-            raise SceneError(f"{path} = {self._said(given, value)} {fault}: give {self._allowed()}")
+            computed = f" = {self.dimension.show(value)}" if value and is_expression(given) else ""
+            raise SceneError(f"{path} = {quoted(given)}{computed} {fault}: give {self._allowed()}")
         return value
-
-    def _said(self, given: object, value: float) -> str:
-        """What is given, and of an expression what it comes to."""
-        return quoted(given) + (f" = {self.dimension.show(value)}" if value and is_expression(given) else "")
 
     def write(self, value: Any) -> Any:
         """A plain float, or the word for ``None``; what is no number stays as it is, for ``read`` to refuse."""
@@ -203,8 +192,7 @@ class Numbers(Kind):
 
 
 def known_name(path: str, name: object, known: tuple[str, ...], called: str) -> str:
-    """A name that is among those known; SceneError for any other. Of the many of a kind in the list, one stands for
-    all: a row's checks."""
+    """A name among those known, else SceneError. Of the many of a kind, its list has one: a row's checks."""
     if isinstance(name, str) and name in known:
         return name
     hint = did_you_mean(name, known) if isinstance(name, str) else ""
@@ -254,7 +242,7 @@ NAME = Text(
     "cannot name a results folder: give text of 1 to 60 letters, digits, spaces, dots, - and _, with a letter or digit "
     "at either end",
 )
-"""A short text that is safe as part of a folder's name."""
+"""A short text that is safe in a folder's name."""
 
 
 INSTANT = Quantity(TIME, 0.0, 1e9)
@@ -274,7 +262,7 @@ class Place(Kind):
 
 
 MOST_TIMES = 10_000
-"""Output times: each is a row of traces.csv."""
+"""The most output times: each is a row of traces.csv."""
 
 
 @dataclass(frozen=True)
@@ -311,7 +299,7 @@ LABEL = Text(
     "is not a name: give text of 1 to 60 letters, digits, spaces, dots, +, - and _, with a letter or digit at either "
     "end",
 )
-"""The name of a part, by which messages, overrides and columns call it."""
+"""The name of a part, used by messages, overrides and columns."""
 MODEL_FILE = Text(r"[ -~\u00a0-\uffff]*\S[ -~\u00a0-\uffff]*", "is no text of one line", longest=4096)
 KELVIN = Quantity(TEMPERATURE, 0.0, 1e6)
 

@@ -167,8 +167,7 @@ def _along(
 
 
 def towards(law: Any, other: Any, temperature: Any) -> Any:
-    """What the property at a temperature (K) changes by on the way from a law, or a number, to another of its kind, to
-    first order in all that differs."""
+    """First-order change of a property at a temperature (K) from a law, or number, to another of its kind."""
     import numpy as np
 
     if isinstance(law, PowerLaw):

@@ -28,9 +28,9 @@ from scenes.validity import check as check
 
 T = TypeVar("T")
 _EXPECTED = "checks.expect_differs"
-_LONGEST = 80
+_LONGEST = 80  # Characters of the part of a folder's name that tells a scene apart; longer ones end in a hash.
 _LARGEST = 10
-"""MB of a scene file: some 100,000 boxes, far more than are solved."""
+"""MB of a scene file at most: some 100,000 boxes, far more than are solved."""
 _BOX = re.compile(r"^[ \t]*\[\[[ \t]*box[ \t]*\]\]", re.MULTILINE)
 _HERE = Path(__file__).parent
 
@@ -64,8 +64,7 @@ def load(source: str | Path, overrides: Sequence[str] = (), *, of: SceneType[Any
 
 
 def load_free(source: str | Path, overrides: Sequence[str] = ()) -> AnyScene:
-    """The same of an example by its name, or of a file as a free scene; the mesh of one with a [mesh], which is not
-    read here, lies beside it."""
+    """The same of a free scene, an example or a file; the mesh of a [mesh] lies beside it and is not read."""
     from scenes import free
 
     content, name, folder = document(source, examples())
@@ -76,7 +75,7 @@ def load_free(source: str | Path, overrides: Sequence[str] = ()) -> AnyScene:
 def _check_kind(source: str | Path, content: Mapping[str, Any], scene_type: SceneType[Any] | None) -> None:
     """SceneError where a document is plainly of another type than this one, ``None`` being a free scene's; a sink's
     may become a device's by its overrides."""
-    from scenes.free.document import BOXES
+    from scenes.free.tables import BOXES
 
     kind = type_of_file(content)
     if kind is None:
@@ -91,7 +90,7 @@ def _check_kind(source: str | Path, content: Mapping[str, Any], scene_type: Scen
 
 def type_of_file(content: Mapping[str, Any]) -> SceneType[Any] | None:
     """Whether a document is of a sink or of a device; ``None`` for a free scene."""
-    from scenes.free.document import LISTS
+    from scenes.free.tables import LISTS
 
     if {*LISTS, "mesh"} & set(content):
         return None
@@ -102,17 +101,15 @@ def type_of_file(content: Mapping[str, Any]) -> SceneType[Any] | None:
 
 
 def overridden(scene: T, overrides: Sequence[str]) -> T:
-    """A scene with "KEY=VALUE" overrides put over it as `load` puts them, checked; raises SceneError. What is made of
-    parameters follows them."""
-    given: Any = scene
+    """A scene with "KEY=VALUE" overrides as `load` has them, checked; parameters move all. Raises SceneError."""
+    changed: Any = scene
     if not overrides:
-        return check(given) if given.kind in OF_KIND else given
-    if given.parameters is None:
-        return _read(given, _flat(given), overrides)
-    flat = given.parameters.flat
-    after = _read(given, flat, overrides)
-    changed: Any = replace(transferred(given, _read(given, flat, ()), after), parameters=after.parameters)
-    return changed  # type: ignore[no-any-return]
+        return check(changed) if changed.kind in OF_KIND else changed
+    if changed.parameters is None:
+        return _read(changed, _flat(changed), overrides)
+    flat = changed.parameters.flat
+    after = _read(changed, flat, overrides)
+    return replace(transferred(changed, _read(changed, flat, ()), after), parameters=after.parameters)  # type: ignore[no-any-return]
 
 
 def _flat(scene: Any) -> dict[str, Any]:

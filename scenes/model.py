@@ -257,13 +257,13 @@ class Declared:
 
 
 OVER_TIME = "_over_time"
-"""How the checks of probes over time end; those of the steady state are called as the probes."""
+"""How ids of checks over time end; those of the steady state are the probes' names."""
 SLOPES = ("slope",)
-"""What stands for the checks of how a model follows each key, slope_<key>."""
+"""Stands for the checks of how a model follows each key, slope_<key>."""
 PROBE_TOLERANCE = 0.05
-"""How far a model may be from 3D where a scene says nothing: as for the figures of the paper."""
+"""Relative tolerance of a model's probes where the scene gives none: that of the paper's figures."""
 SLOPE_TOLERANCE = 0.1
-"""The same of how it follows a key, of the largest slope."""
+"""The same of slopes, relative to the largest one."""
 
 
 @dataclass(frozen=True)
@@ -293,9 +293,9 @@ class Scene(Declared):
         """A probe of the mean temperature of every box."""
         return tuple(Probe(f"mean {box.name}", box.lower, box.upper) for box in self.boxes)
 
-    def contact(self, one: int, other: int) -> Contact | None:
+    def contact(self, first: int, second: int) -> Contact | None:
         """The contact between two boxes, by their numbers, where there is one that isn't perfect."""
-        return self._contacts.get(frozenset((one, other)))
+        return self._contacts.get(frozenset((first, second)))
 
     @cached_property
     def _contacts(self) -> dict[frozenset[int], Contact]:

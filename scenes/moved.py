@@ -9,18 +9,18 @@ from numbers import Real
 from typing import Any
 
 
-def transferred(given: Any, before: Any, after: Any, part: float = 1.0) -> Any:
+def transferred(value: Any, before: Any, after: Any, part: float = 1.0) -> Any:
     """A scene, or a value of one, with a part of what another has between ``before`` and ``after``: numbers change by
     that part of the difference, all else becomes as it is afterwards. Nothing that is alike in both changes."""
     if before == after:
-        return given
-    if part == 1 and given == before:
+        return value
+    if part == 1 and value == before:
         return after
-    if isinstance(given, tuple) and isinstance(after, tuple) and len(given) == len(before) == len(after):
-        return tuple(transferred(*each, part) for each in zip(given, before, after, strict=True))
-    if is_dataclass(given) and not isinstance(given, type) and type(given) is type(before) is type(after):
-        three = ((f.name, *(getattr(x, f.name) for x in (given, before, after))) for f in fields(given) if f.compare)
-        return replace(given, **{name: transferred(g, b, a, part) for name, g, b, a in three})
-    if all(isinstance(x, Real) and not isinstance(x, bool) for x in (given, before, after)):
-        return given + part * (after - before)
+    if isinstance(value, tuple) and isinstance(after, tuple) and len(value) == len(before) == len(after):
+        return tuple(transferred(*each, part) for each in zip(value, before, after, strict=True))
+    if is_dataclass(value) and not isinstance(value, type) and type(value) is type(before) is type(after):
+        parts = ((f.name, *(getattr(x, f.name) for x in (value, before, after))) for f in fields(value) if f.compare)
+        return replace(value, **{name: transferred(g, b, a, part) for name, g, b, a in parts})
+    if all(isinstance(x, Real) and not isinstance(x, bool) for x in (value, before, after)):
+        return value + part * (after - before)
     return after

@@ -8,18 +8,7 @@ from itertools import pairwise
 
 from scenes import laws
 from scenes.errors import SceneError, listed, quoted
-from scenes.model import (
-    ELECTRIC,
-    AnyScene,
-    Boundary,
-    GroupBoundary,
-    Material,
-    Schedule,
-    Value,
-    bends,
-    is_zero,
-    values,
-)
+from scenes.model import ELECTRIC, AnyScene, Boundary, GroupBoundary, Material, Schedule, Value, bends, is_zero, values
 
 HEAT_KEYS = ("thermal_conductivity", "density", "specific_heat")
 
@@ -120,8 +109,7 @@ def has_sides(scene: AnyScene) -> bool:
 
 
 def refuse_sides(scene: AnyScene, what: str) -> None:
-    """Refuses a scene where the temperature or the potential jumps, or a probe says on which side, for ``what`` doesn't
-    know of these."""
+    """Refuses contacts, and probes that name a side of one, for ``what`` doesn't know of these."""
     torn = [f"contact {quoted(c.name)}" for c in getattr(scene, "contacts", ()) if not c.perfect]
     behind = (b for b in scene.boundaries if b.kind == "voltage" and b.contact_resistance)
     torn += [f"boundary {quoted(b.name)}.contact_resistance" for b in behind]
@@ -142,8 +130,7 @@ def refuse_faces(scene: AnyScene, what: str) -> None:
 
 
 def refuse_following(scene: AnyScene, over_time: bool) -> None:
-    """Refuses what the 3D solution does not have yet: an ambient temperature that varies over time beside a coefficient
-    that follows the face's."""
+    """Refuses an ambient that varies in time beside a coefficient that follows the temperature."""
     for b in scene.boundaries if over_time else ():
         if bends(b) and isinstance(b.ambient, Schedule):
             raise SceneError(
@@ -153,8 +140,7 @@ def refuse_following(scene: AnyScene, over_time: bool) -> None:
 
 
 def refuse_laws(used: Iterable[Material], what: str, instead: str = "") -> None:
-    """Refuses, for ``what`` takes numbers alone, a property that is a law or differs along the axes; ``instead`` is
-    what else can be done."""
+    """Refuses laws and properties that differ along axes, for ``what``; ``instead`` says what can be done."""
     for material in used:
         for key, given in material.given():
             if not laws.is_plain(given):
@@ -175,8 +161,7 @@ def refuse_directions(used: Iterable[Material], what: str) -> None:
 
 
 def potential_of(boundary: Boundary | GroupBoundary) -> Value | str:
-    """What tells the potential of an electrode without any current: its voltage, or where its current is given a name
-    of its own."""
+    """Identifies an electrode's potential without current: its voltage, or else a name of its own."""
     return f"that of {boundary.name}" if boundary.series_resistance == math.inf else boundary.value
 
 
@@ -203,16 +188,12 @@ def refuse_terminals(scene: AnyScene, what: str) -> None:
 
 
 def refuse_ungrounded(boundaries: Iterable[Boundary | GroupBoundary], touched: Iterable[Collection[str]]) -> None:
-    """Refuses a given current in a conductor where no electrode has a voltage; ``touched`` are the names of the
-    electrodes of each conductor."""
+    """Refuses a given current in a conductor without a voltage; ``touched`` names the electrodes of each conductor."""
     currents = {b.name for b in boundaries if b.kind == "voltage" and b.key == "current"}
     for names in touched:
         if names and currents.issuperset(names):
-            what = (
-                f"boundary {quoted(min(names))} gives a current"
-                if len(names) == 1
-                else (f"boundaries {listed(sorted(names))} give currents")
-            )
+            what = f"boundary {quoted(min(names))} gives a current"
+            what = what if len(names) == 1 else f"boundaries {listed(sorted(names))} give currents"
             raise SceneError(
                 f"{what}, and no electrode of that conductor has a voltage to count from: give one a voltage, such as "
                 '"0 V"'

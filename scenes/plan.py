@@ -13,8 +13,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Export:
-    """A compact model that is asked for: its folder, the relative accuracy that it holds, and how many states it has,
-    or None for as few as hold that."""
+    """A compact model to make: folder, relative accuracy, number of states (None: as few as hold that)."""
 
     folder: Path
     accuracy: float

@@ -14,7 +14,7 @@ from scenes.model import AnyScene, Scene, Schedule, Value
 # Where the current is below this fraction of its largest, V/I is 0/0: the resistance there is interpolated between the
 # times beside it.
 NO_CURRENT = 1e-9
-SAME = 1e-9  # corners nearer to one another than this part of a scene's extent are one
+SAME = 1e-9  # Corners closer than this part of the scene's extent are one.
 
 Pair = tuple[Any, Any]
 """An electrode, and the other one of its conductor: boundaries."""
@@ -54,16 +54,18 @@ def _pair(scene: AnyScene, probe: Any, conductors: list[Collection[str]]) -> Pai
             f"{said}, which is between two electrodes, and the conductor of {quoted(electrode.name)} has {has}: give "
             "an electrode of a conductor with two"
         )
-    other = electrodes[others.pop()]
-    if _idle(scene, electrode, other):
+    partner = electrodes[others.pop()]
+    if _idle(scene, electrode, partner):
         drive = (
-            "current passes" if inf in (electrode.series_resistance, other.series_resistance) else "voltage drives one"
+            "current passes"
+            if inf in (electrode.series_resistance, partner.series_resistance)
+            else "voltage drives one"
         )
         raise SceneError(
-            f"{said}, and for some time no {drive} between {quoted(electrode.name)} and {quoted(other.name)}: give "
+            f"{said}, and for some time no {drive} between {quoted(electrode.name)} and {quoted(partner.name)}: give "
             "them a small one, as one would to measure"
         )
-    return electrode, other
+    return electrode, partner
 
 
 def _same(scene: AnyScene, probe: Any, boundary: Any) -> bool:
@@ -75,16 +77,16 @@ def _same(scene: AnyScene, probe: Any, boundary: Any) -> bool:
     return all(abs(a - b) <= SAME * size for a, b in both)
 
 
-def _idle(scene: AnyScene, electrode: Any, other: Any) -> bool:
+def _idle(scene: AnyScene, electrode: Any, partner: Any) -> bool:
     """Whether nothing drives a current from one electrode to the other, always or for some time."""
-    by_current = [b for b in (electrode, other) if b.series_resistance == inf]
-    plus, minus = (by_current[0].value, 0.0) if by_current else (electrode.value, other.value)
+    by_current = [b for b in (electrode, partner) if b.series_resistance == inf]
+    plus, minus = (by_current[0].value, 0.0) if by_current else (electrode.value, partner.value)
     ends = {0.0, 0.0 if scene.steady else scene.end_time}
     times = sorted(ends | {t for v in (plus, minus) if isinstance(v, Schedule) for t in v.times if t < max(ends)})
     starts, lengths = np.array(times[:-1] or [0.0]), np.diff(times) if len(times) > 1 else np.zeros(1)
     # A line that is zero at two places between its ends is zero.
-    within = [at(plus, starts + part * lengths) - at(minus, starts + part * lengths) for part in (1 / 3, 2 / 3)]
-    return bool(((within[0] == 0) & (within[1] == 0)).any())
+    drops = [at(plus, starts + part * lengths) - at(minus, starts + part * lengths) for part in (1 / 3, 2 / 3)]
+    return bool(((drops[0] == 0) & (drops[1] == 0)).any())
 
 
 def at(value: Value, times: np.ndarray) -> np.ndarray:

@@ -24,7 +24,7 @@ from scenes.parameters import SECTION, Names, Parameters, known, put
 from scenes.units import TIME
 
 T = TypeVar("T")
-_HOW_LONG = ("run.end_time", "run.output_times")
+_HOW_LONG = ("run.end_time", "run.output_times")  # Keys that say how long a run is; a steady state has none of them.
 _MEANT = {
     "electrical_conductivity": "resistivity, its inverse", "sigma": "resistivity, the inverse of sigma",
     "conductivity": "thermal_conductivity, or resistivity of an electrical one", "heat_capacity": "specific_heat",
@@ -32,7 +32,7 @@ _MEANT = {
     "rho": "density, or resistivity",
     "k": "thermal_conductivity", "power": "heat_source, per volume", "h": "convection",
 }  # fmt: skip
-"""What is meant by names that are spelled like another key, or like none."""
+"""Common names of keys that are not spelled like ours."""
 
 
 @dataclass(frozen=True)
@@ -148,8 +148,7 @@ class Schema:
         return {path: key.kind.write(attrgetter(key.attribute)(scene)) for path, key in self.paths.items()}
 
     def unknown(self, path: str, given: object) -> SceneError:
-        """The error for a path that is neither a key nor a section, given something or None, with the nearest that
-        is."""
+        """The error for a path that is neither a key nor a section, with the nearest one that is."""
         section = path
         while section not in self.sections:
             section = section.rpartition(".")[0]
@@ -256,8 +255,8 @@ def _of_one_length(flat: dict[str, object], given: set[str]) -> dict[str, object
             with known(Names(flat.get(SECTION, {}))):
                 end = Quantity(TIME, 0.0, inf).read("run.end_time", flat["run.end_time"]) or 0.0
                 times = Instants().read("run.output_times", flat.pop("run.output_times"))
-            if within := [time for time in times if time <= end]:
-                flat["run.output_times"] = within
+            if kept := [time for time in times if time <= end]:
+                flat["run.output_times"] = kept
     return flat
 
 
@@ -327,13 +326,12 @@ def _find(table: str, rest: str, items: object) -> tuple[dict[str, Any], list[st
     parts = rest.split(".")
     starts = [".".join(parts[:n]) for n in range(1, len(parts))]
     wanted = next((start for start in starts if nearest(start, names)), starts[-1])
-    known = f"give {', '.join(map(quoted, names))}" if names else "it has none"
-    raise SceneError(f"the scene has no {table} {quoted(wanted)}: {known}{did_you_mean(wanted, names)}")
+    choices = f"give {', '.join(map(quoted, names))}" if names else "it has none"
+    raise SceneError(f"the scene has no {table} {quoted(wanted)}: {choices}{did_you_mean(wanted, names)}")
 
 
 def _put(item: dict[str, Any], path: list[str], value: object) -> None:
-    """Sets a key, one within a table such as convection, or a coordinate of a point; a condition given so takes the
-    place of no other."""
+    """Sets a key, one of a table or a coordinate of a point; a condition set so replaces no other."""
     *tables, key = path
     for table in tables:
         inner = item.get(table)

@@ -16,6 +16,7 @@ from typing import Any, ClassVar, Literal, NamedTuple
 
 from scenes import laws
 from scenes.checks import SINK_TOLERANCES, SLOPE_TOLERANCES
+from scenes.drive import Drive
 from scenes.model import Boundary, Box, Contact, Material, Point, Probe, Scene
 from scenes.parameters import Parameters
 
@@ -30,39 +31,19 @@ UNCERTAINTIES = {
     "materials.oxide.density": 0.013,
     "materials.oxide.specific_heat": 0.0004,
 }
-"""Typical relative standard uncertainties; ``sink.toml`` has their sources."""
+"""Typical relative standard uncertainties; `sink.toml` has their sources."""
 OXIDE = Material("oxide", 1.38, 2200.0, 703.0, valid_to=1858.0)
 SUBSTRATE = replace(SILICON, name="substrate", resistivity=None)
 """Silicon again; the oxide keeps the current from it."""
 ALONG_GAP = 1e-6
-"""Of the gas's conductivity across the gap: what it conducts along it where it is solved as boxes, which makes a film
-of them."""
+"""A gas box conducts this part along the gap of what it conducts across it: that makes a film of it."""
 WEIGHTLESS = 1e-3
-"""J/(m3 K): the gas's heat capacity there, a millionth of air's, for a film has none."""
+"""J/(m3 K): heat capacity of a gas box, a millionth of air's, as a film has none."""
 
 SLIVER = 1e-9
-"""Of a pad: what of it is narrower is rounding."""
+"""Parts of a pad narrower than this are rounding."""
 SLOWEST = 0.9
-"""Of the ratio of two spans' differences: a row in which they fall more slowly is solved whole."""
-
-
-class Drive(NamedTuple):
-    """A voltage (V) behind a ``series`` resistance (ohm); or where that is infinite a given current (A)."""
-
-    value: float
-    series: float = 0.0
-
-    @property
-    def unit(self) -> str:
-        return "A" if self.series == math.inf else "V"
-
-    @property
-    def called(self) -> str:
-        return "current_A" if self.series == math.inf else "voltage_V"
-
-    def through(self, resistance: Any) -> Any:
-        """The current (A) through a resistance (ohm), a number or an array."""
-        return self.value + 0 * resistance if self.series == math.inf else self.value / (resistance + self.series)
+"""Largest ratio of two neighbouring spans' differences; a row in which they fall more slowly is solved whole."""
 
 
 @dataclass(frozen=True)
@@ -336,8 +317,7 @@ def _boundaries(sink: Sink, boxes: tuple[Box, ...]) -> tuple[Boundary, ...]:
 
 
 def _radiating(sink: Sink, parts: list[Box]) -> Iterator[Boundary]:
-    """The faces of beam and pads that radiate: they do so where they are bare, but for the electrodes at the pads'
-    edges."""
+    """The faces of beam and pads that radiate: where they are bare, except electrodes at the pads' edges."""
     leads = {("pad-0", 1, 0), ("pad-1", 1, 1)} if sink.electrodes == "pad-edge" else set()
     for part in parts:
         for axis, side in product(range(3), range(2)):

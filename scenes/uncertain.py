@@ -40,14 +40,13 @@ class Uncertain:
         for (a, b), r in self.correlations.items():
             i, j = keys.index(a), keys.index(b)
             correlation[i, j] = correlation[j, i] = r
-        covariance: np.ndarray = correlation * np.outer(u, u)
-        return covariance
+        return correlation * np.outer(u, u)
 
 
 def read(scene: object, given: Sequence[str], correlated: Sequence[str] = ()) -> Uncertain:
     """What ``--uncertain`` and ``--correlated`` say of a scene; a later one wins. Raises SceneError for what is no
     uncertainty, for a key that is unknown or has no number, and for correlations that can't be."""
-    known, relative = numbers(scene), dict[str, float]()
+    values, relative = numbers(scene), dict[str, float]()
     for text in given:
         if text.strip() == MATERIALS:
             # A device has that of its sink.
@@ -55,17 +54,17 @@ def read(scene: object, given: Sequence[str], correlated: Sequence[str] = ()) ->
             for key, u in table.items():
                 # Of three along the axes each.
                 along = [f"{key}[{axis}]" for axis in "xyz"]
-                relative |= {path: u for path in (key, *along) if path in known}
+                relative |= {path: u for path in (key, *along) if path in values}
             continue
         key, equals, value = (part.strip() for part in text.partition("="))
         if not (key and equals and value):
             raise SceneError(f"--uncertain {quoted(text)} says nothing: {_FORM}")
-        path = path_of(scene, key, known, "--uncertain")
-        relative[path] = _relative(scene, path, value, known[path])
+        path = path_of(scene, key, values, "--uncertain")
+        relative[path] = _relative(scene, path, value, values[path])
     correlations = dict[tuple[str, str], float]()
     for text in correlated:
         pair, _, value = text.partition("=")
-        keys = [path_of(scene, key.strip(), known, "--correlated") for key in pair.split(",") if key.strip()]
+        keys = [path_of(scene, key.strip(), values, "--correlated") for key in pair.split(",") if key.strip()]
         r = _number(value)
         if len(keys) != 2 or keys[0] == keys[1] or r is None:
             raise SceneError(f"--correlated {quoted(text)} says nothing: give KEY,KEY=0.9, two keys and a correlation")

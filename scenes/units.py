@@ -61,11 +61,11 @@ _FACTOR = rf"(?:[{''.join(_PREFIXES)}]?(?:{'|'.join(_SYMBOLS)}){_POWER}|{_WORDS}
 LEADING_UNIT = re.compile(
     rf"\s*(?:1\s*/\s*)?{_FACTOR}(?:(?:\s*/\s*|\s+){_FACTOR}|\s*/\s*\(\s*{_FACTOR}(?:\s+{_FACTOR})*\s*\))*", re.ASCII
 )
-"""A unit in front of something else, with signs as `spelled` has them: as far as there are known ones."""
+"""A unit at the start of a text, in the signs that `spelled` gives, as far as its units are known."""
 _MEANT = {"c": "degC", "celsius": "degC", "kelvin": "K", "micron": "um", "mu": "um", "sec": "s", "volt": "V",
           "s": "1/ohm", "siemens": "1/ohm"}  # fmt: skip
-"""What is meant by words that are spelled like another unit, or like none."""
-_LONGEST = 100
+"""Common words for units that are not spelled like ours."""
+_LONGEST = 100  # Characters of a quantity at most.
 
 
 class UnitError(ValueError):
@@ -266,15 +266,15 @@ def called(powers: Powers) -> str:
 def dimension_of(powers: Powers) -> Dimension:
     """The dimension with these base units, one without a name where no scene has such a quantity."""
     unit = unit_of(powers)
-    known = next((d for d in DIMENSIONS if d.powers == powers), None)
-    return known or Dimension(called(powers), unit, f"1 {unit}")
+    dimension = next((d for d in DIMENSIONS if d.powers == powers), None)
+    return dimension or Dimension(called(powers), unit, f"1 {unit}")
 
 
 def unit_of(powers: Powers) -> str:
     """The SI unit of these powers, as a scene would show it, or else of base units: "W/(m K)", "m2 kg s-3"."""
-    known = next((d.unit for d in DIMENSIONS if d.powers == powers), None)
-    if known is not None:
-        return known
+    unit = next((d.unit for d in DIMENSIONS if d.powers == powers), None)
+    if unit is not None:
+        return unit
     base = zip(("m", "kg", "s", "A", "K"), powers, strict=True)
     return " ".join(f"{symbol}{power if power != 1 else ''}" for symbol, power in base if power)
 

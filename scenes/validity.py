@@ -20,12 +20,12 @@ from scenes.sink import Sink
 from scenes.units import CURRENT, LENGTH, TIME, VOLTAGE
 
 T = TypeVar("T")
-_ROUNDING = 1e-9
-_MOST_SAMPLES = 1_000_000
+_ROUNDING = 1e-9  # Relative: sizes that differ by less are equal.
+_MOST_SAMPLES = 1_000_000  # The most controller samples of a run.
 FAR = 30.0
-"""Times the built-in scene's value: what is nearer is no extreme."""
+"""A value is called extreme where it is this many times the built-in scene's, or a part as small."""
 _ROOM = {"environment.convection_coefficient": 1e3, "environment.gap_gas_conductivity": 0.026}
-"""In SI units: the built-in scene has none of these."""
+"""Values (SI) that count as usual for keys that the built-in scene leaves at zero."""
 
 
 def check(scene: T) -> T:
@@ -199,10 +199,10 @@ def _check_array(sink: Sink) -> None:
         "length": (sink.rows - 1) * sink.row_pitch + foot,
     }
     for side, size in needed.items():
-        given = getattr(sink, f"substrate_{side}")
-        if given < size * (1 - _ROUNDING):
+        extent = getattr(sink, f"substrate_{side}")
+        if extent < size * (1 - _ROUNDING):
             raise SceneError(
-                f"substrate.{side} = {_shown(given)} is smaller than the array on it: give at least {_shown(size)}"
+                f"substrate.{side} = {_shown(extent)} is smaller than the array on it: give at least {_shown(size)}"
             )
     if sink.driven is not None and sink.driven[-1] > sink.count:
         raise SceneError(
@@ -251,6 +251,6 @@ def farthest(scene: object) -> tuple[str, str] | Literal[""]:
     if far < math.log(FAR):
         return ""
     ratio = abs(value / usual)
-    times, way = (ratio, "more") if ratio > 1 else (1 / ratio, "less")
+    times, sense = (ratio, "more") if ratio > 1 else (1 / ratio, "less")
     shown = f"{times:,.0f}" if times < 1e6 else f"{times:.0e}".replace("e+0", "e").replace("e+", "e")
-    return f"{path} = {quantity.show(value)} is {shown} times {way}", quantity.show(usual)
+    return f"{path} = {quantity.show(value)} is {shown} times {sense}", quantity.show(usual)

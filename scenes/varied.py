@@ -17,7 +17,7 @@ from typing import Any, TypeVar
 from scenes import laws, physics
 from scenes.condition_kinds import Surroundings, Varying
 from scenes.following import number_of
-from scenes.free.document import CURRENT_CONTACT, HEAT_CONTACT, HEAT_SOURCE, LISTS, SERIES
+from scenes.free.tables import CURRENT_CONTACT, HEAT_CONTACT, HEAT_SOURCE, LISTS, SERIES
 from scenes.keys import OF_KIND, type_of
 from scenes.kinds import KELVIN, Quantity
 from scenes.model import AnyScene, Material, Scene, Schedule, Value, values
@@ -28,12 +28,12 @@ from scenes.units import LENGTH, NUMBER, dimension_of
 T = TypeVar("T")
 
 SETTINGS = ("run.", "control.", "external.step_time")
-"""What says how a scene is run and not what it is made of; there is nothing to measure of it."""
+"""Keys of how a scene is run, not of what it is made of: there is nothing to measure of them."""
 MEANT = {"oxide_offset": "anchor_distance"}
-"""The attributes that say what others come to where their value is a word."""
+"""Attributes that may be a word, and the property that has their number then."""
 EXPONENT = ".exponent"
-"""How the keys of exponents end."""
-PLANE = 1e-9  # of a scene's extent: coordinates nearer to each other are in one plane
+"""How keys of exponents end."""
+PLANE = 1e-9  # Coordinates closer than this part of a scene's extent are in one plane.
 _SIZE = Quantity(LENGTH, 0.0, 1e4)
 _POWER = Quantity(NUMBER, 0.0, inf, signed=True)
 
@@ -70,14 +70,16 @@ def zeros(scene: Any) -> tuple[str, ...]:
 
 
 def _parameters(scene: Any) -> dict[str, float]:
-    given: Parameters | None = scene.parameters
-    return {} if given is None else {name: given.values[name] for name in given.free if given.values[name]}
+    parameters: Parameters | None = scene.parameters
+    if parameters is None:
+        return {}
+    return {name: value for name in parameters.free if (value := parameters.values[name])}
 
 
 def kind_of(scene: Any, path: str) -> Quantity:
-    given: Parameters | None = scene.parameters
-    if given is not None and (name := given.key(path)):
-        return Quantity(dimension_of(given.powers[name]), 0.0, inf, signed=True)
+    parameters: Parameters | None = scene.parameters
+    if parameters is not None and (name := parameters.key(path)):
+        return Quantity(dimension_of(parameters.powers[name]), 0.0, inf, signed=True)
     if is_free(scene):
         return of_free(scene)[path].kind
     if path.endswith(EXPONENT):
@@ -181,15 +183,11 @@ def of_free(scene: AnyScene) -> dict[str, Number]:
         boxes: Any = scene
         by_key |= dict(_planes(boxes))
     if not scene.steady or not physics.heat(scene):
+        start = scene.initial_temperature
         by_key["scene.initial_temperature"] = Number(
-            scene.initial_temperature, KELVIN, _scaled(scene, "initial_temperature")
+            start, KELVIN, lambda part: replace(scene, initial_temperature=start * (1 + part))
         )
     return by_key
-
-
-def _scaled(scene: Any, name: str) -> Callable[[float], Any]:
-    """What multiplies an attribute by one and a part."""
-    return lambda part: replace(scene, **{name: _times(getattr(scene, name), 1 + part)})
 
 
 def _times(value: Value, factor: float) -> Value:
@@ -222,13 +220,9 @@ def _with_material(
     scene: AnyScene, material: Material, key: str, times: Callable[[float], laws.Property]
 ) -> Callable[[float], AnyScene]:
     def more(part: float) -> AnyScene:
-        other = replace(material, **{key: times(1 + part)})
-
-        parts = getattr(scene, scene.parts)
-        changed: dict[str, Any] = {
-            scene.parts: tuple(replace(p, material=other) if p.material == material else p for p in parts)
-        }
-        return replace(scene, **changed)
+        changed = replace(material, **{key: times(1 + part)})
+        parts = [replace(p, material=changed) if p.material == material else p for p in getattr(scene, scene.parts)]
+        return replace(scene, **{scene.parts: tuple(parts)})  # type: ignore[arg-type]
 
     return more
 
@@ -265,26 +259,18 @@ def _conditions(scene: AnyScene) -> Iterator[tuple[str, Number]]:
 
 def _with_law(scene: Any, number: int, times: Callable[[float], laws.Property]) -> Callable[[float], Any]:
     """What multiplies a number of the law of a boundary's coefficient by one and a part."""
-
-    def more(part: float) -> Any:
-        boundaries = list(scene.boundaries)
-        boundaries[number] = replace(boundaries[number], value=times(1 + part))
-        return replace(scene, boundaries=tuple(boundaries))
-
-    return more
+    return _with_changes(scene, "boundaries", number, lambda _, part: {"value": times(1 + part)})
 
 
 def _with_contact(scene: Any, number: int) -> Callable[[float], Any]:
-    """A function of ``part`` that gives the scene with a boundary's contact resistance times 1 + ``part``."""
+    """The same of a boundary's contact resistance."""
 
-    def more(part: float) -> Any:
-        boundaries = list(scene.boundaries)
-        resistance = boundaries[number].contact_resistance * (1 + part)
-        film = {"value": 1 / resistance} if boundaries[number].kind == "convection" else {}
-        boundaries[number] = replace(boundaries[number], contact_resistance=resistance, **film)
-        return replace(scene, boundaries=tuple(boundaries))
+    def changes(boundary: Any, part: float) -> dict[str, float]:
+        resistance = boundary.contact_resistance * (1 + part)
+        film = {"value": 1 / resistance} if boundary.kind == "convection" else {}
+        return {"contact_resistance": resistance, **film}
 
-    return more
+    return _with_changes(scene, "boundaries", number, changes)
 
 
 def _contacts(scene: AnyScene) -> Iterator[tuple[str, Number]]:
@@ -304,9 +290,17 @@ def _sources(scene: AnyScene) -> Iterator[tuple[str, Number]]:
 
 
 def _with_item(scene: Any, items: str, number: int, name: str) -> Callable[[float], Any]:
+    return _with_changes(scene, items, number, lambda item, part: {name: _times(getattr(item, name), 1 + part)})
+
+
+def _with_changes(
+    scene: Any, items: str, number: int, changes: Callable[[Any, float], dict[str, Any]]
+) -> Callable[[float], Any]:  # fmt: skip
+    """What gives the scene with an item changed by a part: by these attributes of it."""
+
     def more(part: float) -> Any:
         entries = list(getattr(scene, items))
-        entries[number] = _scaled(entries[number], name)(part)
+        entries[number] = replace(entries[number], **changes(entries[number], part))
         return replace(scene, **{items: tuple(entries)})
 
     return more
@@ -325,10 +319,8 @@ def _planes(scene: Scene) -> Iterator[tuple[str, Number]]:
                 if not any(abs(at - other) <= small for other in taken):
                     taken.append(at)
                     size = box.upper[axis] - box.lower[axis]
-                    yield (
-                        f"box.{box.name}.{end}.{letter}",
-                        Number(size, _SIZE, _with_plane(scene, axis, at, size, small)),
-                    )
+                    number = Number(size, _SIZE, _with_plane(scene, axis, at, size, small))
+                    yield f"box.{box.name}.{end}.{letter}", number
 
 
 def _with_plane(scene: Scene, axis: int, at: float, size: float, small: float) -> Callable[[float], Scene]:

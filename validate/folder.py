@@ -18,7 +18,7 @@ from typing import Any
 from scenes.errors import SceneError, quoted, reason
 
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
-"""What the system says where a disk, a quota or the size of a file is full, and where writing fails otherwise."""
+"""Errors of the operating system for a full disk, quota or file size, and for failed writing."""
 
 
 @dataclass(frozen=True)

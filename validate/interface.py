@@ -38,7 +38,7 @@ Overrides = Sequence[str] | Mapping[str, object]
 """Such as ["sink.width=20um"] or {"sink.width": "20um"}."""
 
 S = TypeVar("S")
-_LINES = 24  # a screen of a text
+_LINES = 24  # Lines of a text that a screen holds.
 
 
 class Columns(dict[str, "np.ndarray"]):
@@ -55,9 +55,9 @@ class Columns(dict[str, "np.ndarray"]):
         SceneError where there is none of that name, or no transient."""
         if not self:
             raise SceneError("this run has no transient: leave out steady=True")
-        known = tuple(name.removeprefix("fem3d_") for name in self if name.startswith("fem3d_"))
-        if quantity not in known:
-            raise SceneError(f"{quoted(quantity)} is no trace: give {', '.join(known)}{did_you_mean(quantity, known)}")
+        names = tuple(name.removeprefix("fem3d_") for name in self if name.startswith("fem3d_"))
+        if quantity not in names:
+            raise SceneError(f"{quoted(quantity)} is no trace: give {', '.join(names)}{did_you_mean(quantity, names)}")
         return self["time_s"], self[f"fem3d_{quantity}"], self[f"reduced1d_{quantity}"]
 
     def __repr__(self) -> str:
@@ -118,8 +118,8 @@ class _Found(Generic[S]):
             kind, _, names = step.step.partition(" ")
             if kind == "checks" and step.state == "skipped" and name in names.split(", "):
                 raise SceneError(f"this run made no check {quoted(name)}: {step.reason}")
-        known = tuple(self.checks)
-        raise SceneError(f"{quoted(name)} is no check: give {', '.join(known)}{did_you_mean(name, known)}")
+        ids = tuple(self.checks)
+        raise SceneError(f"{quoted(name)} is no check: give {', '.join(ids)}{did_you_mean(name, ids)}")
 
     def report(self) -> str:
         """What the command prints about the run."""
@@ -190,8 +190,7 @@ class Solution(_Found["AnyScene"]):
 
 
 class DeviceRun(_Found[Device]):
-    """What a run of the device found; ``outcome.runs.base.result`` is the model's own answer, and ``traces`` have a row
-    for each controller sample."""
+    """What a device's run found; ``outcome.runs.base.result`` is the answer, ``traces`` have a row per sample."""
 
 
 def run(
@@ -300,17 +299,8 @@ def device(
     numerics fail.
     """
     loaded = _scene(scene, Device, overrides, {f"run.accuracy{'_3d' * bool(options.get('in_3d'))}": accuracy})
-    known = (
-        "in_3d",
-        "left_out",
-        "sensitivities",
-        "uncertain",
-        "scheme",
-        "about",
-        "meter",
-        "largest_voltage",
-        "largest_power",
-    )
+    known = ("in_3d", "left_out", "sensitivities", "uncertain", "scheme", "about", "meter", "largest_voltage",
+             "largest_power")  # fmt: skip
     for name in options:
         if name not in known:
             raise SceneError(f"device takes no {quoted(name)}: give {', '.join(known)}{did_you_mean(name, known)}")

@@ -24,6 +24,7 @@ from validate.processes import ONE_THREAD
 T = TypeVar("T")
 
 ENDED = "a process was ended while it worked, as it is where the memory is used up"
+"""The error of a task whose process was killed."""
 
 _starting = Lock()
 
@@ -83,7 +84,7 @@ def _begin(first: Callable[[], None] | None) -> None:
 
 
 def side_by_side(
-    work: Callable[[int], T], numbers: Sequence[int], jobs: int, lost: Callable[[int], T] | None = None
+    work: Callable[[int], T], numbers: Sequence[int], jobs: int, of_ended: Callable[[int], T] | None = None
 ) -> Iterator[tuple[int, T]]:
     """Each number with what the work on it came to, as they come, by ``jobs`` processes (1: this one); or with what is
     said of one that is ``lost``, as its process was ended. Raises NumericsError of it where nothing is."""
@@ -97,7 +98,7 @@ def side_by_side(
             try:
                 outcome = future.result()
             except ProcessExpired:
-                if lost is None:
+                if of_ended is None:
                     raise NumericsError(f"{ENDED} (number {number})") from None
-                outcome = lost(number)
+                outcome = of_ended(number)
             yield number, outcome

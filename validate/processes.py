@@ -11,8 +11,8 @@ from threading import Lock, Timer, get_ident
 ONE_THREAD = dict.fromkeys(
     ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NGS_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"), "1"
 )
-"""What a process finds in its environment that uses one thread: the dense parts of sparse factors are small. With two
-threads a run of the sink takes 5, 10, 38 and 28 % longer at 1e-3 to 1e-6 by the clock, and twice the processor time."""
+"""Environment of a process with one thread: the dense parts of sparse factors are small. With two, a run of the sink
+takes 5 to 38 % longer at 1e-3 to 1e-6, and twice the processor time."""
 
 
 def one_thread() -> None:

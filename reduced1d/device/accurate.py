@@ -16,8 +16,9 @@ from scenes.loop.march import March
 from scenes.loop.result import QUANTITIES, DeviceResult, device_result
 
 ROUNDS, LARGEST_DEGREE, LARGEST_NODES = 4, 36, 18
+"""How often the resolution is raised at most, and the largest degree in space and number of time nodes."""
 LESS = 3
-"""By how many degrees lower the elements are that tell the error in space."""
+"""The run that estimates the error in space has elements of a degree lower by this."""
 
 
 class Resolution(NamedTuple):
@@ -27,7 +28,7 @@ class Resolution(NamedTuple):
     nodes: int
 
 
-FIRST = Resolution(12, 6)
+FIRST = Resolution(12, 6)  # The resolution of the first run; it is raised until the error is small enough.
 
 
 def march(

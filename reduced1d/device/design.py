@@ -17,9 +17,11 @@ from scenes.loop.ground import NARROW, held_range
 from scenes.loop.result import Steady
 from scenes.loop.stability import gain_limit, gains
 
-SAMPLE_TIMES = (1e-4, 1e-3, 5e-3)
+SAMPLE_TIMES = (1e-4, 1e-3, 5e-3)  # s: the sample times, beside the scene's own, whose gain limits are reported.
 QUICK = Resolution(9, 4)
+"""The resolution with which a gain's start is tried: only whether a voltage hits its limit is read."""
 START_TIME, START_SAMPLES = 0.05, 100
+"""A start from cold is watched for this long (s), or this many samples if that is longer."""
 
 
 @dataclass(frozen=True)
@@ -58,15 +60,15 @@ def _range_over_ground(device: Device, voltage: float, power: float) -> Range:
     if math.isnan(highest):
         return Range(lowest, highest, math.nan, math.nan, math.nan)
 
-    def beyond(outer: float) -> bool:
+    def unreachable(outer: float) -> bool:
         state = steady(device, outer)
         return state.sensor_power_W > power or state.sensor_V > voltage
 
-    if beyond(lowest):
+    if unreachable(lowest):
         high = highest
         while high - lowest > NARROW * device.set_rise:
             middle = (lowest + high) / 2
-            lowest, high = (middle, high) if beyond(middle) else (lowest, middle)
+            lowest, high = (middle, high) if unreachable(middle) else (lowest, middle)
         lowest = high
     state = steady(device, lowest)
     return Range(lowest, highest, state.sensor_power_W, state.sensor_V, state.sink_V)
@@ -155,9 +157,8 @@ class GainLimits:
 @dataclass(frozen=True)
 class Design:
     """Gain limits at several sample times, the scene's first; the largest gains (sink, sensor) that start from cold
-    without the limiter acting; ``range`` for the largest voltage or power, ``None`` where neither is given; and by
-    meter the step of the outer temperature that it resolves, or why it can't, the same in words, and the source of its
-    data."""
+    without the limiter; the ``range`` for the largest voltage or power, if given; and by meter the outer step that it
+    resolves, or why it can't, the same in words, and the source of its data."""
 
     limits: tuple[GainLimits, ...]
     smooth_start_gains_V: tuple[float, float]
@@ -168,8 +169,7 @@ class Design:
 
 
 def answer(device: Device, largest_voltage: float = np.inf, largest_power: float = np.inf) -> Design:
-    """The answers for a device whose sensor gets at most a voltage (V) and a power (W); raises ArithmeticError where
-    its numerics fail."""
+    """The answers for a largest sensor voltage (V) and power (W); ArithmeticError where the numerics fail."""
     external = device.external
     span = abs(device.control.set_temperature - external.final_temperature)
     limits: list[GainLimits] = []
@@ -213,8 +213,7 @@ def _resolves(step: ExternalStep, span: float) -> str:
 
 @dataclass(frozen=True)
 class Meter:
-    """Ranges as (full scale, resolution): ``voltage`` in V, ``current`` in A, each ascending; and where these numbers
-    are from."""
+    """Ranges (full scale, resolution), ascending: ``voltage`` in V, ``current`` in A; their ``source``."""
 
     name: str
     voltage: tuple[tuple[float, float], ...]

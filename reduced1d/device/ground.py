@@ -10,7 +10,7 @@ from scenes.device import Device
 from scenes.loop.ground import Ground, effects
 
 PARTS = tuple(10 ** (-half / 2) for half in range(8, 1, -1))
-"""Of the sensor's resistance: the leads that are tried, two a decade."""
+"""Resistances of the leads to ground that are reported, in units of the sensor's, two a decade."""
 
 
 def leads(device: Device) -> tuple[float, ...]:

@@ -36,7 +36,7 @@ from scenes.loop.result import Steady
 from scenes.loop.stability import controlled, named
 
 GRIDS = (np.array([0.0, 1.0]), np.array([0.0, 0.1, 0.5, 1.0]))
-"""Where insulator and polymer are cut into elements, as fractions of their thickness."""
+"""Element boundaries in insulator and polymer, as fractions of the thickness."""
 
 
 @dataclass(frozen=True)

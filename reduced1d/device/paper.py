@@ -102,9 +102,9 @@ def step_matrix(lumped: Lumped, scheme: PaperScheme) -> np.ndarray:
 def spectral_radius(lumped: Lumped, scheme: PaperScheme) -> float:
     """Spectral radius of one step of the whole scheme without electrical power: stable up to 1."""
     loop, keep = step_matrix(lumped, scheme), np.eye(scheme.states)
-    into, through, out = loop[-3:].copy()
-    loop[-3] = runge_kutta_step(keep[-3], -into, lumped.conductance, 0.0, 0.0, scheme.dt / lumped.capacity[0])
-    loop[-2] = runge_kutta_step(keep[-2], through - out, 0.0, 0.0, 0.0, scheme.dt / lumped.capacity[1])
+    flow_in, flow_across, flow_out = loop[-3:].copy()
+    loop[-3] = runge_kutta_step(keep[-3], -flow_in, lumped.conductance, 0.0, 0.0, scheme.dt / lumped.capacity[0])
+    loop[-2] = runge_kutta_step(keep[-2], flow_across - flow_out, 0.0, 0.0, 0.0, scheme.dt / lumped.capacity[1])
     return float(np.abs(np.linalg.eigvals(loop[:-1, :-1])).max())
 
 
@@ -196,9 +196,9 @@ def _march(
             if i in steps:
                 z[-1] = steps[i]
             np.dot(M, z, out=y)
-            into, through, out = y[-3:].tolist()
-            sink = runge_kutta_step(sink, -into, loss, heat_sink, a_sink, dt / c_sink)
-            sensor = runge_kutta_step(sensor, through - out, 0.0, heat_sensor, a_sensor, dt / c_sensor)
+            flow_in, flow_across, flow_out = y[-3:].tolist()
+            sink = runge_kutta_step(sink, -flow_in, loss, heat_sink, a_sink, dt / c_sink)
+            sensor = runge_kutta_step(sensor, flow_across - flow_out, 0.0, heat_sensor, a_sensor, dt / c_sensor)
             y[-3:] = sink, sensor, z[-1]
             z, y = y, z
     return traces[: k + 1]

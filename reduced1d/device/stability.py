@@ -13,15 +13,15 @@ from scenes.loop import stability as loop
 from scenes.loop.march import CEILING, March
 from scenes.loop.stability import Plant, Stability
 
-DEGREE = 9
+DEGREE = 9  # Polynomial degree of the layers' elements in stability questions.
 ELEMENTS = ("sink", "sensor")
 MARGIN = 2.0
-"""The gain margin below which a loop counts as near instability: 6 dB is the least that textbooks of control ask for
-(Franklin, Powell and Emami-Naeini, Feedback Control of Dynamic Systems, section 6.4)."""
+"""Loops with a smaller gain margin are called near instability: 6 dB is the least that textbooks ask for (Franklin,
+Powell and Emami-Naeini, Feedback Control of Dynamic Systems, section 6.4)."""
 
 
 SWINGS = 20
-"""Samples at the end of a run: a loop that swings there has its voltage at the limit in one of them."""
+"""A loop swings at the end of a run where a voltage is at its limit in one of this many last samples."""
 
 
 def plant(device: Device, external: float | None = None) -> Plant:
@@ -51,8 +51,7 @@ def at_sample_time(device: Device, sample_time: float) -> Device:
 
 
 def findings(device: Device, run: March, error: float, goal: float) -> tuple[str, ...]:
-    """Sentences on the limiter, saturation, stability about the steady states, a run that was stopped, and an error
-    estimate (K) above its goal."""
+    """Sentences on limiter, saturation, stability, a run that was stopped, and an error estimate (K) above its goal."""
     h, external, sentences = device.control.sample_time, device.external, []
     end = (len(run.rises) - 1) * h
     if run.stopped:

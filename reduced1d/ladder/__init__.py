@@ -38,14 +38,13 @@ REDUCTIONS = {
     "moments": "the plate projected on a few moment-matching fields",
 }
 CONSTANT = ("paper", "anchored")
-"""Those that take a number for what follows the temperature: that at room temperature, and of a resistivity its slope
-there."""
+"""Reductions that take properties at room temperature even if they follow it (a resistivity with its slope)."""
 LAWS = ("thermal_conductivity", "resistivity", "specific_heat")
-"""What may follow the temperature, in silicon and oxide."""
+"""The properties of silicon and oxide that may follow the temperature."""
 STATES = 4
-"""Of "moments" where no number is given."""
+"""Number of states of "moments" where none is given."""
 
-MOST_STATES = 12
+MOST_STATES = 12  # The most states of "moments" that may be asked for.
 
 
 def canonical(text: str) -> str:
@@ -120,8 +119,7 @@ def solve(
 
 
 def refuse(sink: Sink, name: str) -> None:
-    """Raises SceneError for a reduction (its canonical name) that isn't made of a row of spans, and for materials that
-    no reduction takes."""
+    """Raises SceneError for a reduction that isn't made of a row of spans, and for materials that none takes."""
     refuse_directions(sink.materials, "a 1D model")
     if sink.spans > 1 and name == "plate":
         raise SceneError(

@@ -25,17 +25,17 @@ from scenes.checks import FIRST_TIME
 from scenes.sink import Sink
 
 THIN = 1e-3
-"""A plate counts as thin while the terms that it neglects are at most this part of the anchor resistance."""
+"""A plate counts as thin where the terms that it neglects are at most this part of the anchor resistance."""
 
 ONE_NODE = 0.05
-"""The largest relative error, on the way to the steady state, at the ends of a fin whose anchors are one node each,
-before a warning is given."""
+"""A larger relative error of the end rise on the way, as each anchor is one node, is warned of."""
 
 SLENDER = 2.0
-"""The length over the width below which a beam has more than one rise across."""
+"""Beams shorter than this many widths get a warning, as the rise then varies across them."""
 
-_ZETA_3 = 1.2020569031595942
-_SQUARE = np.array([[4, 2, -1], [2, 16, 2], [-1, 2, 4]]) / 30  # the integral of a quadratic's square, from three values
+_ZETA_3 = 1.2020569031595942  # Riemann's zeta(3), in the estimate of what a thin plate neglects at the oxide's edge.
+_SQUARE = np.array([[4, 2, -1], [2, 16, 2], [-1, 2, 4]]) / 30
+"""Mass matrix of a quadratic on a unit interval, by its values at the ends and the middle."""
 
 
 @dataclass(frozen=True)
@@ -128,8 +128,7 @@ def oxide_time(sink: Sink) -> float:
 
 
 def warnings(sink: Sink, remainder: float) -> list[str]:
-    """A sentence for each assumption of the plate that a sink does not meet; ``remainder`` is the plate's own estimate
-    of what it neglects."""
+    """A sentence for each assumption of the plate that a sink breaks; ``remainder`` is what it neglects."""
     sentences = []
     if remainder > THIN:
         sentences.append(
@@ -147,8 +146,7 @@ def warnings(sink: Sink, remainder: float) -> list[str]:
 
 
 def fin_warnings(sink: Sink, one_node: float) -> list[str]:
-    """A sentence for each assumption of the fin alone that a sink does not meet; ``one_node`` is the estimate of what
-    its anchors neglect."""
+    """A sentence for each assumption of the fin that a sink breaks; ``one_node`` estimates what its anchors neglect."""
     sentences = []
     if one_node > ONE_NODE:
         sentences.append(

@@ -19,8 +19,7 @@ from reduced1d.ladder.following import Points
 from reduced1d.ladder.plate import Plate
 
 _BINS = 100
-"""Of the values of s, above the oxide and beside it: what a law changes within one is of second order in their width,
-1e-5 of what it changes in all."""
+"""Intervals of s over and beside the oxide: the error is of second order in their width, 1e-5 of the change."""
 
 
 def anchor_points(plate: Plate, rise: np.ndarray) -> tuple[Points, float]:

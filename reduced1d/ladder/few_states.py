@@ -38,19 +38,21 @@ from reduced1d.lumped import increasing_root, no_steady_state
 from reduced1d.radau import radau, within
 from reduced1d.sink import time_grid
 from scenes.checks import FIRST_TIME
+from scenes.drive import Drive
 from scenes.errors import RunawayError
 from scenes.result import Estimate, Result, Traces
-from scenes.sink import Drive, Sink
+from scenes.sink import Sink
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_matrix
 
 
-POINTS, SWEEPS = 5, 25
-GROWTH, COARSE_GROWTH = 2.0, 2.8  # of the steps, and of those of the run that tells the error
-SETTLED = 1e-11  # of the largest value in a step: the change that ends the sweeps
-_FIRST = 1e-4  # of the end time: the first step
-_SHORTEST = 1e-10  # of the end time: a step that has to be shorter has run away
+POINTS, SWEEPS = 5, 25  # Radau points of a time step, and the most iterations within one.
+GROWTH, COARSE_GROWTH = 2.0, 2.8
+"""Factors from one time step to the next, in the run and in the coarser one that estimates its error."""
+SETTLED = 1e-11  # The iteration within a step ends with a change below this part of the largest value.
+_FIRST = 1e-4  # The first time step, as a part of the end time.
+_SHORTEST = 1e-10  # A run that needs a step below this part of the end time has run away.
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,9 +146,8 @@ def steady_state(model: FewStates) -> tuple[np.ndarray, float]:
 
 
 def largest_drive(model: FewStates) -> float:
-    """The largest voltage (V) with a steady state, from rest on: infinite unless the resistance falls with the rise; of
-    a given current (A): unless it rises. Where properties follow the temperature it is not known but where it is
-    exceeded, and infinite."""
+    """The largest voltage (V) with a steady state: infinite unless resistance falls with the rise; of a given current
+    (A) unless it rises. With laws of the temperature it is infinite, and known only where exceeded."""
     if model.follows is not None:
         return math.inf
     if model.drive.series == math.inf:
@@ -221,8 +222,7 @@ def resistance_at(model: FewStates, states: np.ndarray) -> np.ndarray:
     """(...,): the resistance (ohm) at states (..., n)."""
     if model.follows is not None:
         return model.follows.resistance(states)
-    resistance: np.ndarray = model.resistance + model.coefficient * (states @ model.source)
-    return resistance
+    return model.resistance + model.coefficient * (states @ model.source)
 
 
 def _off(model: FewStates, state: np.ndarray, beam: bool = False) -> float:
@@ -269,7 +269,7 @@ def result(
     ``times`` (s, ascending from 0) are those of the traces; without them, times so dense that linear interpolation
     stays within the sink's accuracy. Raises RunawayError.
     """
-    values, other = steady(fine), steady(coarse)
+    values, coarser = steady(fine), steady(coarse)
     limit = largest_drive(fine)
     details: dict[str, Any] = {
         "states": fine.states,
@@ -282,7 +282,7 @@ def result(
         if times is None:
             times = time_grid(lambda at: over_time(fine, at), sink.end_time, sink.accuracy)
         traces = _traces(sink, fine, coarse, np.asarray(times, float))
-    return Result(name, {key: Estimate(v, abs(v - other[key])) for key, v in values.items()}, traces, details)
+    return Result(name, {key: Estimate(v, abs(v - coarser[key])) for key, v in values.items()}, traces, details)
 
 
 def steady(model: FewStates) -> dict[str, float]:
@@ -313,7 +313,7 @@ def _read(model: FewStates, states: np.ndarray) -> dict[str, np.ndarray]:
     for name, row in model.outputs.items():
         if not name.startswith(("air", "gas")):
             follows = model.follows
-            value = states @ row.T if follows is None or name not in follows.heats else follows.lost(name, states)
+            value = states @ row.T if follows is None or name not in follows.heats else follows.outflow(name, states)
             readings[f"{name}_W" if name.endswith("_heat") else f"{name}_K"] = top(value) if row.ndim > 1 else value
     if "peak_K" not in readings:
         readings["peak_K"] = np.max([v for name, v in readings.items() if name.endswith("_peak_K")], axis=0)
@@ -327,13 +327,12 @@ def top(values: np.ndarray) -> np.ndarray:
     bend = 2 * top - low - high
     inside = (bend > 0) & (np.abs(high - low) <= 2 * bend)
     above = np.where(inside, (high - low) ** 2 / (8 * np.where(inside, bend, 1.0)), np.maximum(low, high) - top)
-    highest: np.ndarray = top + np.maximum(above, 0.0)
-    return highest
+    return top + np.maximum(above, 0.0)
 
 
 def _traces(sink: Sink, fine: FewStates, coarse: FewStates, times: np.ndarray) -> Traces:
-    values, other = over_time(fine, times), over_time(coarse, times, COARSE_GROWTH)
+    values, coarser = over_time(fine, times), over_time(coarse, times, COARSE_GROWTH)
     late = times >= min(FIRST_TIME, times[-1] if len(times) else 0.0)
-    errors = {key: float(np.max(np.abs(values[key] - other[key])[late], initial=0.0)) for key in values}
+    errors = {key: float(np.max(np.abs(values[key] - coarser[key])[late], initial=0.0)) for key in values}
     values = {key: sink.room_temperature + v if key.endswith("_K") else v for key, v in values.items()}
     return Traces(times, values, errors)

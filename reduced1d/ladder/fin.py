@@ -31,12 +31,15 @@ from reduced1d.ladder.plate_points import narrow_sides, underside_bare
 from reduced1d.line import Line
 from scenes.sink import Sink, decay, different
 
-_SPAN = np.array([0.0, 0.02, 0.08, 0.3, 1.0])  # of half a span: heat spreads from its end at 10 us, and long after
-_DEGREES = (5, 6, 7, 8)
-_ISLAND = 4
-_FOR_LAWS = 3  # points of an element beyond those that the products of its polynomials take
-_PLACES = 41  # along a span, between which its top is looked for
-_ALIKE = 1e-6  # of what a row's end does to its first span: what is left of it in those that are taken to be alike
+_SPAN = np.array([0.0, 0.02, 0.08, 0.3, 1.0])
+"""Element boundaries of half a span: fine near its end, from which heat has spread a little at 10 us."""
+_DEGREES = (5, 6, 7, 8)  # Polynomial degrees of these elements.
+_ISLAND = 4  # Polynomial degree over an island.
+_FOR_LAWS = 3
+"""Quadrature points of an element beyond those that products of polynomials take, for laws of the temperature."""
+_PLACES = 41  # Places along a span between which its hottest one is searched.
+_ALIKE = 1e-6
+"""Spans where the effect of the row's end has fallen below this part are taken as alike."""
 
 
 def fin(
@@ -49,7 +52,7 @@ def fin(
 
     Raises ValueError where the silicon does not conduct.
     """
-    given, sink = sink, sink.plain
+    original, sink = sink, sink.plain
     row = _halved(sink, finer)
     k, A_c = sink.silicon.thermal_conductivity, sink.cross_section
     resistivity, a = room_resistivity(sink.silicon, sink.room_temperature)
@@ -84,7 +87,7 @@ def fin(
         per_length * integral + anchor.source * end,
         row.line.products(both * per_length) + anchor.feedback * node,
         per_length * sink.row_length + anchor.circuit, per_length * integral, per_length * sink.row_length, outputs,
-        a, sink.drive, laws and _following(given, row, *laws, anchor, pad_capacity, oxide_capacity),
+        a, sink.drive, laws and _following(original, row, *laws, anchor, pad_capacity, oxide_capacity),
     ).in_modes()  # fmt: skip
 
 
@@ -109,8 +112,8 @@ def _following(
         heat=anchors.heat * (anchor.circuit > 0),
     )  # fmt: skip
     # What the circuit has beyond the beam and the pads, where the current widens, heats the end.
-    beyond = np.array([anchor.circuit - ends.heat.sum()])
-    widening = Points(np.ones((1, 1)), (), none, none, none, none, none, none, none, beyond, np.full(1, False), end)
+    outside = np.array([anchor.circuit - ends.heat.sum()])
+    widening = Points(np.ones((1, 1)), (), none, none, none, none, none, none, none, outside, np.full(1, False), end)
     heats = {}
     if sink.spans > 1:
         heats["anchor_heat"] = replace(

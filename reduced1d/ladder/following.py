@@ -17,17 +17,17 @@ import scipy.linalg
 
 from reduced1d.ladder.layer import Both, Layer
 from reduced1d.radau import radau
+from scenes.drive import Drive
 from scenes.errors import RunawayError
 from scenes.laws import Law
-from scenes.sink import Drive
 
 HOTTEST = 1e5
-"""K, beyond any solid: a state that hot counts as none."""
-MOST_STEPS, HALVINGS = 40, 4
-SETTLED = 1e-11  # of the rise: the change that ends Newton's method
-SETTLED_STEP = 1e-9  # the same of a step in time, far below what steps twice as long change
-SLOW = 0.2  # of a change, above which the next one asks for a tangent of its own
-SHORTEST = 1e-4  # step of the drive, relative, at which its largest value counts as found
+"""K, beyond any solid: hotter states are no solution."""
+MOST_STEPS, HALVINGS = 40, 4  # The most Newton steps, and the most halvings of one.
+SETTLED = 1e-11  # Newton's method ends with a change below this part of the rise.
+SETTLED_STEP = 1e-9  # The same within a time step, far below the error of the step itself.
+SLOW = 0.2  # Newton's method makes a new tangent where a change exceeds this part of the one before.
+SHORTEST = 1e-4  # The largest drive is found to this relative step.
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,8 +67,7 @@ class Points:
 
     def rise(self, states: np.ndarray) -> np.ndarray:
         """(..., points) in K, at states (..., n)."""
-        rises: np.ndarray = (self.values @ self.amplitudes(states).T).T
-        return rises
+        return (self.values @ self.amplitudes(states).T).T
 
     def amplitudes(self, states: np.ndarray) -> np.ndarray:
         """(..., functions), at states (..., n)."""
@@ -121,7 +120,7 @@ class Following:
             )
         return heat
 
-    def lost(self, name: str, states: np.ndarray) -> np.ndarray:
+    def outflow(self, name: str, states: np.ndarray) -> np.ndarray:
         """(...,): the heat (W) that leaves by the points of a name, at states (..., n); of those of one function what
         it gives off by Galerkin's method."""
         part = self.heats[name]
@@ -129,8 +128,7 @@ class Following:
             alone = Following(self.layer, (replace(part, by_state=None),), 1)
             return alone.flows(part.amplitudes(states))[0][..., 0]
         rise = part.rise(states)
-        heat: np.ndarray = (self._down(part, rise)[0] + self._up(part, rise)[0]).sum(axis=-1)
-        return heat
+        return (self._down(part, rise)[0] + self._up(part, rise)[0]).sum(axis=-1)
 
     def allowed(self, states: np.ndarray) -> bool:
         """Whether the laws say something of states (..., n)."""
@@ -192,8 +190,7 @@ class Following:
     def held(self, states: np.ndarray, rates: np.ndarray) -> np.ndarray:
         """C at states (..., n) times some rates (..., n)."""
         if self._fixed_capacity is not None:
-            fixed: np.ndarray = rates @ self._fixed_capacity
-            return fixed
+            return rates @ self._fixed_capacity
         stored = np.zeros_like(states)
         for part in self.parts:
             holds = self.layer.holds(part.rise(states), part.silicon, part.oxide)[0]
@@ -238,19 +235,19 @@ def steady_state(model: Following, drive: Drive, start: np.ndarray | None = None
     steady = None if start is None else _newton(model, drive, start)
     if steady is not None:
         return steady
-    known, step, state, before = 0.0, 1.0, np.zeros(model.states), None
+    reached, step, state, before = 0.0, 1.0, np.zeros(model.states), None
     while True:
-        ahead = min(1.0, known + step)
-        guess = state if before is None else state + (ahead - known) / (known - before[0]) * (state - before[1])
+        ahead = min(1.0, reached + step)
+        guess = state if before is None else state + (ahead - reached) / (reached - before[0]) * (state - before[1])
         steady = _newton(model, drive._replace(value=ahead * drive.value), guess)
         if steady is not None and ahead == 1.0:
             return steady
         if steady is None:
-            step = (ahead - known) / 2
+            step = (ahead - reached) / 2
         else:
-            before, known, state = (known, state), ahead, steady[0]
-        if step < SHORTEST * max(known, SHORTEST):
-            raise runaway(drive, known * abs(drive.value))
+            before, reached, state = (reached, state), ahead, steady[0]
+        if step < SHORTEST * max(reached, SHORTEST):
+            raise runaway(drive, reached * abs(drive.value))
 
 
 def runaway(drive: Drive, limit: float) -> RunawayError:
@@ -292,8 +289,7 @@ def _newton(model: Following, drive: Drive, state: np.ndarray) -> tuple[np.ndarr
 
 
 def _residual(terms: Terms, drive: Drive) -> np.ndarray:
-    residual: np.ndarray = drive.through(terms.resistance) ** 2 * terms.source - terms.outflow
-    return residual
+    return drive.through(terms.resistance) ** 2 * terms.source - terms.outflow
 
 
 def _direction(terms: Terms, drive: Drive) -> tuple[Callable[[np.ndarray], np.ndarray], np.ndarray]:
@@ -324,15 +320,14 @@ def inverse(matrix: Any) -> Callable[[np.ndarray], np.ndarray]:
         return lambda vector: scipy.linalg.lu_solve(factors, vector, check_finite=False)
     from scipy.sparse.linalg import splu
 
-    solve: Callable[[np.ndarray], np.ndarray] = splu(matrix.tocsc(), permc_spec="MMD_AT_PLUS_A").solve
-    return solve
+    return splu(matrix.tocsc(), permc_spec="MMD_AT_PLUS_A").solve
 
 
-def _product(left: Any, weights: np.ndarray, right: Any) -> Any:
+def _product(test: Any, weights: np.ndarray, trial: Any) -> Any:
     """The sum over points of left times weight times right."""
-    if isinstance(right, np.ndarray):
-        return left.T @ (weights[:, None] * right)
-    return left.T @ right.multiply(weights[:, None]).tocsr()
+    if isinstance(trial, np.ndarray):
+        return test.T @ (weights[:, None] * trial)
+    return test.T @ trial.multiply(weights[:, None]).tocsr()
 
 
 @np.errstate(all="ignore")

@@ -26,8 +26,8 @@ from scenes.faces import SIGMA
 from scenes.laws import Law, Property
 from scenes.sink import Sink
 
-_STEPS = 8
-_SETTLED = 1e-13  # of the flux: the change that ends the search for it
+_STEPS = 8  # The most Newton steps for the flux through the oxide.
+_SETTLED = 1e-13  # They end with a change below this part of the flux.
 
 Both = tuple[np.ndarray, np.ndarray]
 """Values (points,), and their derivatives by the rise there."""
@@ -59,8 +59,7 @@ class Layer:
         temperature = sink.room_temperature + rise
         k = k(temperature) if isinstance(k, Law) else k
         lower = lower(temperature - rise / 2) if isinstance(lower, Law) else lower
-        conductance: np.ndarray = sink.thickness * k + share * lower + 0.0 * rise
-        return conductance
+        return sink.thickness * k + share * lower + 0.0 * rise
 
     def down(self, rise: np.ndarray) -> Both:
         """The flux q (W/m2) through the oxide."""
@@ -107,15 +106,15 @@ class Layer:
         layer = silicon * sink.thickness * sink.silicon.density
         return layer * c + share * lower, layer * slope + share * lower_slope / 2
 
-    def _valued(self, given: Property, rise: np.ndarray) -> Both:
-        if not isinstance(given, Law):
-            return np.full_like(rise, given), np.zeros_like(rise)
+    def _valued(self, law: Property, rise: np.ndarray) -> Both:
+        if not isinstance(law, Law):
+            return np.full_like(rise, law), np.zeros_like(rise)
         temperature = self.sink.room_temperature + rise
-        return given(temperature), given.slope(temperature)
+        return law(temperature), law.slope(temperature)
 
 
-def _integral(given: Property, temperature: np.ndarray) -> Both:
+def _integral(law: Property, temperature: np.ndarray) -> Both:
     """The integral over the temperature, from any on, and what it is of."""
-    if not isinstance(given, Law):
-        return given * temperature, np.full_like(temperature, given)
-    return given.integral(temperature), given(temperature)
+    if not isinstance(law, Law):
+        return law * temperature, np.full_like(temperature, law)
+    return law.integral(temperature), law(temperature)

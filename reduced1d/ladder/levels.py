@@ -139,18 +139,17 @@ def _without(sink: Sink, keys: tuple[str, ...]) -> Sink:
     plain = sink.plain
     for material in ("silicon", "oxide"):
         number: Material = getattr(plain, material)
-        given = {key: getattr(number, key) for key in keys if key in ladder.LAWS}
-        if "resistivity" in given:
-            given |= {key: getattr(number, key) for key in ("temperature_coefficient", "reference_temperature")}
-        none[material] = replace(getattr(sink, material), **given)
+        replaced = {key: getattr(number, key) for key in keys if key in ladder.LAWS}
+        if "resistivity" in replaced:
+            replaced |= {key: getattr(number, key) for key in ("temperature_coefficient", "reference_temperature")}
+        none[material] = replace(getattr(sink, material), **replaced)
     return replace(sink, **none)
 
 
 @dataclass(frozen=True)
 class Rung:
-    """A model, and the one assumption that the model after it drops: its ``blame`` for tables, a sentence's part that
-    says what the assumption is, and what in the model is ``at_fault``; of the sink the attributes that it is
-    ``without`` yet."""
+    """A model, and the one assumption that the next one drops: its ``blame`` in tables, a clause that says what it is,
+    and what in the model is ``at_fault``; the sink's attributes that the model is ``without``."""
 
     name: str
     blame: str
@@ -254,7 +253,7 @@ _OF_ROWS: dict[str, tuple[Rung, ...]] = {
                  "the rise taken as the same across the beam"),),
     "plate": (),
 }  # fmt: skip
-"""What stands in a row's ladder for some of these: no plate is made of a row, and the fin is the last before 3D."""
+"""Rungs of a row of spans in place of some of these: a row has no plate, and the fin is the last before 3D."""
 
 AT_FAULT = {
     rung.blame: rung.at_fault

@@ -21,17 +21,17 @@ from reduced1d.ladder.plate import Plate, current_through_pads, factorize
 from scenes.checks import FIRST_TIME
 
 PLATE_STATES = 24
-"""With so many fields the projection is the plate to 1e-5 from the first time on."""
+"""With so many fields the projection equals the plate to 1e-5 at all times that are compared."""
 
-_DEPENDENT = 1e-10  # what is left of a field that lies in the span of those before it
-_SETTLED = 1e-9  # of the rise: the change that ends the search for the steady state
-_PATTERN = 1e-6  # of the rise: the change that ends that for the current's pattern, which falls by far more at a time
-_MOST_PATTERNS = 30
+_DEPENDENT = 1e-10  # A field whose part outside the span of earlier ones is smaller (relative) is left out.
+_SETTLED = 1e-9  # The search for the steady state ends with a change below this part of the rise.
+_PATTERN = 1e-6
+"""The search for the pattern of the current's heat ends with this change: each of its steps gains far more."""
+_MOST_PATTERNS = 30  # The most steps of that search.
 
 
 def added(fields: np.ndarray, field: np.ndarray, model: FewStates) -> np.ndarray | None:
-    """Fields (n, states), orthonormal in the model's conductance, with one more: what is new in it; ``None`` where
-    nothing is."""
+    """Fields (n, states), orthonormal in the model's conductance, with what is new in another; ``None`` if nothing."""
     whole = math.sqrt(field @ (model.conductance @ field))
     # Twice is enough (Kahan) for orthogonality to rounding.
     for _ in range(2):

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from scipy.sparse import csc_matrix
 
 SLIVER = 1e-3
-"""Planes closer than this part of the narrowest size are one plane."""
+"""Mesh planes closer than this part of the narrowest size are merged."""
 
 
 class Grading(NamedTuple):
@@ -139,9 +139,8 @@ def stored(sink: Sink) -> float:
 
 
 def below(sink: Sink) -> float:
-    """The resistance (m2 K/W) of the substrate under an oxide block through which as much heat flows evenly as through
-    the other: its spreading resistance and what the other's heat adds, times the block's area. The substrate's heat
-    capacity is left out."""
+    """The resistance (m2 K/W) of the substrate under an oxide block through which heat flows evenly, as through the
+    other: its spreading resistance and the other's share, times the block's area. Its heat capacity is left out."""
     if sink.substrate_thickness is None:
         return 0.0
     middle = sink.length / 2 + sink.anchor_distance + sink.oxide_length / 2
@@ -172,7 +171,7 @@ def assemble(sink: Sink, grading: Grading) -> Plate:
     from skfem import Basis, BilinearForm, ElementQuad2, LinearForm
     from skfem.helpers import dot, grad
 
-    given, sink = sink, sink.plain
+    original, sink = sink, sink.plain
     part = quarter(sink, grading)
     basis = Basis(part.mesh, ElementQuad2(), intorder=4)
     beam, pads, above = (basis.with_elements(np.flatnonzero(mask)) for mask in part[1:])
@@ -208,7 +207,7 @@ def assemble(sink: Sink, grading: Grading) -> Plate:
     model = FewStates(
         (silicon.heat_capacity * t * mass_beam + in_pads + in_oxide).tocsc(), conductance, source,
         (heat * mass_beam).tocsc(), float(source.sum()), source, float(source.sum()), outputs, a, sink.drive,
-        following_of(layer_of(given), part.beam, part.oxide, basis, heat) if given != sink else None,
+        following_of(layer_of(original), part.beam, part.oxide, basis, heat) if original != sink else None,
     )  # fmt: skip
     return Plate(sink, part, basis, model, in_pads, in_oxide, factorize(conductance))
 
@@ -289,8 +288,8 @@ def _sides(plate: Plate) -> tuple[np.ndarray, np.ndarray]:
     psi = np.zeros(basis.N)
     sides = basis.get_dofs(outer[~(mirror | open_ends)]).all()
     psi[sides] = 0.5
-    given = np.union1d(sides, basis.get_dofs(outer[mirror]).all())
-    return psi, np.setdiff1d(np.arange(basis.N), given)
+    held = np.union1d(sides, basis.get_dofs(outer[mirror]).all())
+    return psi, np.setdiff1d(np.arange(basis.N), held)
 
 
 def quarter(sink: Sink, grading: Grading) -> Quarter:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,7 +15,7 @@ if TYPE_CHECKING:
     import skfem
     from scipy.sparse import csr_matrix
 
-COPIES = 4.0  # the sink in quarters
+COPIES = 4.0  # The plate is a quarter of the sink.
 
 
 def following_of(layer: Layer, of_beam: np.ndarray, of_oxide: np.ndarray, basis: skfem.Basis, heat: float) -> Following:
@@ -42,7 +41,7 @@ def following_of(layer: Layer, of_beam: np.ndarray, of_oxide: np.ndarray, basis:
     bare = COPIES * (basis.dx * (1.0 + under + sides)).ravel()
     beam, above = (np.repeat(mask, basis.dx.shape[1]) for mask in (of_beam, of_oxide))
     quadrature = Points(
-        at_points(np.asarray), tuple(at_points(partial(_slope, axis)) for axis in range(2)),
+        at_points(np.asarray), (at_points(lambda f: f.grad[0]), at_points(lambda f: f.grad[1])),
         area, area * above, 1.0 * above, area * ~above, bare, area, area * above, heat * area * beam, beam,
     )  # fmt: skip
     return Following(layer, (quadrature,), basis.N, open=(quadrature,))
@@ -59,8 +58,3 @@ def narrow_sides(sink: Sink) -> tuple[float, float]:
 def underside_bare(sink: Sink) -> bool:
     """Whether the underside radiates where there is no oxide: a gas over a substrate covers it in 3D."""
     return not (sink.gap_gas_conductivity and sink.substrate_thickness is not None)
-
-
-def _slope(axis: int, function: Any) -> np.ndarray:
-    slope: np.ndarray = function.grad[axis]
-    return slope

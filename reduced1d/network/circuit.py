@@ -228,14 +228,15 @@ class Builder:
 
     def _hold(self, dof: int, given: int, name: str, value: Value, line: int) -> None:
         self.held.setdefault(dof, (name, given, value))
-        other = self.held[dof]
-        if other[2] != value:
-            raise self._contrary(other[0], name, self.layout.lines[line].name)
+        holder = self.held[dof]
+        if holder[2] != value:
+            raise self._contrary(holder[0], name, self.layout.lines[line].name)
 
-    def _contrary(self, one: str, other: str, line: str) -> SceneError:
+    def _contrary(self, first: str, second: str, line: str) -> SceneError:
         return SceneError(
-            f"boundaries {quoted(one)} and {quoted(other)} give two values to one end of the line of {quoted(line)}, "
-            "which a network of lines cannot have: let them act on different boxes, or take another --model"
+            f"boundaries {quoted(first)} and {quoted(second)} give two values to one end of the line of "
+            f"{quoted(line)}, which a network of lines cannot have: let them act on different boxes, "
+            "or take another --model"
         )
 
     def flux(self, condition: Condition) -> None:

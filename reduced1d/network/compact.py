@@ -30,12 +30,13 @@ from scenes.model import DERIVED, AnyScene, Probe, Scene, Schedule, Value
 from scenes.model import UNITS as OF_PROBES
 
 COUNTS = (2, 4, 6, 8, 12, 16, 24, 32, 48)
-"""Numbers of states that are tried in turn."""
+"""Numbers of states that are tried, in turn."""
 RATES, APART, INSTANTS = 12, 1e-7, 40
-"""Rates at which responses are taken; singular values of patterns and fields below this are none; compared times."""
+"""Number of rates (1/s) at which responses are taken; patterns and fields with a relative singular value below the
+second are dropped; number of times at which the model is compared."""
 FEEDBACK = 4
-"""How often the heat that follows a response is followed in turn: each time what remains falls by the share of the
-heating that follows the temperature."""
+"""How many times heating that follows the temperature is followed by its own response; each time shrinks what is left
+by the feedback's share."""
 
 
 def compact(
@@ -47,16 +48,16 @@ def compact(
     physics.refuse_terminals(scene, "a network's compact model")
     untyped: Any = scene
     shape = layout(replace(untyped, probes=tuple(p for p in untyped.probes if p.quantity not in DERIVED)))
-    given = shape.scene
-    if any(p.reduce != "mean" for p in given.probes):
+    scene = shape.scene
+    if any(p.reduce != "mean" for p in scene.probes):
         raise SceneError('a network\'s compact model has no extremes: give its probes reduce = "mean", or points')
-    if not physics.heat(given):
+    if not physics.heat(scene):
         raise SceneError("a network is exported with its heat, and nothing thermal is asked for: add a temperature")
-    end = given.end_time
-    model = refined(shape, 0)[1] if given.steady else refined(shape, 0, 0.1 * EARLY * end)[1]
+    end = scene.end_time
+    model = refined(shape, 0)[1] if scene.steady else refined(shape, 0, 0.1 * EARLY * end)[1]
     made = _Projection(model)
     truths = {}
-    for name, other in scenarios(given, channels(given)).items():
+    for name, other in scenarios(scene, channels(scene)).items():
         say(f"compact model: {name}")
         of_boxes: Any = other
         truths[name] = _truth(replace(shape, scene=of_boxes))
@@ -64,7 +65,7 @@ def compact(
     counts = [c for c in COUNTS if c < made.most] + [min(made.most, COUNTS[-1])]
     for count in counts if states is None else [min(states, made.most)]:
         document = made.document(count)
-        errors = _errors(document, given, truths, model)
+        errors = _errors(document, scene, truths, model)
         worst = max(e["relative"] for run in errors.values() for kind in run.values() for e in kind.values())
         text = [
             "Estimated: the distance from the network of lines itself for each of these inputs, with its own error."
@@ -253,8 +254,8 @@ class _Projection:
     def _supplied(self, i: int) -> np.ndarray:
         """(inputs,): what a pattern draws from each electrode (A)."""
         circuit = self._circuit
-        through = self.patterns[i][: len(circuit.extra)]
-        return np.asarray((circuit.fixed.T @ (circuit.across.T @ through) - circuit.given.T @ through)[self.columns])
+        currents = self.patterns[i][: len(circuit.extra)]
+        return np.asarray((circuit.fixed.T @ (circuit.across.T @ currents) - circuit.given.T @ currents)[self.columns])
 
     def _row(self, probe: Probe) -> tuple[np.ndarray, np.ndarray]:
         """(z,) and (patterns, z): what a probe reads, and for each pattern."""
@@ -295,8 +296,7 @@ class _Projection:
         return np.asarray(row @ flows.at(rise, rise, x))
 
     def _port(self, k: int, channel: Channel) -> tuple[tuple[np.ndarray, np.ndarray], str, float]:
-        """The row of what enters at an input, or of the mean temperature that its heat meets; its unit, and the W of
-        one."""
+        """What enters at an input, or the mean temperature that its heat meets, as a row; its unit; and W per unit."""
         y, u = np.zeros(self.rise.shape[1]), np.zeros((len(self.patterns), self.rise.shape[1]))
         if channel.kind == "voltage":
             u[:, 0] = [self._supplied(i)[k] for i in range(len(self.patterns))]

@@ -17,8 +17,7 @@ import scipy.sparse as sp
 from reduced1d.network.lines import Layout
 
 GROWTH = 2.0
-"""Factor on the length from one element to the next, away from where something begins: a smooth field gets smoother in
-proportion to the distance."""
+"""Ratio of neighbouring elements' lengths away from where something begins, as fields get smoother with distance."""
 
 
 class Elements:
@@ -121,8 +120,7 @@ def nodes_of(layout: Layout, shortest: Sequence[float]) -> list[np.ndarray]:
 
 
 def graded(places: Sequence[float], shortest: float) -> np.ndarray:
-    """Nodes at some places (m, ascending), and between two of them at distances that grow from either, ``shortest`` at
-    first."""
+    """Nodes at some places (m, ascending) and between them, at distances that grow from ``shortest`` away from each."""
     pieces = [np.asarray(places)]
     for a, b in pairwise(places):
         length = b - a

@@ -7,11 +7,12 @@ areas.
 
 from __future__ import annotations
 
+import math
 from functools import cached_property
 
 import numpy as np
 
-from reduced1d.network.lines import Line, Touch
+from reduced1d.network.lines import Line, Touch, common
 from reduced1d.network.model import Model
 from scenes import physics
 from scenes.model import Point, Probe
@@ -47,7 +48,7 @@ class Flows:
         and unknowns (n, times) and inputs (inputs, times)."""
         model, circuit = self.model, self.circuit
         resistance = model.resistances(rise)[1] if self.electric else 1 / model.conduction[:, None]
-        through = (circuit.across @ u - circuit.given @ x) / resistance
+        currents = (circuit.across @ u - circuit.given @ x) / resistance
         along = self.slopes @ u
         warm = self.values @ rise
         for k, (i, _) in enumerate(self.sections):
@@ -56,7 +57,7 @@ class Flows:
                 along[k] *= -line.area / model.thermal_resistivity(i)
             elif line.box.material.resistivity is not None:
                 along[k] *= -line.area / self.layout.resistivity(i, warm[k])
-        return np.concatenate([through, along])
+        return np.concatenate([currents, along])
 
     def through(self, probe: Probe) -> tuple[np.ndarray, np.ndarray]:
         """The flow through a probe: into the solid on its surface, along the positive axis inside."""
@@ -64,7 +65,7 @@ class Flows:
         flow = self._none()
         for i in self._cut(probe):
             line = self.layout.lines[i]
-            lower, upper = _clipped(line, probe)
+            lower, upper = common(line.lower, line.upper, probe)
             if line.axis == normal:
                 row = self._none()
                 number = 2 * len(self.layout.lines) + self.sections[2 * len(self.layout.lines) :].index((i, at))
@@ -100,7 +101,10 @@ class Flows:
         normal, at = _plane(probe)
         lines = []
         for i, line in enumerate(self.layout.lines):
-            if line.lower[normal] < at < line.upper[normal] and _area(*_clipped(line, probe), normal) > 0:
+            if (
+                line.lower[normal] < at < line.upper[normal]
+                and _area(*common(line.lower, line.upper, probe), normal) > 0
+            ):
                 lines.append(i)
         return lines
 
@@ -109,13 +113,13 @@ class Flows:
         the mean of both sides that carry something."""
         axis, at = touch.normal, touch.lower[touch.normal]
         above = self.layout.lines[touch.line].lower[axis] == at
-        beyond = [
+        opposite = [
             i for i, line in enumerate(self.layout.lines)
             if (line.upper if above else line.lower)[axis] == at and _common(touch, line)
         ]  # fmt: skip
-        if not beyond:
+        if not opposite:
             return 1.0
-        carried = not self.electric or any(i in self.live for i in beyond)
+        carried = not self.electric or any(i in self.live for i in opposite)
         return (1.0 if above else -1.0) * (0.5 if carried and (not self.electric or touch.line in self.live) else 1.0)
 
     @cached_property
@@ -233,22 +237,13 @@ def _plane(probe: Probe) -> tuple[int, float]:
     return normal, probe.lower[normal]
 
 
-def _clipped(line: Line, probe: Probe) -> tuple[Point, Point]:
-    low = [max(a, b) for a, b in zip(line.lower, probe.lower, strict=True)]
-    high = [min(a, b) for a, b in zip(line.upper, probe.upper, strict=True)]
-    return (low[0], low[1], low[2]), (high[0], high[1], high[2])
-
-
 def _area(lower: Point, upper: Point, normal: int) -> float:
-    one, other = (max(upper[d] - lower[d], 0.0) for d in range(3) if d != normal)
-    return one * other
+    return math.prod(max(upper[d] - lower[d], 0.0) for d in range(3) if d != normal)
 
 
 def _part(touch: Touch, lower: Point, upper: Point) -> float:
     """The part of a touch's area that lies in a part of space."""
-    low = tuple(max(a, b) for a, b in zip(touch.lower, lower, strict=True))
-    high = tuple(min(a, b) for a, b in zip(touch.upper, upper, strict=True))
-    return _area(low, high, touch.normal) / touch.area  # type: ignore[arg-type]
+    return _area(*common(lower, upper, touch), touch.normal) / touch.area
 
 
 def _common(touch: Touch, line: Line) -> bool:

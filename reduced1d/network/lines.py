@@ -19,13 +19,13 @@ from scenes import physics, readouts
 from scenes.errors import SceneError, quoted
 from scenes.free.grid import Grid, grid_of
 from scenes.free.validity import tidy
-from scenes.model import AnyScene, Boundary, Box, MeshScene, Point, Scene
+from scenes.model import AnyScene, Boundary, Box, MeshScene, Point, Probe, Scene
 
 Cells = tuple[tuple[int, int], tuple[int, int], tuple[int, int]]
 """A box, a flat box or a point as the first and the last plane along each axis."""
 
 ALIKE = 1e-6
-"""Relative: sides of a box that differ by less are equally long (corners are given to six digits or more)."""
+"""Sides of a box that differ by a smaller part are equally long (files give corners to six digits or more)."""
 
 
 @dataclass(frozen=True)
@@ -53,8 +53,8 @@ class Line:
     @property
     def sides(self) -> tuple[float, float]:
         """The two extents of the cross-section (m)."""
-        one, other = (self.upper[d] - self.lower[d] for d in range(3) if d != self.axis)
-        return one, other
+        first, second = (self.upper[d] - self.lower[d] for d in range(3) if d != self.axis)
+        return first, second
 
     @property
     def area(self) -> float:
@@ -163,10 +163,17 @@ def _refuse_jumps(scene: Scene) -> None:
         raise SceneError(f"a network has no electrical resistance at a contact yet: leave {behind[0]} out")
 
 
-def overlap(one: Cells, other: Cells) -> Cells | None:
+def common(lower: Point, upper: Point, item: Line | Touch | Probe) -> tuple[Point, Point]:
+    """The corners (m) of what a box has in common with another."""
+    low = [max(a, b) for a, b in zip(lower, item.lower, strict=True)]
+    high = [min(a, b) for a, b in zip(upper, item.upper, strict=True)]
+    return (low[0], low[1], low[2]), (high[0], high[1], high[2])
+
+
+def overlap(first: Cells, second: Cells) -> Cells | None:
     """What two boxes share, of the dimension of the smaller one; None where that is nothing, or less."""
     shared = []
-    for (a, b), (c, d) in zip(one, other, strict=True):
+    for (a, b), (c, d) in zip(first, second, strict=True):
         low, high = max(a, c), min(b, d)
         if low > high or (low == high and a < b and c < d):
             return None
@@ -174,9 +181,9 @@ def overlap(one: Cells, other: Cells) -> Cells | None:
     return shared[0], shared[1], shared[2]
 
 
-def without(box: Cells, other: Cells, order: tuple[int, ...] = (0, 1, 2)) -> list[Cells]:
+def without(box: Cells, cut: Cells, order: tuple[int, ...] = (0, 1, 2)) -> list[Cells]:
     """What is left of a box, or of a flat one, without another, cut into boxes across the axes in an ``order``."""
-    shared = overlap(box, other)
+    shared = overlap(box, cut)
     if shared is None or any(low == high and a < b for (low, high), (a, b) in zip(shared, box, strict=True)):
         return [box]
     pieces, rest = [], list(box)
@@ -196,7 +203,7 @@ class _Cutting:
         self.sheets = [self._cells(b) for b in boundaries]
         whole = [self._cells(b) for b in self.scene.boxes]
         for number, box in enumerate(whole):
-            self.parts += [(number, part) for part in self._left(box, whole[number + 1 :])]
+            self.parts += [(number, part) for part in self._uncovered(box, whole[number + 1 :])]
         for sheet, b in zip(self.sheets, boundaries, strict=True):
             if b.kind in ("temperature", "voltage"):
                 self.parts = [(n, half) for n, part in self.parts for half in self._halved(n, part, sheet, b)]
@@ -223,11 +230,11 @@ class _Cutting:
         planes = self.grid.planes[axis]
         return float(planes[part[axis][1]] - planes[part[axis][0]])
 
-    def _left(self, box: Cells, later: list[Cells]) -> list[Cells]:
+    def _uncovered(self, box: Cells, later: list[Cells]) -> list[Cells]:
         order = tuple(sorted(range(3), key=lambda d: -self._length(box, d)))
         parts = [box]
-        for other in later:
-            parts = [rest for part in parts for rest in without(part, other, order)]
+        for cut in later:
+            parts = [rest for part in parts for rest in without(part, cut, order)]
         return parts
 
     def _halved(self, number: int, part: Cells, sheet: Cells, b: Boundary) -> list[Cells]:
@@ -255,8 +262,8 @@ class _Cutting:
         return contacts
 
     def _area(self, face: Cells, normal: int) -> float:
-        one, other = (self._length(face, d) for d in range(3) if d != normal)
-        return one * other
+        first, second = (self._length(face, d) for d in range(3) if d != normal)
+        return first * second
 
     def _axes(self) -> list[int]:
         """The axis of each part's line."""
@@ -284,9 +291,9 @@ class _Cutting:
             for i in open_:
                 by_axis = dict.fromkeys(choices[i], 0.0)
                 for a, b, axis, face in self.contacts:
-                    other = b if a == i else a
-                    if i in (a, b) and len(choices[other]) == 1 and choices[other][0] in by_axis:
-                        by_axis[choices[other][0]] += self._area(face, axis)
+                    neighbour = b if a == i else a
+                    if i in (a, b) and len(choices[neighbour]) == 1 and choices[neighbour][0] in by_axis:
+                        by_axis[choices[neighbour][0]] += self._area(face, axis)
                 shares[i] = by_axis
             i = max(open_, key=lambda i: max(shares[i].values()))
             choices[i] = [max(choices[i], key=lambda axis: shares[i][axis])]

@@ -24,7 +24,8 @@ from scenes.errors import NumericsError
 from scenes.model import Scene, Schedule, Value, is_zero
 
 REFINEMENTS = 30
-ROUNDING = 1e-14  # of the largest potential
+"""The most iterations for potentials, with the matrix of resistances averaged over the times solved together."""
+ROUNDING = 1e-14  # They end with a change below this part of the largest potential.
 
 
 @dataclass(frozen=True)
@@ -233,8 +234,8 @@ def scales(layout: Layout, time: float | None) -> list[float]:
         t, b = c.touch, layout.scene.boundaries[c.boundary]
         if t.end is None and b.kind in ("temperature", "convection") and b.value:
             film = 1 / float(b.value) if b.kind == "convection" else 0.0  # type: ignore[arg-type]
-            through = t.half / layout.lines[t.line].box.material.thermal_conductivity + film
-            losses[t.line] += t.area / (t.stop - t.start) / through
+            resistance = t.half / layout.lines[t.line].box.material.thermal_conductivity + film
+            losses[t.line] += t.area / (t.stop - t.start) / resistance
     scales = []
     for line, loss in zip(layout.lines, losses.tolist(), strict=True):
         m = line.box.material

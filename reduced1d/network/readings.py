@@ -12,20 +12,19 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from reduced1d.network.lines import Condition, Line, Touch
+from reduced1d.network.lines import Condition, Line, Touch, common
 from reduced1d.network.model import Model
 from scenes.model import Point, Probe
 
 Apart = tuple[sp.csr_matrix, np.ndarray, float]
 
 FINE = 33
-"""Number of places on an element at which an extreme is looked for; a parabola goes through the best three."""
+"""Places on an element at which an extreme is looked for; a parabola goes through the best three."""
 
 
 @dataclass(frozen=True, eq=False)
 class Reading:
-    """A probe's value is ``unknowns`` u + ``inputs`` x of rises or potentials u; of `FINE` rows for each of some
-    ``elements`` it is an extreme."""
+    """A probe's value ``unknowns`` u + ``inputs`` x of rises or potentials; extremes have `FINE` rows per element."""
 
     unknowns: sp.csr_matrix
     inputs: np.ndarray
@@ -56,9 +55,10 @@ class Reader:
 
     def reading(self, probe: Probe) -> Reading:
         """What a probe of a temperature or a potential reads."""
-        inside = [(i, line) for i, line in enumerate(self.layout.lines) if self._carries(line)]
+        inside = [(i, line) for i, line in enumerate(self.layout.lines)
+                  if not self.electric or line.box.material.resistivity is not None]  # fmt: skip
         inside = [(i, line) for i, line in inside if probe.box in ("", line.box.name)]
-        shares = [(i, *_shared(line, probe)) for i, line in inside if _covers(line, probe)]
+        shares = [(i, *common(line.lower, line.upper, probe)) for i, line in inside if _covers(line, probe)]
         if probe.reduce != "mean" and probe.lower != probe.upper:
             return self._extreme(probe, [(i, lower, upper) for i, lower, upper in shares])
         u, x = sp.csr_matrix((1, self.e.size)), np.zeros((1, self.count))
@@ -77,16 +77,13 @@ class Reader:
         low, high = circuit.span
         for i, line in enumerate(self.layout.lines):
             if _covers(line, probe):
-                lower, upper = _shared(line, probe)
+                lower, upper = common(line.lower, line.upper, probe)
                 a, b = lower[line.axis], upper[line.axis]
                 sides = np.prod([upper[d] - lower[d] for d in range(3) if d != line.axis]) / line.area
-                within = np.minimum(high, b) - np.maximum(low, a)
-                part = np.where(high > low, within.clip(0.0) / np.where(high > low, high - low, 1.0), within >= 0)
+                overlap = np.minimum(high, b) - np.maximum(low, a)
+                part = np.where(high > low, overlap.clip(0.0) / np.where(high > low, high - low, 1.0), overlap >= 0)
                 share[circuit.line == i] = (sides * part)[circuit.line == i]
         return np.asarray(share @ heat)
-
-    def _carries(self, line: Line) -> bool:
-        return not self.electric or line.box.material.resistivity is not None
 
     def _mean(self, i: int, lower: Point, upper: Point) -> tuple[sp.csr_matrix, np.ndarray]:
         """The mean of a line over a part of its box, which may lie on a side of it."""
@@ -109,8 +106,7 @@ class Reader:
                 continue
             if lower[touch.normal] != touch.lower[touch.normal]:
                 continue
-            low = [max(a, c) for a, c in zip(lower, touch.lower, strict=True)]
-            high = [min(a, c) for a, c in zip(upper, touch.upper, strict=True)]
+            low, high = common(lower, upper, touch)
             if any(a > b or (a == b and c < d) for a, b, c, d in zip(low, high, lower, upper, strict=True)):
                 continue
             share = np.prod([(b - a) / (d - c) for a, b, c, d in zip(low, high, lower, upper, strict=True) if d > c])
@@ -132,8 +128,8 @@ class Reader:
             if alike:
                 row = self._along(touch.line, a, b) - self._along(other.line, a, b)
             else:
-                beyond = self._along(other.line, other.start, other.stop)
-                row = self.e.mean(touch.line, touch.start, touch.stop) - beyond
+                outside = self._along(other.line, other.start, other.stop)
+                row = self.e.mean(touch.line, touch.start, touch.stop) - outside
             beyond_it = other.half * self._resistivity(other.line) + contact
             return row, given, half_resistance / (half_resistance + beyond_it)
         boundary = self.layout.scene.boundaries[other.boundary]
@@ -169,12 +165,6 @@ def _covers(line: Line, probe: Probe) -> bool:
     """Whether some of a probe, of its own dimension, lies in a line or on it."""
     pairs = zip(line.lower, line.upper, probe.lower, probe.upper, strict=True)
     return all(max(a, c) < min(b, d) or (c == d and a <= c <= b) for a, b, c, d in pairs)
-
-
-def _shared(line: Line, probe: Probe) -> tuple[Point, Point]:
-    low = [max(a, c) for a, c in zip(line.lower, probe.lower, strict=True)]
-    high = [min(b, d) for b, d in zip(line.upper, probe.upper, strict=True)]
-    return (low[0], low[1], low[2]), (high[0], high[1], high[2])
 
 
 def _measure(lower: Point, upper: Point, probe: Probe) -> float:

@@ -10,15 +10,15 @@ from reduced1d.network.lines import Layout, layout
 from reduced1d.network.solution import of_layout
 from scenes import physics
 from scenes.errors import SceneError
-from scenes.model import Boundary, Probe
+from scenes.model import Probe
 from scenes.result import Estimate, Result
 from scenes.sink import Sink, face
 
 TRACES = {"peak_K": "peak", "end_K": "end", "mean_K": "mean", "current_A": "current"}
-"""What is traced, by the probes of `lines_of`."""
+"""The probes of `lines_of` whose traces are reported, by column."""
 
 INTO_SUBSTRATE, THROUGH_END = "heat into ", "heat through the end"
-"""Names of its probes of heat: the first goes before the name of a boundary."""
+"""Names of its probes of heat flows; a boundary's name follows the first."""
 
 
 def lines_of(sink: Sink) -> Layout:
@@ -31,7 +31,11 @@ def lines_of(sink: Sink) -> Layout:
         )
     scene = sink.scene()
     physics.refuse_terminals(scene, "--reduction network")
-    flows = [Probe(INTO_SUBSTRATE + b.name, b.lower, b.upper, "heat_flow") for b in scene.boundaries if _below(b)]
+    flows = [
+        Probe(INTO_SUBSTRATE + b.name, b.lower, b.upper, "heat_flow")
+        for b in scene.boundaries
+        if b.name.startswith("substrate")
+    ]
     beam = next(box for box in scene.boxes if box.name == "beam")
     inlet = next(b for b in scene.boundaries if b.name == "electrode-0")
     flows += [
@@ -69,8 +73,3 @@ def solve(sink: Sink, times: np.ndarray | None = None) -> Result:
         error = abs(value) * (rise.error / abs(rise.value) + heat.error / abs(heat.value)) if rise.value else 0.0
         steady["anchor_resistance_K_per_W"] = Estimate(value, error)
     return replace(result, steady=steady)
-
-
-def _below(boundary: Boundary) -> bool:
-    """Whether heat leaves through it to the substrate, as 3D counts it: by the oxide, the substrate or the gas."""
-    return boundary.name.startswith("substrate")

@@ -16,11 +16,13 @@ from reduced1d.network.circuit import weighted
 from reduced1d.network.model import Model
 from scenes.errors import NumericsError, RunawayError
 
-MOST = 40  # Newton steps
-SETTLED = 1e-13  # of the largest rise and potential: rounding of a few thousand terms
-LONGEST, SHORTEST = 0.25, 1e-7  # steps of the arc, of which the whole is about one long
-FLAT = 1e-4  # slope of the arc at which it is level: the factor is then within the square of that of the largest
-WIDE = 12  # Newton steps after which a step of the arc is taken to be too long
+MOST = 40  # The most Newton steps.
+SETTLED = 1e-13
+"""Relative change that ends Newton's method: the rounding of sums of a few thousand terms."""
+LONGEST, SHORTEST = 0.25, 1e-7  # Steps along the curve of states, whose whole length is about 1.
+FLAT = 1e-4
+"""The largest voltage is where the curve's slope is below this: it is then right to the square of it."""
+WIDE = 12  # The most Newton steps for one step along the curve; where they do not suffice a shorter one is tried.
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,8 +63,7 @@ def _potential(model: Model, rise: np.ndarray, x: np.ndarray) -> np.ndarray:
 
 
 class _Coupled:
-    """The unknowns z are the free rises and potentials, in units of the cold state's; a factor s times the voltages
-    stands beside them."""
+    """The unknowns z: free rises and potentials in units of the cold state's, and a factor s on the voltages."""
 
     def __init__(self, model: Model, x: np.ndarray) -> None:
         self.model, self.x = model, x
@@ -235,11 +236,11 @@ class _Coupled:
         return None
 
     def _fold(
-        self, at: tuple[np.ndarray, float], tangent: np.ndarray, step: float, beyond: float
+        self, at: tuple[np.ndarray, float], tangent: np.ndarray, step: float, further: float
     ) -> tuple[np.ndarray, float]:
         """The state of the largest factor between one and that a step further, where the arc's slope in the factor is
         negative (``beyond``): where it is zero, by secants kept within bounds (Illinois)."""
-        low, high, best = (0.0, float(tangent[-1])), (step, beyond), at
+        low, high, best = (0.0, float(tangent[-1])), (step, further), at
         for _ in range(30):
             middle = low[0] + (high[0] - low[0]) * low[1] / (low[1] - high[1])
             corrected = self._corrected(*at, tangent, middle)

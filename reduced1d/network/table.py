@@ -10,7 +10,7 @@ from __future__ import annotations
 from math import inf
 from typing import Any
 
-from reduced1d.network.lines import Condition, Joint, Layout, Touch
+from reduced1d.network.lines import Condition, Joint, Layout
 from scenes.model import Schedule, Value
 
 AXES = "xyz"
@@ -48,7 +48,7 @@ def _line(layout: Layout, i: int, electric: bool) -> Row:
         _put(row, "ohm", f"{r:.6g} ohm m x {_um(length)} / {_um2(area)}", r * length / area)
     source = line.box.heat_source
     if source:
-        _put(row, "W", f"{_given(source, 'W/m3')} x {_um2(area)} x {_um(length)}", _times(source, area * length))
+        _put(row, "W", f"{_value_text(source, 'W/m3')} x {_um2(area)} x {_um(length)}", _times(source, area * length))
     return row
 
 
@@ -56,10 +56,7 @@ def _joint(layout: Layout, heat: Joint | None, wire: Joint | None) -> Row:
     joint = heat or wire
     assert joint is not None
     one, other = joint.one, joint.other
-    row: Row = {
-        "what": f"{layout.lines[one.line].name} | {layout.lines[other.line].name}",
-        "how": _how(layout, joint),
-    }
+    row: Row = {"what": f"{layout.lines[one.line].name} | {layout.lines[other.line].name}", "how": _how(layout, joint)}
     touches = [t for t in (one, other) if t.end is None]
     if heat and (touches or heat.contact):
         each = [(t.half, layout.lines[t.line].box.material.thermal_conductivity) for t in touches]
@@ -96,33 +93,29 @@ def _condition(layout: Layout, condition: Condition, electric: bool) -> Row:
     row: Row = {"what": f"{b.name} | {line.name}", "how": place}
     if electric:
         if b.series_resistance == inf:
-            row["how"] = f"{place}; {_given(b.value, 'A')} enters"
+            row["how"] = f"{place}; {_value_text(b.value, 'A')} enters"
         elif b.series_resistance:
             row["how"] = f"{place}; behind {b.series_resistance:g} ohm"
         if touch.end is None:
             r = layout.resistivity(touch.line)
             _put(row, "ohm", f"{_um(touch.half)} x {r:.6g} ohm m / {_um2(touch.area)}", touch.half * r / touch.area)
     elif b.kind == "heat_flux":
-        _put(row, "W", f"{_given(b.value, 'W/m2')} x {_um2(touch.area)}", _times(b.value, touch.area))
+        _put(row, "W", f"{_value_text(b.value, 'W/m2')} x {_um2(touch.area)}", _times(b.value, touch.area))
     elif b.kind == "convection" and b.value:
         film = float(b.value)  # type: ignore[arg-type]
         half = "" if touch.end is not None else f" + {_um(touch.half)}/{k:g} W/(m K)"
         value = touch.area / (1 / film + touch.half / k)
         _put(row, "W/K", f"{_um2(touch.area)} / (1/{film:g} W/(m2 K){half})", value)
     elif touch.end is None:
-        _put(row, "W/K", f"{_um2(touch.area)} x {k:g} W/(m K) / {_um(touch.half)}", _film(touch, k))
+        _put(row, "W/K", f"{_um2(touch.area)} x {k:g} W/(m K) / {_um(touch.half)}", touch.area * k / touch.half)
     return row
-
-
-def _film(touch: Touch, k: float) -> float:
-    return touch.area * k / touch.half
 
 
 def _put(row: Row, unit: str, formula: str, value: float | None) -> None:
     row[unit] = {"formula": formula, "value": value}
 
 
-def _given(value: Value, unit: str) -> str:
+def _value_text(value: Value, unit: str) -> str:
     return f"(what varies, in {unit})" if isinstance(value, Schedule) else f"{value:g} {unit}"
 
 

@@ -8,8 +8,9 @@ from typing import Any
 
 from scenes.model import AnyScene, Schedule, Value, is_zero, values
 
-OWN = "the scene"
+OWN = "the scene"  # The name of the run with the scene's own inputs.
 UNITS = {"voltage": "V", "temperature": "K", "ambient": "K", "heat_flux": "W/m2", "heat_source": "W/m3"}
+"""The unit of each kind of input."""
 
 
 @dataclass(frozen=True)
@@ -30,8 +31,7 @@ class Channel:
 
     @property
     def range(self) -> tuple[float, float]:
-        """What it was tried between: a voltage of either sign, any other from rest to a step away, and what the scene
-        gives it."""
+        """The tested range: a voltage of either sign, others from rest to a step away, and the scene's own values."""
         tried = (self.rest - self.step if self.kind == "voltage" else self.rest, self.rest + self.step)
         return min(*tried, *values(self.own)), max(*tried, *values(self.own))
 
@@ -51,28 +51,25 @@ def channels(scene: AnyScene) -> tuple[Channel, ...]:
                 channels.append(Channel(b.name, "ambient", b.ambient, start, 0.0))
         else:
             channels.append(Channel(b.name, b.kind, b.value, start if b.kind == "temperature" else 0.0, 0.0))
-    channels += [Channel(s.name, "heat_source", s.heat_source, 0.0, 0.0) for s in _sources(scene)]
+    channels += [Channel(s.name, "heat_source", s.heat_source, 0.0, 0.0)
+                 for s in getattr(scene, scene.heated[1]) if not is_zero(s.heat_source)]  # fmt: skip
     return tuple(replace(c, step=_largest([d for d in channels if UNITS[d.kind] == UNITS[c.kind]])) for c in channels)
-
-
-def _sources(scene: AnyScene) -> list[Any]:
-    return [s for s in getattr(scene, scene.heated[1]) if not is_zero(s.heat_source)]
 
 
 def _largest(alike: list[Channel]) -> float:
     return max(abs(v - c.rest) for c in alike for v in values(c.own)) or 1.0
 
 
-def driven(scene: Any, given: Mapping[str, Value]) -> Any:
+def driven(scene: Any, values_by_name: Mapping[str, Value]) -> Any:
     """The scene (or its symmetric part) with other values of channels, by their names."""
 
     def boundary(b: Any) -> Any:
         if b.kind == "convection":
-            return replace(b, ambient=given.get(f"{b.name}.ambient", b.ambient))
-        return replace(b, value=given.get(f"{b.name}.{b.kind}", b.value))
+            return replace(b, ambient=values_by_name.get(f"{b.name}.ambient", b.ambient))
+        return replace(b, value=values_by_name.get(f"{b.name}.{b.kind}", b.value))
 
     def source(s: Any) -> Any:
-        return replace(s, heat_source=given.get(f"{s.name}.heat_source", s.heat_source))
+        return replace(s, heat_source=values_by_name.get(f"{s.name}.heat_source", s.heat_source))
 
     key = scene.heated[1]
     return replace(
@@ -89,9 +86,9 @@ def apart(scene: AnyScene, inputs: tuple[Channel, ...]) -> AnyScene:
 def schedule(channel: Channel, number: int) -> Schedule:
     """A channel's own values over time, unlike those of any other."""
     value = channel.own
-    times, given = (value.times, value.values) if isinstance(value, Schedule) else ((), (value,))
+    times, levels = (value.times, value.values) if isinstance(value, Schedule) else ((), (value,))
     first = min(-1.0, *times, 0.0) - 1.0 - number
-    return Schedule((first, *times), given if not times else (given[0], *given))
+    return Schedule((first, *times), levels if not times else (levels[0], *levels))
 
 
 def scenarios(scene: AnyScene, inputs: tuple[Channel, ...]) -> dict[str, AnyScene]:

@@ -12,7 +12,7 @@ EQUATIONS = [
     "db/dt = F z + sum over pairs i <= j of c_i c_j Q_ij z (twice for i < j); 0 where steady_only",
     "rows = Y z + W dg/dt + sum_i c_i U_i z + sum over pairs of c_i c_j P_ij z; an output is the max, min or mean",
 ]
-"""Those of `scenes.compact.runtime`, as a document says them."""
+"""The equations of `scenes.compact.runtime`, in words for a document."""
 
 
 def facts(document: Mapping[str, Any]) -> list[str]:
@@ -36,12 +36,12 @@ def errors(document: Mapping[str, Any]) -> list[str]:
     """The largest relative error of each run that the model was held against, and how it was found."""
     lines = []
     for run, kinds in document["error"].items():
-        told = []
+        sentences = []
         for kind, each in kinds.items():
             worst = max(each, key=lambda name: each[name]["relative"])
             since = f" from {TIME.show(document['range']['from_s'])} on" if kind == "over time" else ""
-            told.append(f"{kind}{since} {each[worst]['relative']:.1e} ({worst})")
-        lines.append(f"  {run}: {', '.join(told)}")
+            sentences.append(f"{kind}{since} {each[worst]['relative']:.1e} ({worst})")
+        lines.append(f"  {run}: {', '.join(sentences)}")
     return ["Largest error, relative to the largest rise, flow or current:", *lines, *document["estimated"]["text"]]
 
 

@@ -15,8 +15,7 @@ def leading(states: np.ndarray, rows: np.ndarray) -> np.ndarray:
     whole = float(np.linalg.norm(states, axis=0).max(initial=1e-300))
     weighed = np.linalg.cholesky(np.eye(len(states)) / whole**2 + read.T @ read)
     first = np.linalg.svd(weighed.T @ states, full_matrices=True)[0]
-    sums: np.ndarray = np.linalg.qr(np.linalg.solve(weighed.T, first))[0]
-    return sums
+    return np.linalg.qr(np.linalg.solve(weighed.T, first))[0]
 
 
 def fewest(most: int, worst: Callable[[int], float], accuracy: float) -> int:

@@ -1,5 +1,4 @@
-"""What inputs and outputs of a compact model are called where a name may not have every sign: each in its own way still
-told apart from all others."""
+"""Names of a compact model's inputs and outputs in formats that allow few signs, unique in each."""
 
 from __future__ import annotations
 
@@ -8,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 _OF_THE_NETLIST = re.compile(r"(b|c|copy|rate|in)\d+|0|gnd")
-"""The nodes that a netlist has of its own, and what SPICE calls ground."""
+"""Nodes that the netlist itself uses, and SPICE's names of ground."""
 
 
 def spice(document: Mapping[str, Any]) -> tuple[list[str], list[str]]:
@@ -37,14 +36,14 @@ def listed(document: Mapping[str, Any]) -> list[dict[str, str]]:
 
 def _told_apart(names: Sequence[str], ignore_case: bool) -> list[str]:
     """The names in letters, digits and underscores of ASCII; one that another has already gets a number."""
-    given: dict[str, str] = {}
+    renamed: dict[str, str] = {}
     for name in names:
         plain = re.sub(r"[^A-Za-z0-9_]+", "_", name)
         said, number = plain, 1
-        while (key := said.lower() if ignore_case else said) in given or (
+        while (key := said.lower() if ignore_case else said) in renamed or (
             ignore_case and _OF_THE_NETLIST.fullmatch(key)
         ):
             number += 1
             said = f"{plain}_{number}"
-        given[key] = said
-    return list(given.values())
+        renamed[key] = said
+    return list(renamed.values())

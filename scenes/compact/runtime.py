@@ -19,7 +19,7 @@ import numpy as np
 Given = float | tuple[Sequence[float], Sequence[float]]
 """A number, or (times, values): linear between the times (s), constant outside; two equal times make a jump."""
 KEPT = 64
-"""Lengths of steps whose propagators are kept."""
+"""Number of step lengths whose propagators are cached."""
 
 
 class CompactModel:
@@ -141,13 +141,13 @@ class CompactModel:
 
     def _named(self, rows: np.ndarray, inputs: np.ndarray) -> dict[str, np.ndarray]:
         each = [self.named(row) for row in rows]
-        outputs = {name: np.array([one[name] for one in each]) for name in self.outputs}
+        outputs = {name: np.array([step[name] for step in each]) for name in self.outputs}
         for values, entry in zip(inputs.T, self.inputs.values(), strict=True):
             low, high = entry["range"]
             small = 1e-9 * max(abs(low), abs(high))
             for value in values[(values < low - small) | (values > high + small)][:1]:
-                told = f"{entry['name']} = {value:.6g} {entry['unit']} is past the model's range"
-                warnings.warn(f"{told}, {low:.6g} to {high:.6g} {entry['unit']}", stacklevel=3)
+                warning = f"{entry['name']} = {value:.6g} {entry['unit']} is past the model's range"
+                warnings.warn(f"{warning}, {low:.6g} to {high:.6g} {entry['unit']}", stacklevel=3)
         limit = self.document["range"]["highest_temperature_K"]
         hottest = max((float(outputs[n].max()) for n, o in self.outputs.items() if o["unit"] == "K"), default=0.0)
         if limit is not None and hottest > limit:
@@ -199,8 +199,7 @@ class CompactModel:
         return new, float(np.abs(new - lower).max(initial=0.0))
 
     def _propagators(self, h: float) -> tuple[np.ndarray, ...]:
-        """phi_1 to phi_3 and the decay over a step (s), phi_1 and the decay over half of it; kept for a few steps, as
-        steps are often alike."""
+        """phi_1 to phi_3 and the decay over a step (s), phi_1 and the decay over half of it; cached."""
         if h not in self._known:
             if len(self._known) >= KEPT:
                 self._known.clear()

@@ -16,8 +16,8 @@ from scenes.compact import names
 from scenes.compact.facts import facts
 from scenes.compact.runtime import CompactModel
 
-SMALL = 1e-15  # entries below this part of the largest of their row are left out
-WIDTH = 100
+SMALL = 1e-15  # Entries below this part of the largest of their row are left out.
+WIDTH = 100  # Characters of a line.
 
 PINS = {
     "voltage": "an electrode: V against node 0, A into it",

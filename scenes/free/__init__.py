@@ -1,5 +1,4 @@
-"""Free 3D scenes: any union of boxes with conditions and probes, or a mesh with groups, read from TOML and checked
-before anything is solved."""
+"""Free 3D scenes: unions of boxes with conditions and probes, or meshes with groups, read from TOML and checked."""
 
 from __future__ import annotations
 
@@ -7,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from scenes.free import document
-from scenes.free.document import BOXES, ON_MESH
+from scenes.free.tables import BOXES, ON_MESH
 from scenes.free.writing import as_dict as as_dict
 from scenes.model import AnyScene, Scene
 from scenes.schema import Schema, override

@@ -9,7 +9,7 @@ from scenes.free.grid import Grid
 from scenes.model import Boundary, Contact, Probe, Scene
 
 THERMAL, ELECTRIC = 0, 1
-"""Which resistance of a contact is asked for."""
+"""First index of the table of `resistances`."""
 
 
 def resistances(scene: Scene) -> np.ndarray:
@@ -32,8 +32,7 @@ def across(owner: np.ndarray, axis: int, between: np.ndarray) -> np.ndarray:
     """(one less along the axis, which comes first): what a table by two boxes' numbers (boxes + 1, boxes + 1) has for
     the faces between neighbouring cells of these owners."""
     owners = np.moveaxis(owner, axis, 0)
-    values: np.ndarray = between[owners[:-1], owners[1:]]
-    return values
+    return between[owners[:-1], owners[1:]]
 
 
 def check(grid: Grid) -> None:
@@ -45,9 +44,9 @@ def check(grid: Grid) -> None:
         label = f"contact {quoted(contact.name)}"
         for name in contact.between:
             if name not in names:
-                known = ", ".join(map(quoted, names[:20]))
+                listed = ", ".join(map(quoted, names[:20]))
                 raise SceneError(
-                    f"{label}.between names no box {quoted(name)}: give {known}{did_you_mean(name, names)}"
+                    f"{label}.between names no box {quoted(name)}: give {listed}{did_you_mean(name, names)}"
                 )
         one, other = contact.between
         if one == other:

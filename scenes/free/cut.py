@@ -9,8 +9,7 @@ from scenes.free.grid import Grid
 
 
 def cut(grid: Grid) -> str:
-    """Where insulating boxes stand between electrodes of different voltages that no conductor joins, in words; nothing
-    where none does."""
+    """Where insulating boxes cut the current between electrodes of different voltages, in words; else ""."""
     labels, voltages = grid.electrified()
     insulating = grid.parts(grid.solid & ~grid.conducting)
     touched: dict[int, set[int]] = {}

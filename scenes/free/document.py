@@ -1,8 +1,4 @@
-"""From the values of a file to the scene, with the refusal of what a file leaves out or says twice.
-
-First the tables of such a file and the keys of each. The bounds are wide, for textbook cases have round numbers that
-nothing real has; what lies outside is a slip of the unit.
-"""
+"""From the values of a file to the scene, with the refusal of what a file leaves out or says twice."""
 
 from __future__ import annotations
 
@@ -12,159 +8,19 @@ from dataclasses import replace
 from typing import Any, TypeVar
 
 from scenes import condition_kinds as ck
-from scenes import kinds as k
-from scenes import mesh_kinds as mk
 from scenes import model as m
 from scenes import physics
 from scenes import units as d
-from scenes.checks import Differing, tolerances
 from scenes.errors import SceneError, did_you_mean, quoted
-from scenes.following import Following
-from scenes.keys import ACCURACY, VALID_TO
+from scenes.free.tables import CONDITIONS, RADIATION, RESISTANCES, TOTALS, UNUSED
 from scenes.physics import HEAT_KEYS
-from scenes.schema import Item, Key, Schema, section
+from scenes.schema import Item, section
 
 Values = Mapping[str, Any]
 S = TypeVar("S", m.Scene, m.MeshScene)
 
-UNUSED = 1.0
-"""Stands in a Material for what the scene does not need and the file does not give."""
-TOTALS = (*m.FLOWS, *m.DERIVED)
-RESISTANCES = ("thermal_resistance", "electrical_resistance")
-
-POINT = k.Place(k.Quantity(d.LENGTH, 0.0, 1e4, signed=True))
-
-CONDITIONS: dict[str, ck.Varying | ck.Surroundings] = {
-    "temperature": ck.Varying(k.KELVIN),
-    "heat_flux": ck.Varying(k.Quantity(d.HEAT_FLUX, 0.0, 1e15, signed=True)),
-    "convection": ck.Surroundings(
-        "coefficient",
-        k.Quantity(d.CONVECTION_COEFFICIENT, 0.0, 1e12),
-        ck.Varying(k.KELVIN),
-        '"10 W/(m2 K)"',
-        Following(k.Quantity(d.CONVECTION_COEFFICIENT, 1e-9, 1e12)),
-    ),
-    "radiation": ck.Surroundings("emissivity", k.Quantity(d.NUMBER, 1e-6, 1.0), k.KELVIN, "0.8"),
-    "voltage": ck.Varying(k.Quantity(d.VOLTAGE, 0.0, 1e6, signed=True)),
-    "current": ck.Varying(k.Quantity(d.CURRENT, 0.0, 1e6, signed=True)),
-}
-"""What a boundary may have, of which it has one, or a convection and radiation."""
-RADIATION = " radiation"
-"""What the name of a boundary ends with that is the radiation beside another's convection."""
-SERIES = k.Quantity(d.RESISTANCE, 1e-9, 1e15)
-"""Of a voltage's series resistance: beyond it a current is given."""
-
-# The least are those of interfaces within a crystal, or of metals in one another (kapitza resistances are from 1e-9
-# m2 K/W on, contacts of silicides from 1e-13 ohm m2 on), far below; the largest pass nothing that matters.
-_PERFECT = ", or 0 for a perfect contact"
-HEAT_CONTACT = k.Quantity(d.THERMAL_CONTACT, 1e-12, 1e6, note=_PERFECT)
-CURRENT_CONTACT = k.Quantity(d.ELECTRICAL_CONTACT, 1e-18, 1e6, note=_PERFECT)
-CONTACT_RESISTANCE = ck.ContactResistance((HEAT_CONTACT, CURRENT_CONTACT))
-"""Beside a boundary's temperature or voltage."""
-RESISTIVITY = Following(k.Quantity(d.RESISTIVITY, 1e-12, 1e9, word="insulator"), axes=True)
-HEAT_SOURCE = ck.Varying(k.Quantity(d.HEAT_SOURCE, 0.0, 1e20, signed=True))
-
-
-_NAMED = k.Numbers(k.NumberOrText(), (), "parameter", 'a table such as {R0 = "300 ohm"}')
-_NAMED_TEXTS = k.Numbers(k.MODEL_FILE, (), "probe", 'a table such as {middle = "v(mid)"}')
-
-_SCENE_AND_RUN = (
-    Key("scene.name", "name", k.NAME),
-    Key("scene.initial_temperature", "initial_temperature", k.KELVIN),
-    Key("run.steady", "steady", k.Switch()),
-    Key("run.end_time", "end_time", k.Quantity(d.TIME, 1e-12, 1e9)),
-    Key("run.output_times", "output_times", k.Instants()),
-    Key("run.accuracy", "accuracy", ACCURACY),
-    Key("model.file", "model.file", k.MODEL_FILE, physical=False),
-    Key("model.parameters", "model.parameters", _NAMED, physical=False),
-    Key("model.outputs", "model.outputs", _NAMED_TEXTS, physical=False),
-    Key("checks.tolerances", "tolerances", tolerances(()), physical=False),
-    Key("checks.expect_differs", "expected_to_differ", Differing(()), physical=False),
-)
-
-LISTS: dict[str, dict[str, k.Kind]] = {
-    "material": {
-        "name": k.LABEL,
-        "thermal_conductivity": Following(k.Quantity(d.THERMAL_CONDUCTIVITY, 1e-9, 1e9), axes=True),
-        "density": k.Quantity(d.DENSITY, 1e-6, 1e9),
-        "specific_heat": Following(k.Quantity(d.SPECIFIC_HEAT, 1e-6, 1e9)),
-        "resistivity": RESISTIVITY,
-        "temperature_coefficient": k.Quantity(d.TEMPERATURE_COEFFICIENT, 0.0, 1.0, signed=True),
-        "reference_temperature": k.KELVIN,
-        "valid_to": VALID_TO,
-    },
-    "box": {
-        "name": k.LABEL,
-        "material": k.LABEL,
-        "lower": POINT,
-        "upper": POINT,
-        "heat_source": HEAT_SOURCE,
-    },
-    "boundary": {
-        "name": k.LABEL,
-        "lower": POINT,
-        "upper": POINT,
-        **CONDITIONS,
-        "contact_resistance": CONTACT_RESISTANCE,
-        "series_resistance": SERIES,
-    },
-    "probe": {
-        "name": k.LABEL,
-        "quantity": k.Choice(tuple(m.UNITS)),
-        "at": POINT,
-        "lower": POINT,
-        "upper": POINT,
-        "reduce": k.Choice(("mean", "max", "min")),
-        "box": k.LABEL,
-    },
-    "contact": {
-        "name": k.LABEL,
-        "between": k.Pair(k.LABEL, "boxes"),
-        "thermal_resistance": ck.ContactResistance((HEAT_CONTACT,)),
-        "electrical_resistance": ck.ContactResistance((CURRENT_CONTACT,)),
-    },
-}
-"""The tables that a file may have many of, as [[material]] and so on."""
-
-REQUIRED: dict[str, tuple[str, ...]] = {
-    "material": ("name",),
-    "box": ("material", "lower", "upper"),
-    "boundary": ("lower", "upper"),
-    "probe": ("name",),
-    "contact": ("between",),
-}
-"""What has no default; a box or boundary without a name is called box-1, boundary-1 and so on."""
-
-BOXES = Schema(
-    (*_SCENE_AND_RUN, Key("run.mesh", "mesh", k.Choice(("bricks", "tetrahedra")), physical=False)),
-    LISTS, REQUIRED, "a free scene", "run.accuracy=1e-4",
-)  # fmt: skip
-"""What a file of a free scene of boxes may say."""
-
-_OF_BOXES = ("lower", "upper", "box")
-ON_MESH = Schema(
-    (*_SCENE_AND_RUN, Key("mesh.file", "file", mk.MESH_FILE), Key("mesh.unit", "unit", mk.LengthUnit())),
-    {
-        "material": {**LISTS["material"], "groups": mk.GroupNames()},
-        "source": {"name": k.LABEL, "group": mk.GROUP, "heat_source": HEAT_SOURCE},
-        "boundary": {
-            "name": k.LABEL,
-            "group": mk.GROUP,
-            **CONDITIONS,
-            "contact_resistance": CONTACT_RESISTANCE,
-            "series_resistance": SERIES,
-        },
-        "probe": {key: kind for key, kind in LISTS["probe"].items() if key not in _OF_BOXES} | {"group": mk.GROUP},
-    },
-    {"material": ("name",), "source": ("group", "heat_source"), "boundary": ("group",), "probe": ("name",)},
-    "a scene on a mesh",
-    "run.accuracy=1e-4",
-)
-"""What a file with a [mesh] may say: groups stand in the place of boxes and corners."""
-
-
 MOST_BOXES = 2_000
-"""A row of as many takes 1.2 GB and 10 s of processor time, and a file of 0.2 MB."""
+"""The most boxes: a row of this many takes 1.2 GB, 10 s of processor time, and a file of 0.2 MB."""
 
 
 def check_number(boxes: int) -> None:
@@ -216,24 +72,24 @@ def on_mesh(values: Values, name: str, folder: str) -> m.MeshScene:
 
 def _declared(scene: S, values: Values, folder: str) -> S:
     """The scene with what [model] and [checks] say. Refuses what they say of a probe that the scene has not."""
-    given, said = section(values, "model"), section(values, "checks")
+    model_section, checks_section = section(values, "model"), section(values, "checks")
     probes: list[str] = [item.name for item in values.get("probe", ())]
     checks = [*probes, *(f"{name}{m.OVER_TIME}" for name in probes), *(f"against_{name}" for name in probes), *m.SLOPES]
-    tolerances, differing = said.get("tolerances", {}), said.get("expect_differs")
-    for path, names, known in (
-        ("model.outputs", given.get("outputs", {}), probes),
+    tolerances, differing = checks_section.get("tolerances", {}), checks_section.get("expect_differs")
+    for path, names, allowed in (
+        ("model.outputs", model_section.get("outputs", {}), probes),
         ("checks.tolerances", tolerances, checks),
         ("checks.expect_differs", differing or (), checks),
     ):
         for name in names:
-            if name not in known:
-                what = "a probe" if known is probes else "a check, which are called as the probes"
+            if name not in allowed:
+                what = "a probe" if allowed is probes else "a check, which are called as the probes"
                 listed = f"give {', '.join(map(quoted, probes))}" if probes else "the scene has no probe"
-                raise SceneError(f"{path}: {quoted(name)} is not {what}: {listed}{did_you_mean(name, known)}")
+                raise SceneError(f"{path}: {quoted(name)} is not {what}: {listed}{did_you_mean(name, allowed)}")
     model = None
-    if given:
-        parameters, outputs = (tuple(given.get(name, {}).items()) for name in ("parameters", "outputs"))
-        model = m.OwnModel(given.get("file", ""), parameters, outputs, folder)
+    if model_section:
+        parameters, outputs = (tuple(model_section.get(name, {}).items()) for name in ("parameters", "outputs"))
+        model = m.OwnModel(model_section.get("file", ""), parameters, outputs, folder)
     return replace(scene, model=model, tolerances=tolerances, expected_to_differ=differing)
 
 
@@ -265,29 +121,29 @@ def _with_run(scene: S, values: Values) -> S:
     return scene
 
 
-def _run_keys(given: dict[str, Any]) -> dict[str, Any]:
-    times: tuple[float, ...] = given.get("output_times", ())
-    if given.get("steady"):
+def _run_keys(run: dict[str, Any]) -> dict[str, Any]:
+    times: tuple[float, ...] = run.get("output_times", ())
+    if run.get("steady"):
         for key in ("end_time", "output_times"):
-            if key in given:
+            if key in run:
                 raise SceneError(f"run.steady = true and run.{key} contradict each other: give one of them")
-        return given
-    if "end_time" not in given and not (times and times[-1] > 0):
+        return run
+    if "end_time" not in run and not (times and times[-1] > 0):
         raise SceneError('[run] says neither how long nor steady: give steady = true, or end_time = "10 ms"')
     last = times[-1] if times else 0.0
-    end = given.get("end_time", last)
+    end = run.get("end_time", last)
     if math.isclose(last, end, rel_tol=1e-12):
         end = last  # one time, reckoned in two ways
     if last > end:
         raise SceneError(
             f"run.end_time = {end:.12g} s is before the last of run.output_times, {last:.12g} s: give more"
         )
-    return {**given, "end_time": end}
+    return {**run, "end_time": end}
 
 
-def _material(given: dict[str, Any]) -> m.Material:
+def _material(properties: dict[str, Any]) -> m.Material:
     """The material, with a stand-in for what is not given."""
-    material = m.Material(**{**dict.fromkeys(HEAT_KEYS, UNUSED), **given})
+    material = m.Material(**{**dict.fromkeys(HEAT_KEYS, UNUSED), **properties})
     physics.refuse_both(f"material {quoted(material.name)}", material)
     physics.refuse_unlike(f"material {quoted(material.name)}", material)
     return material
@@ -296,9 +152,9 @@ def _material(given: dict[str, Any]) -> m.Material:
 def _box(item: Item, materials: dict[str, m.Material]) -> m.Box:
     material = item.values["material"]
     if material not in materials:
-        known = f"give {' or '.join(map(quoted, materials))}" if materials else "add a [[material]] of that name"
+        choices = f"give {' or '.join(map(quoted, materials))}" if materials else "add a [[material]] of that name"
         hint = did_you_mean(material, materials)
-        raise SceneError(f"{item.label}.material = {quoted(material)} is not in the scene: {known}{hint}")
+        raise SceneError(f"{item.label}.material = {quoted(material)} is not in the scene: {choices}{hint}")
     return m.Box(**{**item.values, "name": item.name, "material": materials[material]})
 
 
@@ -309,11 +165,13 @@ def _apart(items: Sequence[Item]) -> Iterator[Item]:
         if not {"convection", "radiation"} <= set(item.values):
             yield item
             continue
-        other = f"{item.name}{RADIATION}"
-        if other in names:
-            raise SceneError(f"{item.label} has radiation, which is called {quoted(other)}, as another: rename that")
+        radiating = f"{item.name}{RADIATION}"
+        if radiating in names:
+            raise SceneError(
+                f"{item.label} has radiation, which is called {quoted(radiating)}, as another: rename that"
+            )
         yield replace(item, values={key: v for key, v in item.values.items() if key != "radiation"})
-        yield replace(item, name=other, values={key: v for key, v in item.values.items() if key != "convection"})
+        yield replace(item, name=radiating, values={key: v for key, v in item.values.items() if key != "convection"})
 
 
 def _condition(item: Item) -> dict[str, Any]:
@@ -338,21 +196,20 @@ def _condition(item: Item) -> dict[str, Any]:
         condition |= {"kind": "voltage", "series_resistance": math.inf}
     elif series:
         condition["series_resistance"] = series
-    given = item.values.get("contact_resistance")
-    return condition if given is None else condition | _behind(item.label, kind, value, given)
+    behind = item.values.get("contact_resistance")
+    return condition if behind is None else condition | _behind(item.label, kind, value, behind)
 
 
-def _behind(label: str, kind: str, value: m.Value, given: ck.Resistance) -> dict[str, Any]:
-    """What a contact resistance makes of the temperature or the voltage beside it: of the former a film of its inverse
-    towards that."""
-    path, resistance = f"{label}.contact_resistance = {given.value:g}", given.value
+def _behind(label: str, kind: str, value: m.Value, contact: ck.Resistance) -> dict[str, Any]:
+    """A temperature behind a contact resistance is a film of its inverse; a voltage behind one keeps it."""
+    path, resistance = f"{label}.contact_resistance = {contact.value:g}", contact.value
     dimension = {"temperature": d.THERMAL_CONTACT, "voltage": d.ELECTRICAL_CONTACT}.get(kind)
     if dimension is None:
         raise SceneError(f"{path} stands beside a {kind}: give it beside a temperature or a voltage, or leave it out")
-    if given.dimension not in (None, dimension):
+    if contact.dimension not in (None, dimension):
         raise SceneError(
-            f"{path} {given.dimension.unit} is {given.dimension.name} beside a {kind}: give {dimension.name} such as "
-            f'"{dimension.example}"'
+            f"{path} {contact.dimension.unit} is {contact.dimension.name} beside a {kind}: give {dimension.name} such "
+            f'as "{dimension.example}"'
         )
     if not resistance:
         return {}
@@ -380,20 +237,20 @@ def _reading(item: Item) -> dict[str, Any]:
 
 
 def _contact(item: Item) -> m.Contact:
-    given = {key: item.values[key].value for key in RESISTANCES if key in item.values}
-    if not given:
+    resistances = {key: item.values[key].value for key in RESISTANCES if key in item.values}
+    if not resistances:
         raise SceneError(f"{item.label} has no resistance: give {' or '.join(RESISTANCES)}, or leave the contact out")
-    return m.Contact(item.name, item.values["between"], **given)
+    return m.Contact(item.name, item.values["between"], **resistances)
 
 
 def _corners(item: Item) -> tuple[m.Point, m.Point]:
     """The corners of a probe's box; of a point both are the same."""
-    given = item.values
-    has = [key for key in ("at", "lower", "upper") if key in given]
+    corners = item.values
+    has = [key for key in ("at", "lower", "upper") if key in corners]
     if has == ["at"]:
-        return given["at"], given["at"]
+        return corners["at"], corners["at"]
     if has == ["lower", "upper"]:
-        return given["lower"], given["upper"]
+        return corners["lower"], corners["upper"]
     raise SceneError(f"{item.label} has {' and '.join(has) or 'no place'}: give at = [x, y, z], or lower and upper")
 
 

@@ -17,10 +17,10 @@ from scenes.free.crowding import crowding
 from scenes.model import Boundary, Point, Probe, Scene, Value
 from scenes.physics import potential_of, share_terminals
 
-VOID = -1
-ROUNDING = 1e-9
+VOID = -1  # The owner of a cell outside the solid.
+ROUNDING = 1e-9  # Planes closer than this part of the extent along their axis are one.
 _MOST_CELLS = 10_000_000
-"""Of the planes' grid: so many are checked in two or three seconds and 0.6 GB."""
+"""The most cells of the planes' grid: checking them takes two or three seconds and 0.6 GB."""
 
 
 @dataclass(frozen=True)
@@ -119,14 +119,14 @@ class Grid:
             return None
         (axis,) = flat
         planes, at = self.planes[axis], item.lower[axis]
-        within = planes[0] - self.small[axis] <= at <= planes[-1] + self.small[axis]
+        hit = planes[0] - self.small[axis] <= at <= planes[-1] + self.small[axis]
         spans = [self.span(d, item.lower[d], item.upper[d]) for d in range(3)]
-        ranges = [np.arange(a, max(a, b) if within else a) for a, b in spans]
-        given, sides = self.owner if values is None else values, []
+        ranges = [np.arange(a, max(a, b) if hit else a) for a, b in spans]
+        cells, sides = self.owner if values is None else values, []
         for cell in (spans[axis][0] - 1, spans[axis][0]):
             ranges[axis] = np.array([cell])
-            inside = 0 <= cell < given.shape[axis]
-            owners = given[np.ix_(*ranges)] if inside else np.full([len(r) for r in ranges], VOID)
+            inside = 0 <= cell < cells.shape[axis]
+            owners = cells[np.ix_(*ranges)] if inside else np.full([len(r) for r in ranges], VOID)
             sides.append(owners.squeeze(axis))
         corners = [np.arange(r[0], r[-1] + 2) if len(r) else np.array([0]) for r in ranges]
         corners[axis] = ranges[axis]
@@ -140,8 +140,7 @@ class Grid:
         return sheet.beside(self.conducting if kind == "voltage" else self.solid)
 
     def parts(self, wanted: np.ndarray, cuts: Sequence[Boundary] = ()) -> np.ndarray:
-        """(cells): a number from 1 on for each set of cells with a ``wanted`` owner that are joined by faces which no
-        cut covers, 0 elsewhere."""
+        """(cells): labels from 1 on of sets of ``wanted`` cells joined by faces that no cut covers, 0 elsewhere."""
         from scipy.sparse import coo_array
         from scipy.sparse.csgraph import connected_components
 

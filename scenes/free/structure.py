@@ -1,6 +1,5 @@
-"""What hangs together in a scene of boxes, told before and after a run: bodies, gaps that are likely slips, what boxes
-lose to later ones, which conductor joins which electrodes, where a current is cut, and the area that each boundary
-touches."""
+"""The structure of a scene of boxes, in words before and after a run: bodies, gaps that are likely slips, volumes lost
+to later boxes, conductors with their electrodes, cut currents, and the area that each boundary touches."""
 
 from __future__ import annotations
 
@@ -13,17 +12,17 @@ from scenes.errors import listed, quoted
 from scenes.formats import area, percent, quantity
 from scenes.free import contacts
 from scenes.free.cut import cut
-from scenes.free.document import CURRENT_CONTACT, HEAT_CONTACT
 from scenes.free.grid import VOID, Grid, grid_of
+from scenes.free.tables import CURRENT_CONTACT, HEAT_CONTACT
 from scenes.model import Boundary, Scene
 from scenes.units import TIME
 
-NARROW = 0.1  # a gap narrower than this part of the thinner box beside it is likely a slip, and is told
-# a run is too short where heat diffuses over less than this part of the thinnest box's extent: only surfaces warm
+NARROW = 0.1  # A gap narrower than this part of the thinner box beside it is reported as a likely slip.
 HURRIED = 1e-2
-_MANY = 1_000  # boxes, of more of which not every two are held against one another
-MOST = 20  # bodies, boundaries and the like that one line names
-_LOST = 1e-6  # of a box's volume: less is rounding of its corners
+"""A run is too short where heat diffuses over less than this part of the thinnest box: only surfaces warm."""
+_MANY = 1_000  # Scenes with more boxes are not searched pair by pair.
+MOST = 20  # Bodies, boundaries and the like that one line names at most.
+_LOST = 1e-6  # A loss below this part of a box's volume is rounding of its corners.
 
 
 def described(scene: Scene) -> list[tuple[str, str]]:
@@ -79,8 +78,7 @@ def _bodies(grid: Grid) -> str:
 
 
 def gaps(grid: Grid) -> list[str]:
-    """A sentence for every two boxes that nearly touch: apart by less than `NARROW` of the thinner one, with nothing
-    between."""
+    """A sentence for every two boxes apart by less than `NARROW` of the thinner one, with nothing between."""
     boxes, narrow = grid.scene.boxes, dict[tuple[int, int, int], float]()
     for axis, planes in enumerate(grid.planes):
         owner = np.moveaxis(grid.owner, axis, 0)

@@ -21,16 +21,16 @@ T = TypeVar("T", Box, Boundary, Probe)
 UNFIXED = (
     "asks for a {} in a conductor that no electrode touches, which is solved for heat alone, as nothing determines "
     "its potential: give a place in another, or a boundary with a voltage there"
-)
+)  # The refusal of a probe in a conductor without a determined potential.
 FLOATING = (
     "is joined to nothing that a boundary or a heat source acts on|are joined to nothing that a boundary or a heat "
     "source acts on",
     "let it touch the rest with a face, or give it a boundary",
-)
+)  # Why a part that nothing acts on is refused (one box | several), and what helps.
 KEPT = (
     "has no exit for heat, so there is no steady state|have no exit for heat, so there is no steady state",
     "give a boundary with a temperature or a convection, or run.end_time in place of steady",
-)
+)  # Why a part without an exit for heat is refused (one box | several), and what helps.
 
 
 def check(scene: Scene) -> Scene:
@@ -254,7 +254,7 @@ def _check_flow(grid: Grid, probe: Probe) -> None:
 def _refuse_infinite(grid: Grid, probe: Probe, sheet: Sheet) -> None:
     """Where two fixed temperatures meet at an edge, heat flows like one over the distance: without bound through one of
     them, or through a section that ends there; what passes both together is finite."""
-    through = sheet.edges(sheet.beside(grid.solid))
+    crossing = sheet.edges(sheet.beside(grid.solid))
     earlier: list[tuple[Boundary, tuple[np.ndarray, np.ndarray]]] = []
     for a in (b for b in grid.scene.boundaries if b.kind == "temperature"):
         face_sheet = grid.sheet(a)
@@ -263,9 +263,9 @@ def _refuse_infinite(grid: Grid, probe: Probe, sheet: Sheet) -> None:
         for b, of_b in earlier:
             if a.value == b.value:
                 continue
-            meet = np.intersect1d(np.intersect1d(of_a[0], of_b[0]), through[0])
+            meet = np.intersect1d(np.intersect1d(of_a[0], of_b[0]), crossing[0])
             around = [faces[np.isin(edges, meet)] for edges, faces in (of_a, of_b)]
-            if not np.isin(np.concatenate(around), through[1]).all():
+            if not np.isin(np.concatenate(around), crossing[1]).all():
                 raise SceneError(
                     f"probe {quoted(probe.name)} reaches the edge at which boundaries {quoted(b.name)} and "
                     f"{quoted(a.name)} meet with different temperatures, where infinite heat flows: leave a gap "

@@ -9,7 +9,7 @@ from typing import Any
 
 from scenes import laws, physics
 from scenes import model as m
-from scenes.free.document import CONDITIONS, HEAT_SOURCE, LISTS, RESISTANCES, RESISTIVITY, TOTALS, UNUSED
+from scenes.free.tables import CONDITIONS, HEAT_SOURCE, LISTS, RESISTANCES, RESISTIVITY, TOTALS, UNUSED
 from scenes.physics import HEAT_KEYS
 
 
@@ -76,11 +76,11 @@ def _of_condition(b: m.Boundary | m.GroupBoundary) -> dict[str, Any]:
     """The condition of a boundary as a file has it."""
     if b.key in ("convection", "radiation"):
         return {b.key: CONDITIONS[b.key].write((b.value, b.ambient))}
-    given = b.ambient if b.kind == "convection" else b.value
+    value = b.ambient if b.kind == "convection" else b.value
     beside = {"contact_resistance": b.contact_resistance} if b.contact_resistance else {}
     if 0 < b.series_resistance < math.inf:
         beside["series_resistance"] = b.series_resistance
-    return {b.key: CONDITIONS[b.key].write(given)} | beside
+    return {b.key: CONDITIONS[b.key].write(value)} | beside
 
 
 def _where(item: m.Box | m.Boundary | m.Probe | m.GroupBoundary | m.GroupProbe) -> dict[str, Any]:
@@ -96,9 +96,9 @@ def _where(item: m.Box | m.Boundary | m.Probe | m.GroupBoundary | m.GroupProbe) 
 def as_toml(scene: m.AnyScene) -> str:
     """The file that reads back as an equal scene, in SI units."""
     lines: list[str] = []
-    for table, given in as_dict(scene).items():
-        for item in given if isinstance(given, list) else [given]:
-            lines.append(f"[[{table}]]" if isinstance(given, list) else f"[{table}]")
+    for table, content in as_dict(scene).items():
+        for item in content if isinstance(content, list) else [content]:
+            lines.append(f"[[{table}]]" if isinstance(content, list) else f"[{table}]")
             lines += [f"{key} = {_value(value)}" for key, value in item.items()]
             lines.append("")
     return "\n".join(lines)

@@ -14,18 +14,18 @@ import numpy as np
 
 Pair = tuple[float, float]
 FIRST_PART, LEAST_PART = 1.0, 1e-3
-"""The parts of a lead that are added at a time on the way to the whole: at first all of it; where the steady state
-can't be followed that far less, and at a thousandth it has come to an end, which is known to that."""
+"""A lead grows in steps, as parts of the whole: the first is all of it; where the steady state can't be followed, steps
+shrink down to the second, to which the end is then known."""
 NEWTON, CLOSE = 20, 1e-9
-"""Newton's method squares what is missing: a change that small was the last but for rounding."""
+"""The most Newton steps, and the relative change that ends them: the error squares at each."""
 
 
 def currents(voltage: np.ndarray, resistance: np.ndarray, ground: float) -> np.ndarray:
     """(..., 2): the currents (A) of (sink, sensor) for voltages (V) and resistances (ohm) of the same shape."""
     if not ground:
         return np.asarray(voltage / resistance)
-    through = (voltage / resistance).sum(axis=-1, keepdims=True)
-    drop = ground * through / (1 + ground * (1 / resistance).sum(axis=-1, keepdims=True))
+    total = (voltage / resistance).sum(axis=-1, keepdims=True)
+    drop = ground * total / (1 + ground * (1 / resistance).sum(axis=-1, keepdims=True))
     return np.asarray((voltage - drop) / resistance)
 
 
@@ -52,8 +52,7 @@ def measured(voltage: np.ndarray, resistance: np.ndarray, ground: float) -> np.n
 
 @dataclass(frozen=True, eq=False)
 class Slopes:
-    """What each film's resistance (ohm) and voltage (V), along a row, change of powers (W) and measured resistances
-    (ohm) of both: (2, 2) each."""
+    """Derivatives (2, 2) of each film's resistance and voltage by powers (W) and by measured resistances (ohm)."""
 
     power_by_resistance: np.ndarray
     power_by_voltage: np.ndarray
@@ -100,7 +99,7 @@ def held(
     slopes keeps its sign on: where it changes, the state has met another one and both end.
     """
     # Plain numbers: with arrays of two the leads of a device took 1.6 s instead of 0.4 s.
-    (own, across), (back, other) = per_power.tolist()
+    (sink_per_W, sink_per_sensor_W), (sensor_per_sink_W, sensor_per_W) = per_power.tolist()
     (cold_1, cold_2), (warm_1, warm_2) = resistance.tolist(), (resistance * coefficient).tolist()
     seen_1, seen_2 = np.where(choice, resistance * (1 + coefficient * target), 0.0).tolist()
     unheated_1, unheated_2 = unheated.tolist()
@@ -111,12 +110,20 @@ def held(
         heat_1, heat_2 = i * i * cold_1, j * j * cold_2
         # (1 - P diag(I^2 R')) T = P I^2 R + what is unheated, and its derivatives by both currents.
         per_1, per_2 = i * i * warm_1, j * j * warm_2
-        feedback = 1 - own * per_1, -across * per_2, -back * per_1, 1 - other * per_2
-        heated_1, heated_2 = own * heat_1 + across * heat_2, back * heat_1 + other * heat_2
+        feedback = (
+            1 - sink_per_W * per_1,
+            -sink_per_sensor_W * per_2,
+            -sensor_per_sink_W * per_1,
+            1 - sensor_per_W * per_2,
+        )
+        heated_1, heated_2 = (
+            sink_per_W * heat_1 + sink_per_sensor_W * heat_2,
+            sensor_per_sink_W * heat_1 + sensor_per_W * heat_2,
+        )
         rise = _solved(feedback, (heated_1 + unheated_1, heated_2 + unheated_2))
         hot_1, hot_2 = cold_1 + warm_1 * rise[0], cold_2 + warm_2 * rise[1]
-        by_i = _solved(feedback, (own * 2 * i * hot_1, back * 2 * i * hot_1))
-        by_j = _solved(feedback, (across * 2 * j * hot_2, other * 2 * j * hot_2))
+        by_i = _solved(feedback, (sink_per_W * 2 * i * hot_1, sensor_per_sink_W * 2 * i * hot_1))
+        by_j = _solved(feedback, (sink_per_sensor_W * 2 * j * hot_2, sensor_per_W * 2 * j * hot_2))
         slope = (
             hot_1 - seen_1 + i * warm_1 * by_i[0] + lead, i * warm_1 * by_j[0] + lead,
             j * warm_2 * by_i[1] + lead, hot_2 - seen_2 + j * warm_2 * by_j[1] + lead,

@@ -28,15 +28,15 @@ INPUTS = {
     "sink.voltage": ("V", "voltage"), "sensor.voltage": ("V", "voltage"),
     "outside.temperature": ("K", "temperature"), "substrate.temperature": ("K", "temperature"),
 }  # fmt: skip
-"""The unit and the kind of each input."""
+"""Unit and kind of each input."""
 FILMS = ("sink", "sensor")
 OUTPUTS = {
     **{f"{film}_K": "K" for film in FILMS}, **{f"{film}_ohm": "ohm" for film in FILMS},
     **{f"{film}_A": "A" for film in FILMS}, **{f"{film}_power_W": "W" for film in FILMS},
 }  # fmt: skip
-"""The unit of each output: mean temperatures, resistances as they are measured, currents, powers in the films."""
+"""Unit of each output: mean temperatures, resistances as measured, currents, and powers in the films."""
 GIVEN = 1 + len(INPUTS)
-"""How many entries of z = (1, inputs, states) come before the states."""
+"""Number of entries of z = (1, inputs, states) before the states."""
 
 
 def document(modal: Modal, device: Device, name: str, inputs: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
@@ -67,11 +67,11 @@ class _Maker:
         rises[:, GIVEN:] = modal.shape
         for column, inlet in zip(self.columns, self.inlets, strict=True):
             rises[:, column] = inlet.external - modal.shape @ inlet.jump
-        one = np.eye(self.size)[0]
+        constant = np.eye(self.size)[0]
         # A film's resistance, and the heat of each response per current squared, which is affine like it.
         cold, change = modal.resistance[modal.film][:, None], modal.coefficient[modal.film][:, None]
         self.rises, self.heats = rises, cold * change * rises
-        self.heats[:2] += cold[:2] * one
+        self.heats[:2] += cold[:2] * constant
 
     def document(self, name: str, inputs: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
         modal, device, ground = self.modal, self.device, self.device.control.ground_resistance
@@ -124,16 +124,16 @@ class _Maker:
 
     def _rows(self, ground: float) -> tuple[list[tuple[np.ndarray, np.ndarray, np.ndarray]], dict[str, list[int]]]:
         """The rows of the outputs, and which are whose: a measured resistance with a common lead is made of four."""
-        one, rows = np.eye(self.size)[0], list[tuple[np.ndarray, np.ndarray, np.ndarray]]()
+        constant, rows = np.eye(self.size)[0], list[tuple[np.ndarray, np.ndarray, np.ndarray]]()
         outputs = dict[str, list[int]]()
 
         def current(film: int, factor: float = 1.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-            return self._row(u=factor * np.outer(np.eye(2)[film], one))
+            return self._row(u=factor * np.outer(np.eye(2)[film], constant))
 
         for e, film in enumerate(FILMS):
             parts = {"K": [self._row(self.rises[e])], "A": [current(e)],
                      "power_W": [self._row(p=np.outer(np.eye(3)[2 * e], self.heats[e]))],
-                     "ohm": [self._row(self.heats[e] + ground * one)]}  # fmt: skip
+                     "ohm": [self._row(self.heats[e] + ground * constant)]}  # fmt: skip
             if ground:
                 parts["ohm"] += [current(1 - e, ground), current(e), self._row(np.eye(self.size)[1 + e])]
             for unit, each in parts.items():

@@ -28,13 +28,13 @@ from scenes.loop.result import DeviceResult
 LOOP = "closed loop"
 VOLTAGES = tuple(f"{film}_V" for film in FILMS)
 INSTANTS = 20
-"""At so many times a step is compared, from the sample time to the end, in equal ratios."""
+"""Number of times, from the sample time to the end in equal ratios, at which a step's response is compared."""
 CLOSELY, LEAST = 1e-2, 1e-8
-"""The tolerance of each time step of the whole model's own runs, as a part of the accuracy; and the least."""
+"""Tolerance of each step of the whole model's runs, as a part of the accuracy; and the smallest one."""
 SHIFTS, SOONER = 12, 0.3
-"""Times (s) at which the states' responses are taken, from this part of the sample time to the slowest one's."""
+"""Number of times (s) of the states' responses, from the second times the sample time to the slowest one."""
 MORE = 1.25
-"""Times as many states where the closed loop wants more than the steps do."""
+"""Factor on the number of states where the closed loop needs more than the steps do."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,20 +175,14 @@ class _Judge:
     def _loop(self) -> tuple[np.ndarray, np.ndarray]:
         """(samples, 2) twice: the voltages (V) from each sample on, and the temperatures (K) there."""
         result = self.whole.result
-        return (
-            np.column_stack([result.sink_V, result.sensor_V]),
-            np.column_stack([result.sink_K, result.sensor_K]),
-        )
+        return (np.column_stack([result.sink_V, result.sensor_V]), np.column_stack([result.sink_K, result.sensor_K]))
 
     def _derived(self, voltage: np.ndarray, temperature: np.ndarray) -> dict[str, np.ndarray]:
         """(samples, 2): the currents from each sample on, and the resistances measured there at the voltages before."""
         modal, ground = self.modal, self.device.control.ground_resistance
         resistance = modal.resistance * (1 + modal.coefficient * (temperature - self.room))
         held = np.vstack([np.zeros(2), voltage[:-1]])
-        return {
-            "A": circuit.currents(voltage, resistance, ground),
-            "ohm": circuit.measured(held, resistance, ground),
-        }
+        return {"A": circuit.currents(voltage, resistance, ground), "ohm": circuit.measured(held, resistance, ground)}
 
     def _closed(self, model: CompactModel) -> dict[str, Any]:
         """The errors in the closed loop, which the model and the controllers run as their FMUs do."""
@@ -199,10 +193,10 @@ class _Judge:
         # What the loop's own errors make of currents and resistances, one after the other.
         off = {name: np.zeros_like(values) for name, values in exact.items()}
         for e, film in enumerate(FILMS):
-            one = np.eye(2)[e]
+            unit = np.eye(2)[e]
             changed = (
-                self._derived(voltage + errors[f"{film}_V"] * one, temperature),
-                self._derived(voltage, temperature + errors[f"{film}_K"] * one),
+                self._derived(voltage + errors[f"{film}_V"] * unit, temperature),
+                self._derived(voltage, temperature + errors[f"{film}_K"] * unit),
             )
             for name in off:
                 off[name] += sum(np.abs(other[name] - exact[name]) for other in changed)

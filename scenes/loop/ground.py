@@ -19,7 +19,7 @@ from scenes.loop.stability import gains, plant, steady
 NARROW = 2e-3
 """The end of the range is bisected to this part of the set temperature's rise."""
 SMALLEST, LARGEST = 1e-12, 10.0
-"""Of the sensor's resistance: between which a lead is sought."""
+"""The resistances of a lead that are searched, in units of the sensor's."""
 
 
 @dataclass(frozen=True)
@@ -59,11 +59,12 @@ def grounded(device: Device, resistance: float) -> Device:
 
 def shared(modal: Modal, device: Device, resistance: float) -> Shared:
     """What a lead of a resistance (ohm) does to a model of a device."""
-    other = grounded(device, resistance)
-    without, state, loop = steady(modal, grounded(device, 0.0)), steady(modal, other), plant(modal, other)
+    earthed = grounded(device, resistance)
+    without, state, loop = steady(modal, grounded(device, 0.0)), steady(modal, earthed), plant(modal, earthed)
     return Shared(
         resistance, state.sink_K - without.sink_K, state.sensor_K - without.sensor_K, state.sink_power_W,
-        state.sensor_power_W, *held_range(modal, other), abs(loop.eigenvalue(gains(other))), float(loop.across[1, 0]),
+        state.sensor_power_W, *held_range(modal, earthed), abs(loop.eigenvalue(gains(earthed))),
+        float(loop.across[1, 0]),
     )  # fmt: skip
 
 

@@ -21,9 +21,10 @@ from scenes.loop.modal import Modal, interval
 from scenes.loop.result import QUANTITIES, TOP
 from scenes.loop.stability import state_of
 
-CEILING = 2000.0
+CEILING = 2000.0  # K, beyond any metal: a run in which a film's rise gets there is stopped.
 SMALL = 8000
-PICARD, NEWTON = 8, 30
+"""Tables with fewer entries than this are joined into one dense block, as one product is then faster than several."""
+PICARD, NEWTON = 8, 30  # Iterations within a sample: the most simple ones, then the most by Newton's method.
 
 
 @dataclass(frozen=True, eq=False)

@@ -66,9 +66,9 @@ class Modal:
 
     def above_substrate(self, outer: float) -> Modal:
         """The model whose outer rise stays (K), and whose input is the substrate's temperature instead."""
-        given = self.substrate
+        substrate = self.substrate
         return replace(
-            self, external=given.external, jump=given.jump, flux_external=given.flux,
+            self, external=substrate.external, jump=substrate.jump, flux_external=substrate.flux,
             offset=self.offset + outer * self.external, flux_offset=self.flux_offset + outer * self.flux_external,
         )  # fmt: skip
 
@@ -79,9 +79,8 @@ class Modal:
         return replace(self, substrate=replace(below, jump=below.jump - below.plate, plate=0.0))
 
     def with_heat_below(self) -> Modal:
-        """The model with one flow more, the last, the heat that leaves into the substrate (of one on top of its plate,
-        into that): what is stored and conducted, weighed with the rise that a kelvin of substrate keeps up, and the
-        films' heat weighed with it."""
+        """The model with one flow more, the last: the heat that leaves into the substrate (or the plate below), as what
+        is stored, conducted and generated, each weighed with the steady rise per kelvin of substrate."""
         below = self.substrate
         drawn = float(below.flux[0])  # what a kelvin outside sends there is what one of substrate sends outside
         return replace(
@@ -94,11 +93,11 @@ class Modal:
     def within(self, sums: np.ndarray) -> Modal:
         """The model of some ``sums`` (n, k) of its modes, which are orthonormal, in modes of its own."""
         rates, vectors = np.linalg.eigh(sums.T @ (self.rates[:, None] * sums))
-        basis, given = sums @ vectors, self.substrate
-        plate = np.broadcast_to(given.plate, given.jump.shape) @ basis
+        basis, substrate = sums @ vectors, self.substrate
+        plate = np.broadcast_to(substrate.plate, substrate.jump.shape) @ basis
         return replace(
             self, rates=rates, shape=self.shape @ basis, jump=self.jump @ basis, flux=self.flux @ basis,
-            substrate=replace(given, jump=given.jump @ basis, plate=plate),
+            substrate=replace(substrate, jump=substrate.jump @ basis, plate=plate),
         )  # fmt: skip
 
     @property

@@ -17,14 +17,16 @@ from scenes.device import Device, External
 from scenes.loop.controller import timetable
 
 QUANTITIES = ("sink_K", "sensor_K", "sink_V", "sensor_V", "sink_power_W", "sensor_power_W", "polymer_flux_W")
-TOP = "polymer_top_W"
+TOP = "polymer_top_W"  # Heat through the polymer's top, which only 3D has.
 BAND = 0.01
-"""The band, as a part of the step, that "settled" means where nothing else is said."""
+""""Settled" means within this part of the step, where no other band is given."""
 SLOW_TIME, SLOW_GAINS = 5e-3, (0.5, 0.05)
+"""The paper's slower controllers (Figure 11): sample time (s), and gains (V) of sink and sensor."""
 STEPS = (-80.0, -60.0, -40.0, -20.0, -10.0, 0.0, 10.0, 20.0)
-_SAMPLES_BEFORE = 20
+"""K: heights of the outer steps whose responses are drawn (Figure 12)."""
+_SAMPLES_BEFORE = 20  # Samples at the initial temperature before such a step.
 
-GONE = 1e-300  # of a mode after one sample: what is left counts as this where nothing is
+GONE = 1e-300  # The part of a mode that counts as left after one sample where none is.
 
 
 @dataclass(frozen=True)
@@ -91,8 +93,7 @@ class DeviceResult:
 def device_result(
     scheme: str, device: Device, traces: np.ndarray, errors: dict[str, float], **rest: Any
 ) -> DeviceResult:  # fmt: skip
-    """A result of a device from ``traces`` (samples, 7 or 8) in the order of QUANTITIES and TOP, with temperatures as
-    rises."""
+    """A device's result from ``traces`` (samples, 7 or 8) in the order of QUANTITIES and TOP, temperatures as rises."""
     columns = traces.T.copy()
     columns[:2] += device.sink.room_temperature
     by_name, time = dict(zip((*QUANTITIES, TOP), columns, strict=False)), timetable(device).times[: len(traces)]
@@ -171,11 +172,11 @@ class Run:
         earlier = int(np.searchsorted(time, start + 0.9 * (time[-1] - start)))
         drift = float(np.abs(values[earlier:] - values[-1]).max())
         change = abs(getattr(self.after, quantity) - getattr(self.before, quantity))
-        rest = (4 * change * self.left if self.left < 0.1 else math.inf) if change else 0.0
+        rest = (4 * change * self.remaining if self.remaining < 0.1 else math.inf) if change else 0.0
         return float(values[-1]), max(drift, rest)
 
     @property
-    def left(self) -> float:
+    def remaining(self) -> float:
         """What is left of the loop's slowest mode at the end of the run; infinite where it grows."""
         return math.exp(-self.decay * self.watched) if math.isfinite(self.watched) else math.inf
 

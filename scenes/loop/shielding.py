@@ -20,12 +20,12 @@ from scenes.loop.modal import Modal
 from scenes.loop.stability import steady
 
 STEP = 1.0
-"""K of substrate; with the films' resistances linear and both loops closed, powers are linear in it but for the local
+"""K of substrate. Resistances are linear and both loops closed, so that powers are linear in it but for local
 departures of the films' temperatures."""
 BEFORE = 20
-"""Samples of a run before its step."""
+"""Samples of a run before the substrate's step."""
 CLOSELY = 1e-9
-"""The error (K) to which the powers between samples are iterated: what is read is a millionth of them."""
+"""K: tolerance of the iteration between samples; what is read is a millionth of the powers."""
 
 
 @dataclass(frozen=True)
@@ -70,10 +70,7 @@ def _above_room(modal: Modal, outer: float) -> Modal:
 def _slopes(modal: Modal, device: Device, about: float) -> tuple[float, float]:
     """d power / d input of (sensor, sink) in W/K, by steady states half a step to either side of a temperature (K)."""
     less, more = (steady(modal, device, about + side * STEP / 2) for side in (-1, 1))
-    return (
-        (more.sensor_power_W - less.sensor_power_W) / STEP,
-        (more.sink_power_W - less.sink_power_W) / STEP,
-    )
+    return ((more.sensor_power_W - less.sensor_power_W) / STEP, (more.sink_power_W - less.sink_power_W) / STEP)
 
 
 @dataclass(frozen=True, eq=False)

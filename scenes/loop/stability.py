@@ -13,14 +13,14 @@ from scenes.loop import circuit
 from scenes.loop.modal import Modal
 from scenes.loop.result import GONE, Steady
 
-SMALLEST_GAIN, LARGEST_GAIN = 1e-6, 1e6  # V: between which a limit is sought
+SMALLEST_GAIN, LARGEST_GAIN = 1e-6, 1e6  # V: the gains between which a limit is searched.
 CHOICES = ((True, True), (True, False), (False, True), (False, False))
 """Which of (sink, sensor) are held at the set temperature, in the order in which that is tried."""
-CLOSER = 1.6  # from one gain that is tried to the next
+CLOSER = 1.6  # Ratio of the gains that are tried one after another.
 
-# Of the largest rise: changes from round to round that no longer halve below it are rounding, as each round that still
-# gains shrinks them to a hundredth.
 ROUNDED = 1e-11
+"""Relative to the largest rise: smaller changes that no longer halve are rounding, as each iteration that still gains
+shrinks them to a hundredth."""
 
 
 @dataclass(frozen=True)

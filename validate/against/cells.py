@@ -15,7 +15,7 @@ _GROUPED = {
     group: re.compile(rf"[-+]?[1-9]\d{{0,2}}(?:\{group}\d{{3}})+(?P<part>\{point}\d*)?(?:[eE][-+]?\d+)?")
     for group, point in ((".", ","), (",", "."))
 }
-"""Numbers with a mark between thousands, 1.000,0 and 1,000.0, by that mark."""
+"""Numbers with a mark between thousands (1.000,0 and 1,000.0), by that mark."""
 
 
 def is_blank(line: str) -> bool:

@@ -15,20 +15,19 @@ from scenes.units import TEMPERATURE, VOLTAGE, Unit, called, parse_unit
 from validate.against.tables import Column, Table, in_si, unit_of
 
 IGNORED = "ignore"
-"""What a column is called that is to be left out."""
+"""The name of a column that is left out."""
 
 RISE = {"rise", "delta", "deltat", "dt"}
 _DIFFERENCE = re.compile(r"\bT\)?\s*-\s*[\dT]")
 AMPERE, WATT = parse_unit("A"), parse_unit("W")
 NOTICED, STARTS = 0.005, 0.05
-"""How far from room temperature a trace may start, of its own change: what is said, and what the checks' own tolerance
-would be spent on."""
+"""How far from room temperature a trace may start, relative to its change, before that is remarked, and before it is
+refused, as it would use up the checks' tolerance."""
 
 
 @dataclass(frozen=True)
 class Meaning:
-    """What a column is: "time", "ignore", a key of traces.csv or the scene; its unit where that is said, else ""; and
-    whether it is a rise."""
+    """What a column is: "time", "ignore", a key of traces.csv or the scene; its unit if said; whether a rise."""
 
     what: str
     unit: str = ""
@@ -37,8 +36,7 @@ class Meaning:
 
 @dataclass(frozen=True)
 class Match:
-    """A quantity's column, its values in SI units (temperatures in kelvin), and how it was read where that is not
-    plain."""
+    """A quantity's column, its values (SI, temperatures in kelvin), and how it was read if not plainly."""
 
     key: str
     header: str

@@ -23,13 +23,12 @@ from validate.against.tables import Column, Table, in_si, is_time, unit_of
 from validate.against.uncertainty import data_uncertainty
 
 _LONGEST_LIST = 100_000
-"""The most bytes of a list of steady values: a scene has some hundred probes at most."""
+"""Bytes of a list of steady values at most; a scene has some hundred probes."""
 
 
 def subject_of(scene: Any) -> Subject:
     """What columns are looked for, of each kind of scene."""
-    subject: Subject = import_module(f"validate.against.{scene.kind}_columns").subject(scene)
-    return subject
+    return import_module(f"validate.against.{scene.kind}_columns").subject(scene)
 
 
 def _at_the_start(catalogue: Quantities) -> float:
@@ -134,8 +133,7 @@ def _is_quantity(text: str) -> bool:
 
 
 def _table(path: Path) -> Table:
-    """The columns of a file of any kind; those that are called alike are numbered. The time may stand before every
-    vector."""
+    """The columns of a file; those called alike are numbered. The time may stand before every vector."""
     data = tables.read_bytes(path)
     if any(_is_quantity(text) for text in _pairs(path, data).values()):
         raise SceneError(
@@ -166,11 +164,11 @@ def _gaps(empty: Mapping[str, np.ndarray], shown: str) -> tuple[np.ndarray, tupl
 
 def _check_times(time: np.ndarray, end: float, shown: str) -> None:
     """Three rows within the run are the least; a file in another unit of time than it says has fewer."""
-    within = int((time <= end * (1 + 1e-9)).sum())
-    if len(time) < 3 or within < 3:
+    inside = int((time <= end * (1 + 1e-9)).sum())
+    if len(time) < 3 or inside < 3:
         covered = " to ".join(quantity(float(t), "s", 3) for t in (time[0], time[-1]))
         raise SceneError(
-            f"--against {shown} covers {covered} with {within} times up to the run's end, "
+            f"--against {shown} covers {covered} with {inside} times up to the run's end, "
             f"{quantity(end, 's')}: three are the least to compare curves by (times in another unit: "
             '--column "time (ms)=NAME"; a longer run: --set end_time=T)'
         )

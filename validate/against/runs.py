@@ -21,10 +21,10 @@ from validate.against.quantities import IGNORED, Meaning, Subject
 from validate.against.tables import Column, Table, has_time, in_si, is_time, split, unit_of
 
 _CLOSE = 1e-4
-"""Relative distance within which a run's parameter counts as the scene's: tables round to five digits, and nothing that
-is compared moves by more than a few times this."""
+"""A run's parameter counts as the scene's within this relative distance: tables round to five digits, and differences
+move by a few times this at most."""
 _MANY = 100_000
-"""Rows that are looked at for the distinct values of a parameter."""
+"""Rows that are searched for a parameter's distinct values."""
 _VOLTAGE = re.compile(r"[vu](_?(0|in|app|applied|dc|drive|src|source|tot))?", re.IGNORECASE)
 _BARE = re.compile(r"[-+.\deE\s]+")
 
@@ -55,12 +55,12 @@ class Parameter:
 def key_of(subject: Subject, name: str) -> str | None:
     """The path of the scene's key that a name stands for: "drive.voltage", "voltage", "V0"; ``None`` for none."""
     plain = re.sub(r"\s+", "_", name.strip()).lower()
-    known = {path.lower(): path for path in subject.kinds}
-    ends = [path for path in known if f".{path}".endswith(f".{plain}")]
+    by_lower = {path.lower(): path for path in subject.kinds}
+    ends = [path for path in by_lower if f".{path}".endswith(f".{plain}")]
     ends = [path for path in ends if path == f"{subject.main}.{plain}"] or ends
-    if plain in known or len(ends) == 1:
-        return known[plain if plain in known else ends[0]]
-    return "drive.voltage" if "drive.voltage" in known and _VOLTAGE.fullmatch(plain) else None
+    if plain in by_lower or len(ends) == 1:
+        return by_lower[plain if plain in by_lower else ends[0]]
+    return "drive.voltage" if "drive.voltage" in by_lower and _VOLTAGE.fullmatch(plain) else None
 
 
 def of_column(subject: Subject, column: Column, path: str | None, unit: str = "") -> Parameter | None:
@@ -165,11 +165,11 @@ def _meaning(subject: Subject, quantity: str) -> Meaning:
         return Meaning(lower[plain], unit, plain != name.strip().lower())
     path = key_of(subject, plain)
     if path is None:
-        known = ("time", *names, IGNORED)
+        choices = ("time", *names, IGNORED)
         example = "drive.voltage" if "drive.voltage" in subject.kinds else next(iter(subject.kinds), "")
         key = f", or a key of the scene such as {example}" if example else ""
         raise SceneError(
-            f"--column {quoted(quantity)} is no quantity: give {', '.join(known)}{key}{did_you_mean(plain, known)}"
+            f"--column {quoted(quantity)} is no quantity: give {', '.join(choices)}{key}{did_you_mean(plain, choices)}"
         )
     return Meaning(path, unit)
 
@@ -292,9 +292,9 @@ def _time(
         if table.unnamed and not times:
             raise SceneError(f"--against {shown}: {quantities.refusal(table, {}, subject)}")
         names = ", ".join(quoted(c.name) for c in (times or columns)[:8])
-        told = "several columns are the time" if times else "no column is the time with its unit"
+        problem = "several columns are the time" if times else "no column is the time with its unit"
         raise SceneError(
-            f'--against {shown}: {told}, such as "Time (s)" (or --column "time (s)=NAME"): there are {names}'
+            f'--against {shown}: {problem}, such as "Time (s)" (or --column "time (s)=NAME"): there are {names}'
         )
     unit = unit_of((given[said[0].name].unit if said else "") or times[0].unit)
     if unit is None or unit.powers != TIME.powers:
@@ -308,8 +308,7 @@ def _time(
 def _below(
     columns: Sequence[Column], given: Mapping[str, Meaning], time: np.ndarray, subject: Subject, shown: str
 ) -> tuple[list[Parameter], list[Column], dict[str, str]]:  # fmt: skip
-    """Columns that stand for keys of the scene as parameters of the runs below one another, the other columns, and
-    what is left out."""
+    """Columns that are parameters of runs below one another, the other columns, and what is left out."""
     parameters, others, omitted = [], [], {}
     for column in columns:
         meaning = given.get(column.name, Meaning(""))

@@ -25,7 +25,7 @@ _OF_TEMPERATURE = {"t", "temp", "temperature", *RISE}
 _POINT = re.compile(r"\(\s*([^()\[\],]+)\s*,\s*([^()\[\],]+)\s*,\s*([^()\[\],]+)\s*\)")
 _LENGTHS = {"m": 1.0, "mm": 1e-3, "um": 1e-6}
 _NEAR = 1e-3
-"""How near a point must be to the place of a quantity, as a part of the beam's length."""
+"""A point counts as a quantity's place within this part of the beam's length."""
 
 
 def subject(sink: Sink) -> Subject:
@@ -52,7 +52,7 @@ def _bare(sink: Sink, column: Column, meaning: Meaning | None, start: float | No
     """A temperature without a unit, whose name has no other words than its place: in kelvin where it starts at room
     temperature, at 0 a rise; ``None`` where it is neither."""
     words = set(re.findall(r"[^\W\d_]+", column.name.lower()))
-    places = {word for known in _WORDS.values() for word in known}
+    places = {word for words in _WORDS.values() for word in words}
     plain = words <= _OF_TEMPERATURE | places | {f"t{word}" for word in places}
     key = meaning.what if meaning else (_place(column.name, sink)[0] if plain else "")
     if column.unit or not key.endswith("_K") or start is None:
@@ -70,7 +70,7 @@ def _place(name: str, sink: Sink) -> tuple[str, str]:
     """The quantity whose place a name tells, and a note on how; or "" and why there is none."""
     words = re.findall(r"[a-z]+", name.lower())
     words += [word[1:] for word in words if word.startswith("t")]
-    keys = {key for key, known in _WORDS.items() for word in words if word in known}
+    keys = {key for key, names in _WORDS.items() for word in words if word in names}
     if keys == {"end_K", "mean_K"}:
         return "end_K", ""  # a mean over an end, which is what the quantity is
     if len(keys) == 1:
@@ -86,12 +86,12 @@ def _by_point(name: str, sink: Sink) -> tuple[str, str] | None:
     if at is None:
         return None
     try:
-        given = [float(part) for part in at.groups()]
+        coordinates = [float(part) for part in at.groups()]
     except ValueError:
         return None
     near = _NEAR * sink.length
     for unit, factor in _LENGTHS.items():
-        x, y, z = (factor * part for part in given)
+        x, y, z = (factor * part for part in coordinates)
         beside = max(sink.width, sink.pad_width) / 2 + near
         along = max(abs(y - sink.length / 2) - sink.length / 2 - sink.pad_length, 0.0)
         if abs(x) > beside or along > near or not -sink.oxide_thickness - near <= z <= sink.thickness + near:

@@ -27,8 +27,8 @@ from scenes.files import contents
 from scenes.units import Unit, UnitError, parse_unit
 from validate.against.cells import are_numbers, cells_of, fitted, is_blank, numbers, separator_of
 
-_LARGEST = 200  # MB
-_MOST_POINTS = 200
+_LARGEST = 200  # MB of a file at most.
+_MOST_POINTS = 200  # Points of a COMSOL table at most.
 _UNITS = (
     re.compile(r"(?:^|(?<=\s))\(([^()\[\]]{1,20})\)"),
     re.compile(r"\[([^()\[\]]{1,20})\]"),
@@ -36,7 +36,7 @@ _UNITS = (
     re.compile(r"(?<!\s)\s*+/\s*+([^\s/()\[\]]{1,20})$"),
     re.compile(r"_([^\W_]{1,20})$"),
 )
-"""Where a unit stands, the surest place first: "maxop1(T) (K)", "peak [K]", "T(K)", "T / K", "peak_K"."""
+"""Where a column's name has its unit, surest first: "maxop1(T) (K)", "peak [K]", "T(K)", "T / K", "peak_K"."""
 
 _SPACED = (
     r"\t+|\s{2,}",
@@ -46,8 +46,8 @@ _SPACED = (
     r"(?<!\s)\s++(?=\S+ [(\[])",
     r"\s+",
 )
-"""Where one name ends and the next begins in a row of names apart by blank space, which is taken whole or not at all
-(++): else a long one is tried at each of its lengths, from each of its places."""
+"""What separates two names in a header that blanks separate. Blanks are matched whole or not at all (++), as else a
+long run of them would be tried at every length from every place."""
 _PRINTED = re.compile(r"^Index\s+time\s+\S", re.MULTILINE)
 _WRDATA = re.compile(r"(?:[ -]\d\.\d+e[+-]\d{2,3} )+")
 _VECTOR = re.compile(r"[vi]\(|.*#branch$|@", re.IGNORECASE)
@@ -72,7 +72,7 @@ class Column:
 
 @dataclass(frozen=True)
 class Table:
-    """The columns of a file, and what kind of file it is, in words.
+    """The columns of a file, and its kind in words.
 
     ``spice`` says that temperatures may be volts, ``unnamed`` that the file names no columns, and ``notes`` what was
     left out of the file."""
@@ -129,8 +129,7 @@ def unit_of(text: str) -> Unit | None:
 
 def in_si(values: np.ndarray, unit: Unit) -> np.ndarray:
     """Numbers in a unit as SI values; temperatures as absolute ones."""
-    scaled: np.ndarray = values * 10.0**unit.exponent + (273.15 if unit.celsius else 0.0)
-    return scaled
+    return values * 10.0**unit.exponent + (273.15 if unit.celsius else 0.0)
 
 
 def read_bytes(path: Path) -> bytes:
@@ -202,8 +201,8 @@ def _comsol(path: Path, text: str) -> Table:
 
 def _by_point(path: Path, columns: tuple[Column, ...], head: list[str]) -> Table:
     """A data export turned round: for every point (a row) and expression a column over the times behind the "@"."""
-    told = (re.search(r"Length unit[:,\s\"]+([^\s\",]+)", line) for line in head)
-    length = next((unit for match in told if match and (unit := unit_of(match.group(1)))), None)
+    units = (re.search(r"Length unit[:,\s\"]+([^\s\",]+)", line) for line in head)
+    length = next((unit for match in units if match and (unit := unit_of(match.group(1)))), None)
     places = {
         split(c.name)[0].lower(): c.values * (10.0**length.exponent if length else 1.0)
         for c in columns if split(c.name)[0].lower() in "xyz"

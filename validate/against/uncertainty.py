@@ -21,8 +21,8 @@ def data_uncertainty(scene: Any, data: Data, given: Sequence[str]) -> dict[str, 
     uncertainties: dict[str, np.ndarray] = {}
     catalogue = quantities.of(scene)
     names = catalogue.names
-    one = next((word for word, name in names.items() if catalogue.units[name] == "K"), next(iter(names)))
-    form = f'give 0.5K, 1%, {one}=1%, or {one}="a column of the file"'
+    example = next((word for word, name in names.items() if catalogue.units[name] == "K"), next(iter(names)))
+    form = f'give 0.5K, 1%, {example}=1%, or {example}="a column of the file"'
     for text in given:
         name, equals, value = text.partition("=")
         if equals and name.strip() not in names:
@@ -32,12 +32,12 @@ def data_uncertainty(scene: Any, data: Data, given: Sequence[str]) -> dict[str, 
             )
         said = (value if equals else text).strip()
         keys = [names[name.strip()]] if equals else [k for k in names.values() if k in data.values]
-        known = {key: u for key in keys if (u := _known_to(catalogue, data, key, said)) is not None}
-        if not known:
+        by_key = {key: u for key in keys if (u := _known_to(catalogue, data, key, said)) is not None}
+        if not by_key:
             raise SceneError(f"--data-uncertainty {quoted(text)} is one of no quantity of {data.name}: {form}")
-        if any((u <= 0).any() or not np.isfinite(u).all() for u in known.values()):
+        if any((u <= 0).any() or not np.isfinite(u).all() for u in by_key.values()):
             raise SceneError(f"--data-uncertainty {quoted(text)}: an uncertainty must be more than nothing: {form}")
-        uncertainties |= known
+        uncertainties |= by_key
     return uncertainties
 
 

@@ -13,7 +13,7 @@ from scenes.errors import SceneError, printable, reason
 from validate.cli.terminal import BAD_INPUT, INTERRUPTED, NUMERICS, complain, fill_streams
 
 _PACKAGES = {"skfem": "scikit-fem", "vtkmodules": "vtk", "PIL": "pillow"}
-"""What a package is called where it is installed, if its modules are called otherwise."""
+"""The package that has to be installed for a module of another name."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:

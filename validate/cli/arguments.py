@@ -51,8 +51,8 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
     if name is None and not {"-h", "--help", "--version"} & set(joined):
         parser.error(f"no command is given: give {' or '.join(commands)}")
     if name is not None and name not in commands:
-        known = f"give {' or '.join(commands)}{did_you_mean(name, commands)}"
-        parser.error(f'"{printable(name)}" is not a command: {known}')
+        choices = f"give {' or '.join(commands)}{did_you_mean(name, commands)}"
+        parser.error(f'"{printable(name)}" is not a command: {choices}')
     arguments, unknown = parser.parse_known_args(joined)
     if arguments.version:
         from validate.report.summary import version
@@ -70,8 +70,8 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
         if getattr(arguments, name, None) == "":
             commands[arguments.command].error(f'--{name} "" names no model: give one, or leave the option out')
     # What the system could not decode, as in the name of a file in another encoding, is spelled out.
-    given = shlex.join(["validate", *argv]).encode("utf-8", "surrogateescape")
-    arguments.command_line = given.decode("utf-8", "backslashreplace")
+    command_line = shlex.join(["validate", *argv]).encode("utf-8", "surrogateescape")
+    arguments.command_line = command_line.decode("utf-8", "backslashreplace")
     return arguments
 
 

@@ -21,8 +21,8 @@ from scenes.errors import SceneError
 from validate.cli import common
 from validate.cli.terminal import FINE, progress, show
 
-ROUNDS, QUICK_ROUNDS = 3, 1
-FOLDER = Path("results/bench")  # for the plots, where no page is written
+ROUNDS, QUICK_ROUNDS = 3, 1  # Defaults of --rounds, without and with --quick.
+FOLDER = Path("results/bench")  # Where plots go if no page is written.
 
 
 OPTIONS = {

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from validate.run.outcome import Outcome
 
 R = TypeVar("R")
-MOST_STATES = 400  # that can be asked for; a model has no more than its structure needs
+MOST_STATES = 400  # The most states that --states takes; a model has no more than its structure needs.
 _SHARED = {
     "--out DIR": "the results folder; a run that is there is replaced",
     "--steady": "the steady state only, no transient",
@@ -36,7 +36,7 @@ _SHARED = {
     "--quiet": "print one line only",
     "--json": "print summary.json in place of the tables",
 }
-"""The helps of options that several commands have."""
+"""The help texts of options that several commands have."""
 OF_A_TABLE = {
     "--jobs N": "", "--markdown FILE": "", "--quiet": "print the outcome only, one line",
     "--json": "print the table as JSON",
@@ -51,22 +51,22 @@ def add(parser: argparse.ArgumentParser, options: Mapping[str, str]) -> None:
     for usage, said in options.items():
         bare = usage[1:-1] if usage.startswith("[") else usage.removesuffix("!").removesuffix(" ...")
         name, _, value = bare.partition(" ")
-        given: dict[str, Any] = {"help": said or _SHARED[usage]}
+        keywords: dict[str, Any] = {"help": said or _SHARED[usage]}
         if value.startswith("{"):
-            given["choices"] = value.strip("{}").split(",")
+            keywords["choices"] = value.strip("{}").split(",")
         elif value:
-            given["metavar"] = value
+            keywords["metavar"] = value
         elif name.startswith("--no-"):
-            given |= {"action": "store_false", "dest": name.removeprefix("--no-")}
+            keywords |= {"action": "store_false", "dest": name.removeprefix("--no-")}
         else:
-            given["action"] = "store_true"
+            keywords["action"] = "store_true"
         if usage.endswith(" ..."):
-            given |= {"action": "append", "default": []}
+            keywords |= {"action": "append", "default": []}
         if usage.endswith("!"):
-            given["required"] = True
+            keywords["required"] = True
         if usage.startswith("["):
-            given["nargs"] = "?"
-        parser.add_argument(name, **given)
+            keywords["nargs"] = "?"
+        parser.add_argument(name, **keywords)
 
 
 def of_run(scene: str, example: str, accuracy: str) -> dict[str, str]:
@@ -144,11 +144,11 @@ def request(arguments: argparse.Namespace, scene: object, accuracy: float, **mor
     from scenes.plan import Request
 
     read = {"uncertain": uncertain(arguments, scene), "export": export(arguments, accuracy)}
-    given: dict[str, Any] = vars(arguments) | read | {"command": arguments.command_line} | more
-    known = {field.name: given[field.name] for field in fields(Request) if field.name in given}
-    for name in known:
-        known[name] = tuple(known[name]) if isinstance(known[name], list) else known[name]
-    return Request(**known)
+    values: dict[str, Any] = vars(arguments) | read | {"command": arguments.command_line} | more
+    chosen = {field.name: values[field.name] for field in fields(Request) if field.name in values}
+    for name in chosen:
+        chosen[name] = tuple(chosen[name]) if isinstance(chosen[name], list) else chosen[name]
+    return Request(**chosen)
 
 
 def uncertain(arguments: argparse.Namespace, scene: object) -> Uncertain | None:
@@ -161,18 +161,17 @@ def uncertain(arguments: argparse.Namespace, scene: object) -> Uncertain | None:
 
 
 def settings(arguments: argparse.Namespace, *more: tuple[str, str | None], accuracy: str = "run.accuracy") -> list[str]:
-    """The overrides, with the options that stand for some, ``accuracy`` being the key of that one; SceneError where two
-    set one key."""
-    given = [(key, value) for key, value in (*more, (accuracy, arguments.accuracy)) if value is not None]
-    for key, value in given:
+    """Overrides, and options that stand for some (``accuracy``: that one's key). SceneError where two set one key."""
+    options = [(key, value) for key, value in (*more, (accuracy, arguments.accuracy)) if value is not None]
+    for key, value in options:
         for setting in arguments.set:
             # By the key's path, the end of that, or as an item of its section.
-            other, _, said = (part.strip() for part in setting.partition("="))
-            item = key.removeprefix(f"{other}.")
-            if other == key or key.endswith(f".{other}") or (item != key and item in said):
+            override, _, said = (part.strip() for part in setting.partition("="))
+            item = key.removeprefix(f"{override}.")
+            if override == key or key.endswith(f".{override}") or (item != key and item in said):
                 option = f"--{key.rpartition('.')[2].removesuffix('_3d')} {value}"
                 raise SceneError(f"{option} and --set {printable(setting)} both set {key}: give one of them")
-    return [*arguments.set, *(f"{key}={value}" for key, value in given)]
+    return [*arguments.set, *(f"{key}={value}" for key, value in options)]
 
 
 def run(
@@ -294,18 +293,18 @@ def export(arguments: argparse.Namespace, accuracy: float) -> Export | None:
     from scenes.keys import ACCURACY
     from scenes.plan import Export
 
-    states, given = vars(arguments).get("states"), vars(arguments).get("model_accuracy")
+    states, model_accuracy = vars(arguments).get("states"), vars(arguments).get("model_accuracy")
     if vars(arguments).get("export") is None:
-        option = f"--model-accuracy {given}" if states is None else f"--states {states}"
-        more = states is not None or given is not None
+        option = f"--model-accuracy {model_accuracy}" if states is None else f"--states {states}"
+        more = states is not None or model_accuracy is not None
         refuse((more, f"{printable(option)} is of the model that --export DIR writes: give that, too"))
         return None
-    both = states is not None and given is not None
+    both = states is not None and model_accuracy is not None
     refuse(
         (not arguments.export.strip(), '--export "" names no folder: give one, such as my-model'),
         (both, "--states says how many states, --model-accuracy takes as many as it needs: give one of them"),
     )
-    if given is not None:
-        accuracy = ACCURACY.read("--model-accuracy", given) or accuracy
+    if model_accuracy is not None:
+        accuracy = ACCURACY.read("--model-accuracy", model_accuracy) or accuracy
     count = None if states is None else whole("--states", states, 1, MOST_STATES)
     return Export(Path(arguments.export), accuracy, count)

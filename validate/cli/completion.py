@@ -28,7 +28,7 @@ OPTIONS = {
     "[scene SCENE.toml]": "of keys: the scene",
 }
 OF_A_SCENE = "--set --vary --uncertain --calibrate"
-"""The options that keys of a scene follow."""
+"""The options that are followed by keys of a scene."""
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -83,9 +83,9 @@ def _words(command: str) -> tuple[list[str], list[_Option]]:
     # Most designs that are swept are of the sink.
     kind = TYPES.get("sink" if command in ("sweep", "map") else command)
     keys = kind.schema.paths if kind else {}
-    given, varied = [f"{path}=" for path in keys], [f"{path}=" for path, key in keys.items() if key.physical]
-    known = {
-        "--set": given,
+    assignments, varied = [f"{path}=" for path in keys], [f"{path}=" for path, key in keys.items() if key.physical]
+    by_option = {
+        "--set": assignments,
         "--vary": varied,
         "--uncertain": ["materials", *varied] if keys else [],
         "--calibrate": [path.rstrip("=") for path in varied],
@@ -98,7 +98,7 @@ def _words(command: str) -> tuple[list[str], list[_Option]]:
         choices = [str(choice) for choice in action.choices or ()]
         if action.option_strings:
             name = action.option_strings[-1]
-            options.append(_Option(name, action.help or "", choices or known.get(name, []), action.nargs != 0))
+            options.append(_Option(name, action.help or "", choices or by_option.get(name, []), action.nargs != 0))
         elif choices or not ("SCENE" in str(action.metavar) or command == "scene"):
             words += choices
         else:

@@ -46,8 +46,7 @@ OPTIONS = {
 }  # fmt: skip
 
 OF_THE_EXPORTED = 2.0
-"""An exported model's accuracy where none is given, over that of the run: one is the run's own, one what few states
-leave out."""
+"""Default accuracy of an exported model over the run's: one part is the run's, one what few states leave out."""
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -90,9 +89,9 @@ def _request(arguments: argparse.Namespace, device: Device) -> Request:
         for option, (given, dimension) in limits.items()
     )
     in_3d = vars(arguments)["3d"]
-    known = device.accuracy_3d if in_3d else device.accuracy
+    accuracy = device.accuracy_3d if in_3d else device.accuracy
     request = common.request(
-        arguments, device, OF_THE_EXPORTED * known, in_3d=in_3d, scheme=arguments.scheme or "accurate",
+        arguments, device, OF_THE_EXPORTED * accuracy, in_3d=in_3d, scheme=arguments.scheme or "accurate",
         about=tuple(name for name in DEVICE_FIGURES if name.removeprefix("figure") in arguments.figure),
         largest_voltage=voltage, largest_power=power,
     )  # fmt: skip
@@ -106,8 +105,8 @@ def _request(arguments: argparse.Namespace, device: Device) -> Request:
             (request.scheme == "paper", "--export writes a model of the accurate scheme: leave out --scheme paper"),
             (request.meter, f"--export writes controllers that measure exactly: leave out --meter {request.meter}"),
             (
-                request.export.states is None and request.export.accuracy < known,
-                f"{option} is closer than what it is made of is known, {known:g}: give --accuracy, too",
+                request.export.states is None and request.export.accuracy < accuracy,
+                f"{option} is closer than what it is made of is known, {accuracy:g}: give --accuracy, too",
             ),
         )
     late = [name for name in request.about if request.scheme == "paper" and name in LATE]

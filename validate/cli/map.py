@@ -18,7 +18,7 @@ from dataclasses import replace
 from scenes.errors import SceneError, quoted
 from validate.cli import common, sweep
 
-CELLS, SOLVES = 100, 400
+CELLS, SOLVES = 100, 400  # Defaults of --cells (along either key) and --solves.
 
 
 OPTIONS = {

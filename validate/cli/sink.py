@@ -61,7 +61,7 @@ def run(arguments: argparse.Namespace) -> int:
     if sink.count > 1:
         return _run_array(arguments, sink)
     request = _request(arguments, sink)
-    given = [arguments.against, *arguments.column] if arguments.against else []
+    data_arguments = [arguments.against, *arguments.column] if arguments.against else []
     if arguments.against is not None and (not request.transient or "fem3d" not in request.models):
         raise SceneError("--against compares with the 3D model over time: leave out --steady and --only 1d")
     data, sampled = common.data_of(arguments, sink), None
@@ -71,7 +71,7 @@ def run(arguments: argparse.Namespace) -> int:
         if request.uncertain is not None:
             check_apart(sink, tuple(request.uncertain.relative))
         sampled = partial(added, count=request.monte_carlo)
-    return common.run(arguments, sink, request, arguments.set, given, data, sampled)
+    return common.run(arguments, sink, request, arguments.set, data_arguments, data, sampled)
 
 
 def _run_array(arguments: argparse.Namespace, sink: Sink) -> int:
@@ -119,8 +119,8 @@ def _request(arguments: argparse.Namespace, sink: Sink) -> Request:
     )
     reduction, model = of_reduction(named or "paper")
     reason = f"--reduction {printable(named or '')} is judged against 3D as it is: leave out"
-    for option, given in (("--why", arguments.why), ("--only 1d", only == "1d"), ("--monte-carlo", samples)):
-        common.refuse((model and given, f"{reason} {option}"))
+    for option, chosen in (("--why", arguments.why), ("--only 1d", only == "1d"), ("--monte-carlo", samples)):
+        common.refuse((model and chosen, f"{reason} {option}"))
     if samples is not None:
         from validate.monte_carlo import FEWEST, MOST
 

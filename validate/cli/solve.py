@@ -55,5 +55,5 @@ def run(arguments: argparse.Namespace) -> int:
     scene = load(arguments.scene, settings)
     request = common.request(arguments, scene, scene.accuracy, model=arguments.model or "")
     scene = reported(scene, request)
-    given = [arguments.against, *arguments.column] if arguments.against else []
-    return common.run(arguments, scene, request, settings, given, common.data_of(arguments, scene))
+    data_arguments = [arguments.against, *arguments.column] if arguments.against else []
+    return common.run(arguments, scene, request, settings, data_arguments, common.data_of(arguments, scene))

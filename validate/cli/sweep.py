@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from scenes.model import AnyScene
     from validate.sweep.design import Base, Design
 
-ACCURACY = "1e-2"
+ACCURACY = "1e-2"  # Default relative accuracy of each 3D solution.
 
 
 def shared(vary: str) -> dict[str, str]:

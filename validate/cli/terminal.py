@@ -15,9 +15,9 @@ from scenes.errors import SceneError, columns, printable, reason
 if TYPE_CHECKING:
     from validate.report.table import Style
 
-FINE, DIFFERS, BAD_INPUT, NUMERICS, INTERRUPTED = 0, 1, 2, 3, 130
-_SLOW = 2.0  # seconds from which on it is said how long something takes
-_EVERY = 10.0  # seconds between the lines of progress in a file or a pipe
+FINE, DIFFERS, BAD_INPUT, NUMERICS, INTERRUPTED = 0, 1, 2, 3, 130  # Exit statuses.
+_SLOW = 2.0  # Seconds from which on progress is shown with the time spent.
+_EVERY = 10.0  # Seconds between lines of progress in a file or a pipe.
 
 
 @contextmanager

@@ -82,9 +82,9 @@ def _scene(arguments: argparse.Namespace) -> int:
     from validate.viewer.boxes import of_boxes, parts
     from validate.viewer.window import start
 
-    given = vars(arguments)
+    values = vars(arguments)
     for name in ("show", "time", "exaggerate", "clip", "probe", "edges", "movie"):
-        refuse((given[name], f"--{name} is for fields, and {quoted(Path(arguments.path))} is a scene: leave it out"))
+        refuse((values[name], f"--{name} is for fields, and {quoted(Path(arguments.path))} is a scene: leave it out"))
     size, scene = _size(arguments.size or "1400x800"), of_boxes(load(arguments.path, arguments.set))
     if arguments.screenshot:
         from validate.report.figures.scene_picture import save

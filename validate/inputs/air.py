@@ -28,12 +28,12 @@ from scenes.sink import OF_A_SINK, Sink
 
 QUANTITIES = {name: OF_A_SINK[name].steady for name in ("peak", "mean", "end", "current")}
 STILL = 10.0
-"""W/(m2 K): what is usually taken for still air, from the 2 to 25 of free convection in gases (Cengel, Heat Transfer,
-table of h in chapter 1; Incropera and DeWitt have the same), which are those of bodies of centimetres and more."""
+"""W/(m2 K): the usual value for still air, from the 2 to 25 of free convection in gases (Cengel, Heat Transfer, chapter
+1; Incropera and DeWitt alike), measured on bodies of centimetres and more."""
 CONDUCTIVITY = 0.0263
-"""W/(m K) of air at 300 K, give or take a percent (Carroll et al., J. Chem. Eng. Data 13, 1968: 0.0264 at 25 C)."""
+"""W/(m K) of air at 300 K, within a percent (Carroll et al., J. Chem. Eng. Data 13, 1968: 0.0264 at 25 C)."""
 COEFFICIENTS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1e3, 2e3, 5e3, 1e4, 2e4, 5e4, 1e5)
-CLOSE = 1e-3  # relative error at which the search for a limit ends
+CLOSE = 1e-3  # Relative tolerance of the search for a limit.
 
 Limits = dict[str, Estimate | None]
 """By quantity the largest coefficient (W/(m2 K)) at which a difference stays within its tolerance, with its error;
@@ -127,8 +127,8 @@ class _Runs:
 
     def lumped(self, name: str, coefficient: float) -> Estimate:
         """Of a quantity in the steady state."""
-        key, one = QUANTITIES[name], self._at(float(coefficient))[1].steady[QUANTITIES[name]].value
-        left_out, ratio = self.left_out(name, coefficient), one / self.bare_1d.steady[key].value
+        key, value = QUANTITIES[name], self._at(float(coefficient))[1].steady[QUANTITIES[name]].value
+        left_out, ratio = self.left_out(name, coefficient), value / self.bare_1d.steady[key].value
         return Estimate(ratio * (1 + left_out.value) - 1, ratio * left_out.error)
 
     def course(self, name: str, coefficient: float) -> tuple[np.ndarray, np.ndarray, float]:
@@ -147,8 +147,7 @@ class _Runs:
 
 
 def of_sink(sink: Sink, say: Callable[[str], None], transient: bool = True) -> Air:
-    """The effect of the air on a sink, with ``transient`` over time too. Raises RunawayError where there is no steady
-    state."""
+    """The air's effect on a sink, over time too if ``transient``. RunawayError where there is no steady state."""
     at = sink.convection_coefficient or STILL
     runs, places = _Runs(sink, transient, say), np.unique(np.append(COEFFICIENTS, at))
 
@@ -188,23 +187,23 @@ def _limit(off: Callable[[float], Estimate], coefficients: np.ndarray, tolerance
         # as far apart as the search is close, so that quantities have some in common.
         return math.log(max(abs(off(math.exp(CLOSE * round(log / CLOSE))).value) / tolerance, 1e-6))
 
-    beyond = next((i for i, h in enumerate(coefficients) if abs(off(h).value) > tolerance), None)
-    if beyond is None:
+    first_outside = next((i for i, h in enumerate(coefficients) if abs(off(h).value) > tolerance), None)
+    if first_outside is None:
         return None
-    high = math.log(coefficients[beyond])
-    low = math.log(coefficients[beyond - 1]) if beyond else high + math.log(1e-6)
+    high = math.log(coefficients[first_outside])
+    low = math.log(coefficients[first_outside - 1]) if first_outside else high + math.log(1e-6)
     value = math.exp(brentq(excess, low, high, xtol=CLOSE))
     steep = (excess(high) - excess(low)) / (high - low)
-    return Estimate(value, value * (2 * CLOSE + off(coefficients[beyond]).error / tolerance / steep))
+    return Estimate(value, value * (2 * CLOSE + off(coefficients[first_outside]).error / tolerance / steep))
 
 
 def _until(time: np.ndarray, off: np.ndarray, tolerance: float) -> float:
     """When (s) the size of a difference first passes the tolerance, linear between the times; infinite where never."""
     size = np.abs(off)
-    beyond = np.flatnonzero(size > tolerance)
-    if not len(beyond):
+    outside = np.flatnonzero(size > tolerance)
+    if not len(outside):
         return math.inf
-    i = int(beyond[0])
+    i = int(outside[0])
     return float(np.interp(tolerance, size[i - 1 : i + 1], time[i - 1 : i + 1])) if i else float(time[0])
 
 

@@ -21,14 +21,14 @@ from scenes.uncertain import path_of
 from scenes.varied import kind_of, numbers, varied
 
 COVERS = 1.96
-"""Of a normal distribution 95 % lie within so many standard deviations."""
-APART = 0.95  # two keys are not told apart where the size of their correlation is above this
-TOLD = 0.5  # the data tell nothing of a key whose relative standard uncertainty is above this
-MOST = 20  # the most solutions of the least-squares iteration
-SINGULAR = 1e-12  # added to the normal matrix, times its trace: about the square of the rounding of derivatives
-WIDEST = 50.0  # the farthest that a fit moves the logarithm of a key
-BESIDE = 1e-3  # step of a central difference in the logarithm of a key, whose relative error is the step's square
-TINY = 1e-300  # a bound where there is none: still a number, and its inverse too
+"""Standard deviations of a normal distribution that hold 95 %."""
+APART = 0.95  # Two keys can't be told apart where their correlation exceeds this in size.
+TOLD = 0.5  # The data say nothing of a key whose relative standard uncertainty exceeds this.
+MOST = 20  # The most solutions of the least-squares iteration.
+SINGULAR = 1e-12  # Added to the normal matrix, times its trace: about the square of the derivatives' rounding.
+WIDEST = 50.0  # How far a fit may move the logarithm of a key.
+BESIDE = 1e-3  # Step of a central difference in the logarithm of a key; its relative error is the step's square.
+TINY = 1e-300  # A bound where there is none: still a number, as is its inverse.
 
 Modelled = tuple[Mapping[str, np.ndarray], Mapping[str, Mapping[str, np.ndarray]]]
 """Traces by quantity, and their derivatives by the logarithm of each key, by key and quantity, all (times,)."""
@@ -121,16 +121,16 @@ def fit(
     """
 
     def changed(x: np.ndarray) -> Any:
-        other = scene
+        changed_scene = scene
         for key, log in zip(keys, x.tolist(), strict=True):
-            other = varied(other, key, float(np.exp(log)))
-        return check(other)
+            changed_scene = varied(changed_scene, key, float(np.exp(log)))
+        return check(changed_scene)
 
     bounds = np.array([_bounds(scene, key) for key in keys]).T
     sure = quantities.of(scene).sure(data.time)
-    x, *told = _least_squares(data, sure, keys, bounds, lambda x: model(changed(x), keys, data.time[sure]))
+    x, *spread = _least_squares(data, sure, keys, bounds, lambda x: model(changed(x), keys, data.time[sure]))
     fitted = replace(changed(x), expected_to_differ=None)
-    return _fit(keys, numbers(scene), numbers(fitted), told, fitted)
+    return _fit(keys, numbers(scene), numbers(fitted), spread, fitted)
 
 
 def fit_model(
@@ -138,9 +138,8 @@ def fit_model(
     model: Callable[[Mapping[str, float], np.ndarray], Mapping[str, np.ndarray]],
     with_: Callable[[Mapping[str, float]], Any],
 ) -> Fit:  # fmt: skip
-    """Fits parameters of a 1D model of its own, from where they ``start``, to data of the quantities that it answers:
-    ``model`` gives these for its parameters, at some times; ``with_`` makes the scene that has them. Raises SceneError
-    as `fit`."""
+    """Fits parameters of a user's 1D model, from ``start``, to data of its quantities: ``model`` gives these for
+    parameters and times, ``with_`` the scene that has them. Raises SceneError as `fit`."""
     _refuse(scene, names, data)
     sure = quantities.of(scene).sure(data.time)
 
@@ -155,8 +154,8 @@ def fit_model(
         return model(changed(x), data.time[sure]), slopes
 
     bounds = np.array([[-WIDEST, WIDEST]] * len(names)).T
-    x, *told = _least_squares(data, sure, names, bounds, modelled)
-    return _fit(names, start, changed(x), told, with_(changed(x)))
+    x, *spread = _least_squares(data, sure, names, bounds, modelled)
+    return _fit(names, start, changed(x), spread, with_(changed(x)))
 
 
 def _least_squares(
@@ -165,10 +164,10 @@ def _least_squares(
     """The logarithms of the keys over where they start, their covariance, and the residuals."""
     from scipy.optimize import least_squares
 
-    known: dict[bytes, tuple[np.ndarray, np.ndarray]] = {}
+    solved: dict[bytes, tuple[np.ndarray, np.ndarray]] = {}
 
     def at(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        if x.tobytes() not in known:
+        if x.tobytes() not in solved:
             values, slopes = model(x)
             names = [name for name in data.values if name in data.u and name in values]
             if not names:
@@ -179,8 +178,8 @@ def _least_squares(
             u = {name: data.u[name][sure] for name in names}
             residuals = np.concatenate([(values[n] - data.values[n][sure]) / u[n] for n in names])
             columns = [np.concatenate([slopes[key][n] / u[n] for n in names]) for key in keys]
-            known[x.tobytes()] = residuals, np.array(columns).T
-        return known[x.tobytes()]
+            solved[x.tobytes()] = residuals, np.array(columns).T
+        return solved[x.tobytes()]
 
     jacobian = at(np.zeros(len(keys)))[1]
     still = [key for key, column in zip(keys, jacobian.T, strict=True) if not np.abs(column).max() > 1e-9]
@@ -197,9 +196,10 @@ def _least_squares(
 
 
 def _fit(
-    keys: Sequence[str], start: Mapping[str, float], fitted: Mapping[str, float], told: Sequence[np.ndarray], scene: Any
+    keys: Sequence[str], start: Mapping[str, float], fitted: Mapping[str, float],
+    spread: Sequence[np.ndarray], scene: Any,
 ) -> Fit:  # fmt: skip
-    covariance, residuals = told
+    covariance, residuals = spread
     deviations, free = np.sqrt(np.diag(covariance)), max(len(residuals) - len(keys), 1)
     return Fit(
         {key: start[key] for key in keys}, {key: fitted[key] for key in keys},

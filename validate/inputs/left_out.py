@@ -29,18 +29,18 @@ if TYPE_CHECKING:
     from scenes.device import Device
 
 CLOSE = 1e-4
-"""The accuracy of both solutions is this or better, as the smallest effects are half a percent."""
+"""Both solutions have this accuracy or a better one, as the smallest effects are half a percent."""
 ALL = 1e-3
-"""That with all of them: with the gas a tenth of the rise is left, so that the change is as close."""
+"""Accuracy of the solution with all effects: the gas leaves a tenth of the rise, so that the change is as accurate."""
 TOGETHER = "together"
 RANKED = "peak_rise_K"
 MOST_OF_IT = 0.5
 """An effect that takes more than this part of the heat leaves no heat sink of this kind."""
 GAS_CONSTANT, TEMPERATURE, RATIO, HEAT = 287.05, 300.0, 1.4, 718.0
-"""Of air: R of a kilogram (J/(kg K)), at this temperature (K) the ratio of its specific heats, and c_v (J/(kg K))."""
+"""Air: specific gas constant (J/(kg K)), temperature (K), ratio of specific heats there, and c_v (J/(kg K))."""
 JUMP = "at less pressure Smoluchowski's jump of the temperature: Kennard, Kinetic Theory of Gases (1938), chapter 8"
 KNOWN, MOST_TRIALS = 1e-2, 6
-"""Of the change of the peak at the pressure that is searched: how close it comes; and after how many trials at most."""
+"""Relative tolerance of the peak's change at the pressure that is searched, and the most trials."""
 _STEADY = Request(models=("fem3d",), transient=False)
 
 
@@ -56,21 +56,22 @@ class Effect:
 
 
 CONTACT = 2e-8
-"""m2 K/W, of each face of an oxide."""
+"""m2 K/W, at each face of an oxide."""
 EMISSIVITY = 0.7
 EXPONENT = -1.3
-"""Exponent of silicon's conductivity as a power of the temperature, from 300 to 1400 K, right within a tenth."""
+"""Silicon's conductivity falls as this power of the temperature from 300 to 1400 K, within a tenth."""
 
 
 def _falling(sink: Sink) -> dict[str, Any]:
     """The keywords of a sink whose silicon's conductivity falls from its value at room temperature."""
-    given = sink.silicon.thermal_conductivity
-    if laws.varies(given):
+    conductivity = sink.silicon.thermal_conductivity
+    if laws.varies(conductivity):
         return {}
-    conductivities = [laws.PowerLaw(k, sink.room_temperature, EXPONENT) for k in laws.along(given)]
+    conductivities = [laws.PowerLaw(k, sink.room_temperature, EXPONENT) for k in laws.along(conductivity)]
     return {
         "silicon": replace(
-            sink.silicon, thermal_conductivity=tuple(conductivities) if isinstance(given, tuple) else conductivities[0]
+            sink.silicon,
+            thermal_conductivity=tuple(conductivities) if isinstance(conductivity, tuple) else conductivities[0],
         )
     }
 
@@ -113,9 +114,9 @@ EFFECTS = {
         lambda sink: {} if sink.convection_coefficient else {"convection_coefficient": conduction(sink)},
     ),
 }
-"""By name, as summary.json has them."""
+"""The effects by name, as summary.json has them."""
 IN_AIR = ("gap_gas", "air")
-"""The effects that are absent in a vacuum."""
+"""Effects that are absent in a vacuum."""
 
 
 @dataclass(frozen=True)
@@ -132,9 +133,8 @@ class Found:
 
 @dataclass(frozen=True)
 class LeftOut:
-    """By effect what it does, the largest first, all of them ``together``, and the ``sum`` of the changes of each
-    quantity; why others were not made (``skipped``); the ``sentence`` of what decides; what quantities are
-    ``called``."""
+    """The effects, the largest first; all ``together``; the ``sum`` of each quantity's changes; why others were
+    ``skipped``; the ``sentence`` on what decides; the quantities' words (``called``)."""
 
     effects: dict[str, Found]
     together: Found | None
@@ -144,12 +144,12 @@ class LeftOut:
     called: dict[str, str]
 
     def document(self) -> dict[str, Any]:
-        def one(each: Found) -> dict[str, Any]:
+        def entry(each: Found) -> dict[str, Any]:
             changes = {name: {"change": c.value, "error": c.error} for name, c in each.changes.items()}
             return {"assumed": each.assumed, "source": each.source, **changes}
 
         whole = {} if self.together is None else {TOGETHER: self.together}
-        return {name: one(each) for name, each in (self.effects | whole).items()}
+        return {name: entry(each) for name, each in (self.effects | whole).items()}
 
 
 @dataclass(frozen=True)
@@ -176,7 +176,7 @@ def of_sink(sink: Sink, say: Callable[[str], None]) -> LeftOut:
     """What each effect changes of a sink. Raises RunawayError where there is no steady state without any of them."""
     called = {each.steady: each.called for each in OF_A_SINK.values()}
     close = replace(sink, accuracy=min(sink.accuracy, CLOSE))
-    return _of(_Subject(close, lambda other: solve_3d(check(other), _STEADY), called, RANKED, EFFECTS), say)
+    return _study(_Subject(close, lambda other: solve_3d(check(other), _STEADY), called, RANKED, EFFECTS), say)
 
 
 def of_device(device: Device, say: Callable[[str], None]) -> LeftOut:
@@ -186,16 +186,16 @@ def of_device(device: Device, say: Callable[[str], None]) -> LeftOut:
     from reduced1d.slopes import OF_DEVICE
 
     def solve(sink: Sink) -> Result:
-        other = check(replace(device, sink=sink))
-        states = model(other, other.accuracy_3d)
-        steady, errors = states.steady(other), states.steady_errors(other)
+        changed = check(replace(device, sink=sink))
+        states = model(changed, changed.accuracy_3d)
+        steady, errors = states.steady(changed), states.steady_errors(changed)
         return Result("fem3d", {name: Estimate(getattr(steady, name), errors[name]) for name in OF_DEVICE}, None, {})
 
     effects = {name: effect for name, effect in EFFECTS.items() if name != "air"}
-    return _of(_Subject(device.sink, solve, dict(OF_DEVICE), "sink_power_W", effects), say)
+    return _study(_Subject(device.sink, solve, dict(OF_DEVICE), "sink_power_W", effects), say)
 
 
-def _of(subject: _Subject, say: Callable[[str], None]) -> LeftOut:
+def _study(subject: _Subject, say: Callable[[str], None]) -> LeftOut:
     sink = subject.sink
     say("without what is left out")
     bare = subject.solve(sink)
@@ -209,7 +209,7 @@ def _of(subject: _Subject, say: Callable[[str], None]) -> LeftOut:
             continue
         say(f"with what is left out, {number} of {len(subject.effects)}: {effect.what}")
         try:
-            effects[name] = _found(subject, effect.what, effect.assumed(sink), effect.source, bare, changed)
+            effects[name] = _effect_of(subject, effect.what, effect.assumed(sink), effect.source, bare, changed)
             if name == "gap_gas" and subject.ranked == RANKED:
                 say(f"from which pressure on {effect.what} matters")
                 effects[name] = _with_pressure(subject, effects[name], bare)
@@ -221,7 +221,7 @@ def _of(subject: _Subject, say: Callable[[str], None]) -> LeftOut:
     if len(effects) > 1:
         say("with all of that together")
         try:
-            together = _found(subject, "all together", f"{', '.join(effects)} at once", "", bare, everything)
+            together = _effect_of(subject, "all together", f"{', '.join(effects)} at once", "", bare, everything)
         except (SceneError, NumericsError) as error:
             skipped[TOGETHER] = str(error)
 
@@ -233,7 +233,7 @@ def _of(subject: _Subject, say: Callable[[str], None]) -> LeftOut:
     return LeftOut(ranked, together, added, skipped, _sentence(subject, ranked), subject.called)
 
 
-def _found(
+def _effect_of(
     subject: _Subject, what: str, assumed: str, source: str, bare: Result, changed: dict[str, Any]
 ) -> Found:  # fmt: skip
     """What some changed keywords do to the sink whose result without them is ``bare``."""
@@ -254,9 +254,8 @@ def _share(with_it: Result) -> float | None:
 
 
 def _with_pressure(subject: _Subject, effect: Found, bare: Result) -> Found:
-    """With the pressure from which on the gas changes the peak by more than its tolerance, that of the check fig4. In a
-    gap d it conducts k / (1 + 2 g / d), g being its `jump` at each wall; the conductivity at which the peak is off by
-    the tolerance is searched in 3D."""
+    """Adds the pressure from which on the gas changes the peak by more than the tolerance of fig4. In a gap d it
+    conducts k / (1 + 2 g / d), g being its `jump` at each wall; the conductivity is searched in 3D."""
     sink, change = subject.sink, effect.changes
     tolerance = sink.tolerance("fig4")
     if not change or abs(change[RANKED].value) <= tolerance:
@@ -274,10 +273,9 @@ def _with_pressure(subject: _Subject, effect: Found, bare: Result) -> Found:
 
 
 def jump(pressure: float) -> float:
-    """Smoluchowski's distance g (m) at a pressure (Pa): at a wall the temperature of air jumps by g dT/dn, with
-    g = sqrt(2 pi R T) / ((gamma + 1) c_v) k / p for molecules that leave it with its temperature (Kennard, Kinetic
-    Theory of Gases, 1938, chapter 8). For small pressures that is Knudsen's conduction, by molecules that only meet the
-    walls."""
+    """Smoluchowski's distance g (m) at a pressure (Pa): at a wall the temperature of air jumps by g dT/dn, with g =
+    sqrt(2 pi R T) / ((gamma + 1) c_v) k / p for molecules that leave at its temperature (Kennard, Kinetic Theory of
+    Gases, 1938, chapter 8); at low pressure that is Knudsen's conduction."""
     return math.sqrt(2 * math.pi * GAS_CONSTANT * TEMPERATURE) / ((RATIO + 1) * HEAT) * CONDUCTIVITY / pressure
 
 
@@ -287,9 +285,9 @@ def _sentence(subject: _Subject, ranked: dict[str, Found]) -> str:
         return "Of what both models leave out the scene has all that can be solved."
     said = []
     for where, inside in (("In air", True), ("In vacuum", False)):
-        those = [each for name, each in ranked.items() if (name in IN_AIR) is inside]
-        if those:
-            said.append(f"{where} {_does(subject, those[0], len(those))}.")
+        effects = [each for name, each in ranked.items() if (name in IN_AIR) is inside]
+        if effects:
+            said.append(f"{where} {_does(subject, effects[0], len(effects))}.")
     return " ".join(said)
 
 

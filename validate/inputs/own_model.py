@@ -20,46 +20,46 @@ from validate.inputs.sensitivities import Sensitivities, Slope
 from validate.models import Model
 from validate.models.slopes import follow
 
-STEP = 1e-4  # relative step of a key: the temperature that rises count from is linear in the key, or does not follow it
+STEP = 1e-4  # Relative step of a key: the temperature that rises count from is linear in the key, or independent of it.
 
 
 def beside(
-    sensitivities: Sensitivities, scene: AnyScene, three: Result, model: Model, one: Result, checks: Sequence[Check]
+    sensitivities: Sensitivities, scene: AnyScene, in_3d: Result, model: Model, in_1d: Result, checks: Sequence[Check]
 ) -> Sensitivities:
     """The sensitivities of 3D with the model's own beside them: in the steady state; over time at the instant at which
     the 3D quantity is largest, as those of 3D are. Of every check what its difference changes by with each key."""
     from fem3d.runs.scene_sensitivity import floor_of
 
-    over_time = three.traces is not None
+    over_time = in_3d.traces is not None
     thermal = {probe.name: probe.quantity == "temperature" for probe in scene.probes}
-    answers = one.over_time.values if over_time else one.steady
+    answers = in_1d.over_time.values if over_time else in_1d.steady
     names = [name for name in sensitivities.values if name in answers]
-    tops = {name: _top(scene, three, name) if over_time else 0.0 for name in names}
+    tops = {name: _top(scene, in_3d, name) if over_time else 0.0 for name in names}
     judged = {
         c.id: c for c in checks if c.id.endswith(OVER_TIME) == over_time and c.id.removesuffix(OVER_TIME) in names
     }
     times = None
     if over_time:
         worst = [c.time for c in judged.values() if c.time is not None]
-        times = np.unique([*tops.values(), *worst, three.over_time.time[-1]])
+        times = np.unique([*tops.values(), *worst, in_3d.over_time.time[-1]])
     followed = follow(model, scene, sensitivities.steady, times, lambda _: None)
 
-    def base(other: AnyScene) -> float:
+    def base(changed: AnyScene) -> float:
         """What temperatures rise above."""
-        return other.initial_temperature if over_time else floor_of(scene, other)
+        return changed.initial_temperature if over_time else floor_of(scene, changed)
 
     def model_at(name: str, time: float) -> float:
         if not over_time:
-            return one.steady[name].value
-        return float(np.interp(time, one.over_time.time, one.over_time.values[name]))
+            return in_1d.steady[name].value
+        return float(np.interp(time, in_1d.over_time.time, in_1d.over_time.values[name]))
 
     model_rises = {name: model_at(name, tops[name]) - base(scene) * thermal[name] for name in names}
     steady = {key: dict(slopes) for key, slopes in sensitivities.steady.items()}
     moved: dict[str, dict[str, float]] = {check: {} for check in judged}
     for key, by_name in followed.slopes.items():
-        other = neighbour(scene, key, STEP)
-        above = (base(other) - base(scene)) / STEP
-        start = (other.initial_temperature - scene.initial_temperature) / STEP
+        changed = neighbour(scene, key, STEP)
+        above = (base(changed) - base(scene)) / STEP
+        start = (changed.initial_temperature - scene.initial_temperature) / STEP
         for name in names:
             three_of = steady[key].get(name)
             if name not in by_name or three_of is None or three_of.fem3d is None:
@@ -80,7 +80,7 @@ def beside(
                 s, m = float(course) + start * thermal[name], float(np.interp(check.time or 0.0, times, by_name[name]))
             scale = sensitivities.values[name].value
             if not over_time:
-                scale = three.steady[name].value - scene.initial_temperature * thermal[name]
+                scale = in_3d.steady[name].value - scene.initial_temperature * thermal[name]
                 largest += (above - start) * thermal[name]
             moved[check.id][key] = (m - s) / scale - check.difference * largest / scale
     values = {name: Estimate(value, 0.0) for name, value in model_rises.items()}
@@ -102,9 +102,9 @@ def judged(checks: Sequence[Check], propagated: Propagated) -> tuple[Check, ...]
     return tuple(made)
 
 
-def _top(scene: AnyScene, three: Result, name: str) -> float:
+def _top(scene: AnyScene, fem3d: Result, name: str) -> float:
     """The time (s) at which a 3D quantity is largest, a temperature above the start, once its errors hold."""
-    traces = three.over_time
+    traces = fem3d.over_time
     late = traces.sure(traces.time)
     initial = next(
         (scene.initial_temperature for p in scene.probes if p.name == name and p.quantity == "temperature"), 0.0

@@ -1,5 +1,4 @@
-"""How the probes of a free scene, by 3D and by a user's own model, follow its keys in their own units: at the times of
-data, or in the steady state."""
+"""How a free scene's probes, in 3D and in a user's model, follow its keys, in their units: over time, or at rest."""
 
 from __future__ import annotations
 
@@ -13,7 +12,7 @@ from scenes.model import AnyScene
 from scenes.result import Estimate, Result
 from scenes.varied import neighbour
 from validate.inputs.calibration import Modelled
-from validate.inputs.propagation import STEP, In_units
+from validate.inputs.propagation import STEP, SlopesInUnits
 from validate.inputs.sensitivities import Sensitivities, of_free
 from validate.models import Model
 from validate.models.slopes import follow
@@ -28,7 +27,7 @@ def above(scene: AnyScene, key: str, over_time: bool) -> float:
     return (floor_of(scene, neighbour(scene, key, STEP)) - floor_of(scene, scene)) / STEP
 
 
-def of_3d(scene: AnyScene, sensitivities: Sensitivities) -> In_units:
+def of_3d(scene: AnyScene, sensitivities: Sensitivities) -> SlopesInUnits:
     """Of 3D, which has slopes of rises."""
     thermal = {probe.name for probe in scene.probes if probe.quantity == "temperature"}
 
@@ -50,19 +49,19 @@ def of_3d(scene: AnyScene, sensitivities: Sensitivities) -> In_units:
     return slope_of
 
 
-def of_model(scene: AnyScene, model: Model) -> In_units:
+def of_model(scene: AnyScene, model: Model) -> SlopesInUnits:
     """Of a user's own model, by differences."""
-    known: dict[tuple[str, bytes], dict[str, np.ndarray]] = {}
+    solved: dict[tuple[str, bytes], dict[str, np.ndarray]] = {}
 
     def slope_of(key: str, name: str, times: np.ndarray, values: np.ndarray) -> np.ndarray:
         at_rest, case = np.isinf(times[-1]), (key, times.tobytes())
-        if case not in known:
+        if case not in solved:
             # A model over time is run up to the last time, which may be less than the run.
             followed = follow(
                 model, scene, [key], None if at_rest else np.union1d(times, scene.end_time), lambda _: None
             )
-            known[case] = followed.slopes.get(key, {})
-        slope = known[case].get(name)
+            solved[case] = followed.slopes.get(key, {})
+        slope = solved[case].get(name)
         if slope is None:
             return np.full(len(times), np.nan)
         if at_rest:
@@ -72,7 +71,7 @@ def of_model(scene: AnyScene, model: Model) -> In_units:
     return slope_of
 
 
-def moved(scene: AnyScene, result: Result, slopes: In_units, key: str, step: float) -> Result:
+def moved(scene: AnyScene, result: Result, slopes: SlopesInUnits, key: str, step: float) -> Result:
     """A result as it would be, to first order, with one key larger by a relative step."""
     at_rest = np.array([np.inf])
     steady = {

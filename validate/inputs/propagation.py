@@ -27,23 +27,27 @@ from scenes.uncertain import Uncertain
 from scenes.varied import neighbour, varied
 from validate.inputs.sensitivities import QUANTITIES, Sensitivities, of_sink
 
-STEP = 1e-4  # relative step of a key for a central difference of formulas, whose relative error is its square
-BENT, SHARE = 0.1, 0.3  # of the first-order change; of u_input
+STEP = 1e-4  # Relative step of a key in central differences of formulas; its relative error is the square.
+BENT, SHARE = 0.1, 0.3
+"""A key's effect counts as bent where its second-order part exceeds this part of the first-order one, and the
+first-order one this part of u_input."""
 PROFILE = "fig5"
-"""The check of the profile, whose derivatives are its own."""
-WIDEST = 0.1  # the largest relative step of a key by which a device is moved to either side
+"""The check of the profile, whose derivatives are computed on their own."""
+WIDEST = 0.1  # The largest relative step of a key by which a device is moved to either side.
 OF_3D = {
     "dev3d_sink_power": "sink_power_W", "dev3d_sensor_power": "sensor_power_W",
     "dev3d_sink_voltage": "sink_V", "dev3d_sensor_voltage": "sensor_V",
 }  # fmt: skip
-"""The checks of the device that hold a steady quantity of both models against each other."""
+"""Checks of the device that compare a steady quantity of both models."""
 BALANCE = "energy"
-"""The check of a balance, which holds whatever the inputs are: they don't move it."""
+"""The check of the energy balance, which inputs do not move."""
 
 Estimates = Mapping[str, Estimate]
-SURELY, MATTERS = 3.0, 0.05  # standard errors, and part of u_input, from which on the linear propagation is off
-ROUNDING = 1e-9  # samples that spread by less than this part of the value spread by rounding alone
-FURTHEST = 0.95  # a sample changes a value by at most this part of it: no size becomes negative
+SURELY, MATTERS = 3.0, 0.05
+"""Linear propagation counts as wrong where the samples' deviation differs by more than this many standard errors, and
+this part of u_input."""
+ROUNDING = 1e-9  # Samples that spread by less than this part of the value differ by rounding alone.
+FURTHEST = 0.95  # A sample changes a value by this part of it at most: no size becomes negative.
 
 
 @dataclass(frozen=True)
@@ -64,21 +68,21 @@ def propagated(
 ) -> Propagated:
     """The u_input of the quantities of both models, by their values, and of their differences."""
     keys, covariance = list(uncertain.relative), uncertain.covariance()
-    three: dict[str, np.ndarray] = {}
-    one: dict[str, np.ndarray] = {}
-    for model, result, into in (("fem3d", fem3d, three), ("reduced1d", reduced1d, one)):
+    by_name_3d: dict[str, np.ndarray] = {}
+    by_name_1d: dict[str, np.ndarray] = {}
+    for model, result, into in (("fem3d", fem3d, by_name_3d), ("reduced1d", reduced1d, by_name_1d)):
         for name in result or ():
             slopes = [_slope(sensitivities, key, name, model) for key in keys]
             if all(s is not None for s in slopes):
                 into[name] = np.array(slopes, float)
-    u_3d = {n: abs(fem3d[n].value) * combined(s, covariance) for n, s in three.items()} if fem3d else {}
-    u_1d = {n: abs(reduced1d[n].value) * combined(s, covariance) for n, s in one.items()} if reduced1d else {}
+    u_3d = {n: abs(fem3d[n].value) * combined(s, covariance) for n, s in by_name_3d.items()} if fem3d else {}
+    u_1d = {n: abs(reduced1d[n].value) * combined(s, covariance) for n, s in by_name_1d.items()} if reduced1d else {}
     apart = {}
     if fem3d and reduced1d:
-        for name in [n for n in three if n in one]:
+        for name in [n for n in by_name_3d if n in by_name_1d]:
             ratio = reduced1d[name].value / fem3d[name].value
-            apart[name] = abs(ratio) * combined(one[name] - three[name], covariance)
-    most = {n: _most(keys, s, covariance) for n, s in (one | three).items()}
+            apart[name] = abs(ratio) * combined(by_name_1d[name] - by_name_3d[name], covariance)
+    most = {n: _most(keys, s, covariance) for n, s in (by_name_1d | by_name_3d).items()}
     return Propagated(uncertain, sensitivities, u_3d, u_1d, apart, most)
 
 
@@ -140,24 +144,23 @@ def judged(
     def differences(key: str, step: float) -> dict[str, float]:
         in_1d = models.reduced1d and moved(models.reduced1d, sink, sensitivities, key, step)
         # What only a row has, its islands' length, is nothing to one span.
-        one = moved(single, sink, alone, key, step) if single is not None and key in alone.keys else single
-        nearby = Models(neighbour(sink, key, step), moved(models.fem3d, sink, sensitivities, key, step), in_1d, one)
+        in_1d = moved(single, sink, alone, key, step) if single is not None and key in alone.keys else single
+        nearby = Models(neighbour(sink, key, step), moved(models.fem3d, sink, sensitivities, key, step), in_1d, in_1d)
         return {check: definitions[check](nearby).difference for check in made}
 
-    known = _by_differences(uncertain, differences)
-    known[BALANCE] = 0.0
+    u_inputs = _by_differences(uncertain, differences)
+    u_inputs[BALANCE] = 0.0
     if all(key in sensitivities.misfit for key in uncertain.relative):
         slopes = np.array([sensitivities.misfit[key] for key in uncertain.relative])
-        known[PROFILE] = combined(slopes, uncertain.covariance())
-    return tuple(replace(check, u_input=known.get(check.id)) for check in checks)
+        u_inputs[PROFILE] = combined(slopes, uncertain.covariance())
+    return tuple(replace(check, u_input=u_inputs.get(check.id)) for check in checks)
 
 
 def judged_against(
     checks: Sequence[Check], scene: Any, data: Data, fem3d: Result, uncertain: Uncertain,
     beside: Callable[[str, float], Result],
 ) -> tuple[Check, ...]:  # fmt: skip
-    """The checks of data with their u_input: where they are furthest from 3D, by what that is with a key larger by a
-    relative step (``beside``)."""
+    """Checks of data with u_input: at 3D's largest distance, from results ``beside``, with each key larger."""
     known_at = {check: furthest(scene, data, fem3d, name).rows for check, name in checked(scene, data).items()}
 
     def differences(key: str, step: float) -> dict[str, float]:
@@ -169,18 +172,22 @@ def judged_against(
         distances = {c: distance(nearby, data, result, name, known_at[c]) for c, name in checked(scene, data).items()}
         return {c: part(off, abs(scale)) for c, (off, scale, _) in distances.items()}
 
-    known = _by_differences(uncertain, differences)
-    return tuple(replace(check, u_input=known.get(check.id)) for check in checks)
+    u_inputs = _by_differences(uncertain, differences)
+    return tuple(replace(check, u_input=u_inputs.get(check.id)) for check in checks)
 
 
 def _by_differences(uncertain: Uncertain, differences: Callable[[str, float], Mapping[str, float]]) -> dict[str, float]:
-    """The u_input of numbers, by their names, from what they are with a key larger by a relative step; of those that
-    have one."""
+    """The u_input of numbers by name, from their values with each key larger by a step, where they have one."""
     slopes: dict[str, list[float]] = {}
     for key in uncertain.relative:
         more, less = (differences(key, sign * STEP) for sign in (1, -1))
         for name, value in more.items():
             slopes.setdefault(name, []).append((value - less[name]) / (2 * STEP))
+    return _combined_finite(slopes, uncertain)
+
+
+def _combined_finite(slopes: Mapping[str, Sequence[float]], uncertain: Uncertain) -> dict[str, float]:
+    """The u_input of numbers by name, from their slopes by each key; of those that have all of these."""
     covariance = uncertain.covariance()
     return {
         name: combined(np.array(by_key), covariance) for name, by_key in slopes.items() if np.isfinite(by_key).all()
@@ -188,31 +195,23 @@ def _by_differences(uncertain: Uncertain, differences: Callable[[str, float], Ma
 
 
 def judged_device(
-    checks: Sequence[Check],
-    device: Device,
-    inputs: Propagated,
-    differences: Callable[[Device], Mapping[str, float]],
+    checks: Sequence[Check], device: Device, inputs: Propagated, differences: Callable[[Device], Mapping[str, float]]
 ) -> tuple[Check, ...]:
-    """The checks with their u_input. Of those of the 1D model, by what the ``differences`` of other devices are, those
-    with each key more and less by its uncertainty (GUM 5.1.3, note 2); in 3D of steady powers and voltages, by their
-    derivatives."""
+    """The checks with their u_input: of 1D from the ``differences`` of devices with each key more and less by its
+    uncertainty (GUM 5.1.3, note 2); in 3D, for steady powers and voltages, from their derivatives."""
     slopes: dict[str, list[float]] = {}
     for key, u in inputs.uncertain.relative.items():
         step = min(u, WIDEST)
         more, less = (differences(varied(device, key, 1 + sign * step)) for sign in (1, -1))
         for name, value in more.items():
             slopes.setdefault(name, []).append((value - less[name]) / (2 * step) if value != less[name] else 0.0)
-    covariance = inputs.uncertain.covariance()
-    known = {
-        name: combined(np.array(by_key), covariance) for name, by_key in slopes.items() if np.isfinite(by_key).all()
-    }
-    known |= {check: inputs.difference[name] for check, name in OF_3D.items() if name in inputs.difference}
-    return tuple(replace(check, u_input=known.get(check.id)) for check in checks)
+    u_inputs = _combined_finite(slopes, inputs.uncertain)
+    u_inputs |= {check: inputs.difference[name] for check, name in OF_3D.items() if name in inputs.difference}
+    return tuple(replace(check, u_input=u_inputs.get(check.id)) for check in checks)
 
 
 def moved(result: Result, sink: Sink, sensitivities: Sensitivities, key: str, step: float) -> Result:
-    """A result of a sink as it would be, to first order, with one key larger by a relative step; what has no derivative
-    becomes no number."""
+    """A sink's result, to first order, with one key larger by a relative step; NaN where there is no derivative."""
     model = "fem3d" if result.model == "fem3d" else "reduced1d"
     steady = {}
     for name, e in result.steady.items():
@@ -226,24 +225,23 @@ def moved(result: Result, sink: Sink, sensitivities: Sensitivities, key: str, st
     return replace(result, steady=steady, traces=traces)
 
 
-In_units = Callable[[str, str, np.ndarray, np.ndarray], np.ndarray]
+SlopesInUnits = Callable[[str, str, np.ndarray, np.ndarray], np.ndarray]
 """(times,): d quantity / d ln key in the quantity's unit, of a key and a quantity, at times (s) with its values there;
 not a number where it isn't known."""
 
 
-def u_input(uncertain: Uncertain, slopes: In_units) -> Callable[[str, np.ndarray, np.ndarray], np.ndarray]:
+def u_input(uncertain: Uncertain, slopes: SlopesInUnits) -> Callable[[str, np.ndarray, np.ndarray], np.ndarray]:
     """What the uncertainties of the inputs make of a quantity at times (s), with its values there: (times,)."""
     covariance = uncertain.covariance()
 
     def u_of(name: str, times: np.ndarray, values: np.ndarray) -> np.ndarray:
         by_key = np.array([slopes(key, name, times, values) for key in uncertain.relative])
-        deviations: np.ndarray = np.sqrt(np.maximum(np.einsum("it,ij,jt->t", by_key, covariance, by_key), 0.0))
-        return deviations
+        return np.sqrt(np.maximum(np.einsum("it,ij,jt->t", by_key, covariance, by_key), 0.0))
 
     return u_of
 
 
-def in_units(sink: Sink, sensitivities: Sensitivities, model: str) -> In_units:
+def in_units(sink: Sink, sensitivities: Sensitivities, model: str) -> SlopesInUnits:
     """Of the traces of a model of a sink."""
 
     def slope_of(key: str, name: str, times: np.ndarray, values: np.ndarray) -> np.ndarray:
@@ -261,8 +259,7 @@ def over_time(sensitivities: Sensitivities, key: str, name: str, times: np.ndarr
     if course is None or key not in by_quantity or name not in by_quantity[key]:
         return np.full(len(times), np.nan)
     late = np.log(np.maximum(times, course.times[0]))
-    slopes: np.ndarray = np.interp(late, np.log(course.times), by_quantity[key][name])
-    return slopes
+    return np.interp(late, np.log(course.times), by_quantity[key][name])
 
 
 def of_values(
@@ -298,8 +295,7 @@ def draw(uncertain: Uncertain, count: int, seed: int = 0) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Spread:
-    """Mean and standard deviation of the samples of a number, the standard error of the latter, and what the linear
-    propagation makes of it."""
+    """Mean and standard deviation of samples, the latter's standard error, and what linear propagation makes of it."""
 
     mean: float
     deviation: float

@@ -25,9 +25,9 @@ if TYPE_CHECKING:
 QUANTITIES = {entry.steady: entry.called for entry in OF_A_SINK.values()}
 PREFIX = "slope_"
 TEMPERATURE = "_temperature"
-"""How the keys of temperatures end."""
-NONE = 1e-6  # a slope smaller than this counts as none
-PART = 1e-5  # step at one place of a profile, over its span; a central difference is off by the square of that
+"""How keys of temperatures end."""
+NONE = 1e-6  # Smaller slopes count as zero.
+PART = 1e-5  # Step of a place along a profile, over its span; the error of a central difference is its square.
 
 
 @dataclass(frozen=True)
@@ -45,8 +45,7 @@ class Slope:
 
 @dataclass(frozen=True)
 class Course:
-    """d ln quantity / d ln key at ``times`` (s) by model, key and quantity (of rises, for temperatures), and the errors
-    of the 3D ones."""
+    """d ln quantity (of rises) / d ln key at ``times`` (s) by model, key and quantity, and the errors of 3D's."""
 
     times: np.ndarray
     fem3d: dict[str, dict[str, np.ndarray]]
@@ -152,14 +151,14 @@ def of_sink(
         if own_model is not None and fem3d is not None:
             from validate.models.slopes import of_sink as slopes_of
 
-            of_one, course1d, silent = slopes_of(own_model, sink, fem3d, reduced1d, times)
+            by_key, course1d, silent = slopes_of(own_model, sink, fem3d, reduced1d, times)
             left_out |= silent
         else:
             from reduced1d import slopes
 
             over_time = times if reduced1d.model == "paper" else None
-            of_one, course1d = slopes.of_sink(sink, reduced1d.model, keys, over_time)
-        for key, values in of_one.items():
+            by_key, course1d = slopes.of_sink(sink, reduced1d.model, keys, over_time)
+        for key, values in by_key.items():
             before = steady[key]
             steady[key] = before | {
                 name: Slope(before[name].fem3d if name in before else None, value) for name, value in values.items()
@@ -181,8 +180,7 @@ def misfit_weights(sink: Sink, fem3d: Result) -> np.ndarray:
 
 
 def of_free(scene: AnyScene, result: Result, keys: Sequence[str] | None = None) -> Sensitivities:
-    """The sensitivities of the probes of a free scene that was solved whole; to ``keys``, where only these are asked
-    for. Raises ConvergenceError."""
+    """Sensitivities of a free scene's probes, solved whole, to all or some ``keys``. Raises ConvergenceError."""
     from fem3d.runs import scene_sensitivity
 
     in_3d = scene_sensitivity.of_scene(scene, result, keys)
@@ -197,13 +195,13 @@ def of_device(device: Device, in_3d: Model | None) -> Sensitivities:
     """The sensitivities of the device's steady state in 1D and, with its few states, in 3D."""
     from reduced1d import slopes
 
-    in_1d, left_out, three = slopes.of_device(device), dict[str, str](), dict[str, dict[str, Estimate]]()
+    in_1d, left_out, by_key_3d = slopes.of_device(device), dict[str, str](), dict[str, dict[str, Estimate]]()
     if in_3d is not None:
         from fem3d.device import sensitivity
 
-        three, left_out = sensitivity.of_device(device, in_3d)
+        by_key_3d, left_out = sensitivity.of_device(device, in_3d)
     steady = {
-        key: {name: Slope(three.get(key, {}).get(name), value) for name, value in by_name.items()}
+        key: {name: Slope(by_key_3d.get(key, {}).get(name), value) for name, value in by_name.items()}
         for key, by_name in in_1d.items()
     }
     return Sensitivities(numbers(device), steady, left_out=left_out)

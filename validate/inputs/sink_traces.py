@@ -16,8 +16,7 @@ from validate.inputs.propagation import of_values
 
 
 def in_3d(sink: Sink, keys: Sequence[str], times: np.ndarray) -> Modelled:
-    """The traces of a sink in 3D and their derivatives by the logarithms of keys. Raises SceneError for a key that has
-    none."""
+    """A sink's 3D traces and their derivatives by logarithms of keys. SceneError for a key that has none."""
     result = sink_run.solve(sink, Request(models=("fem3d",)))
     slopes = sink_sensitivity.of_sink(sink, result, keys=keys)
     assert slopes.course is not None

@@ -84,8 +84,7 @@ class Statement:
 
 @dataclass(frozen=True)
 class Course:
-    """A quantity of a model, its word and its unit, at the ``times`` (s) of the data: simulation, data, the three
-    uncertainties (times,)."""
+    """A model's quantity, word and unit at the data's ``times`` (s): simulation, data, three uncertainties."""
 
     model: str
     quantity: str
@@ -127,8 +126,7 @@ class Course:
 
 @dataclass(frozen=True)
 class Validation:
-    """The courses of both models, and what follows of them; whether the inputs were said to be uncertain, and the
-    data."""
+    """The courses of both models and what follows; whether inputs and data were given uncertainties."""
 
     courses: tuple[Course, ...]
     inputs: bool
@@ -179,9 +177,9 @@ def validate(scene: Any, data: Data, models: Sequence[tuple[str, Result, U_input
             values = simulated(result, key, times)
             u_num = np.full(len(times), known_to(result, key, times))
             u_input = np.zeros(len(times)) if u_of is None else u_of(key, times, values)
-            known = data.u[key][late] if key in data.u else np.zeros(len(times))
+            u_data = data.u[key][late] if key in data.u else np.zeros(len(times))
             measured = data.values[key][late]
             courses.append(
-                Course(called, key, word, catalogue.units[key], times, values, measured, u_num, u_input, known)
+                Course(called, key, word, catalogue.units[key], times, values, measured, u_num, u_input, u_data)
             )
     return Validation(tuple(courses), any(u is not None for _, _, u in models), bool(data.u))

@@ -21,14 +21,13 @@ OF_THE_SCENE = "scene"
 _FORM = "give FILE.py:FUNCTION, FILE.cir, FILE.fmu, FILE.csv, network, or scene for the scene's own [model]"
 _KINDS = {".py": "function", ".cir": "spice", ".net": "spice", ".sp": "spice", ".fmu": "fmu", ".csv": "values"}
 _PROGRAMS = ("function", "spice", "fmu")
-"""The kinds of file that a program runs: not on the word of a scene that somebody sent."""
+"""Kinds of file that run code: never on the word of a scene that somebody sent."""
 
 
 @dataclass(frozen=True)
 class Asked:
-    """What a model is asked for: the scene's ``document``, its ``name``, the quantities by name with their units, in
-    the ``steady`` state and ``over_time``, the values of the model's own ``parameters``, and what it calls the
-    quantities (``outputs``)."""
+    """What a model is asked for: the scene's ``document`` and ``name``; quantities with their units, in the ``steady``
+    state and ``over_time``; its own ``parameters``, and its names of the quantities (``outputs``)."""
 
     name: str
     document: Mapping[str, Any]
@@ -115,8 +114,7 @@ def opened(given: str | Callable[..., Any], folder: str = "") -> Model:
 
         return Function(given)
     kind = kind_of(given)
-    model: Model = import_module(f"validate.models.{kind}").opened(given, folder)
-    return model
+    return import_module(f"validate.models.{kind}").opened(given, folder)
 
 
 def readable(given: str, folder: str, called: str) -> Path:

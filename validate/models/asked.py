@@ -1,5 +1,4 @@
-"""A model asked for what 3D has found: in the steady state, and at times so dense that straight lines between them
-stand for both."""
+"""A model's answers to what 3D found: steady, and at times so dense that straight lines between them suffice."""
 
 from __future__ import annotations
 
@@ -21,14 +20,13 @@ from scenes.units import UnitError
 from validate.models import Answer, Asked, Model
 
 BENDS = 0.1
-"""The part of the accuracy that straight lines between a model's values may be off by before it is asked between
-them."""
+"""Straight lines between a model's values may be off by this part of the accuracy before it is asked between them."""
 ROUNDS = 8
-"""How often the intervals that are too long are halved."""
+"""How often intervals that are too long are halved."""
 SHORT = 1e-7
-"""Intervals shorter than this part of the run belong to a jump and aren't halved."""
+"""Intervals shorter than this part of the run belong to a jump and are not halved."""
 MOST = 20_000
-"""Times that a model is asked for at most."""
+"""The most times that a model is asked for."""
 
 
 def of_sink(sink: Sink, fem3d: Result) -> Asked:
@@ -46,8 +44,8 @@ def of_scene(scene: AnyScene) -> Asked:
     document = as_dict(scene)
     units = {probe.name: UNITS[probe.quantity] for probe in scene.probes}
     own_model = scene.model or OwnModel()
-    known = {} if scene.parameters is None else scene.parameters.measures()
-    parameters = {name: _value(name, given, document, known) for name, given in own_model.parameters}
+    measures = {} if scene.parameters is None else scene.parameters.measures()
+    parameters = {name: _value(name, value, document, measures) for name, value in own_model.parameters}
     if parameters:
         # A model sees numbers: what they are made of is the scene's affair.
         document["model"] = {**document["model"], "parameters": parameters}
@@ -219,10 +217,10 @@ def _checked(
 def _numbers(model: Model, name: str, value: Any, shape: tuple[int, ...], when: str) -> np.ndarray:
     what = f"{shape[0]} numbers, one for each time" if shape else "one number"
     try:
-        given = np.ma.asarray(value)
-        if given.dtype.kind not in "fiu":
+        numbers = np.ma.asarray(value)
+        if numbers.dtype.kind not in "fiu":
             raise TypeError
-        array = np.ma.filled(given.astype(float), np.nan)  # what is masked is not known
+        array = np.ma.filled(numbers.astype(float), np.nan)  # what is masked is not known
     except (TypeError, ValueError):
         raise SceneError(
             f"--model {model.name}: {quoted(name)} {when} is {quoted(type(value).__name__)} that holds no real "

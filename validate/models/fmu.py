@@ -27,13 +27,12 @@ from scenes.errors import SceneError, did_you_mean, listed, printable, quoted
 from validate.models import Answer, Asked, readable
 
 STEPS = (500, 2000)
-"""Numbers of steps of the two runs over time; the relative tolerance of an FMU that is integrated here is 0.01 over
-that number."""
+"""Numbers of steps of the two runs over time; an FMU integrated here has a relative tolerance of 0.01 over that."""
 REST, HORIZONS = 1e-7, tuple(10.0**n for n in range(-4, 7))
-"""Outputs rest that change less than this part of themselves from one horizon (s) to the next, ten times as far."""
+"""An FMU is at rest where its outputs change by less than this part from one horizon (s) to the next."""
 
 LARGEST = 2e9
-"""Bytes that an FMU may unpack to: those with the data of whole buildings have some hundred million."""
+"""Bytes that an FMU may unpack to; those with the data of whole buildings have some hundred million."""
 
 
 @dataclass
@@ -93,10 +92,10 @@ class Fmu:
     def _variable(self, name: str, question: Asked) -> str | None:
         if name in question.outputs:
             if question.outputs[name] not in self.readable:
-                given = question.outputs[name]
+                variable = question.outputs[name]
                 raise SceneError(
-                    f"--model {self.name} has no variable {quoted(given)} for {quoted(name)}: it has "
-                    f"{listed(self.readable)}{did_you_mean(given, self.readable)}"
+                    f"--model {self.name} has no variable {quoted(variable)} for {quoted(name)}: it has "
+                    f"{listed(self.readable)}{did_you_mean(variable, self.readable)}"
                 )
             return question.outputs[name]
         plain = {re.sub(r"\W+", "_", variable).lower(): variable for variable in self.readable}

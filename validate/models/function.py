@@ -76,11 +76,11 @@ def opened(given: str, folder: str) -> Function:
     with _sentences(path.name, path, ""), _beside(path):
         spec.loader.exec_module(module)
     call = getattr(module, name, None)
-    known = [n for n, each in vars(module).items() if callable(each) and not n.startswith("_")]
+    functions = [n for n, each in vars(module).items() if callable(each) and not n.startswith("_")]
     if not callable(call):
         what = f"has no function {quoted(name)}" if call is None else f"has {quoted(name)}, but not as a function"
-        has = f"give {listed(known)}" if known else "it has none"
-        raise SceneError(f"--model {quoted(given)}: {path.name} {what}: {has}{did_you_mean(name, known)}")
+        has = f"give {listed(functions)}" if functions else "it has none"
+        raise SceneError(f"--model {quoted(given)}: {path.name} {what}: {has}{did_you_mean(name, functions)}")
     return Function(call, f"{path.name}:{name}", path)
 
 

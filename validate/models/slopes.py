@@ -22,15 +22,15 @@ from validate.models.asked import of_scene
 from validate.models.asked import of_sink as asked_of_sink
 
 STEPS = (1e-3, 1e-2, 5e-2)
-"""Parts of a key: the first is enough for a smooth model, the others are for noisy ones."""
+"""Relative steps of a key: the first suffices for a smooth model, the others are for noisy ones."""
 SMOOTH = 1e-2
-"""The part of a slope that differences over h and over 2h may be apart by before a longer step is tried."""
+"""A longer step is tried where differences over h and over 2h differ by more than this part."""
 NOTHING = 1e-9
-"""A slope smaller than this part of the quantity counts as none."""
+"""A slope smaller than this part of the quantity counts as zero."""
 BENT = 0.1
-"""A relative slope that changes by more than this at the key's value is no slope: with f the quantity,
-|f(h) - 2 f(0) + f(-h)| is then above 0.1 h f, while that of a power f = key^n is only n (n - 1) h^2 f. A network jumps
-where another side of a box becomes its longest."""
+"""A relative slope that changes by more than this at the key's value is none: with f the quantity, |f(h) - 2 f(0) +
+f(-h)| is then above 0.1 h f, while a power f = key^n has only n (n - 1) h^2 f. A network jumps where another side of a
+box becomes its longest."""
 
 
 @dataclass(frozen=True)
@@ -46,9 +46,8 @@ def follow(
     model: Model, scene: Any, keys: Iterable[str], times: np.ndarray | None, say: Callable[[str], None],
     asking: Callable[[Any], Asked] = of_scene,
 ) -> Followed:  # fmt: skip
-    """The slopes of a model by some keys of its scene, at some times (s), the last of which is the end of the run, or
-    in the steady state; ``asking`` says what it is asked of a scene. Raises SceneError where the model has no answer
-    beside the scene."""
+    """A model's slopes by keys of its scene, at times (s) that end with the run, or in the steady state; ``asking``
+    says what it is asked of a scene. SceneError where it has no answer beside the scene."""
 
     def at(key: str, step: float) -> dict[str, np.ndarray]:
         question = asking(neighbour(scene, key, step))

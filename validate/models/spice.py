@@ -29,14 +29,14 @@ _REFUSED = {
     ".codemodel": "loads programs", ".osdi": "loads programs", ".pre_osdi": "loads programs",
 }  # fmt: skip
 _PROGRAMS = re.compile(r"\b(d_process|d_cosim|filesource|d_source|d_state)\b|(\b|_|raw)file\s*=", re.IGNORECASE)
-"""What of a line starts a program, or reads or writes a file."""
+"""Statements that start a program, or read or write a file."""
 _PARAM = re.compile(r"([A-Za-z_]\w*)\s*=(?!=)")
 _OWN = (".op", ".tran", ".dc", ".ac", ".noise", ".tf", ".pz", ".disto", ".sens", ".sp", ".pss", ".print", ".plot",
         ".probe", ".save", ".width", ".meas", ".measure", ".four", ".end")  # fmt: skip
-"""Analyses and output commands, in whose place the model's own are put."""
+"""Analyses and output commands, which are replaced."""
 _TOLERANCES = (1e-4, 1e-6)
 _STEPS = (500, 2000)
-"""Of each of the two runs over time the least number of steps; ngspice's relative tolerances are above."""
+"""The least number of steps of each of the two runs over time, with the relative tolerances above."""
 
 
 @dataclass
@@ -75,15 +75,15 @@ class Netlist:
         self, question: Asked, wanted: dict[str, None], analysis: str, tolerance: float
     ) -> dict[str, np.ndarray]:  # fmt: skip
         """The quantities that the netlist has, by name, with the "time" of a transient."""
-        known = {
+        names = {
             name.lower() for line in self.lines if line.lower().startswith(".param") for name in _PARAM.findall(line)
         }
         lines = list(self.lines)
         for name, value in question.parameters.items():
-            if name.lower() not in known:
-                listed = f"it has {', '.join(sorted(known))}" if known else "it has none"
+            if name.lower() not in names:
+                listed = f"it has {', '.join(sorted(names))}" if names else "it has none"
                 raise SceneError(
-                    f"--model {self.name} has no .param {quoted(name)}: {listed}{did_you_mean(name, known)}"
+                    f"--model {self.name} has no .param {quoted(name)}: {listed}{did_you_mean(name, names)}"
                 )
             lines.append(f".param {name}={value:.17g}")
         for n, expression in enumerate(question.outputs.get(name, "") for name in wanted):

@@ -30,15 +30,15 @@ if TYPE_CHECKING:
     from validate.run.outcome import Outcome
 
 MOST = 3
-"""Number of a free scene's probes whose sensitivities a terminal shows."""
+"""Probes of a free scene whose sensitivities a terminal shows."""
 _PER_BLOCK = 3
-"""Quantities beside one another in a budget that a terminal has room for with the names of two lines."""
+"""Columns of a budget that a terminal has room for."""
 _LEAST = 5e-5
-"""A slope smaller than this is shown as zero."""
+"""Smaller slopes are shown as zero."""
 _NOTHING = 1e-6
-"""An uncertainty smaller than this part of u_val is shown as 0."""
+"""Uncertainties below this part of u_val are shown as 0."""
 _COEFFICIENTS = (1.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1e3, 1e4)
-"""Film coefficients of the air (W/(m2 K)) that a terminal has room for."""
+"""Film coefficients (W/(m2 K)) that a terminal has room for."""
 _V20 = (
     "As ASME V&V 20 has it: the comparison error E = S - D, simulation less data, is known to u_val, of the numerics, "
     "the inputs and the data. Each line is of the mean over a window of the trace, the worst of up to 16 and the last: "
@@ -56,10 +56,10 @@ def short(key: str) -> str:
 def followed(outcome: Outcome[Any], full: bool = False) -> dict[str, str]:
     """The quantities whose sensitivities are shown, with what they are called."""
     kind, slopes = kinds.of(outcome.scene), outcome.sensitivities
-    known = {name: called for name, (called, _) in kind.quantities(outcome).items()}
+    names = {name: called for name, (called, _) in kind.quantities(outcome).items()}
     if slopes is not None and slopes.values:
-        known = {name: called for name, called in known.items() if name in slopes.values}
-    return known if full else {name: known[name] for name in kind.SHOWN or list(known)[:MOST]}
+        names = {name: called for name, called in names.items() if name in slopes.values}
+    return names if full else {name: names[name] for name in kind.SHOWN or list(names)[:MOST]}
 
 
 def sensitivities(slopes: Sensitivities, outcome: Outcome[Any], style: Style) -> Section:
@@ -113,7 +113,7 @@ def _pair(slope: Slope | None, style: Style, both: bool) -> str:
 def propagated(inputs: Propagated, outcome: Outcome[Any], style: Style) -> Section:
     """The standard uncertainties that were given, and a line for each quantity: u_input of both models and of their
     difference, and the key that adds most; then those of the checks, and what samples say."""
-    given = ", ".join(f"{short(key)} {percent(u)}" for key, u in inputs.uncertain.relative.items())
+    inputs_text = ", ".join(f"{short(key)} {percent(u)}" for key, u in inputs.uncertain.relative.items())
     correlated = "".join(f"; {short(a)} and {short(b)} {r:+g}" for (a, b), r in inputs.uncertain.correlations.items())
     quantities = kinds.of(outcome.scene).quantities(outcome)
     heads, rows = ["u_input of", "3D", "1D", "1D/3D - 1", "most by"], []
@@ -126,11 +126,11 @@ def propagated(inputs: Propagated, outcome: Outcome[Any], style: Style) -> Secti
         rows.append([cut(called, 30), *both, off, short(inputs.most.get(name, ""))])
     if not inputs.reduced1d:
         heads, *rows = [[*row[:2], row[4]] for row in (heads, *rows)]
-    known = [f"{check.id} {percent(check.u_input)}" for check in outcome.checks if check.u_input is not None]
+    checks = [f"{check.id} {percent(check.u_input)}" for check in outcome.checks if check.u_input is not None]
     parts: list[str | Table] = [
-        f"Inputs known to (standard uncertainty): {given}{correlated}.",
+        f"Inputs known to (standard uncertainty): {inputs_text}{correlated}.",
         Table(heads, rows),
-        f"of the differences: {', '.join(known)}" if known else "",
+        f"of the differences: {', '.join(checks)}" if checks else "",
     ]
     parts += [] if outcome.sampled is None else [_samples(outcome.sampled, quantities)]
     return Section("Uncertain inputs", parts, headed=False)
@@ -165,8 +165,7 @@ def entered(entries: dict[str, Any], inputs: Propagated, sampled: Sampled | None
 
 
 def fit(fitted: Fit, outcome: Outcome[Any], style: Style) -> Section:
-    """A line for each key that was fitted, from where to where it went and how well it is known, and the scene that
-    results."""
+    """A line for each fitted key: from, to, and its uncertainty; then the resulting scene."""
     rows, scene = [], dict[str, list[str]]()
     for key, value in fitted.fitted.items():
         ends = (f"{v:.4g}" for v in fitted.interval(key))
@@ -247,12 +246,12 @@ def air(losses: Air, outcome: Outcome[Any], style: Style) -> Section:
     said = "The air may be left out at every coefficient tried"
     if worst is not None:
         said = f"It may be left out up to {worst:.3g} W/(m2 K)"
-    told = (
+    sentence = (
         f"Steady, in %. {said}. Still air is usually given {STILL:g} W/(m2 K); at this size it conducts "
         f"{losses.conduction:.3g}, with which leaving it out is {percent(losses.conducted)} off where it is worst, and "
         f"through a gap below the beam as high as the oxide {float(f'{losses.gap:.3g}'):g}."
     )
-    parts: list[Table | str] = [table(("left out", "lumped"), percents, limits), told]
+    parts: list[Table | str] = [table(("left out", "lumped"), percents, limits), sentence]
     if (course := losses.over_time) is not None:
         until = [["the end" if math.isinf(t) else quantity(t, "s", 3) for t in course.until[n]] for n in QUANTITIES]
         most = [[f"{100 * v:+.2f}" for v in course.largest[n]] for n in QUANTITIES]

@@ -14,13 +14,14 @@ if TYPE_CHECKING:
     from compare.verdict import Check
     from fem3d.runs.array import Fall
     from scenes.array import SinkArray
+    from scenes.sink import Sink
     from validate.run.outcome import Outcome
 
 FIGURES = {"array": "array_figure.draw"}
 FIELD_FIGURE = ""
 MOST_ROWS = 12
-"""Elements that the terminal has room for."""
-TOLERANCES = (1e-2, 1e-3, 1e-4)
+"""Elements that a terminal has room for."""
+TOLERANCES = (1e-2, 1e-3, 1e-4)  # Crosstalk levels for which the pitch is reported.
 
 
 def title(outcome: Outcome[SinkArray]) -> str:
@@ -29,7 +30,7 @@ def title(outcome: Outcome[SinkArray]) -> str:
     return text(outcome.scene)
 
 
-def headline(outcome: Outcome[SinkArray], contrary: Sequence[Check], style: Style) -> str:
+def headline(outcome: Outcome[Any], contrary: Sequence[Check], style: Style) -> str:
     return style.paint(wrapped(outcome.answer), "heading")
 
 
@@ -44,8 +45,7 @@ def _elements(outcome: Outcome[SinkArray], style: Style) -> Section:
     shown = list(range(1, count + 1))
     if count > MOST_ROWS and not style.page:
         means = [result.steady[f"sink{k}_mean_rise_K"].value for k in shown]
-        order = np.argsort(means)[::-1] + 1
-        shown = sorted({*order[: MOST_ROWS // 2].tolist(), *order[-MOST_ROWS // 2 :].tolist()})
+        shown = [k + 1 for k in extremes(np.array(means))]
     for k in shown:
         cells = [f"{k}{'' if k in on else ', idle'}"]
         for q, unit in (("peak_rise_K", "K"), ("mean_rise_K", "K"), ("current_A", "A")):
@@ -102,10 +102,16 @@ def entries(outcome: Outcome[SinkArray]) -> dict[str, Any]:
     return document
 
 
-def middle(sink: SinkArray) -> int:
+def extremes(values: np.ndarray) -> list[int]:
+    """The places of the largest and the smallest of many values, in order, as many as a terminal has room for."""
+    order = np.argsort(values)
+    return sorted({*order[: MOST_ROWS // 2].tolist(), *order[-MOST_ROWS // 2 :].tolist()})
+
+
+def middle(sink: Sink) -> int:
     """The number, from 0, of an element about the middle."""
     return sink.rows // 2 * sink.columns + sink.columns // 2
 
 
-def columns(outcome: Outcome[SinkArray]) -> dict[str, np.ndarray]:
+def columns(outcome: Outcome[Any]) -> dict[str, np.ndarray]:
     return {}

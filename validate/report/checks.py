@@ -27,14 +27,14 @@ NAMES = {
     "sensor_power_W": ("sensor power", "W"),
     "polymer_flux_W": ("heat into polymer", "W"),
 }
-"""What a reader calls the quantities of the device, and their units."""
+"""Words and units of the device's quantities."""
 _KINDS = {
     "slope": "how the models follow a key: 1D less 3D", "air": "the air left out: 3D without it less 3D with it",
     "energy": "3D alone", "islands": "3D alone", "against": "your data less 3D",
 }  # fmt: skip
-"""What is compared in a check, by how its id begins."""
+"""What a check compares, by how its id begins."""
 _LONG = 20
-"""Characters of an id from which on the titles stand below."""
+"""Characters of an id from which on titles stand on a line of their own."""
 _NOTE = (
     "A check differs or agrees only where that holds for every value that the difference may have given its numerical "
     "error; else it is unresolved."
@@ -77,8 +77,8 @@ def sections(checks: Sequence[Check], contrary: Sequence[Check], style: Style) -
         return Row(cells, c.verdict, c.title if below else "")
 
     table = Table(("check", "", "difference", "tolerance", ""), _by_kind(checks, row), "<<>><")
-    told = [(check.id, _said(check, contrary)) for check in checks if check.own]
-    reasons = sentences([f"{name}: {said}" for name, said in told if said])
+    reasons_by_id = [(check.id, _said(check, contrary)) for check in checks if check.own]
+    reasons = sentences([f"{name}: {said}" for name, said in reasons_by_id if said])
     return [Section("Checks", [table], headed=False), Section("Why", [reasons])]
 
 
@@ -196,6 +196,6 @@ def judged(check: Check) -> str:
 
 def drawn(check: Check) -> str:
     """A check as a line under a figure's title; its sentence is in the report and in the terminal."""
-    measured, off, (one, other) = amount(check.measured, check.unit), off_by(check), sides(check)
+    measured, off, (claimant, finder) = amount(check.measured, check.unit), off_by(check), sides(check)
     off = off if off.isalpha() else f"off by {off}"
-    return with_mu(f"{judged(check)}: {check.title}, {one} {claimed(check)}, {other} {measured} ({off})")
+    return with_mu(f"{judged(check)}: {check.title}, {claimant} {claimed(check)}, {finder} {measured} ({off})")

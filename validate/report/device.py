@@ -40,7 +40,7 @@ FIGURES = {
 }
 FIELD_FIGURE = ""
 FRACTIONS = (0.05, 0.01, 1e-3, 1e-4)
-"""The bands that summary.json has settling times for."""
+"""Bands of the settling times in summary.json, as parts of the step."""
 
 
 def title(outcome: Outcome[Device]) -> str:
@@ -101,19 +101,19 @@ def _in_3d(compared: Sequence[Check]) -> str:
     said, by_id = [], {check.id: check for check in compared}
     if power := by_id.get("dev3d_sink_power"):
         more = relative(power.measured, power.predicted)
-        known = abs(power.difference) > power.u_num
-        size = f"{percent(abs(more))} {'more' if more > 0 else 'less'}" if known else "as much as in 1D"
+        resolved = abs(power.difference) > power.u_num
+        size = f"{percent(abs(more))} {'more' if more > 0 else 'less'}" if resolved else "as much as in 1D"
         said.append(f"In 3D the sink takes {size}")
     if claim := by_id.get("dev3d_claim_steady"):
         kept = "is" if claim.verdict == "agrees" else "is not"
         said.append(f"the sensor's power {kept} the heat through the polymer's top in the steady state")
-    told = f"{', and '.join(said)}." if said else ""
+    sentences = f"{', and '.join(said)}." if said else ""
     if shielding := by_id.get("dev3d_shielding"):
-        told += (
+        sentences += (
             f" A substrate 1 K warmer changes the sensor's power by {quantity(shielding.measured, 'W', 2)}, "
             f"{percent(abs(shielding.difference))} of what it does with the sink off."
         )
-    return told
+    return sentences
 
 
 def _claims(outcome: Outcome[Device], contrary: Sequence[Check], named: bool) -> str:
@@ -207,10 +207,10 @@ def _design(outcome: Outcome[Device], style: Style) -> Section:
     if limits is not None:
         most = f"{quantity(limits.sensor_power_W, 'W')} at {quantity(limits.sensor_V, 'V')}"
         reach = f"Range: {limits.lowest_K:.5g} K to {highest}, where the sensor takes at most {most}"
-    told = [reach, *(f"{name}: {text}" for name, text in design.meters.items())]
-    told += [f"Source of {name}: {text}" for name, text in design.sources.items()] if style.page else []
+    answers = [reach, *(f"{name}: {text}" for name, text in design.meters.items())]
+    answers += [f"Source of {name}: {text}" for name, text in design.sources.items()] if style.page else []
     table = Table(("largest stable gain", "sink", "sensor", "slowest mode", "eigenvalue"), rows)
-    return Section("For the designer", [table, said, sentences(told)])
+    return Section("For the designer", [table, said, sentences(answers)])
 
 
 def _leads(outcome: Outcome[Device]) -> dict[str, list[tuple[Shared, dict[str, float]]]]:
@@ -262,18 +262,14 @@ def entries(outcome: Outcome[Device]) -> dict[str, Any]:
 
 
 def _shielding_document(outcome: Outcome[Device]) -> dict[str, Any] | None:
-    """What a kelvin more around does to both powers, in 3D with errors, and in 1D; and over time since the substrate's
-    step."""
+    """What a kelvin more around does to both powers, in 3D with errors and in 1D, and over time."""
     solved = outcome.device_3d
     if solved is None or "dev3d_shielding" not in {check.id for check in outcome.checks}:
         return None
     slopes, errors = solved.shielding
     document: dict[str, Any] = {q: {"value": v, "error": errors[q]} for q, v in asdict(slopes).items()}
-    one = asdict(of_shielding(outcome.scene))
-    return document | {
-        "reduced1d": {q: {"value": v} for q, v in one.items()},
-        "over_time": asdict(solved.response),
-    }
+    in_1d = asdict(of_shielding(outcome.scene))
+    return document | {"reduced1d": {q: {"value": v} for q, v in in_1d.items()}, "over_time": asdict(solved.response)}
 
 
 def _ground_document(outcome: Outcome[Device]) -> dict[str, Any] | None:
@@ -317,8 +313,8 @@ def _run(run: Run, model: Model | None = None) -> dict[str, Any]:
 
 
 def _steady(state: Steady, errors: dict[str, float]) -> dict[str, dict[str, float]]:
-    known = {name: {"error": error} for name, error in errors.items()}
-    return {name: {"value": getattr(state, name)} | known.get(name, {}) for name in QUANTITIES}
+    by_name = {name: {"error": error} for name, error in errors.items()}
+    return {name: {"value": getattr(state, name)} | by_name.get(name, {}) for name in QUANTITIES}
 
 
 def _peaks(run: Run) -> dict[str, dict[str, float]]:
@@ -331,10 +327,10 @@ def _peaks(run: Run) -> dict[str, dict[str, float]]:
 
 
 def columns(outcome: Outcome[Device]) -> dict[str, np.ndarray]:
-    one, traces = outcome.runs.base.result, dict[str, np.ndarray]()
+    in_1d, traces = outcome.runs.base.result, dict[str, np.ndarray]()
     if outcome.device_3d is not None:
-        three = outcome.device_3d.runs.base.result
-        traces = {f"fem3d_{name}": three.trace(name) for name in three.quantities}
-    traces |= {f"reduced1d_{name}": one.trace(name) for name in one.quantities}
+        in_3d = outcome.device_3d.runs.base.result
+        traces = {f"fem3d_{name}": in_3d.trace(name) for name in in_3d.quantities}
+    traces |= {f"reduced1d_{name}": in_1d.trace(name) for name in in_1d.quantities}
     rows = min(len(values) for values in traces.values())  # a run that is stopped ends early
-    return {"time_s": one.time_s[:rows], **{name: values[:rows] for name, values in traces.items()}}
+    return {"time_s": in_1d.time_s[:rows], **{name: values[:rows] for name, values in traces.items()}}

@@ -10,7 +10,11 @@ import numpy as np
 
 from scenes.formats import quantity, with_error
 from validate.report import checks
-from validate.report.table import Section, Style, Table, wrapped
+from validate.report.array import FIELD_FIGURE as FIELD_FIGURE
+from validate.report.array import MOST_ROWS, extremes, middle
+from validate.report.array import columns as columns
+from validate.report.array import headline as headline
+from validate.report.table import Section, Style, Table
 
 if TYPE_CHECKING:
     from compare.verdict import Check
@@ -21,11 +25,8 @@ if TYPE_CHECKING:
     from validate.run.outcome import Outcome
 
 FIGURES = {"array": "device_array_figure.draw"}
-FIELD_FIGURE = ""
-MOST_ROWS = 12
-"""Elements that the terminal has room for."""
 MATRIX = 100
-"""Up to so many elements summary.json has whole matrices; of more, what one about the middle does."""
+"""summary.json has whole matrices of this many elements at most; of more, the column of a middle one."""
 
 
 def title(outcome: Outcome[DeviceArray]) -> str:
@@ -34,33 +35,26 @@ def title(outcome: Outcome[DeviceArray]) -> str:
     return text(outcome.scene)
 
 
-def headline(outcome: Outcome[DeviceArray], contrary: Sequence[Check], style: Style) -> str:
-    return style.paint(wrapped(outcome.answer), "heading")
-
-
 def sections(outcome: Outcome[DeviceArray], contrary: Sequence[Check], style: Style) -> list[Section]:
     """The elements, and the check with its reason."""
     return [_elements(outcome, style), *checks.of_device(outcome.checks, contrary, style)]
 
 
 def solved_of(outcome: Outcome[DeviceArray]) -> Solved:
-    found: Solved = outcome.solved.details["array"]
-    return found
+    return outcome.solved.details["array"]
 
 
 def in_1d(outcome: Outcome[DeviceArray]) -> Beside:
     assert outcome.reduced1d is not None
-    found: Beside = outcome.reduced1d.details["array"]
-    return found
+    return outcome.reduced1d.details["array"]
 
 
 def _elements(outcome: Outcome[DeviceArray], style: Style) -> Section:
-    solved, one, rows = solved_of(outcome), in_1d(outcome), []
+    solved, reduced1d, rows = solved_of(outcome), in_1d(outcome), []
     count = len(solved.at_work)
     shown = list(range(count))
     if count > MOST_ROWS and not style.page:
-        order = np.argsort(solved.closed.plate_rise.value)[::-1]
-        shown = sorted({*order[: MOST_ROWS // 2].tolist(), *order[-MOST_ROWS // 2 :].tolist()})
+        shown = extremes(solved.closed.plate_rise.value)
 
     def cell(known: Known, k: int, unit: str) -> str:
         if not known.value[k]:
@@ -73,8 +67,8 @@ def _elements(outcome: Outcome[DeviceArray], style: Style) -> Section:
         for each in (solved.closed, solved.sinks_off):
             cells.append(cell(each.power_change, k, "W") if solved.at_work[k] else "none")
         rows.append(cells)
-        changes = [quantity(float(each.power_change[k]), "W", 4) for each in (one.closed, one.sinks_off)]
-        plate = quantity(float(one.closed.plate_rise[k]), "K", 4, prefixed=True)
+        changes = [quantity(float(each.power_change[k]), "W", 4) for each in (reduced1d.closed, reduced1d.sinks_off)]
+        plate = quantity(float(reduced1d.closed.plate_rise[k]), "K", 4, prefixed=True)
         rows.append(["   in 1D", plate, *(changes if solved.at_work[k] else ["none"] * 2)])
     said = (
         "Plate: how much warmer it is under an element by the others. Closed, off: what that changes in the "
@@ -89,10 +83,10 @@ def _elements(outcome: Outcome[DeviceArray], style: Style) -> Section:
 def entries(outcome: Outcome[DeviceArray]) -> dict[str, Any]:
     from validate.report.summary import check_document, of_3d
 
-    solved, one = solved_of(outcome), in_1d(outcome)
+    solved, reduced1d = solved_of(outcome), in_1d(outcome)
     count = len(solved.at_work)
-    middle = solved.array.sink.rows // 2 * solved.array.sink.columns + solved.array.sink.columns // 2
-    column = slice(None) if count <= MATRIX else middle
+    element = middle(solved.array.sink)
+    column = slice(None) if count <= MATRIX else element
 
     def together(each: Any) -> dict[str, Any]:
         names = {
@@ -115,21 +109,17 @@ def entries(outcome: Outcome[DeviceArray]) -> dict[str, Any]:
         {"loops": loops, "outside_of": each.of + 1, "sensor_of": each.at + 1, "time_s": each.time_s,
          "plate_rise_K_per_K": each.plate_rise, "sensor_power_W_per_K": each.sensor_power, "error": each.error,
          "reduced1d_sensor_power_W_per_K": beside.sensor_power}
-        for loops, each, beside in zip(("closed", "sinks off"), solved.over_time, one.over_time, strict=False)
+        for loops, each, beside in zip(("closed", "sinks off"), solved.over_time, reduced1d.over_time, strict=False)
     ]  # fmt: skip
     return {
         "fem3d": of_3d(outcome.solved, "unknowns"), "answer": outcome.answer,
-        "reduced1d": {"array": {"closed": alone(one.closed), "sinks_off": alone(one.sinks_off)}},
+        "reduced1d": {"array": {"closed": alone(reduced1d.closed), "sinks_off": alone(reduced1d.sinks_off)}},
         "checks": [check_document(check) for check in outcome.checks],
         "array": {
             "places_m": solved.places, "at_work": [k + 1 for k in np.flatnonzero(solved.at_work).tolist()],
-            "of_element": None if count <= MATRIX else middle + 1,
+            "of_element": None if count <= MATRIX else element + 1,
             "plate_K_per_W": {"value": solved.plate.value[:, column], "error": solved.plate.error[:, column]},
             "closed": together(solved.closed), "sinks_off": together(solved.sinks_off),
             "slopes": {name: asdict(each) for name, each in solved.slopes.items()}, "over_time": over,
         },
     }  # fmt: skip
-
-
-def columns(outcome: Outcome[DeviceArray]) -> dict[str, np.ndarray]:
-    return {}

@@ -18,9 +18,9 @@ from scenes.result import Result
 from validate.report import vtkhdf
 
 _TYPES = {"tetra": 10, "hexahedron": 12, "tetra10": 24, "hexahedron20": 25, "hexahedron27": 29}
-"""VTK's numbers of meshio's types."""
+"""VTK's cell types by meshio's names."""
 TIMES = 13
-"""How many times are stored beside the start and those asked for."""
+"""Number of times that are stored beside the start and those asked for."""
 
 ARRAYS = {
     "temperature": "temperature_K",
@@ -31,7 +31,7 @@ ARRAYS = {
     "rise_1d": "rise_1d_K",
     "difference": "difference_K",
 }
-"""What the fields are called in the files, where programs show nothing but the name."""
+"""Names of the fields in files, which end in their units, as programs show nothing else."""
 
 
 def write_fields(
@@ -79,9 +79,9 @@ def write_fields(
         f'    <DataSet timestep="{time!r}" part="0" file="{name}"/>\n'
         for name, time in zip(names[first:], shown, strict=True)
     )
-    within = f"<!-- the quadratic cells are within {cells.error or 0:.2g} K of the finite-element solution -->\n"
+    comment = f"<!-- the quadratic cells are within {cells.error or 0:.2g} K of the finite-element solution -->\n"
     (folder / "fem3d.pvd").write_text(
-        f'<?xml version="1.0"?>\n{within if cells.error is not None else ""}'
+        f'<?xml version="1.0"?>\n{comment if cells.error is not None else ""}'
         '<VTKFile type="Collection" version="0.1" byte_order="LittleEndian">\n'
         f"  <Collection>\n{rows}  </Collection>\n</VTKFile>\n",
         encoding="utf-8",
@@ -125,5 +125,4 @@ def _as_xml(grid: Any) -> str:
     writer.SetDataModeToBinary()
     writer.SetWriteToOutputString(True)
     writer.Write()
-    text: str = writer.GetOutputString()
-    return text
+    return writer.GetOutputString()

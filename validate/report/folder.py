@@ -17,7 +17,7 @@ from scenes.units import POWER, TIME, VOLTAGE
 from validate.folder import Content, Folder
 
 PICTURE = "scene.png"
-"""The picture of a scene that isn't solved yet."""
+"""The picture of a scene that is not solved yet."""
 SCHEMA = 1
 """The version of summary.json."""
 
@@ -57,8 +57,7 @@ def _kind(name: str) -> str:
 
 def folder_of(scene: Any, request: Request, settings: Sequence[str] = (), data: Sequence[str] = ()) -> Path:
     """The folder of a run, "results/sink-2V-width20um-steady", "results/device-273K-paper-figure9" or
-    "results/bridge-left-electrode.voltage2"; ``settings`` are the overrides, and ``data`` a file to compare with and
-    what is said of its columns."""
+    "results/bridge-left-electrode.voltage2"; ``settings`` are overrides, ``data`` a file with its options."""
     options = ["sensitivities"] * request.sensitivities
     options += [] if request.uncertain is None else ["uncertain", *request.uncertain.given]
     fields = ["fields"] * request.fields

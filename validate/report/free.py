@@ -28,12 +28,12 @@ FIGURES = {
     "validation": "analysis_figures.validation",
 }
 FIELD_FIGURE = "figure field"
-_NAME = 30
-_PER_BLOCK = 4
-_MOST_TIMES = 20
+_NAME = 30  # Characters of a probe's name that a table has room for.
+_PER_BLOCK = 4  # Probes beside one another in a terminal.
+_MOST_TIMES = 20  # Output times that a table has room for.
 _UNSURE = " (errors larger)"
 _TOLD = 3
-"""How many probes the first line has room for."""
+"""Probes that the first line has room for."""
 
 
 def title(outcome: Outcome[AnyScene]) -> str:
@@ -124,8 +124,7 @@ def _probes(outcome: Outcome[AnyScene], style: Style) -> Section:
 
 def _sure(traces: Traces, name: str) -> np.ndarray:
     """What a trace is where its errors hold: right after the start and after a jump it may be far off."""
-    values: np.ndarray = traces.values[name][traces.sure(traces.time)]
-    return values
+    return traces.values[name][traces.sure(traces.time)]
 
 
 def _column(probe: Probe | GroupProbe, traces: Traces) -> Column:
@@ -160,7 +159,7 @@ def entries(outcome: Outcome[AnyScene]) -> dict[str, Any]:
     asked for and the last one, and the range that each probe passes through where its errors hold."""
     from validate.report.summary import check_document, of_3d
 
-    scene, traces, details, one = outcome.scene, outcome.solved.traces, outcome.solved.details, outcome.reduced1d
+    scene, traces, details, reduced1d = outcome.scene, outcome.solved.traces, outcome.solved.details, outcome.reduced1d
     named = ("field_error", "energy_imbalance", "unknowns", "steps", "levels", "symmetry", "mesh")
     units = {probe.name: UNITS[probe.quantity] for probe in scene.probes}
     in_3d: dict[str, Any] = {"units": units, **of_3d(outcome.solved, *named)}
@@ -180,27 +179,26 @@ def entries(outcome: Outcome[AnyScene]) -> dict[str, Any]:
             },
         }
     judged = [check_document(check) for check in outcome.checks]
-    if one is None:
+    if reduced1d is None:
         return {"fem3d": in_3d, **({"checks": judged} if judged else {})}
-    model: dict[str, Any] = {"model": one.model}
-    model["steady"] = {name: {"value": e.value, "error": e.error} for name, e in one.steady.items()}
-    model |= {"errors": one.traces.errors} if one.traces is not None else {}
+    model: dict[str, Any] = {"model": reduced1d.model}
+    model["steady"] = {name: {"value": e.value, "error": e.error} for name, e in reduced1d.steady.items()}
+    model |= {"errors": reduced1d.traces.errors} if reduced1d.traces is not None else {}
     model |= {"network": network.entries(scene)} if (network := _network(outcome)) else {}
     return {"answer": outcome.answer, "fem3d": in_3d, "reduced1d": model, "checks": judged}
 
 
 def columns(outcome: Outcome[AnyScene]) -> dict[str, np.ndarray]:
-    """time_s, and one for each probe by its name (K, V, W or A), with that of a model beside it; then at its times,
-    which those of 3D are among."""
-    traces, one = outcome.solved.traces, outcome.reduced1d
+    """time_s and a column for each probe (K, V, W or A); a model's beside them, at its times."""
+    traces, reduced1d = outcome.solved.traces, outcome.reduced1d
     if traces is None:
         return {}
-    if one is None or one.traces is None:
+    if reduced1d is None or reduced1d.traces is None:
         return {"time_s": traces.time, **traces.values}
-    columns = {"time_s": one.traces.time}
+    columns = {"time_s": reduced1d.traces.time}
     for name in traces.values:
-        columns[name] = interpolated(traces, name, one.traces.time)[0]
-        columns |= {f"reduced1d {name}": one.traces.values[name]} if name in one.traces.values else {}
+        columns[name] = interpolated(traces, name, reduced1d.traces.time)[0]
+        columns |= {f"reduced1d {name}": reduced1d.traces.values[name]} if name in reduced1d.traces.values else {}
     return columns
 
 
@@ -220,8 +218,7 @@ def stored(outcome: Outcome[AnyScene]) -> tuple[np.ndarray, float, None]:
 
 
 def field(outcome: Outcome[AnyScene]) -> Field:
-    """The steady field above its coldest place, or that of a transient's hottest moment (its coldest where the scene is
-    cooled)."""
+    """The steady field above its coldest place, or a transient's at its hottest (of a cooled scene coldest) moment."""
     fields, when = outcome.solved.details["fields"], "steady"
     if outcome.shown is None:
         kelvins = fields.steady

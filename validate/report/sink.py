@@ -66,27 +66,27 @@ def sections(outcome: Outcome[Sink], contrary: Sequence[Check], style: Style) ->
 
 def _model(outcome: Outcome[Sink]) -> str:
     """What the 1D model is called: "1D" where it is the paper's; empty where there is none."""
-    one = outcome.reduced1d
-    return "" if one is None else "1D" if one.model in PAPERS else one.model
+    reduced1d = outcome.reduced1d
+    return "" if reduced1d is None else "1D" if reduced1d.model in PAPERS else reduced1d.model
 
 
 def quantities(outcome: Outcome[Sink], style: Style) -> Section:
     """Steady quantities: 3D with its error, 1D, and how far 1D is off."""
-    three, one, rows = outcome.fem3d, outcome.reduced1d, []
-    heads = ["steady state", *["3D"] * (three is not None), *[_model(outcome)] * (one is not None)]
+    fem3d, reduced1d, rows = outcome.fem3d, outcome.reduced1d, []
+    heads = ["steady state", *["3D"] * (fem3d is not None), *[_model(outcome)] * (reduced1d is not None)]
     for key, (name, unit) in QUANTITIES.items():
         cells = [name]
-        if three is not None:
-            value, error, shown, places, factor = with_error(three.steady[key].value, three.steady[key].error, unit)
+        if fem3d is not None:
+            value, error, shown, places, factor = with_error(fem3d.steady[key].value, fem3d.steady[key].error, unit)
             cells.append(f"{value} {style.plus_minus} {error} {shown}")
-        if one is not None and key not in one.steady:
-            cells += ["", ""][: 1 + (three is not None)]
-        elif one is not None and three is not None:
-            other = one.steady[key].value
-            off = percent(relative(other, three.steady[key].value), sign=True)
-            cells += [f"{other * factor:.{min(places, 4)}f} {shown}", off]
-        elif one is not None:
-            cells.append(quantity(one.steady[key].value, unit, 6))
+        if reduced1d is not None and key not in reduced1d.steady:
+            cells += ["", ""][: 1 + (fem3d is not None)]
+        elif reduced1d is not None and fem3d is not None:
+            predicted = reduced1d.steady[key].value
+            off = percent(relative(predicted, fem3d.steady[key].value), sign=True)
+            cells += [f"{predicted * factor:.{min(places, 4)}f} {shown}", off]
+        elif reduced1d is not None:
+            cells.append(quantity(reduced1d.steady[key].value, unit, 6))
         rows.append(cells)
     return Section("Steady state", [Table(heads + ["1D/3D - 1"] * (len(heads) > 2), rows)], headed=False)
 
@@ -94,18 +94,18 @@ def quantities(outcome: Outcome[Sink], style: Style) -> Section:
 def entries(outcome: Outcome[Sink]) -> dict[str, Any]:
     from validate.report.summary import check_document, of_3d
 
-    fem3d, one = outcome.fem3d, outcome.reduced1d
+    fem3d, reduced1d = outcome.fem3d, outcome.reduced1d
     document: dict[str, Any] = {"fem3d": None, "reduced1d": None, "answer": outcome.answer}
     if fem3d is not None:
         document["fem3d"] = of_3d(fem3d, "energy_imbalance", "unknowns", "steps", "symmetry", "mesh")
         if fem3d.traces is not None:
             imbalance = fem3d.details.get("transient_imbalance")
             document["fem3d"]["transient"] = {"errors": fem3d.traces.errors, "imbalance": imbalance}
-    if one is not None:
-        steady = {key: {"value": e.value} for key, e in one.steady.items()}
-        document["reduced1d"] = {"name": one.model, "steady": steady, "details": one.details}
+    if reduced1d is not None:
+        steady = {key: {"value": e.value} for key, e in reduced1d.steady.items()}
+        document["reduced1d"] = {"name": reduced1d.model, "steady": steady, "details": reduced1d.details}
     # The others are of the paper's equations, whichever reduction was chosen.
-    model = {} if one is None else {check: {"model": one.model} for check in OF_THE_REDUCTION}
+    model = {} if reduced1d is None else {check: {"model": reduced1d.model} for check in OF_THE_REDUCTION}
     return document | {"checks": [check_document(check) | model.get(check.id, {}) for check in outcome.checks]}
 
 
@@ -128,11 +128,13 @@ def stored(outcome: Outcome[Sink]) -> tuple[np.ndarray, float, Reduction | None]
     from reduced1d.painted import of_result
     from validate.report.fields import stored_times
 
-    sink, request, one = outcome.scene, outcome.request, outcome.reduced1d
+    sink, request, reduced1d = outcome.scene, outcome.request, outcome.reduced1d
     times = stored_times(sink.end_time, request.field_times)
     # A row's spans are not painted: the model that is painted has one.
     # Nor is a user's own, of which only numbers are known.
-    painted = None if one is None or sink.spans > 1 or outcome.own_model is not None else of_result(sink, one)
+    painted = (
+        None if reduced1d is None or sink.spans > 1 or outcome.own_model is not None else of_result(sink, reduced1d)
+    )
     return times if request.transient else times[:0], sink.room_temperature, painted
 
 

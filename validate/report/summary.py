@@ -24,7 +24,7 @@ _ANALYSES = {
     "calibration": "fit", "validation": "validation", "air": "air", "left_out": "left_out",
     "sensitivities": "sensitivities", "against": "against",
 }  # fmt: skip
-"""Entries with the fields of an Outcome that make them, where they are there."""
+"""Entries of summary.json, with the field of an Outcome that makes each."""
 
 
 def write_document(path: Path, content: dict[str, Any]) -> None:
@@ -53,8 +53,7 @@ def document(outcome: Outcome[Any]) -> dict[str, Any]:
     analyses = {entry: getattr(outcome, name) for entry, name in _ANALYSES.items()}
     summary |= {entry: part.document() for entry, part in analyses.items() if part is not None}
     last = {"warnings": outcome.warnings, "files": outcome.files, "timing_s": outcome.timing}
-    made: dict[str, Any] = as_json(summary | last)
-    return made
+    return as_json(summary | last)
 
 
 def of_3d(result: Result, *details: str) -> dict[str, Any]:

@@ -19,7 +19,7 @@ from scenes.plan import Step
 from validate.report import of
 from validate.run.outcome import Outcome
 
-WIDTH = 80
+WIDTH = 80  # Columns of a terminal that texts are written for.
 _COLOURS = {"agrees": "32", "differs": "31", "unresolved": "33", "heading": "1"}
 MARKS = {"agrees": ("\N{CHECK MARK}", "+"), "differs": ("\N{BALLOT X}", "x"), "unresolved": ("?", "?")}
 _STAGES = {
@@ -32,8 +32,7 @@ Cells = Sequence[str]
 
 @dataclass(frozen=True)
 class Style:
-    """Whether to colour, and whether to keep to ASCII; every verdict is a word as well. ``page`` is for report.html,
-    which has room for all there is."""
+    """Colours; ASCII only (every verdict is a word, too); ``page`` for report.html, with room for everything."""
 
     colour: bool = False
     ascii_only: bool = False
@@ -120,8 +119,7 @@ def stacked(name: str) -> str:
 
 @dataclass(frozen=True)
 class Section:
-    """A part of a report, with a title that a terminal prints only of those that are ``headed``: tables, paragraphs,
-    and lists of sentences."""
+    """A part of a report: tables, paragraphs and lists of sentences; a terminal prints the title only if ``headed``."""
 
     title: str
     parts: Sequence[Table | str | Sequence[str]]

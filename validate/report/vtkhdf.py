@@ -13,7 +13,7 @@ from typing import Any, TypedDict
 
 import numpy as np
 
-TOO_OLD = 3
+TOO_OLD = 3  # Exit status where the installed VTK can't write such files.
 
 
 class Field(TypedDict):

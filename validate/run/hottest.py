@@ -21,10 +21,10 @@ from scenes.sink import Sink
 from scenes.units import TIME
 
 MOST = 100
-"""Number of instants of a transient that are looked at, beside those at which a trace is largest or smallest."""
+"""Instants of a transient that are searched, beside those at which a trace is largest or smallest."""
 FEW = 16
 """The same of a sink, whose temperatures grow evenly."""
-_AT_ONCE = 16
+_AT_ONCE = 16  # Fields that are computed together, to bound the memory.
 
 
 @dataclass(frozen=True)
@@ -43,13 +43,13 @@ def of_sink(sink: Sink, fem3d: Result | None, reduced1d: Result | None) -> tuple
         return ()
     materials = sink.silicon, sink.oxide
     hot = sink.room_temperature + reduced1d.steady["peak_rise_K"].value
-    beyond = () if reduced1d.model in CONSTANT else _beyond(sink, hot)
+    too_hot = () if reduced1d.model in CONSTANT else _too_hot(sink, hot)
     if sink.spans == 1:
-        return (*beyond, *warnings(materials, of_painted(of_result(sink, reduced1d))))
-    return (*beyond, *warnings(materials, {sink.silicon.name: Hottest(hot)}))
+        return (*too_hot, *warnings(materials, of_painted(of_result(sink, reduced1d))))
+    return (*too_hot, *warnings(materials, {sink.silicon.name: Hottest(hot)}))
 
 
-def _beyond(sink: Sink, hottest: float) -> tuple[str, ...]:
+def _too_hot(sink: Sink, hottest: float) -> tuple[str, ...]:
     """A sentence for each table of the silicon that does not hold between room temperature and the hottest (K)."""
     room = sink.room_temperature
     tables = [(key, law) for key, law in sink.silicon.given() if isinstance(law, laws.Table)]

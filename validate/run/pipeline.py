@@ -19,10 +19,8 @@ if TYPE_CHECKING:
 
 
 def plan(scene: Any, request: Request, data: Data | None = None) -> tuple[Step, ...]:
-    """What `answer` will do, before it does it, and what is written then. Raises SceneError for what isn't made of a
-    row of spans."""
-    steps: tuple[Step, ...] = kinds.of(scene).plan(scene, request, data)
-    return steps
+    """What `answer` will do, and what will be written. SceneError for what isn't made of a row of spans."""
+    return kinds.of(scene).plan(scene, request, data)
 
 
 def answer(

@@ -32,9 +32,9 @@ ROW_FIGURES = {
     "islands": "the rise along the whole row",
     "islands_runs": "how the differences run with the number of spans and with an island's length",
 }
-"""Of a sink of several spans, which has no figure 5."""
+"""Figures of a sink of several spans, which has no figure 5."""
 BLAME = "blame"
-"""The plan's line of what is to blame."""
+"""The plan's step that finds what is to blame."""
 _NO_FIGURES = "no figures were asked for"
 _STEADY = "only the steady state was asked for"
 _NO_FIELD = "there is no 3D field"
@@ -54,22 +54,24 @@ def of_sink(sink: Sink, request: Request, solver: tuple[Step, ...], data: Data |
     """The plan of a sink around the lines of the 3D ``solver``."""
     in_3d, omitted = "fem3d" in request.models, skipped_of_sink(sink, request)
     if in_3d and sink.substrate_thickness is not None:
-        one = "the paper's oxide stands on room temperature" if request.reduction == "paper" else "its resistance in 1D"
-        solver = (*solver, step("substrate", f"in 3D; {one}"))
+        about_oxide = (
+            "the paper's oxide stands on room temperature" if request.reduction == "paper" else "its resistance in 1D"
+        )
+        solver = (*solver, step("substrate", f"in 3D; {about_oxide}"))
     if in_3d and sink.contact_resistance is not None:
-        one = (
+        about_oxide = (
             "the paper's oxide touches perfectly" if request.reduction == "paper" else "in series with the oxide in 1D"
         )
         at = f"{THERMAL_CONTACT.show(sink.contact_resistance)} at both faces of the oxide"
-        solver = (*solver, step("contacts", f"{at}, where the 3D temperature jumps; {one}"))
+        solver = (*solver, step("contacts", f"{at}, where the 3D temperature jumps; {about_oxide}"))
     if sink.gap_gas_conductivity:
         apart = sink.substrate_thickness is not None and request.reduction == "paper"
         where = "; in the paper's model to room temperature" if apart else ""
         solver = (*solver, step("gas in the gap", f"a film of {sink.gap_coefficient:.4g} W/(m2 K){where}"))
     if in_3d and sink.emissivity:
         bare = f"all bare faces of beam and pads, emissivity {sink.emissivity:g}, to {sink.room_temperature:g} K"
-        one = "the 1D model leaves it out" if request.reduction in ("paper", "anchored") else "in 1D too"
-        solver = (*solver, step("radiation", f"{bare}; {one}"))
+        about_oxide = "the 1D model leaves it out" if request.reduction in ("paper", "anchored") else "in 1D too"
+        solver = (*solver, step("radiation", f"{bare}; {about_oxide}"))
     steps = [*solver, _reduction(request), *_checks(sink, request), *_figures(figures_of(sink), omitted)]
     steps.append(step("traces.csv", "every quantity against time", "" if request.transient else _STEADY))
     # What is done only when asked for, and so has no line where it isn't.

@@ -16,9 +16,10 @@ from validate.sweep.point import Row, Work, late, ready, solve
 
 Submit = Callable[[Work], Future[list[Row]]]
 
-ANSWERS_WITHIN = 10.0  # seconds that a scheduler has to answer
-ATTEMPTS = 3  # how often a task is begun whose process dies, before it is said to be the task's fault
-PATIENCE = 10.0  # seconds after which a point that should have stopped itself is killed: no library's call is as long
+ANSWERS_WITHIN = 10.0  # Seconds that a scheduler has to answer.
+ATTEMPTS = 3  # How often a task is tried whose process dies, before the task is taken to be at fault.
+PATIENCE = 10.0
+"""Seconds after which a point that should have stopped itself is killed; no library's call takes as long."""
 
 
 class LostError(ArithmeticError):
@@ -49,11 +50,10 @@ class Cluster:
 
     def _start(self) -> Submit:
         self.say("starting the workers")
-        return self._here() if self.scheduler is None else self._there()
+        return self._in_processes() if self.scheduler is None else self._on_cluster()
 
-    def _here(self) -> Submit:
-        """Hands tasks to a pool of processes, and kills one whose task takes far too long: a point that a library holds
-        doesn't stop itself."""
+    def _in_processes(self) -> Submit:
+        """Hands tasks to a pool of processes; kills one that takes far too long, as a library's call can."""
         from pebble import ProcessExpired
 
         processes = self._started.enter_context(pool(self.workers, ready))
@@ -70,9 +70,8 @@ class Cluster:
 
         return submit
 
-    def _there(self) -> Submit:
-        """Hands tasks to a cluster. Raises SceneError where its scheduler does not answer, or has workers of another
-        version."""
+    def _on_cluster(self) -> Submit:
+        """Hands tasks to a cluster. SceneError where its scheduler is silent, or has workers of another version."""
         try:
             from distributed import Client, KilledWorker
         except ImportError:
@@ -111,8 +110,7 @@ class Cluster:
 
         def submit(work: Work) -> Future[list[Row]]:
             self.workers = sum(client.nthreads().values())  # they come and go
-            given: Future[list[Row]] = executor.submit(solve, work, self.seconds)
-            return given
+            return executor.submit(solve, work, self.seconds)
 
         return submit
 

@@ -28,12 +28,14 @@ if TYPE_CHECKING:
     from validate.sweep.mapping import Map
 
 _LOST: dict[str, Any] = {"marker": "x", "ls": "", "color": "#d55e00", "ms": 5, "clip_on": False}
-DRAWS = 4096  # points of the surface that the indices are estimated from; a surface costs nothing to ask
-SPECK = 1e-9  # relative: how far beyond the tolerance a patch is drawn that is not known to be on its own side of it
-BROAD = 30  # letters of a line of an axis's label: as long as the smallest panel's side
-LINE = 0.17  # inches: what one more line of an axis's label takes
-_JOINT = "\N{ZERO WIDTH SPACE}"  # marks dots after which a line may end
-FOLDS = 8  # parts of the points, each left out once: the surface through all others says how well it predicts them
+DRAWS = 4096  # Points of the surface, which costs nothing to ask, from which the indices are estimated.
+SPECK = 1e-9
+"""Patches whose side of the tolerance no point confirms are drawn on the other side, by this relative distance."""
+BROAD = 30  # Characters of a line of an axis's label: the smallest panel's side.
+LINE = 0.17  # Inches of one more line of an axis's label.
+_JOINT = "\N{ZERO WIDTH SPACE}"  # Marks dots after which a line may end.
+FOLDS = 8
+"""The points are cut into so many parts; the surface through all others predicts each, which says how good it is."""
 
 
 def draw(table: Table) -> dict[str, Figure]:
@@ -106,9 +108,9 @@ def _of_probe(table: Table, name: str) -> tuple[float, str]:
 
 
 def _map(table: Table, reduction: str) -> Figure:
-    """|1D/3D - 1| over two keys, the tolerance as a bold line, broken where it may be off by more than a cell; the
-    points that were solved as dots and those without an answer as crosses. Beside it the assumption to blame where the
-    tolerance is exceeded."""
+    """|1D/3D - 1| over two keys with the tolerance as a bold line (broken where it may be off by more than a cell),
+    solved points as dots, those without an answer as crosses; beside it the assumption to blame beyond the
+    tolerance."""
     check, ok = table.job.scope.check, table.ok
     tolerance = table.tolerances[check]
     x, y = (_shown(table, key, values) for key, values in table.keys.items())
@@ -256,16 +258,16 @@ def _shares(table: Table) -> Figure | None:
     if np.ptp(y) <= 1e-12 * np.abs(y).max():
         return None
 
-    def through(x: np.ndarray, v: np.ndarray) -> RBFInterpolator:
+    def fitted(x: np.ndarray, v: np.ndarray) -> RBFInterpolator:
         return RBFInterpolator(x, v, kernel="cubic", neighbors=None if len(v) <= 2000 else 60)
 
     rng = np.random.default_rng(0)
     fold = rng.permutation(len(y)) % FOLDS
     left_out = np.empty_like(y)
     for k in range(FOLDS):
-        left_out[fold == k] = through(places[fold != k], y[fold != k])(places[fold == k])
+        left_out[fold == k] = fitted(places[fold != k], y[fold != k])(places[fold == k])
     explained = 1 - float(np.var(left_out - y) / np.var(y))
-    surface = through(places, y)
+    surface = fitted(places, y)
     with warnings.catch_warnings(action="ignore"):
         indices = sobol_indices(
             func=lambda x: surface(x.T), n=DRAWS, dists=[uniform()] * len(keys), random_state=rng

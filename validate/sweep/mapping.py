@@ -22,14 +22,14 @@ from validate.sweep.point import Job, Row, Work, blame
 from validate.sweep.store import Store
 
 VERDICTS = ("agrees", "differs", "unresolved")
-FIRST = 9  # cells along either key that are solved first, the corners of the map among them
-ROUND = 16  # cells of a round; a quarter are where the interpolations disagree most, the rest where the verdict is open
-LOOKS = 2  # rounds that look only for where they disagree, so that the error has been measured before it is relied on
+FIRST = 9  # Cells along either key that are solved first, the corners of the map among them.
+ROUND = 16  # Cells of a round: a quarter where interpolations disagree most, the others where the verdict is open.
+LOOKS = 2  # Rounds that only look for disagreement, so that the error has been measured before it is relied on.
 ENOUGH = 0.01
-"""The part of the cells that may stay unresolved by interpolation; the last ones would each need a solution."""
+"""The part of the cells that may stay unresolved; each of the last ones would need a solution."""
 
-CAUTION = 0.5  # the least part of the disagreement that counts as the error, however well the predictions have been met
-RECENT = 48  # predictions that are looked back on: those made on a coarser net say little of today's
+CAUTION = 0.5  # The least part of the disagreement that counts as the error, however good the predictions were.
+RECENT = 48  # Predictions that are judged: older ones, on a coarser net, say little of today's.
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,19 +71,20 @@ class Map:
 
     @cached_property
     def blames(self) -> np.ndarray:
-        """(n, m): the assumption with the largest part, "" where there is no answer; the parts are interpolated between
-        the cells that have them."""
+        """(n, m): the assumption with the largest part, interpolated between cells that know it; or ""."""
         from scipy.interpolate import NearestNDInterpolator, RBFInterpolator
 
         shape = self.value.shape
-        told = {number: row.parts for number, row in self.solved.items() if row.parts}
-        if not told:
+        parts_by_cell = {number: row.parts for number, row in self.solved.items() if row.parts}
+        if not parts_by_cell:
             return np.full(shape, "", object)
-        names = list(next(iter(told.values())))
-        at = _places(list(told), shape)
-        parts = np.array([[given.get(name, 0.0) for name in names] for given in told.values()])
-        through = RBFInterpolator(at, parts, kernel="linear") if len(told) > 2 else NearestNDInterpolator(at, parts)
-        values = through(_places(np.arange(math.prod(shape)), shape))
+        names = list(next(iter(parts_by_cell.values())))
+        at = _places(list(parts_by_cell), shape)
+        parts = np.array([[given.get(name, 0.0) for name in names] for given in parts_by_cell.values()])
+        surface = (
+            RBFInterpolator(at, parts, kernel="linear") if len(parts_by_cell) > 2 else NearestNDInterpolator(at, parts)
+        )
+        values = surface(_places(np.arange(math.prod(shape)), shape))
         words = np.array([blame(dict(zip(names, row, strict=True)))["blame"] for row in values], object).reshape(shape)
         words[~np.isin(self.verdicts, VERDICTS)] = ""
         return words
@@ -95,11 +96,15 @@ class Map:
         from scipy.interpolate import RBFInterpolator
 
         shape = self.value.shape
-        told = {n: row.values["past_valid_to_K"] for n, row in self.solved.items() if "past_valid_to_K" in row.values}
-        if len(told) < 3:
+        excess_by_cell = {
+            n: row.values["past_valid_to_K"] for n, row in self.solved.items() if "past_valid_to_K" in row.values
+        }
+        if len(excess_by_cell) < 3:
             return np.full(shape, np.nan)
-        through = RBFInterpolator(_places(told, shape), np.array(list(told.values())), kernel="linear")
-        excess = through(_places(np.arange(math.prod(shape)), shape)).reshape(shape)
+        surface = RBFInterpolator(
+            _places(excess_by_cell, shape), np.array(list(excess_by_cell.values())), kernel="linear"
+        )
+        excess = surface(_places(np.arange(math.prod(shape)), shape)).reshape(shape)
         return np.where(np.isin(self.verdicts, VERDICTS), excess, np.nan)
 
     @cached_property
@@ -179,26 +184,28 @@ def _interpolated(job: Job, solved: dict[int, Row], share: float, known: dict[in
     answered = np.isfinite(values)
     barred = np.array([row.status == "refused" and _refused(job, n, known) for n, row in solved.items()])
     net = Delaunay(cells)
-    within = net.find_simplex(everywhere)
-    bad, beyond = (flags[net.simplices].sum(axis=1)[within].reshape(shape) for flags in (~answered & ~barred, barred))
+    inside = net.find_simplex(everywhere)
+    bad, barred_near = (
+        flags[net.simplices].sum(axis=1)[inside].reshape(shape) for flags in (~answered & ~barred, barred)
+    )
     refused = np.zeros(shape, bool)
-    refused.flat[[n for n in np.flatnonzero(beyond).tolist() if _refused(job, n, known)]] = True
+    refused.flat[[n for n in np.flatnonzero(barred_near).tolist() if _refused(job, n, known)]] = True
     smooth = np.full(shape, np.nan)
     apart = np.full(shape, np.inf)
     if answered.sum() >= 6:
         sides = np.maximum(np.array(shape) - 1, 1)
-        through = RBFInterpolator(cells[answered] / sides, values[answered], kernel="cubic")
-        smooth = through(everywhere / sides).reshape(shape)
+        surface = RBFInterpolator(cells[answered] / sides, values[answered], kernel="cubic")
+        smooth = surface(everywhere / sides).reshape(shape)
         values[barred] = smooth[tuple(cells[barred].astype(int).T)]
         linear = LinearNDInterpolator(net, np.where(answered | barred, values, 0.0))(everywhere).reshape(shape)
         most = np.zeros(len(net.simplices))
-        np.maximum.at(most, within, np.abs(smooth - linear).ravel())
+        np.maximum.at(most, inside, np.abs(smooth - linear).ravel())
         # A bend in the surface may lie where two triangles meet.
         most = np.maximum(most, np.where(net.neighbors >= 0, most[net.neighbors], 0.0).max(axis=1))
-        apart = np.where((bad == 0) & (beyond < 3), most[within].reshape(shape), np.inf)
+        apart = np.where((bad == 0) & (barred_near < 3), most[inside].reshape(shape), np.inf)
     at = tuple(cells.astype(int).T)
     smooth[at], apart[at] = np.where(answered, values, np.nan), np.where(answered, 0.0, np.inf)
-    known_error = np.where(answered, errors, 0.0)[net.simplices].max(axis=1)[within].reshape(shape)
+    known_error = np.where(answered, errors, 0.0)[net.simplices].max(axis=1)[inside].reshape(shape)
     known_error[at] = errors
     value = np.where((bad == 3) | refused, np.nan, smooth)
     tolerance: float = job.base.at(()).tolerance(job.scope.check)  # type: ignore[union-attr]
@@ -225,8 +232,8 @@ def _next(cells: Map, rounds: int, most: int) -> np.ndarray:
     free.flat[list(cells.solved)] = False
     free &= ~cells.refused
     # Where the solved values' own error reaches the tolerance more of them would not tell.
-    told = ~(np.abs(np.abs(value) - cells.tolerance) <= cells.corner_error)
-    unresolved = (cells.verdicts == "unresolved") & free & told
+    clear = ~(np.abs(np.abs(value) - cells.tolerance) <= cells.corner_error)
+    unresolved = (cells.verdicts == "unresolved") & free & clear
     chosen: list[int] = []
     if unresolved.mean() <= ENOUGH and rounds > LOOKS:
         return np.array(chosen, int)

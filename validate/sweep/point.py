@@ -6,9 +6,9 @@ import json
 import math
 import re
 import time
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numpy as np
 
@@ -26,15 +26,16 @@ if TYPE_CHECKING:
     from scenes.model import AnyScene
     from scenes.result import Result
 
+S = TypeVar("S", bound=Any)
 FINEST = 1e-4
-"""The accuracy down to which a verdict is sought that the error leaves open; finer ones take seconds to minutes."""
+"""The accuracy down to which points with an open verdict are solved again; finer ones take seconds to minutes."""
 
 _NUMBER = re.compile("^fem3d_|_(difference|u_num|error)$")
-"""The columns of a point that figures and sentences take for numbers."""
+"""Columns of a point that figures and sentences read as numbers."""
 
 BLAMED = {"fig4": ("steady", "peak"), "fig6_peak": ("transient", "peak"), "fig6_end": ("transient", "end"),
           "fig7_current": ("transient", "current")}  # fmt: skip
-"""The difference that each check of a reduction is of, among those that `compare.blame` splits by assumption."""
+"""The difference in `compare.blame` that each check of a reduction is about."""
 
 
 @dataclass(frozen=True)
@@ -113,8 +114,7 @@ class Job:
             **asdict(self.scope),
             **({} if self.solves is None else {"solves": self.solves}),
         }
-        plain: dict[str, Any] = json.loads(json.dumps(document, default=str))
-        return plain
+        return json.loads(json.dumps(document, default=str))
 
     def work(self, numbers: Sequence[int], blamed: bool = True) -> Work:
         points = tuple(self.design.point(number) for number in numbers)
@@ -212,8 +212,7 @@ def late(seconds: float | None) -> str:
 def _sink(
     sink: Sink, scope: Scope, earlier: Result | None
 ) -> tuple[dict[str, Any], dict[str, float] | None, Result]:  # fmt: skip
-    """The columns of a sink, the parts of its difference, and its 3D result; solved again more accurately while a
-    verdict is open."""
+    """A sink's columns, parts of its difference, and 3D result; solved again more finely while a verdict is open."""
     from reduced1d.ladder.levels import Levels
     from validate.run import hottest
     from validate.run.kinds.sink import compared
@@ -229,27 +228,33 @@ def _sink(
         by_reduction = {scope.reductions[0]: (outcome.checks, outcome.reduced1d)}
         for name in scope.reductions[1:]:
             by_reduction[name] = _of_another(sink, replace(request, reduction=name), fem3d, levels)
-        watched = [check for checks, _ in by_reduction.values() for check in checks]
-        open_ = [c for c in watched if c.verdict == "unresolved" and (scope.all_checks or c.id == scope.check)]
-        finer = max(sink.accuracy / 10, FINEST)
-        if not open_ or finer >= sink.accuracy:
+        finer = _finer(sink, [check for checks, _ in by_reduction.values() for check in checks], scope)
+        if finer is None:
             break
-        sink = replace(sink, accuracy=finer)
+        sink = finer
     values: dict[str, Any] = {}
     for name, given in fem3d.steady.items():
         values |= {f"fem3d_{name}": given.value, f"fem3d_{name}_error": given.error}
     for reduction, (checks, reduced) in by_reduction.items():
         prefix, model = ("", "reduced1d_") if reduction == scope.reductions[0] else (f"{reduction}_", f"{reduction}_")
         values |= {f"{model}{name}": given.value for name, given in (reduced.steady if reduced else {}).items()}
-        for check in checks:
-            values |= {
-                f"{prefix}{check.id}_{name}": getattr(check, name) for name in ("difference", "u_num", "verdict")
-            }
+        values |= _check_columns(checks, prefix)
     top = sink.room_temperature + fem3d.steady["peak_rise_K"].value
     # Nothing is hotter than the peak, and a step's response nowhere hotter than the steady state.
     hot = hottest.excess(sink.materials, top, lambda: fem3d.details["fields"].distinct, np.empty(0))
     parts = _parts(sink, scope, fem3d, levels) if scope.blame and not scope.model else None
     return values | too_hot(*hot) | blame(parts) | {"accuracy": sink.accuracy}, parts, first
+
+
+def _finer(scene: S, checks: Iterable[Check], scope: Scope) -> S | None:
+    """The scene at a tenth of its accuracy, down to `FINEST`, while one of its checks is open; else ``None``."""
+    finer = max(scene.accuracy / 10, FINEST)
+    open_ = any(c.verdict == "unresolved" and (scope.all_checks or c.id == scope.check) for c in checks)
+    return replace(scene, accuracy=finer) if open_ and finer < scene.accuracy else None
+
+
+def _check_columns(checks: Iterable[Check], prefix: str = "") -> dict[str, Any]:
+    return {f"{prefix}{c.id}_{name}": getattr(c, name) for c in checks for name in ("difference", "u_num", "verdict")}
 
 
 def too_hot(excess: float, material: str) -> dict[str, Any]:
@@ -326,8 +331,7 @@ def _free(scene: AnyScene, scope: Scope) -> dict[str, Any]:
 
 
 def _judged(scene: AnyScene, scope: Scope) -> tuple[Result, dict[str, Any]]:
-    """The 3D result of a free scene, and the columns of a user's own model of it; solved again more accurately while a
-    verdict is open."""
+    """A free scene's 3D result, and the columns of a user's model; solved again more finely while a verdict is open."""
     from compare.probes import evaluate
     from fem3d.runs import scene as scene_run
     from validate import models
@@ -344,12 +348,9 @@ def _judged(scene: AnyScene, scope: Scope) -> tuple[Result, dict[str, Any]]:
             result = replace(result, steady=at_rest(scene, say))
         both = held(scene, result, model, of_scene(scene), say)
         checks = evaluate(scene, both)
-        open_ = [c for c in checks if c.verdict == "unresolved" and (scope.all_checks or c.id == scope.check)]
-        finer = max(scene.accuracy / 10, FINEST)
-        if not open_ or finer >= scene.accuracy:
+        finer = _finer(scene, checks, scope)
+        if finer is None:
             break
-        scene = replace(scene, accuracy=finer)
+        scene = finer
     values: dict[str, Any] = {f"reduced1d_{name}": estimate.value for name, estimate in both.model.steady.items()}
-    for check in checks:
-        values |= {f"{check.id}_{name}": getattr(check, name) for name in ("difference", "u_num", "verdict")}
-    return result, values | blame(None) | {"accuracy": scene.accuracy}
+    return result, values | _check_columns(checks) | blame(None) | {"accuracy": scene.accuracy}

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from validate.sweep.mapping import Map
 
 
-MOST = 40_000  # points that the page shows; of more it shows some, evenly chosen
+MOST = 40_000  # Points that the page shows; of more it shows an even choice.
 _CAPTIONS = {
     "figure_map": "Where the reduction is within the tolerance, and which assumption is to blame where it is not.",
     "figure_lines": "Differences from 3D over the varied key, with their errors; grey is within the tolerance.",
@@ -56,10 +56,9 @@ def run(
     seconds: float | None = None,
     figures: bool = False,
 ) -> tuple[Table, dict[str, Any]]:
-    """Solves what is not stored yet, by ``workers`` processes here (one a processor, if not given) or those of a
-    ``scheduler``, with some ``seconds`` for each point; says how many points are stored, how many a second, and what is
-    left. Then writes all other files; their columns, and what sweep.json holds. Raises SceneError for a scheduler that
-    can't be used, LostError."""
+    """Solves what is not stored yet, by ``workers`` processes here (default: one a processor) or a ``scheduler``'s,
+    with ``seconds`` for each point, and reports progress. Then writes all other files and returns their columns and
+    what sweep.json holds. Raises SceneError for an unusable scheduler, and LostError."""
     from validate.sweep.cluster import Cluster
 
     already, started, count = len(store), time.monotonic(), job.design.count

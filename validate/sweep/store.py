@@ -127,9 +127,9 @@ class Store:
                     f"{self._shown} holds a sweep whose {SUMMARY} is not as it was written: give another folder with "
                     "--out, or --fresh to start over"
                 )
-            other = next((key.replace("_", " ") for key in self._asked if earlier.get(key) != self._asked[key]), None)
+            key = next((key.replace("_", " ") for key in self._asked if earlier.get(key) != self._asked[key]), None)
             raise SceneError(
-                f"{self._shown} holds another sweep ({f'its {other} differs' if other else 'it says more'}): give "
+                f"{self._shown} holds another sweep ({f'its {key} differs' if key else 'it says more'}): give "
                 "another folder with --out, or --fresh to start over"
             )
         if self._fresh or earlier is None:

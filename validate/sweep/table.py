@@ -49,8 +49,7 @@ class Table:
     @property
     def ok(self) -> np.ndarray:
         """(n,): which have an answer."""
-        answered: np.ndarray = self.columns["status"] == "ok"
-        return answered
+        return self.columns["status"] == "ok"
 
     @cached_property
     def map(self) -> dict[str, np.ndarray]:
@@ -146,8 +145,7 @@ def of_many_keys(table: Table) -> bool:
 
 
 def too_few(table: Table) -> str:
-    """Why it is not said how much each key explains of a sweep that is large enough in keys but not in points; else
-    ""."""
+    """Why a sweep does not say how much each key explains, if it has enough keys but too few points; else ""."""
     if not of_many_keys(table) or not (series := table.series()):
         return ""
     known = int((table.ok & np.isfinite(next(iter(series.values()))[0])).sum())
@@ -187,19 +185,19 @@ def _of_check(table: Table) -> str:
     subject = f"the model {name}" if table.job.scope.model else subject
     reference = f" of 3D in {TITLES[check]}" if check in TITLES else f" of 3D as {check} has it"
     reference = f" of 3D at {check}" if table.job.scope.model else reference
-    within, beyond = (verdicts == "agrees").sum(), verdicts == "differs"
-    said = f"{subject} is within {100 * table.tolerances[check]:g} %{reference} in {within} of {total} {what}"
+    agreeing, differing = (verdicts == "agrees").sum(), verdicts == "differs"
+    said = f"{subject} is within {100 * table.tolerances[check]:g} %{reference} in {agreeing} of {total} {what}"
     if table.map:
         said += f", {(table.columns['status'] != 'refused').sum()} of them solved"
     differences = table.series()[check][0]
     if np.isfinite(differences).any():
         worst = int(np.nanargmax(np.abs(differences)))
         largest = f"largest {percent(differences[worst], 3, sign=True)} at {table.at(worst)}"
-        where = _first(table, np.abs(differences)) if beyond.any() else ""
+        where = _first(table, np.abs(differences)) if differing.any() else ""
         said += f"; it fails first where {where} ({largest})" if where else f" ({largest})"
-    if (blamed[beyond] != "").any():
-        most, times = Counter(word for word in blamed[beyond] if word).most_common(1)[0]
-        said += f"; to blame: {most} in {times} of {beyond.sum()}"
+    if (blamed[differing] != "").any():
+        most, times = Counter(word for word in blamed[differing] if word).most_common(1)[0]
+        said += f"; to blame: {most} in {times} of {differing.sum()}"
     unresolved = int((verdicts == "unresolved").sum())
     return said + (f"; {unresolved} unresolved" if unresolved else "")
 

@@ -150,8 +150,7 @@ def wall(
     probes: Sequence[Probe] = (), initial: float = 293.0, section: tuple[float, float] = (WIDTH, DEPTH),
     heat_source: Value = 0.0,
 ) -> Scene:  # fmt: skip
-    """Layers side by side, steady where no ``times`` (s) are given; probes of the faces between are "face 0" onwards,
-    besides those that are given."""
+    """Layers side by side, steady without ``times`` (s); faces between have probes "face 0" onwards."""
     planes = np.concatenate([[0.0], np.cumsum([layer.thickness for layer in layers])]).tolist()
     boxes = tuple(
         Box(f"layer {i}", Material(f"layer {i}", layer.conductivity, 1.0, layer.heat_capacity),

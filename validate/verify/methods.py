@@ -101,8 +101,7 @@ class Uniform:
     def load(self, rise: np.ndarray) -> np.ndarray:
         """The Joule load (W) at a rise."""
         density = self.current(rise) / self.sink.cross_section
-        load: np.ndarray = density**2 * (self.rho[0] * self.volume + self.rho[1] * self.weighed(rise))
-        return load
+        return density**2 * (self.rho[0] * self.volume + self.rho[1] * self.weighed(rise))
 
     def quantities(self, rise: np.ndarray) -> list[float]:
         """The rises (K) of peak, end and mean, and the current (A)."""

@@ -133,8 +133,7 @@ class Contact:
 
 @dataclass(frozen=True, eq=False)
 class Electrode:
-    """The ``nodes`` of one potential: a ``voltage`` (V), perhaps behind a ``series`` resistance (ohm), or else a given
-    ``current`` (A) into the solid."""
+    """``nodes`` of one potential: a ``voltage`` (V), perhaps behind ``series`` (ohm), or a ``current`` (A) in."""
 
     nodes: np.ndarray
     voltage: float = 0.0
@@ -294,8 +293,7 @@ def _solved(matrix: Any, right: np.ndarray) -> np.ndarray:
     scale = diags(1 / np.sqrt(np.abs(matrix.diagonal())))
     factors = splu(csc_matrix(scale @ matrix @ scale), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0,
                    options={"SymmetricMode": True})  # fmt: skip
-    solution: np.ndarray = scale @ factors.solve(scale @ right)
-    return solution
+    return scale @ factors.solve(scale @ right)
 
 
 def steady(problem: Problem, pieces: int = 1) -> State:

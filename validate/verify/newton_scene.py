@@ -29,8 +29,7 @@ def base(scene: Scene, grid: Grid, finer: int = 0) -> tuple[Basis, np.ndarray, i
 
 
 def problem(scene: Scene, basis: Basis, owner: np.ndarray, order: int) -> Problem:
-    """A scene whose values don't vary in time (ValueError) on a `base`. Its contacts are of heat, those of two
-    conductors of current too."""
+    """A scene with constant values (else ValueError) on a `base`; contacts of heat, between conductors also current."""
     parts = []
     for number, box in enumerate(scene.boxes):
         cells = np.flatnonzero(owner == number)
@@ -93,8 +92,7 @@ def resistivity(material: Material) -> tuple[Law, Law, Law] | None:
 
 
 def _nodes(basis: Basis, boundary: Boundary) -> np.ndarray:
-    nodes: np.ndarray = basis.get_dofs(facets=facets(basis.mesh, boundary)).flatten()
-    return nodes
+    return basis.get_dofs(facets=facets(basis.mesh, boundary)).flatten()
 
 
 def exposed(basis: Basis, boundary: Boundary, order: int) -> On:

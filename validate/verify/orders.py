@@ -65,8 +65,7 @@ def bricks(solution: Manufactured | Heating, *degrees: int) -> Iterator[Row]:
 
 
 def hexahedra(solution: Manufactured | Heating, *degrees: int) -> Iterator[Row]:
-    """scikit-fem's hexahedra on a steady solution, or by the method of order 3 in time, space and time refined
-    together."""
+    """scikit-fem's hexahedra, steady, or by the method of order 3 in time, refined in space and time together."""
     for degree in degrees:
         if isinstance(solution, Manufactured):
             kind, cuts = "steady", HEX_CUTS[degree]
@@ -247,8 +246,7 @@ def exponential_collocation() -> Iterator[Row]:
     rates, end = np.array([0.5, 1.0]), 1.5
 
     def source(a: np.ndarray) -> np.ndarray:
-        values: np.ndarray = np.exp(0.2 * a.sum(axis=-1, keepdims=True)) * np.ones(2)
-        return values
+        return np.exp(0.2 * a.sum(axis=-1, keepdims=True)) * np.ones(2)
 
     exact = solve_ivp(
         lambda _, a: source(a) - rates * a, (0, end), np.zeros(2), "DOP853", rtol=1e-13, atol=1e-15

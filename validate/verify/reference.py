@@ -198,8 +198,7 @@ def integral(v: Any, w: Any) -> Any:
 def mean(basis: Basis, probe: Probe) -> np.ndarray:
     """(nodes,): what each adds to the mean over a point, a flat box or a volume (not a line)."""
     if probe.lower == probe.upper:
-        weights: np.ndarray = np.asarray(basis.probes(np.array(probe.lower)[:, None]).todense())[0]
-        return weights
+        return np.asarray(basis.probes(np.array(probe.lower)[:, None]).todense())[0]
     part = within(basis, probe)
     return np.asarray(integral.assemble(part, density=1.0)) / float(part.dx.sum())
 

@@ -56,8 +56,7 @@ def heated_middle(number: np.ndarray) -> np.ndarray:
     """The rise in the middle of a slab with heat q between faces held cold, over q l^2/(2 k) (3.14, eq 7)."""
     n = np.arange(TERMS)
     a = (2 * n + 1) * np.pi / 2
-    rises: np.ndarray = 1 - 4 * ((-1.0) ** n / a**3 * np.exp(-np.multiply.outer(number, a**2))).sum(axis=-1)
-    return rises
+    return 1 - 4 * ((-1.0) ** n / a**3 * np.exp(-np.multiply.outer(number, a**2))).sum(axis=-1)
 
 
 def sine_driven(fraction: float, diffusion_time: float, omega: float, time: float) -> float:
@@ -85,8 +84,7 @@ def ramped(fraction: float, diffusion_time: float, times: np.ndarray, values: np
 
 
 def half_heated_square(across: float, down: float) -> float:
-    """The temperature of a unit square with one side at 1 and the others at 0, at a place ``across`` and ``down`` from
-    the warm side."""
+    """A unit square's temperature, one side at 1, the others at 0, ``across`` and ``down`` from the warm side."""
     n = 2 * np.arange(200) + 1
     a = n * np.pi
     # sinh(a (1 - d)) / sinh(a) without overflow.
@@ -105,8 +103,7 @@ def convective_rectangle(
     def falling(distance: float) -> np.ndarray:
         """cosh(b d) + h sinh(b d) over e^(b height)."""
         e, shrink = np.exp(b * (distance - height)), np.exp(-b * (distance + height))
-        terms: np.ndarray = ((1 + h) * e + (1 - h) * shrink) / 2
-        return terms
+        return ((1 + h) * e + (1 - h) * shrink) / 2
 
     return float((start * np.cos(b * x) * falling(height - y) / falling(height)).sum())
 

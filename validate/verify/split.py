@@ -49,8 +49,7 @@ def _apart(mesh: MeshHex, owner: np.ndarray, contacts: Collection[Pair], facets:
 def _corner(mesh: MeshHex, corners: np.ndarray, cells: np.ndarray, points: np.ndarray) -> np.ndarray:
     """(4, facets): the number of the corner that each point (4, facets) is in some cells."""
     at = (mesh.t[:, cells][None] == points[:, None]).argmax(axis=1)
-    numbers: np.ndarray = corners[at, cells]
-    return numbers
+    return corners[at, cells]
 
 
 def contact(

@@ -16,9 +16,9 @@ from validate.report.figures.labels import Label, columns, spread
 
 Part = dict[str, Any]
 SOLID = {Box: 1.0, Boundary: 0.35, Probe: 0.0}
-"""How solid the faces of each kind of part are."""
+"""Opacity of the faces of each kind of part."""
 NAME_HIGH, NAME_WIDE, CHARACTERS = 19, 8.2, 42
-"""Of a name in the window: pixels from one to the next and of a character, and the most characters."""
+"""Names in the window: pixels from one to the next, pixels of a character, the most characters."""
 
 
 def of_boxes(scene: Any) -> Scene:
@@ -88,8 +88,7 @@ def show(request: dict[str, Any]) -> None:
 
 
 class Names:
-    """The names of parts in two columns of a window, with lines to the middles of these, wherever these have been
-    turned to."""
+    """Names of parts in two columns of a window, with lines to the parts' middles, however they are turned."""
 
     def __init__(self, plotter: Any, parts: list[Part]) -> None:
         from matplotlib.colors import to_rgb
@@ -124,7 +123,7 @@ class Names:
             edge, towards = (0.01 * wide, 1) if side == "left" else (0.99 * wide, -1)
             heights = spread([label.at[1] for label in names], NAME_HIGH, 0.1 * high, 0.92 * high)
             for label, y in zip(names, heights.tolist(), strict=True):
-                n = next(i for i, other in enumerate(labels) if other is label)
+                n = next(i for i, neighbour in enumerate(labels) if neighbour is label)
                 self.texts[n].position = (edge, y)
                 self.texts[n].prop.justification_horizontal = side
                 start = edge + towards * NAME_WIDE * len(label.text)

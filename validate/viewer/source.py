@@ -14,7 +14,7 @@ from scenes.errors import SceneError, quoted, reason
 from validate.report.fields import ARRAYS
 
 SINGLE = (".vtu", ".vtk", ".vtkhdf", ".hdf")
-"""Files that hold one field, or for VTKHDF several."""
+"""Files that hold one field (VTKHDF also several)."""
 
 
 @dataclass

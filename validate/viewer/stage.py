@@ -24,12 +24,12 @@ DIVERGING = "RdBu_r"
 _PANELS = (("rise", "3D"), ("rise_1d", "1D model on the same geometry"), ("difference", "1D less 3D"))
 CALLED = {"rise_1d": "rise"}
 PLOT, SLIDER, KEYS, TITLE = 3, 4, 5, 6
-"""The parts of the window below and above the panels, numbered on from theirs."""
-PLOT_SHARE = 0.3
+"""Parts of the window below and above the panels, numbered on from these."""
+PLOT_SHARE = 0.3  # Height of the line plot, as a part of the window's.
 SLIDER_HIGH, TITLE_HIGH, ROW_HIGH, COLUMN_WIDE = 72, 30, 16, 240
-"""In pixels of a window of usual size: of the parts, and of the rows and columns of the list of keys."""
+"""Pixels of a window of usual size: heights of slider, title and a row of the list of keys; width of its columns."""
 BAR_WIDE = 120
-"""In pixels of a window of usual size, and no less than an eighth of it: the colour bar at a panel's right."""
+"""Pixels of a window of usual size, and an eighth of it at least: width of a panel's colour bar."""
 
 
 class Stage:
@@ -242,8 +242,7 @@ class Stage:
         self.plotter.add_chart(self._chart)
 
     def _line(self) -> tuple[np.ndarray, int]:
-        """Points (n, 3) in m through the middle of the structure along its longest side, and which that is; of a sink,
-        through the beam's own middle."""
+        """Points (n, 3) in m through the middle (a sink's beam) along the longest side, and which that is."""
         sides = np.ptp(self._bounds, axis=1)
         axis = int(np.argmax(sides))
         points = np.tile(self._bounds.mean(axis=1), (POINTS, 1))
@@ -254,18 +253,19 @@ class Stage:
 
 
 def round_ticks(low: float, high: float, count: int) -> np.ndarray:
-    """(n,): the round numbers within a range that are a step of 1, 2, 2.5 or 5 times a power of ten apart; about so
-    many of them."""
+    """(n,): round numbers in a range, a step of 1, 2, 2.5 or 5 times a power of ten apart, about ``count`` of them."""
     ten = 10.0 ** math.floor(math.log10((high - low) / count))
 
-    def within(step: float) -> np.ndarray:
+    def multiples(step: float) -> np.ndarray:
         return step * np.arange(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1)
 
-    return min((within(ten * part) for part in (1.0, 2.0, 2.5, 5.0, 10.0)), key=lambda ticks: abs(len(ticks) - count))
+    return min(
+        (multiples(ten * part) for part in (1.0, 2.0, 2.5, 5.0, 10.0)), key=lambda ticks: abs(len(ticks) - count)
+    )
 
 
 def label_format(ticks: np.ndarray) -> str:
     """A printf format with as many digits as the numbers at a colour bar have, at most twelve."""
     least = 1e-6 * (ticks[-1] - ticks[0])
-    told = (n for n in range(3, 12) if all(abs(float(f"{t:.{n}g}") - t) <= least for t in ticks))
-    return f"%.{next(told, 12)}g"
+    digits = (n for n in range(3, 12) if all(abs(float(f"{t:.{n}g}") - t) <= least for t in ticks))
+    return f"%.{next(digits, 12)}g"

@@ -13,7 +13,7 @@ QUANTITIES = {
     "current_density": ("current density", "A/m2"),
     "heat_source": ("heat source", "W/m3"),
 }
-"""What can be shown: the data's name with its label and unit."""
+"""What can be shown: the data's name, its label and unit."""
 
 _CUTS = {"": "x", "x": "y", "y": "z", "z": ""}
 FACTORS = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
@@ -94,8 +94,7 @@ KEYS: dict[str, tuple[str, str, Callable[[View], View]]] = {
     "comma": (",", "thinner", lambda view: _stretched(view, False)),
     "k": ("k", "these keys", _switch("keys")),
 }
-"""By the name that VTK gives a key: what stands on it, what it does in words, and what it does. VTK keeps q, which
-closes the window, and r, which resets the camera, for itself."""
+"""By VTK's name of a key: label, words, function. VTK itself uses q (close the window) and r (reset the camera)."""
 
 
 def keys_text(view: View, columns: int) -> str:

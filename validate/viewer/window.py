@@ -26,9 +26,9 @@ from validate.viewer.state import KEYS, QUANTITIES, View
 FAULT = "fault: "
 FILM, NOTE, READS = "film ", "note ", "reads "
 STEPS_PER_SECOND = 4
-"""Stored states that the window plays."""
+"""Stored states that are played a second."""
 FRAMES, FRAMES_PER_SECOND, HOLD = 40, 10, 10
-"""Of a film, the last the frames for which it stays on its end."""
+"""Frames of a film, frames a second, and frames for which it rests on its end."""
 
 
 class NoGraphicsError(ArithmeticError):
@@ -36,8 +36,7 @@ class NoGraphicsError(ArithmeticError):
 
 
 def start(request: dict[str, Any], progress: Callable[[str], None]) -> list[str]:
-    """Draws what is asked and returns what there is to be said of it; SceneError for bad input, NoGraphicsError where
-    the machine cannot draw."""
+    """Draws what is asked, returns what there is to say; SceneError for bad input, NoGraphicsError."""
     if "parts" not in request:
         present(Path(request["path"]))
     if not request["off_screen"] and sys.platform.startswith("linux"):

@@ -13,7 +13,7 @@ from scenes.free.cut import cut
 from scenes.free.grid import grid_of
 from scenes.free.structure import described, remarks, touches
 from scenes.model import Scene
-from tests.scenes.free.test_refusals import beam, flat
+from tests.scenes.free.refused import beam, flat
 
 Document = dict[str, Any]
 

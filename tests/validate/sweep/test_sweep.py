@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import json
-import os
 import signal
 import subprocess
 import sys
@@ -27,7 +26,7 @@ from validate.cli.sweep import scene
 from validate.pool import pool
 from validate.sweep import cluster as cluster_of
 from validate.sweep.design import Axis, Design, base
-from validate.sweep.point import Job, Row, Scope, Work, ready, solve
+from validate.sweep.point import Job, Scope, Work, ready, solve
 
 SWEEP = [
     "sweep", "sink", "--steady", "--no-blame", "--no-figures", "--workers", "2",
@@ -313,45 +312,6 @@ def test_a_point_that_takes_too_long_is_stopped_and_the_next_is_solved() -> None
     assert 0.3 <= rows[0].seconds < 3
 
 
-def stuck(work: Work, seconds: float | None) -> list[Row]:
-    """Point 1 is in a call that does not return, point 2 ends the process."""
-    for number in work.numbers:
-        if number == 1:
-            time.sleep(60)
-        elif number == 2:
-            os.kill(os.getpid(), signal.SIGKILL)
-    return [Row(number, "ok", "", 0.0, {}) for number in work.numbers]
-
-
-@pytest.mark.long
-def test_a_process_that_hangs_or_dies_costs_the_point_that_did_it(anew: None, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cluster_of, "solve", stuck)
-    monkeypatch.setattr(cluster_of, "ready", None)
-    monkeypatch.setattr(cluster_of, "PATIENCE", 0.2)
-    tasks = [Work(base("sink"), Scope(), (), numbers, ((),) * len(numbers)) for numbers in ((0, 1), (2, 3), (4,))]
-    with cluster_of.Cluster(2, None, 0.1) as cluster:
-        rows = sorted((r for found in cluster.solve(tasks) for task in found for r in task), key=lambda row: row.point)
-    assert [row.status for row in rows] == ["ok", "timeout", "crashed", "ok", "ok"]
-    assert rows[1].because == "it took more than 0.1 s (--point-timeout)"
-    assert rows[2].because == "the processes that had it died one after the other"
-
-
-def dies() -> None:
-    os.kill(os.getpid(), signal.SIGKILL)
-
-
-@pytest.mark.long
-def test_processes_that_end_before_they_begin_are_not_started_for_ever(
-    anew: None, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(cluster_of, "ready", dies)
-    with (
-        cluster_of.Cluster(1, None, None) as cluster,
-        pytest.raises(cluster_of.LostError, match="the workers are gone"),
-    ):
-        list(cluster.solve([Work(base("sink"), Scope(), (), (0,), ((),))]))
-
-
 def test_voltages_share_fields_and_still_are_what_they_are_alone(tmp_path: Path) -> None:
     from validate.sweep.design import listed
 
@@ -405,14 +365,6 @@ def test_from_python(tmp_path: Path) -> None:
     assert found["sink.width"].attrs["units"] == "m"
     assert float(found["fig4_difference"].sel({"sink.width": 100e-6})) == pytest.approx(-0.0656, abs=1e-3)
     assert list(found["status"].values) == ["ok", "ok"]
-
-
-def test_a_cluster_that_is_slow_to_end_is_no_failure() -> None:
-    def close() -> None:
-        raise TimeoutError("timed out after 5 s")
-
-    with cluster_of.Cluster(1, None, None) as cluster:
-        cluster._started.callback(close)
 
 
 def test_steady_is_taken_as_solve_takes_it() -> None:

@@ -27,18 +27,18 @@ if TYPE_CHECKING:
     from validate.run.outcome import Outcome
 
 _VISIBLE = 0.005
-"""The share of an axis's height from which on a part can be seen."""
+"""Parts smaller than this share of an axis can't be seen."""
 _MODELS = {"3D": LINES["end_K"], "1D": LINES["mean_K"]}
 _ROW, _BAR = 0.3, 0.38
-"""Inches of a key's row in a tornado, and how much of it a bar takes."""
+"""Inches of a key's row in a tornado, and the part of it that a bar takes."""
 _SEEN = 0.005
-"""The part of a panel's longest bar from which on an error is wider than the line that draws it."""
+"""Errors smaller than this part of a panel's longest bar are no wider than a line."""
 _MARKS = 40
-"""How many of the data have bars."""
+"""Data points that have error bars."""
 _LEAST = 0.1
-"""Percent below which the axis of what the air does becomes linear, as the differences change their sign."""
+"""Percent below which the axis of the air's effect is linear, as differences change their sign."""
 _FINE = 300
-"""Places of a line that is drawn smoothly through the coefficients at which the air was solved, its dots."""
+"""Points of a line drawn through the coefficients that were solved."""
 
 
 def why(outcome: Outcome[Sink]) -> Figure:
@@ -90,8 +90,7 @@ def why(outcome: Outcome[Sink]) -> Figure:
 
 
 def _stacked(ax: Any, x: np.ndarray, parts: np.ndarray) -> None:
-    """Parts (n, places) of 1 in percent, on either side of zero: bars where there is one place, else areas and their
-    sum."""
+    """Parts (n, places) of 1 in percent, on either side of zero: bars at one place, else areas and their sum."""
     up, down = np.zeros(len(x)), np.zeros(len(x))
     for n, part in enumerate(100 * parts):
         colour, more, less = PARTS[n % len(PARTS)], np.maximum(part, 0.0), np.minimum(part, 0.0)
@@ -119,9 +118,8 @@ def seen_parts(budget: Budget) -> list[int]:
 
 
 def sensitivity(outcome: Outcome[Any]) -> Figure:
-    """A tornado for each quantity with a pair of bars for each key, the largest on top, and of the quantity that the
-    headline is of; an error in 3D, where it is wider than a line, across a bar's end, the names of keys that 1D follows
-    beyond the tolerance in red."""
+    """A tornado for each quantity, the headline's included: a pair of bars for each key, the largest on top, 3D's error
+    across a bar's end where visible, keys that 1D misses beyond the tolerance in red."""
     from validate.inputs.sensitivities import PREFIX, sentence, worst
     from validate.report.analyses import followed, short
 
@@ -169,10 +167,9 @@ def sensitivity(outcome: Outcome[Any]) -> Figure:
 
 
 def validation(outcome: Outcome[Any]) -> Figure:
-    """A column for each quantity of the data. Of the steady state: E of each model with its interval. Over time: above
-    the values with bands of 2 sqrt(u_num^2 + u_input^2), all of the data as dots, some of them with bars of 2 u_D;
-    below the comparison error E = S - D of the models within 2 u_val, and its means over windows with their
-    intervals."""
+    """A column for each quantity of the data. Steady: E of each model with its interval. Over time: above, values with
+    bands of 2 sqrt(u_num^2 + u_input^2), data as dots, some with bars of 2 u_D; below, E = S - D within 2 u_val and its
+    means over windows with intervals."""
     from compare.verdict import COVERS
     from validate.inputs.validation import finding
 

@@ -24,9 +24,9 @@ from validate.report.figures.drawing import legend, logarithmic, new_figure
 from validate.run.outcome import Outcome
 
 LEAST = 1e-8
-"""The smallest part of the driven one's rise that is drawn."""
+"""The smallest part of the driven element's rise that is drawn."""
 NOTHING = 1e-30
-"""K/W: where the others don't feel the driven one at all."""
+"""K/W: below it an element does not feel the driven one."""
 
 
 def draw(outcome: Outcome[SinkArray]) -> Figure:
@@ -54,8 +54,8 @@ def draw(outcome: Outcome[SinkArray]) -> Figure:
     label = "rise per watt in the white one (K/W)"
     bar = figure.colorbar(ScalarMappable(norm, colours), ax=plan, label=label, shrink=0.8, format="%.2g")
     # Between two decades there are ticks with numbers, over many of them there is no room.
-    within = high < 10 * least
-    bar.ax.yaxis.set_minor_formatter(FormatStrFormatter("%.2g") if within else NullFormatter())
+    narrow = high < 10 * least
+    bar.ax.yaxis.set_minor_formatter(FormatStrFormatter("%.2g") if narrow else NullFormatter())
     for each, line in zip(falls, ("-", "--", "-.", ":"), strict=False):
         curve.plot(each.pitch * 1e6, each.part, ls=line, label=with_mu(f"{quantity(each.thickness, 'm', 3)} thick"))
     for tolerance in TOLERANCES:

@@ -18,17 +18,17 @@ from scenes.model import Point, Scene
 
 AZIMUTH, ELEVATION = np.radians(24.0), np.radians(32.0)
 SLENDER = 0.16
-"""The least extent of an axis on paper, of that of the longest horizontal one."""
+"""The least extent of an axis on paper, relative to the longest horizontal one."""
 THIN, SHARE = 0.028, 0.35
-"""The least width between two faces, of the longest extent, and what all of these take of it at most."""
+"""The least gap between faces, relative to the longest extent, and the part of it that all gaps take at most."""
 ROUND = (1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0)
 """Factors by which an axis is stretched, times powers of ten."""
 PIXELS = 700
-"""Width of the picture in which it is looked up what can be seen of each box."""
+"""Width of the hidden picture by which visible parts of boxes are found."""
 SEEN = 12
-"""Pixels of a box that can be seen, at least."""
+"""The least number of its pixels for a box to count as visible."""
 _SIDES = {"front": (1, -1), "right": (0, 1), "top": (2, 1)}
-"""The visible sides: along which axis of the paper, and in which direction."""
+"""The visible sides: their axis on paper, and direction."""
 
 
 @dataclass(frozen=True)
@@ -65,9 +65,9 @@ class Drawing:
             ends = sorted(sign * c for c in (lower[axis], upper[axis]))
             middles = sign * (planes[1:] + planes[:-1]) / 2
             if ends[0] < ends[1]:
-                within = np.flatnonzero((middles > ends[0]) & (middles < ends[1])) + 1
-                near.append(within)
-                far.append(within)
+                between = np.flatnonzero((middles > ends[0]) & (middles < ends[1])) + 1
+                near.append(between)
+                far.append(between)
                 continue
             # Cells are counted from 1 on, those outside being void; of two beside a plane the one before it is nearer
             # where the axis goes away.
@@ -89,8 +89,7 @@ class Drawing:
 
     @cached_property
     def seen(self) -> dict[int, np.ndarray]:
-        """A place (2,) on paper within what can be seen of a box, by its number: as far from the rim of that as can
-        be."""
+        """A place (2,) on paper in the visible part of a box (by number), as far from its rim as can be."""
         from PIL import Image, ImageDraw
         from scipy.ndimage import distance_transform_edt, find_objects
 
@@ -114,9 +113,8 @@ class Drawing:
 
 @dataclass(frozen=True)
 class Faces:
-    """Visible faces from the farthest to the nearest: their ``corners`` (n, 4, 2) on paper, the number of the box that
-    each is of (``owner``), its ``side`` (of `_SIDES`), and which of its four edges, from corner to corner, are edges of
-    what it is of (n, 4)."""
+    """Visible faces from far to near: ``corners`` (n, 4, 2) on paper, the box's number (``owner``), the ``side`` (of
+    `_SIDES`), and which of the four edges are edges of the box (n, 4)."""
 
     corners: np.ndarray
     owner: np.ndarray

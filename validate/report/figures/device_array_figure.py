@@ -21,8 +21,7 @@ from validate.run.outcome import Outcome
 
 
 def draw(outcome: Outcome[DeviceArray]) -> Figure:
-    """Left the elements on their plate, coloured by its rise under each; right the size of what is added to the power
-    of the neighbour's sensor."""
+    """Left the elements, coloured by their plate's rise; right what is added to the power of the neighbour's sensor."""
     solved, sink = solved_of(outcome), outcome.scene.sink
     figure = new_figure(10.0, 4.8, title(outcome), [drawn(check) for check in outcome.checks], bottom=0.95)
     plan, curve = figure.subplots(1, 2, gridspec_kw={"wspace": 0.62})

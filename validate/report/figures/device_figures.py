@@ -30,13 +30,13 @@ SINK: Curve = ("sink_power_W", "power of the sink", LAYERS["sink"], {"drawstyle"
 SENSOR: Curve = ("sensor_power_W", "power of the sensor", LAYERS["sensor"], {"drawstyle": "steps-post", "ls": "--"})
 FLOW: Curve = ("polymer_flux_W", "heat into the polymer", LAYERS["polymer"], {"lw": 3.0})
 IN_3D = {"lw": 5.0, "ls": "-", "alpha": 0.3, "zorder": 1}
-"""A pale band of the 1D curve's own colour under it, which is seen beside it where the two are apart."""
+"""A pale band of the 1D curve's colour under it, visible where the two differ."""
 _SAMPLES = 30
-"""The least number of samples in a panel of a start, or of what follows a step."""
+"""The least number of samples in a panel."""
 _START = 0.02
-"""Seconds of a start that are shown at least."""
+"""s: the least time of a start that is shown."""
 _SHOWN, _BEFORE = 0.1, 0.02
-"""s after a step, and before it."""
+"""s: what is shown after and before a step."""
 
 
 def power(outcome: Outcome[Device]) -> Figure:

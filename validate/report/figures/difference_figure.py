@@ -14,9 +14,9 @@ from validate.run.outcome import Outcome
 
 _ROW = 0.32
 """Inches of a bar's row."""
-_OF = {"in the steady state": LINES["end_K"], "at its worst over time": LINES["mean_K"]}
+_OF = {"in the steady state": LINES["end_K"], "at its worst over time": LINES["mean_K"]}  # Colours of the bars.
 _BEYOND = 10.0
-"""Bars are cut at this relative difference: relative to a scale that is nearly zero a difference says nothing."""
+"""Bars are cut at this relative difference, as relative to a scale near zero a difference says nothing."""
 
 
 def draw(outcome: Outcome[AnyScene]) -> Figure:

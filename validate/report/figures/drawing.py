@@ -27,8 +27,8 @@ from validate.report.checks import judged
 from validate.report.figures import INK, table
 from validate.report.figures.render import Field
 
-DPI = 130
-_LINE = 0.215  # inches of a line of the title
+DPI = 130  # Dots per inch of .png files.
+_LINE = 0.215  # Inches of a line of the title.
 _STYLE: dict[Any, Any] = {
     "font.size": 10.0, "font.family": "sans-serif", "axes.edgecolor": INK, "axes.labelcolor": INK,
     "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "axes.axisbelow": True,
@@ -51,9 +51,8 @@ def style() -> Any:
 def new_figure(
     width: float, height: float, text: str, checks: Sequence[Check | str], bottom: float = 0.55, left: float = 0.75
 ) -> Figure:
-    """A figure (inches) with its title and, below that, a line for each check with its verdict (or for each text),
-    broken where they are longer than the figure is wide; the space under them is for the axes, within margins (inches)
-    that leave room for their labels."""
+    """A figure (inches) with its title and a line for each check and its verdict (or text), wrapped to the width; below
+    them room for axes, within margins (inches) for labels."""
     figure = Figure(figsize=(width, height))
     said = [check if isinstance(check, str) else verdict_line(check) for check in checks]
     title = textwrap.wrap(kept(text), int(width * 10.5))
@@ -94,7 +93,7 @@ def logarithmic(ax: Any, name: str) -> None:
 
 
 VISIBLE = 0.004
-"""The part of an axis from which on an error band is wider than a line."""
+"""Error bands narrower than this part of an axis are no wider than a line."""
 
 
 def band(ax: Any, x: np.ndarray, y: np.ndarray, half: np.ndarray | float, colour: str) -> None:

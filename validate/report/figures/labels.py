@@ -1,5 +1,4 @@
-"""Names beside a drawing: in a column to its left and one to its right, each with a line to what it names, none over
-another."""
+"""Names in columns left and right of a drawing, each with a line to what it names, none over another."""
 
 from __future__ import annotations
 
@@ -20,8 +19,7 @@ class Label:
 
 
 def columns(labels: Sequence[Label], most: int) -> tuple[list[Label], list[Label]]:
-    """Those to the left and to the right, from top to bottom: on the side that they are nearer to, as far as there is
-    room for so many."""
+    """The left and the right column, from top to bottom: each name on its nearer side, as far as there is room."""
     ordered = sorted(labels, key=lambda label: label.at[0])
     places = [label.at[0] for label in ordered]
     count = sum(x <= (places[0] + places[-1]) / 2 for x in places)
@@ -47,5 +45,4 @@ def spread(wanted: Sequence[float], apart: float, low: float, high: float) -> np
     level = np.concatenate([np.full(int(count), value) for value, count in pools]) if pools else np.zeros(0)
     steps = apart * np.arange(len(level))
     room = high - low - apart * max(len(level) - 1, 0)
-    heights: np.ndarray = np.clip(level, high - max(room, 0.0), high) - steps
-    return heights
+    return np.clip(level, high - max(room, 0.0), high) - steps

@@ -16,7 +16,7 @@ from validate.run.outcome import Outcome
 _LEAST = 0.1
 """Percent below which the axis is linear."""
 _COLOURS = LINES["peak_K"], LINES["end_K"], INK
-_BAR = 0.26
+_BAR = 0.26  # Height of a bar, of a row of 1.
 
 
 def draw(outcome: Outcome[Any]) -> Figure:

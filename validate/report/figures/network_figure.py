@@ -1,5 +1,4 @@
-"""The network of a scene over its geometry: boxes in outline from above and from the side, the lines in them, and where
-they are joined."""
+"""A scene's network over its geometry: outlines of boxes from above and from the side, lines, and joints."""
 
 from __future__ import annotations
 
@@ -16,12 +15,12 @@ from validate.report.figures.drawing import new_figure
 from validate.run.outcome import Outcome
 
 _NAMES = 30
-"""Lines that there is room to name."""
-_UM = 1e6
+"""The most lines that are named."""
+_UM = 1e6  # Micrometres per metre.
 _WIDE, _TALLEST, _SIDE, _BETWEEN = 7.35, 5.0, 1.4, 0.2
-"""Inches: across, of the view from above at most, of that from the side and at least, and between the two."""
+"""Inches: width; height of the view from above at most; height of that from the side at least; gap."""
 _ROOM = 1.06
-"""Of the geometry's extent."""
+"""Extent of the axes over that of the geometry."""
 
 
 def draw(outcome: Outcome[AnyScene]) -> Figure:

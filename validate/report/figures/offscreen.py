@@ -18,9 +18,9 @@ import pyvista as pv
 from scenes.units import LENGTH
 from validate.report.figures import table
 
-SIZE = [1400, 700]
-LIGHT = (0.45, -0.3, 0.84)  # where it comes from, of length 1
-AMBIENT = 0.65  # the part of a face's colour that no light takes away
+SIZE = [1400, 700]  # Pixels.
+LIGHT = (0.45, -0.3, 0.84)  # The direction that light comes from, of length 1.
+AMBIENT = 0.65  # The part of a face's colour that does not depend on the light.
 
 
 def main() -> None:

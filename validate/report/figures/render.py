@@ -22,10 +22,9 @@ PATIENCE = 120.0
 
 @dataclass(frozen=True)
 class Field:
-    """A field to show: points (n, 3) in m, hexahedra (m, 8), rises (n,) in K above what ``label`` says. Of its picture
-    the ``title`` up to how it is seen, what z is called there (``height``), the ``scale`` of its colours, which begins
-    at ``above`` (K), what stands ``under`` the title, and what is drawn ``instead`` where nothing can be rendered
-    (nothing: empty)."""
+    """A field to show: points (n, 3) in m, hexahedra (m, 8), rises (n,) in K above what ``label`` says. Its picture's
+    ``title``, name of z (``height``), ``scale`` of colours from ``above`` (K) on, texts ``under`` the title, and what
+    is drawn ``instead`` where rendering fails (empty: nothing)."""
 
     points: np.ndarray
     hexes: np.ndarray

@@ -1,5 +1,4 @@
-"""A scene as it will be solved, before it is: boxes in the colours of their materials, boundaries, electrodes and
-probes, each with its name."""
+"""A scene before it is solved: boxes in their materials' colours, boundaries, electrodes and probes, with names."""
 
 from __future__ import annotations
 
@@ -17,7 +16,7 @@ from matplotlib.patches import Patch
 from scenes import physics
 from scenes.condition_kinds import Surroundings, Varying
 from scenes.formats import cut
-from scenes.free.document import CONDITIONS, CURRENT_CONTACT, HEAT_CONTACT, HEAT_SOURCE, SERIES
+from scenes.free.tables import CONDITIONS, CURRENT_CONTACT, HEAT_CONTACT, HEAT_SOURCE, SERIES
 from scenes.kinds import Quantity
 from scenes.laws import Law
 from scenes.model import Boundary, Material, Point, Probe, Scene, Schedule, Value, values
@@ -29,19 +28,19 @@ from validate.report.figures.drawing import new_figure, style
 from validate.report.figures.labels import Label, columns, spread
 
 WIDE, COLUMN, HIGHEST = 13.0, 2.75, 14.0
-"""Inches: how wide the picture is, of which a column of names, and how high it is at most."""
+"""Inches: width of the picture, width of a column of names, greatest height."""
 AROUND, UNDER = np.array([1.6, 1.4]), 1.35
-"""Inches around the drawing for the numbers at its axes, and for title and legend."""
+"""Inches around the drawing for the axes' numbers, and for title and legend."""
 APART, CHARACTERS, SIZE = 0.2, 42, 8.5
-"""Of names: inches from one to the next, the most characters, points."""
+"""Names: inches from one to the next, the most characters, points."""
 MOST = 120
-"""Names, in two columns of 12 inches; of the rest the title says how many there are."""
+"""Names that two columns of 12 inches hold; the title counts the others."""
 TICK = 0.44
-"""Inches from one number at an axis to the next, at least."""
+"""The least inches between two numbers of an axis."""
 SHADES = (0.84, 0.7, 1.0)
-"""How light each visible side is: in front, to the right, on top."""
+"""Lightness of the visible sides: front, right, top."""
 AT_AXIS = (("right", "top"), ("left", "top"), ("right", "center"))
-"""How the numbers at each axis lie to their places."""
+"""Alignment of the numbers at each axis."""
 BOUNDARY = {
     "temperature": "#b3261e", "heat_flux": "#b35c00", "convection": "#00677f", "radiation": "#8a2a5b",
     "voltage": "#6a1fb0",
@@ -237,8 +236,7 @@ def _column(ax: Any, names: list[Label], side: int, inch: float) -> None:
 
 
 def _axis(ax: Any, view: Drawing, axis: int, inch: float) -> None:
-    """An axis along an edge of the drawing, with the coordinates of the faces that lie across it, as far as there is
-    room for their numbers."""
+    """An axis along an edge of the drawing, with the coordinates of faces across it, as far as numbers fit."""
     planes, direction = view.planes[axis], view.axes[axis]
     unit, size = _unit(view)
     at = np.empty((len(planes), 3))

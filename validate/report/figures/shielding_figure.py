@@ -16,7 +16,7 @@ from validate.run.outcome import Outcome
 
 IN_1D: dict[str, Any] = {"color": "black", "lw": 0.9, "ls": ":", "drawstyle": "steps-post"}
 SETTLED = 0.02
-"""The part of the sink's last change within which both powers stay from the end of what is shown on."""
+"""What is shown ends where both powers stay within this part of the sink's change."""
 
 
 def over_time(outcome: Outcome[Device]) -> Figure:
@@ -25,16 +25,16 @@ def over_time(outcome: Outcome[Device]) -> Figure:
     assert outcome.device_3d is not None
     checks = [drawn(check) for check in outcome.checks if check.id == "dev3d_shielding"]
     figure = new_figure(9.5, 4.6, "Shielding: the substrate 1 K warmer from time 0 on", checks, bottom=0.95, left=0.95)
-    three, one = outcome.device_3d.response, in_1d(device)
-    time = three.time_s * 1e3
-    last = three.sink_power_W_per_K[-1]
-    off = np.maximum(np.abs(three.sink_power_W_per_K - last), np.abs(three.sensor_power_W_per_K))
+    fem3d, reduced1d = outcome.device_3d.response, in_1d(device)
+    time = fem3d.time_s * 1e3
+    last = fem3d.sink_power_W_per_K[-1]
+    off = np.maximum(np.abs(fem3d.sink_power_W_per_K - last), np.abs(fem3d.sensor_power_W_per_K))
     late = np.flatnonzero(off > SETTLED * abs(last))
     until = 1.5 * float(time[late[-1]]) if len(late) else float(time[-1])
     shown = time <= max(until, float(time[min(30, len(time) - 1)]))
     ax = figure.subplots()
     for film in ("sensor", "sink"):
-        in_3d, other = (getattr(model, f"{film}_power_W_per_K")[: len(time)] * 1e6 for model in (three, one))
+        in_3d, other = (getattr(model, f"{film}_power_W_per_K")[: len(time)] * 1e6 for model in (fem3d, reduced1d))
         ax.plot(time[shown], in_3d[shown], color=LAYERS[film], lw=1.9, label=f"{film}, 3D", drawstyle="steps-post")
         ax.plot(time[shown], other[shown], label="the same in 1D" if film == "sink" else None, **IN_1D)
     steady, _ = outcome.device_3d.shielding

@@ -28,13 +28,13 @@ Spans = list[tuple[float, int]]
 
 _NAMES = {entry.trace: name for name, entry in OF_A_SINK.items()}
 _MARKS = 25
-"""How many marks of a user's own trace are drawn."""
+"""Marks drawn of a user's trace."""
 _MANY = 8
-"""Spans from which on a second panel shows the outer ones alone."""
+"""Spans from which on a second panel shows the outer ones."""
 _TOO_MANY = 30
 """Spans from which on the whole row would be a texture."""
 _OUTER = 4
-"""How many spans the second panel shows."""
+"""Spans in the second panel."""
 _COLOURS = ("#0b5394", "#b45f06", "#38761d", "#741b47", "#555555")
 
 
@@ -45,8 +45,8 @@ def profile(outcome: Outcome[Sink]) -> Figure:
     A discrete solution has kinks between its cells, far smaller than its error but visible on the scale of the
     distance; the curve is smoothed by a twentieth of the error, and then nearer to a finer solution than before.
     """
-    sink, three, one = outcome.scene, outcome.solved, outcome.reduced1d
-    y, rise, fitted = sink_checks.profile(Models(sink, three, one))
+    sink, fem3d, reduced1d = outcome.scene, outcome.solved, outcome.reduced1d
+    y, rise, fitted = sink_checks.profile(Models(sink, fem3d, reduced1d))
     checks = [check for check in outcome.checks if check.id == "fig5"]
     figure = new_figure(9.5, 5.4, f"Figure 5: steady rise along the beam, {sink_text(sink)}", checks, left=0.95)
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1.2))
@@ -54,17 +54,19 @@ def profile(outcome: Outcome[Sink]) -> Figure:
     above.plot(um, rise, color=INK, label="3D, along the axis")
     above.plot(um, fitted, color=LINES["mean_K"], ls=(0, (5, 3)), label="eq 9's parabola through the 3D end and peak")
     # The error of the profile, and that of the parabola through two of its points.
-    error = 2 * max(three.steady[key].error for key in ("peak_rise_K", "end_rise_K", "mean_rise_K"))
+    error = 2 * max(fem3d.steady[key].error for key in ("peak_rise_K", "end_rise_K", "mean_rise_K"))
     off = without_kinks(um, rise - fitted, error / 40)
     band(below, um, off, error, LINES["mean_K"])
     below.plot(um, off, color=LINES["mean_K"])
-    if one is not None and {"end_rise_K", "peak_rise_K"} <= one.steady.keys():
-        end, peak = one.steady["end_rise_K"].value, one.steady["peak_rise_K"].value
-        if one.model in PAPERS:
+    if reduced1d is not None and {"end_rise_K", "peak_rise_K"} <= reduced1d.steady.keys():
+        end, peak = reduced1d.steady["end_rise_K"].value, reduced1d.steady["peak_rise_K"].value
+        if reduced1d.model in PAPERS:
             reduction = parabola(y, peak - end, end, sink.length)
             above.plot(um, reduction, color=LINES["end_K"], ls=":", lw=2.2, label="1D, eqs 9, 17 and 18")
         else:
-            above.plot(um[[0, len(um) // 2, -1]], [end, peak, end], "o", color=LINES["end_K"], ms=5, label=one.model)
+            above.plot(
+                um[[0, len(um) // 2, -1]], [end, peak, end], "o", color=LINES["end_K"], ms=5, label=reduced1d.model
+            )
     below.axhline(0.0, color=INK, lw=0.8)
     below.set(ylabel="3D less its\nparabola (K)", xlabel="place along the beam y (µm)")
     below.set_title(with_mu(f"shaded: its numerical error, ±{quantity(error, 'K', 2)}"), fontsize=9, loc="right", pad=3)
@@ -73,12 +75,12 @@ def profile(outcome: Outcome[Sink]) -> Figure:
     return figure
 
 
-def without_kinks(place: np.ndarray, values: np.ndarray, within: float) -> np.ndarray:
+def without_kinks(place: np.ndarray, values: np.ndarray, distance: float) -> np.ndarray:
     """The values as a smooth curve, the polynomial of the least degree that is off them by ``within`` (RMS) at most; as
     they are where no degree up to half their number does."""
     for degree in range(4, len(place) // 2, 2):
         fitted = Chebyshev.fit(place, values, degree)(place)
-        if np.sqrt(np.mean((fitted - values) ** 2)) <= within:
+        if np.sqrt(np.mean((fitted - values) ** 2)) <= distance:
             return fitted
     return values
 
@@ -176,22 +178,22 @@ def row(outcome: Outcome[Sink]) -> Figure:
     """The steady rise along the row in 3D and 1D, with the islands shaded; of a long row its outer spans below, and of
     one whose curves would run into each other the spans' tops alone above."""
     # A user's own model has numbers of the spans, of which not all need be there.
-    sink, three, one = outcome.scene, outcome.solved, None if outcome.own_model is not None else outcome.reduced1d
+    sink, fem3d, reduced1d = outcome.scene, outcome.solved, None if outcome.own_model is not None else outcome.reduced1d
     checks = [check for check in outcome.checks if check.id in ("islands_peak_inner", "islands_equivalent")]
     text = f"Steady rise along {sink.spans} spans, {sink_text(sink)}"
     ends = [sink.row_length, *[start(sink, _OUTER) + sink.length] * (sink.spans > _MANY)]
     figure = new_figure(9.5, 3.4 * len(ends) + 1.0, text, checks, bottom=0.95, left=0.95)
     axes = np.atleast_1d(figure.subplots(len(ends), 1, gridspec_kw={"hspace": 0.3}))
-    y, rise = (three.details["profile"][key] for key in ("y_m", "rise_K"))
+    y, rise = (fem3d.details["profile"][key] for key in ("y_m", "rise_K"))
     # Where each span begins (m), and the number that its quantities have.
     numbered = [(start(sink, n), min(n, sink.spans + 1 - n)) for n in range(1, sink.spans + 1)]
     for ax, end in zip(axes, ends, strict=True):
         spans = [(first, span) for first, span in numbered if first < end]
         ax.set(xlim=(0.0, end * 1e6), ylabel="rise above room (K)")
         if end == sink.row_length and sink.spans > _TOO_MANY:
-            _dots(ax, sink, three, spans, "peak", color=INK, marker="o", ms=3)
-            if one is not None:
-                _dots(ax, sink, one, spans, "peak", color=LINES["end_K"], marker="x", ms=3)
+            _dots(ax, sink, fem3d, spans, "peak", color=INK, marker="o", ms=3)
+            if reduced1d is not None:
+                _dots(ax, sink, reduced1d, spans, "peak", color=LINES["end_K"], marker="x", ms=3)
             ax.set_ylabel("top of each span (K)")
             continue
         for first, span in spans:
@@ -201,10 +203,10 @@ def row(outcome: Outcome[Sink]) -> Figure:
                 middle = (first + sink.length / 2) * 1e6
                 ax.text(middle, 0.3, f"span {span}", ha="center", va="bottom", fontsize=9, color="#555555")
         ax.plot(y[y <= end] * 1e6, rise[y <= end], color=INK, label="3D, along the axis")
-        if one is not None and one.model in PAPERS:
-            _parabolas(ax, sink, one, spans)
-        elif one is not None:
-            _dots(ax, sink, one, spans, "middle", color=LINES["end_K"], marker="o", ms=5, label=one.model)
+        if reduced1d is not None and reduced1d.model in PAPERS:
+            _parabolas(ax, sink, reduced1d, spans)
+        elif reduced1d is not None:
+            _dots(ax, sink, reduced1d, spans, "middle", color=LINES["end_K"], marker="o", ms=5, label=reduced1d.model)
         ax.set_ylim(bottom=0.0)
     axes[-1].set_xlabel("place along the row y (µm); islands shaded")
     legend(figure, axes[-1], columns=2)
@@ -217,13 +219,13 @@ def _dots(ax: Any, sink: Sink, model: Result, spans: Spans, of_each: str, **look
     ax.plot(middles, [model.steady[f"span{span}_{of_each}_rise_K"].value for _, span in spans], ls="none", **look)
 
 
-def _parabolas(ax: Any, sink: Sink, one: Result, spans: Spans) -> None:
+def _parabolas(ax: Any, sink: Sink, reduced1d: Result, spans: Spans) -> None:
     """The paper's model as its parabola in each span."""
     sink = sink.plain
     k, y, places, rises = sink.silicon.thermal_conductivity, np.linspace(0.0, sink.length, 101), [], []
     for number, (first, span) in enumerate(spans, 1):
-        R1 = one.steady["anchor_resistance_K_per_W"].value if span == 1 else half_island(sink)
-        mean = one.steady[f"span{span}_mean_rise_K"].value
+        R1 = reduced1d.steady["anchor_resistance_K_per_W"].value if span == 1 else half_island(sink)
+        mean = reduced1d.steady[f"span{span}_mean_rise_K"].value
         ends = unequal_ends(mean, R1, half_island(sink), k, sink.cross_section, sink.length)
         rise = parabola_between(y, *ends, sink.length)
         places.append(np.append(first + y, np.nan))

@@ -18,9 +18,9 @@ _DASHES = ("-", (0, (5, 2.5)), (0, (1.5, 1.5)))
 _TIMES = ((1.0, "s"), (1e3, "ms"), (1e6, "µs"), (1e9, "ns"))
 MOST_NAME = 24
 """Characters of a name that there is room for."""
-_PANEL = 2.4  # inches
-_EARLY = 0.05  # part of the run: what is half done before it is seen on a logarithmic axis only
-_SEEN = 0.01  # part of a trace's range that it has to move by to be seen
+_PANEL = 2.4  # Inches of a panel.
+_EARLY = 0.05  # A trace that has half its change within this part of the run is drawn on a logarithmic axis.
+_SEEN = 0.01  # A change below this part of a trace's range can't be seen.
 
 
 def draw(outcome: Outcome[AnyScene]) -> Figure:
@@ -29,7 +29,7 @@ def draw(outcome: Outcome[AnyScene]) -> Figure:
     run, and nothing that drives the scene changes later."""
     scene, traces = outcome.scene, outcome.solved.over_time
     model = outcome.reduced1d
-    one = None if model is None else model.traces
+    model_traces = None if model is None else model.traces
     first = _first(scene, traces)
     times = np.geomspace(first, scene.end_time, 400) if first else traces.time
     sure = traces.sure(times)
@@ -54,9 +54,16 @@ def draw(outcome: Outcome[AnyScene]) -> Figure:
             if data is not None and probe in data.values:
                 label = None if number else cut(data.name, MOST_NAME)
                 ax.plot(data.time * factor, data.values[probe] * per, ".", color=colour, ms=5, zorder=1, label=label)
-            if model is not None and one is not None and probe in one.values:
+            if model is not None and model_traces is not None and probe in model_traces.values:
                 label = None if number else model.model
-                ax.plot(one.time * factor, one.values[probe] * per, color=colour, ls=":", lw=2.4, label=label)
+                ax.plot(
+                    model_traces.time * factor,
+                    model_traces.values[probe] * per,
+                    color=colour,
+                    ls=":",
+                    lw=2.4,
+                    label=label,
+                )
         low, high = ax.get_ylim()
         wider += [probe for probe in probes if traces.errors[probe] * per > VISIBLE * (high - low)]
         ax.set_ylabel(f"{name.replace('_', ' ')} ({shown})")

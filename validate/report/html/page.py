@@ -27,7 +27,7 @@ from validate.run.plan import ROW_FIGURES
 _HERE = Path(__file__).parent
 _STYLE = Style(page=True)
 _PICTURES = ("figure4", "figure_field")
-"""The figures that are a picture of the field."""
+"""Figures that are a picture of the field."""
 _CAPTIONS = {
     "figure5": "The steady rise along the beam in both models.",
     "figure6": "Rises against time in both models.",
@@ -66,8 +66,8 @@ def page(
     shown, data = _field(folder, field)
     steps = [[step["step"], step["state"], step["reason"]] for step in document.get("plan", ())]
     plan = Section("Plan", [Table(("step", "state", "why"), steps, "<<<")] if steps else [])
-    told = [of_section(part) for part in (*sections, _errors(document), _energy(document), plan)]
-    parts = [shown, figures(folder, document), *told, _mesh(document), _scene(document), _provenance(document)]
+    sections_html = [of_section(part) for part in (*sections, _errors(document), _energy(document), plan)]
+    parts = [shown, figures(folder, document), *sections_html, _mesh(document), _scene(document), _provenance(document)]
     parts = [part for part in parts if part]
     answer = str(document.get("answer") or headline)
     counted = headline.removeprefix(answer).strip()
@@ -159,7 +159,7 @@ def figures(folder: Path, document: Document, captions: Mapping[str, str] = _CAP
 
 def _errors(document: Document) -> Section:
     """Where the numerical error stands against each tolerance, and what bounds it."""
-    fem3d, one = document.get("fem3d") or {}, document.get("reduced1d") or {}
+    fem3d, reduced1d = document.get("fem3d") or {}, document.get("reduced1d") or {}
     over_time, units = fem3d.get("transient") or {}, fem3d.get("units") or {}
 
     def row(key: str, error: float | None) -> list[str]:
@@ -186,7 +186,9 @@ def _errors(document: Document) -> Section:
         Table(
             (f"over time, {since}", "estimated error"), [row(*pair) for pair in (over_time.get("errors") or {}).items()]
         ),
-        Table(("1D model, over time", "estimated error"), [row(*pair) for pair in (one.get("errors") or {}).items()]),
+        Table(
+            ("1D model, over time", "estimated error"), [row(*pair) for pair in (reduced1d.get("errors") or {}).items()]
+        ),
         Table(("check", "error of the difference", "tolerance", "error / tolerance"), judged),
     ]
     said = "Errors are estimated bounds of the numerical error alone; the model's own assumptions are not in them."

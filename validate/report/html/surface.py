@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 MOST_POINTS = 12_000
-"""The page stays below a few hundred kilobytes, and a phone turns it smoothly."""
+"""With so many points a page has a few hundred kilobytes, and a phone turns it smoothly."""
 
 _FACES = np.array([[0, 4, 7, 3], [1, 2, 6, 5], [0, 1, 5, 4], [3, 7, 6, 2], [0, 3, 2, 1], [4, 5, 6, 7]])
 

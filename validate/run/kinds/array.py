@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from scenes.array import SinkArray
 from scenes.errors import NumericsError
@@ -41,14 +41,14 @@ def _planned(solver: tuple[Step, ...], request: Request) -> tuple[Step, ...]:
     )  # fmt: skip
 
 
-def skipped_figures(sink: SinkArray, request: Request) -> dict[str, str]:
+def skipped_figures(scene: Any, request: Request) -> dict[str, str]:
     """The figures that a run doesn't draw, each with the reason."""
     return {} if request.figures else {FIGURE: "no figures were asked for"}
 
 
 def _refuse(sink: SinkArray) -> None:
-    one = ", or array.columns = 1 and array.rows = 1"
-    refuse_laws((sink.silicon, sink.oxide, sink.substrate), "an array of sinks", one)
+    alternative = ", or array.columns = 1 and array.rows = 1"
+    refuse_laws((sink.silicon, sink.oxide, sink.substrate), "an array of sinks", alternative)
 
 
 def answer(run: Run, data: Data | None) -> Outcome[SinkArray]:
@@ -67,8 +67,8 @@ def answer(run: Run, data: Data | None) -> Outcome[SinkArray]:
             if hasattr(error, "limit"):
                 raise
             raise NumericsError(f"{error}{cause(sink.element, ', ask for less with --accuracy 1e-2')}") from None
-    one = result.details["one"]
-    warnings = (*result.details["warnings"], *hottest.of_sink(sink.element, one, None))
+    single = result.details["one"]
+    warnings = (*result.details["warnings"], *hottest.of_sink(sink.element, single, None))
     outcome = Outcome(sink, request, _planned(tuple(result.details["plan"]), request), fem3d=result, warnings=warnings)
     return replace(outcome, answer=answered(outcome))
 

@@ -125,8 +125,8 @@ def judged(outcome: Outcome[Device], propagated: Propagated, run: Run) -> tuple[
     from compare.device_checks import evaluate
     from validate.inputs.propagation import judged_device
 
-    def differences(other: Device) -> dict[str, float]:
-        made = evaluate(other, run.request, simulated(other, run.request, run.say))
+    def differences(changed: Device) -> dict[str, float]:
+        made = evaluate(changed, run.request, simulated(changed, run.request, run.say))
         return {check.id: check.difference for check in made}
 
     return judged_device(outcome.checks, outcome.scene, propagated, differences), ()

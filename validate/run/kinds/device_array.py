@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from scenes.array import DeviceArray
 from scenes.physics import refuse_laws
 from scenes.plan import Request, Step, step
+from validate.run.kinds.array import FIGURE, skipped_figures
 from validate.run.outcome import Outcome, Run
 
 if TYPE_CHECKING:
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
 
 PYTHON = "fem3d.device.array.solve"
 SHOWN = ()
-FIGURE = "array"
 CHECK = "dev3d_array"
 _DRAWN = "how much warmer the others make the plate, and what a step outside of one does to its neighbour's sensor"
 
@@ -30,7 +30,7 @@ def text(array: DeviceArray) -> str:
 
 
 def plan(array: DeviceArray, request: Request, data: Data | None) -> tuple[Step, ...]:
-    _refuse(array)
+    refuse_laws((array.sink.substrate,), "an array of devices")
     sink = array.sink
     names = f"{sink.count} elements" if sink.rows == 1 else f"{sink.columns} x {sink.rows} elements"
     return (
@@ -42,19 +42,10 @@ def plan(array: DeviceArray, request: Request, data: Data | None) -> tuple[Step,
     )
 
 
-def skipped_figures(array: DeviceArray, request: Request) -> dict[str, str]:
-    """The figures that a run doesn't draw, each with the reason."""
-    return {} if request.figures else {FIGURE: "no figures were asked for"}
-
-
-def _refuse(array: DeviceArray) -> None:
-    refuse_laws((array.sink.substrate,), "an array of devices")
-
-
 def answer(run: Run, data: Data | None) -> Outcome[DeviceArray]:
     """The elements, the check and the answer."""
     array, request, clock = run.scene, run.request, run.clock
-    _refuse(array)
+    refuse_laws((array.sink.substrate,), "an array of devices")
     with clock.stage("imports"):
         from fem3d.device.array import solve
         from reduced1d.device.array import beside
@@ -63,7 +54,7 @@ def answer(run: Run, data: Data | None) -> Outcome[DeviceArray]:
     with clock.stage("fem3d"):
         solved = solve(array, run.say)
     with clock.stage("reduced1d"):
-        one = beside(array, solved.plate.value, solved.paths)
+        in_1d = beside(array, solved.plate.value, solved.paths)
     steady = {}
     base, known = solved.base
     for k, at_work in enumerate(solved.at_work):
@@ -75,7 +66,7 @@ def answer(run: Run, data: Data | None) -> Outcome[DeviceArray]:
     details = {"array": solved, "unknowns": solved.model.details["unknowns"]}
     outcome = Outcome(
         array, request, plan(array, request, data), fem3d=Result("fem3d", steady, None, details),
-        reduced1d=Result("reduced1d", {}, None, {"array": one}), checks=(_check(solved, one),),
+        reduced1d=Result("reduced1d", {}, None, {"array": in_1d}), checks=(_check(solved, in_1d),),
         warnings=warnings_of(solved),
     )  # fmt: skip
     return replace(outcome, answer=answered(outcome))
@@ -96,7 +87,7 @@ def warnings_of(solved: Solved) -> tuple[str, ...]:
     return tuple(said)
 
 
-def _check(solved: Solved, one: Beside) -> Check:
+def _check(solved: Solved, in_1d: Beside) -> Check:
     """The paper: the sensor is blind to the substrate, and so to what its neighbours do to that."""
     from compare.verdict import Comparison, judged
     from scenes.formats import quantity
@@ -109,14 +100,14 @@ def _check(solved: Solved, one: Beside) -> Check:
         f"paper: the sensor loses nothing to the substrate; the others make the plate under element {k + 1} "
         f"{warmer} warmer, which changes its sensor's power by "
         f"{quantity(change, 'W', 2)} to within {quantity(float(closed.error[k]), 'W', 1)}, with all sinks off by "
-        f"{quantity(float(off.value[k]), 'W', 3)}; in 1D it is {quantity(float(one.closed.power_change[k]), 'W', 2)} "
-        f"and {quantity(float(one.sinks_off.power_change[k]), 'W', 3)}"
+        f"{quantity(float(off.value[k]), 'W', 3)}; in 1D it is {quantity(float(in_1d.closed.power_change[k]), 'W', 2)} "
+        f"and {quantity(float(in_1d.sinks_off.power_change[k]), 'W', 3)}"
     )
-    found = Comparison(
+    comparison = Comparison(
         "neighbours at work", 0.0, change, "W", -change / size, float(closed.error[k]) / size, said,
         relative_to="what it is with all sinks off",
     )  # fmt: skip
-    return judged(CHECK, found, solved.array, always=True)
+    return judged(CHECK, comparison, solved.array, always=True)
 
 
 def answered(outcome: Outcome[DeviceArray]) -> str:

@@ -23,13 +23,13 @@ if TYPE_CHECKING:
     from compare.verdict import Check
     from scenes.result import Estimate, Result
     from validate.inputs.calibration import Fit, Modelled
-    from validate.inputs.propagation import Estimates, In_units, Propagated
+    from validate.inputs.propagation import Estimates, Propagated, SlopesInUnits
     from validate.inputs.sensitivities import Sensitivities
     from validate.models import Asked, Model
 
 PYTHON = "compare.solve"
 SHOWN = ()
-"""All that there is room for."""
+"""None in particular: all that there is room for."""
 skipped_figures = plans.skipped_of_free
 
 
@@ -132,7 +132,7 @@ def _judged(run: Run, outcome: Outcome[AnyScene], model: Model, question: Asked)
     with run.clock.stage("checks"):
         from compare.probes import evaluate
 
-        one, checks = both.model, evaluate(scene, both)
+        reduced1d, checks = both.model, evaluate(scene, both)
         said = answered(both, checks)
     if run.request.why and not three.steady:
         said_of_why = "--why is of the steady state, and there is none, as a drive varies in time: give --steady"
@@ -143,24 +143,24 @@ def _judged(run: Run, outcome: Outcome[AnyScene], model: Model, question: Asked)
         with run.clock.stage("why"):
             run.say("solving in 3D with the joints of the network")
             try:
-                outcome = replace(outcome, why=blame(scene, three, one))
+                outcome = replace(outcome, why=blame(scene, three, reduced1d))
             except NumericsError as error:
                 said_of_why = f"which joint is to blame is not known: {error}"
                 outcome = replace(outcome, warnings=(*outcome.warnings, said_of_why))
-    silent = one.details["silent"]
+    silent = reduced1d.details["silent"]
     omissions = (f"{model.name} says nothing of {listed(silent)}: no check is made of that",) if silent else ()
     warnings = (*outcome.warnings, *omissions)
-    return replace(outcome, reduced1d=one, own_model=model, checks=checks, answer=said, warnings=warnings)
+    return replace(outcome, reduced1d=reduced1d, own_model=model, checks=checks, answer=said, warnings=warnings)
 
 
-def held(scene: AnyScene, three: Result, model: Model, question: Asked, say: Callable[[str], None]) -> Both:
+def held(scene: AnyScene, fem3d: Result, model: Model, question: Asked, say: Callable[[str], None]) -> Both:
     """A model beside the 3D result of a scene."""
     from compare import quantities
     from compare.probes import Both
     from validate.models import asked as of_model
 
-    one = of_model.solve(model, question, three, scene.accuracy, bool(three.steady), say)
-    return Both(quantities.of(scene, three), three, one)
+    reduced1d = of_model.solve(model, question, fem3d, scene.accuracy, bool(fem3d.steady), say)
+    return Both(quantities.of(scene, fem3d), fem3d, reduced1d)
 
 
 def at_rest(scene: AnyScene, say: Callable[[str], None]) -> dict[str, Estimate]:
@@ -219,11 +219,11 @@ def judged(outcome: Outcome[AnyScene], propagated: Propagated, run: Run) -> tupl
 
 def models(outcome: Outcome[AnyScene]) -> dict[str, Result]:
     """The results by what they are called beside data."""
-    one = outcome.reduced1d
-    return {"3D": outcome.solved, **({"1D": one} if one is not None else {})}
+    reduced1d = outcome.reduced1d
+    return {"3D": outcome.solved, **({"1D": reduced1d} if reduced1d is not None else {})}
 
 
-def slopes(outcome: Outcome[AnyScene], derivatives: Sensitivities) -> dict[str, In_units]:
+def slopes(outcome: Outcome[AnyScene], derivatives: Sensitivities) -> dict[str, SlopesInUnits]:
     """How the probes follow a key by each model, in their units."""
     from validate.inputs import probe_traces
 
@@ -258,8 +258,7 @@ def checked(scene: AnyScene) -> AnyScene:
 
 
 def fitted_model(run: Run, keys: Sequence[str], data: Data) -> Fit:
-    """The user's own model with its parameters fitted to the data. Raises SceneError where the scene has no such
-    parameter."""
+    """The user's model with parameters fitted to the data. SceneError where the scene lacks such a parameter."""
     from validate.inputs.model_fit import fitted
 
     given = plans.own_model(run.scene, run.request)

@@ -15,12 +15,11 @@ if TYPE_CHECKING:
     from validate.inputs.calibration import Fit
 
 OF_MODEL = "model.parameters."
-"""How the keys of a 1D model's own parameters begin."""
+"""How keys of a 1D model's own parameters begin."""
 
 
 def followed(request: Request) -> bool:
-    """Whether numbers of the scene are followed: it is solved whole then, for one of one side changes that side
-    alone."""
+    """Whether keys are followed: the scene is then solved whole, as a key of one side changes that side alone."""
     return request.sensitivities or request.uncertain is not None
 
 
@@ -35,8 +34,7 @@ def fitted(request: Request) -> bool:
 
 
 def told(run: Run, outcome: Outcome[Any]) -> Outcome[Any]:
-    """The outcome with how its quantities follow the scene's keys, where asked for, and what uncertain keys make of
-    them and of the checks."""
+    """The outcome with its sensitivities, where asked for, and what uncertain keys make of quantities and checks."""
     request, uncertain = run.request, run.request.uncertain
     if not followed(request):
         return outcome

@@ -27,12 +27,12 @@ if TYPE_CHECKING:
     from reduced1d.ladder.levels import Levels
     from scenes.result import Result
     from validate.inputs.calibration import Modelled
-    from validate.inputs.propagation import Estimates, In_units, Propagated
+    from validate.inputs.propagation import Estimates, Propagated, SlopesInUnits
     from validate.inputs.sensitivities import Sensitivities
 
 PYTHON = "compare.run"
 SHOWN = ("peak_rise_K", "end_rise_K", "current_A")
-"""Quantities of which a terminal and a figure have room; the page and the summary have all."""
+"""Quantities that a terminal and a figure have room for; the page and the summary have all."""
 skipped_figures = plans.skipped_of_sink
 text = sink_text
 
@@ -65,11 +65,6 @@ def _refuse(sink: Sink, request: Request) -> None:
         raise SceneError(f"{why}, and --calibrate then has no slopes of a sink's traces to fit by: leave it out")
 
 
-def _refuse_radiation(sink: Sink, what: str) -> None:
-    if sink.emissivity:
-        raise SceneError(f"{what} has no radiation: give environment.emissivity = 0, or leave it out")
-
-
 def exportable(sink: Sink, request: Request) -> None:
     """SceneError for a sink that has no compact model."""
     of_boxes.check(_modelled(sink, request))
@@ -82,7 +77,8 @@ def exported(outcome: Outcome[Sink], say: Callable[[str], None]) -> dict[str, An
 
 def _modelled(sink: Sink, request: Request) -> AnyScene:
     """What a compact model is of: the 3D problem, with the current as a probe too."""
-    _refuse_radiation(sink, "a compact model")
+    if sink.emissivity:
+        raise SceneError("a compact model has no radiation: give environment.emissivity = 0, or leave it out")
     scene = sink.scene()
     inlet = next(b for b in scene.boundaries if b.kind == "voltage")
     current = Probe("current", inlet.lower, inlet.upper, "current")
@@ -230,8 +226,8 @@ def sensitivities(outcome: Outcome[Sink], keys: Sequence[str] | None) -> Sensiti
 
 def steady(outcome: Outcome[Sink], derivatives: Sensitivities) -> tuple[Estimates | None, Estimates | None]:
     """The steady values in 3D and in 1D, ``None`` of a model that was not asked for."""
-    three, one = outcome.fem3d, outcome.reduced1d
-    return (three.steady if three is not None else None), (one.steady if one is not None else None)
+    fem3d, reduced1d = outcome.fem3d, outcome.reduced1d
+    return (fem3d.steady if fem3d is not None else None), (reduced1d.steady if reduced1d is not None else None)
 
 
 def judged(outcome: Outcome[Sink], propagated: Propagated, run: Run) -> tuple[tuple[Check, ...], tuple[str, ...]]:
@@ -254,7 +250,7 @@ def models(outcome: Outcome[Sink]) -> dict[str, Result]:
     return {name: result for name, result in both.items() if result is not None}
 
 
-def slopes(outcome: Outcome[Sink], derivatives: Sensitivities) -> dict[str, In_units]:
+def slopes(outcome: Outcome[Sink], derivatives: Sensitivities) -> dict[str, SlopesInUnits]:
     """How the traces of each model follow a key, in their units."""
     from validate.inputs.propagation import in_units
 
