@@ -22,11 +22,11 @@ from scenes.loop.shielding import without_sink
 
 @dataclass(frozen=True, eq=False)
 class Over:
-    """Over the time ``time_s`` since a step outside of element ``of`` by 1 K: how much warmer the plate is under
-    element ``at`` (K/K), and what has been added to the power of its sensor (W/K), with the error of the latter."""
+    """Over the time ``time_s`` since a step outside of element ``stepped`` by 1 K: how much warmer the plate is under
+    element ``read`` (K/K), and what has been added to the power of its sensor (W/K), with the error of the latter."""
 
-    of: int
-    at: int
+    stepped: int
+    read: int
     time_s: np.ndarray
     plate_rise: np.ndarray
     sensor_power: np.ndarray
@@ -41,21 +41,21 @@ class Over:
 
 def nearest(array: DeviceArray, plate: np.ndarray) -> tuple[int, int]:
     """The elements (numbers from 0), one about the middle and the one at work that its heat warms most."""
-    of = array.sink.rows // 2 * array.sink.columns + array.sink.columns // 2
-    reading = [k - 1 for k in driven(array.sink) if k - 1 != of]
-    return of, max(reading, key=lambda k: float(plate[k, of])) if reading else of
+    middle = array.sink.rows // 2 * array.sink.columns + array.sink.columns // 2
+    reading = [k - 1 for k in driven(array.sink) if k - 1 != middle]
+    return middle, max(reading, key=lambda k: float(plate[k, middle])) if reading else middle
 
 
 def paths(array: DeviceArray, plate: np.ndarray) -> Paths | None:
     """Those from an element to the one whose sensor it warms most, directly and by all others; none where no other is
     at work. ``plate`` (elements, elements) in K/W is that at rest."""
-    of, at = nearest(array, plate)
-    if of == at:
+    stepped, read = nearest(array, plate)
+    if stepped == read:
         return None
-    first, other = (_spread(array, k, plate[:, k]) for k in (of, at))
+    first, other = (_spread(array, k, plate[:, k]) for k in (stepped, read))
     on = at_work(array)
     back = [after(other[kind], first[kind]).sum(axis=0) for kind in (~on, on)]
-    return Paths(of, at, first[at], np.array(back))
+    return Paths(stepped, read, first[read], np.array(back))
 
 
 def over_time(array: DeviceArray, states: Model, through: Paths, plate: np.ndarray, known: float) -> tuple[Over, ...]:
@@ -76,10 +76,10 @@ def _over(array: DeviceArray, states: Model, device: Device, through: Paths, pla
     bent = np.abs(np.diff(power, n=2, prepend=[0.0, 0.0])).max() + steep / 2 * np.abs(np.diff(power)).max()
     error = 2 * states.edges * np.abs(low.sensor_power - power).max() + np.abs(fewer.sensor_power - power).max()
     error += (known + fine.rest) * most + bent
-    return Over(through.of, through.at, times(device), fine.plate_rise, power, float(error))
+    return Over(through.stepped, through.read, times(device), fine.plate_rise, power, float(error))
 
 
-def _spread(array: DeviceArray, of: int, at_rest: np.ndarray) -> np.ndarray:
+def _spread(array: DeviceArray, warmed: int, at_rest: np.ndarray) -> np.ndarray:
     """(elements, samples): the plate's rise (K/W) under each element by a watt that enters it under one from time 0 on,
     which comes to rest at ``at_rest`` (elements,), known better than of points in the feet's middles; under that one
     itself what it is beyond what it would be in the middle of the plate."""
@@ -88,13 +88,13 @@ def _spread(array: DeviceArray, of: int, at_rest: np.ndarray) -> np.ndarray:
     out = sink.length / 2 + sink.anchor_distance + sink.oxide_length / 2
     at = np.array(places(sink)).reshape(sink.rows, sink.columns, 2)
     columns, rows = plate.x / 2 + at[0, :, 0], plate.y / 2 + at[:, 0, 1][:, None] + np.array([-out, out])
-    row, column = divmod(of, sink.columns)
+    row, column = divmod(warmed, sink.columns)
     diffusivity = plate.conductivity / sink.substrate.heat_capacity
     rise, rest = warming(plate, diffusivity, columns[column], rows[row], columns, rows, time)
     middle = np.array([plate.x / 2]), plate.y / 2 + np.array([[-out, out]])
     alone, _ = warming(plate, diffusivity, middle[0][0], middle[1][0], *middle, time)
     scale = np.divide(at_rest, rest, out=np.zeros_like(rest), where=rest > 0)
-    scale[of] = 1.0
+    scale[warmed] = 1.0
     rise *= scale[:, None]
-    rise[of] -= alone[0]
+    rise[warmed] -= alone[0]
     return rise

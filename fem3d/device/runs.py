@@ -36,7 +36,7 @@ class Solved:
     def exported(self) -> Whole:
         """What a compact model of the device is made of and held against."""
         model, base = self.model, self.runs.base
-        others = [(model.low, max(model.edges, *model.left.values())), (model.fewer, 1.0)]
+        others = [(model.low, max(model.edges, *model.beyond.values())), (model.fewer, 1.0)]
         return Whole(
             f"{base.device.name}, in 3D", base.device, model.fine, base.result, model.steady_errors(base.device), others
         )

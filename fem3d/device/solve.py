@@ -48,8 +48,8 @@ STEPS = 1e-2  # the iteration for the powers between samples ends at this fracti
 class Model:
     """The few states of a device's structure, for any controllers and outer temperatures.
 
-    ``low`` is what the next lower space gives, ``left`` what is left of its distance for each quantity; ``lost`` is
-    what fewer fields and nodes lose of each, relative to its size; ``nodes`` are those between samples. ``edges`` is
+    ``low`` is what the next lower space gives, ``beyond`` how much of its distance all higher ones leave, for each
+    quantity; ``by_fewer`` is what fewer fields and nodes miss of each, relative to its size; ``nodes`` are those between samples. ``edges`` is
     what is left of the distance of steady values, which singular edges decide. ``structures``: those of both spaces;
     ``fewer`` is the fine model of fewer fields.
     """
@@ -57,8 +57,8 @@ class Model:
     device: Device
     fine: Modal
     low: Modal
-    left: dict[str, float]
-    lost: dict[str, float]
+    beyond: dict[str, float]
+    by_fewer: dict[str, float]
     nodes: int
     edges: float
     details: dict[str, Any]
@@ -142,8 +142,8 @@ class Model:
         models = [Resolution(modal, self.nodes) for modal in (self.fine, self.low)]
         run = march(models, device, _steps(device), meter, start)
         scale, apart = _scales(device, run), run.apart(0, 1)
-        space = {q: self.left[q] * apart[q] for q in _NAMES}
-        rest = {q: self.lost[q] * scale[q] for q in _NAMES}
+        space = {q: self.beyond[q] * apart[q] for q in _NAMES}
+        rest = {q: self.by_fewer[q] * scale[q] for q in _NAMES}
         errors, parts = {q: space[q] + rest[q] for q in _NAMES}, {"space": space, "states and time": rest}
         before, after = self.steady(device, device.external.initial_temperature), self.steady(device)
         result, lower = (

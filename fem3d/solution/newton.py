@@ -260,8 +260,7 @@ def _accelerated(rises: list[np.ndarray], steps: list[np.ndarray]) -> np.ndarray
     """The last of some ``steps`` from ``rises`` (free nodes), less what combines with the earlier ones to nothing."""
     moves, changes = np.diff(rises, axis=0), np.diff(steps, axis=0)
     shares = np.linalg.lstsq(changes.T, steps[-1], rcond=None)[0]
-    found: np.ndarray = steps[-1] - shares @ (moves + changes)
-    return found
+    return np.asarray(steps[-1] - shares @ (moves + changes))
 
 
 def _power(before: tuple[float, np.ndarray], after: tuple[float, np.ndarray]) -> float:

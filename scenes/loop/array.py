@@ -52,12 +52,12 @@ class Rest:
 
 @dataclass(frozen=True, eq=False)
 class Paths:
-    """From element ``of`` to element ``at`` through the plate, at the samples since heat entered: the rise ``direct``
+    """From element ``stepped`` to element ``read`` through the plate, at the samples since heat entered: the rise ``direct``
     (samples,) in K/W, and ``back`` (2, samples) in K2/W2, the sums over idle elements and those at work of what the
     first does to each by what each does to the other."""
 
-    of: int
-    at: int
+    stepped: int
+    read: int
     direct: np.ndarray
     back: np.ndarray
 
@@ -115,7 +115,7 @@ def at_rest(array: DeviceArray, modal: Modal, device: Device, plate: np.ndarray)
 def course(array: DeviceArray, resolution: Resolution, device: Device, paths: Paths, plate: np.ndarray) -> Course:
     """What a step outside of an element does to another over time, those at work as a ``device``, at rest on ``plate``
     (elements, elements) in K/W. The resolution's substrate is the top of the plate."""
-    sending = device if at_work(array)[paths.of] else idle(device)
+    sending = device if at_work(array)[paths.stepped] else idle(device)
     sent, _ = answers(resolution, sending, outside=True)
     given, shielded = answers(resolution, device, outside=False)
     given_idle = np.zeros_like(given)

@@ -106,7 +106,7 @@ def entries(outcome: Outcome[DeviceArray]) -> dict[str, Any]:
         }  # fmt: skip
 
     over = [
-        {"loops": loops, "outside_of": each.of + 1, "sensor_of": each.at + 1, "time_s": each.time_s,
+        {"loops": loops, "outside_of": each.stepped + 1, "sensor_of": each.read + 1, "time_s": each.time_s,
          "plate_rise_K_per_K": each.plate_rise, "sensor_power_W_per_K": each.sensor_power, "error": each.error,
          "reduced1d_sensor_power_W_per_K": beside.sensor_power}
         for loops, each, beside in zip(("closed", "sinks off"), solved.over_time, reduced1d.over_time, strict=False)

@@ -82,7 +82,7 @@ def test_the_sinks_make_the_sensors_blind_to_their_neighbours(run: Any) -> None:
 def test_over_time_it_comes_to_what_is_at_rest(run: Any) -> None:
     solved = run[0]
     for each, over in zip((solved.closed, solved.sinks_off), solved.over_time, strict=True):
-        at_rest = each.per_outside.value[over.at, over.of]
+        at_rest = each.per_outside.value[over.read, over.stepped]
         assert abs(over.sensor_power[-1] - at_rest) <= over.error
     off = solved.over_time[1]
     # The polymer's slowest mode, 43 per second, has a quarter left after the 30 ms of the run; the steps' sum has all.

@@ -127,7 +127,7 @@ def answered(outcome: Outcome[DeviceArray]) -> str:
     closed, off = solved.over_time
     height = external.final_temperature - external.initial_temperature
     at_rest = [
-        quantity(height * float(each.per_outside.value[closed.at, closed.of]), "W", 2)
+        quantity(height * float(each.per_outside.value[closed.read, closed.stepped]), "W", 2)
         for each in (solved.closed, solved.sinks_off)
     ]
     (per_kelvin, when), known = closed.largest, abs(height) * closed.error
@@ -138,7 +138,7 @@ def answered(outcome: Outcome[DeviceArray]) -> str:
         if known < most else f"by less than {quantity(most + known, 'W', 2)} on the way"
     )  # fmt: skip
     return (
-        f"{said}; {height:+g} K outside of element {closed.of + 1} changes the sensor's power of element "
-        f"{closed.at + 1} by {at_rest[0]} at rest and {on_the_way}; with all sinks off by {at_rest[1]} and "
+        f"{said}; {height:+g} K outside of element {closed.stepped + 1} changes the sensor's power of element "
+        f"{closed.read + 1} by {at_rest[0]} at rest and {on_the_way}; with all sinks off by {at_rest[1]} and "
         f"{quantity(height * off.largest[0], 'W', 2)}."
     )
