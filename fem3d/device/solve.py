@@ -49,9 +49,9 @@ class Model:
     """The few states of a device's structure, for any controllers and outer temperatures.
 
     ``low`` is what the next lower space gives, ``beyond`` how much of its distance all higher ones leave, for each
-    quantity; ``by_fewer`` is what fewer fields and nodes miss of each, relative to its size; ``nodes`` are those between samples. ``edges`` is
-    what is left of the distance of steady values, which singular edges decide. ``structures``: those of both spaces;
-    ``fewer`` is the fine model of fewer fields.
+    quantity; ``by_fewer`` is what fewer fields and nodes miss of each, relative to its size; ``nodes`` are those
+    between samples. ``edges`` is what is left of the distance of steady values, which singular edges decide.
+    ``structures``: those of both spaces; ``fewer`` is the fine model of fewer fields.
     """
 
     device: Device

@@ -52,9 +52,9 @@ class Rest:
 
 @dataclass(frozen=True, eq=False)
 class Paths:
-    """From element ``stepped`` to element ``read`` through the plate, at the samples since heat entered: the rise ``direct``
-    (samples,) in K/W, and ``back`` (2, samples) in K2/W2, the sums over idle elements and those at work of what the
-    first does to each by what each does to the other."""
+    """From element ``stepped`` to element ``read`` through the plate, at the samples since heat entered: the rise
+    ``direct`` (samples,) in K/W, and ``back`` (2, samples) in K2/W2, the sums over idle elements and those at work
+    of what the first does to each by what each does to the other."""
 
     stepped: int
     read: int

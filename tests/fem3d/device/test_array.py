@@ -86,7 +86,7 @@ def test_over_time_it_comes_to_what_is_at_rest(run: Any) -> None:
         assert abs(over.sensor_power[-1] - at_rest) <= over.error
     off = solved.over_time[1]
     # The polymer's slowest mode, 43 per second, has a quarter left after the 30 ms of the run; the steps' sum has all.
-    assert off.sensor_power[-1] == pytest.approx(solved.sinks_off.per_outside.value[off.at, off.of], rel=0.25)
+    assert off.sensor_power[-1] == pytest.approx(solved.sinks_off.per_outside.value[off.read, off.stepped], rel=0.25)
     # Heat needs r^2/(4 a), half a millisecond, to the neighbour.
     early = off.time_s < 0.2e-3
     assert np.abs(off.plate_rise[early]).max() < 1e-3 * np.abs(off.plate_rise).max()
@@ -129,7 +129,7 @@ def test_over_time_a_neighbour_is_that_of_one_mesh(two: Any) -> None:
     plate = coupling(array.sink, footprint(states)).per_heat.mean(axis=(2, 3))
     through = paths(array, plate)
     assert through is not None
-    assert (through.of, through.at) == (1, 0)
+    assert (through.stepped, through.read) == (1, 0)
     expected = mesh.after_a_step([(0, 1)], 100)[:, 0, 1]
     over = over_time(array, states, through, plate, 0.0)[1]
     assert np.abs(over.sensor_power[:100] - expected).max() < over.error + 4e-11
