@@ -164,7 +164,7 @@ class FileMesh:
         errors = self._errors(study, given.heat, trace_errors.distance(fine.quantities, low.quantities), scales, pairs)
         errors = {n: e + (ROUNDING + fine.state.unsettled) * scales[n] for n, e in errors.items()}
         errors = as_balanced(study, errors, fine, scales)
-        return Level(given, fine, low, scales, errors, {}, [])
+        return Level(given, fine, low, scales, errors, {}, [], errors)
 
     def responded(
         self, study: Study, given: Problems, bases: Sequence[Base], shift: float, steady: Level | None, generations: int
