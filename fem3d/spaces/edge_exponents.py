@@ -10,6 +10,7 @@ from skfem.refdom import RefTet
 
 from fem3d.spaces.domain import Domain
 from meshes.singular import REGULAR, exponent
+from scenes import physics
 
 # Angles (radians) are told apart to this, a degree: an exponent moves by a percent, and as many
 # different ones are solved for.
@@ -24,12 +25,13 @@ def of_cells(domain: Domain) -> np.ndarray:
     """(cells,): the smallest exponent of the temperature or the potential at an edge that a cell touches; infinite
     where all are regular."""
     mesh: Any = domain.space.mesh
-    heat = _mean(domain.per_cell("thermal_conductivity"))
-    exponents = _at_edges(mesh, heat, _given(domain, "temperature"))
+    exponents = np.full(mesh.edges.shape[1], np.inf)
+    if physics.heat(domain.scene):
+        exponents = _at_edges(mesh, _mean(domain.per_cell("thermal_conductivity")), _given(domain, "temperature"))
     if domain.live.any():
-        resistivity = np.array([np.nan_to_num(np.array(m.resistivity or np.inf, float)) for m in domain.cold], object)
-        sigma = np.array([1 / np.exp(np.log(np.atleast_1d(r)).mean()) for r in resistivity])[domain.body]
-        current = _at_edges(mesh, np.where(domain.live, sigma, 0.0), _given(domain, "voltage"))
+        resistivity = domain.per_cell("resistivity")
+        sigma = np.where(domain.live, 1 / _mean(np.where(domain.live, resistivity, 1.0)), 0.0)
+        current = _at_edges(mesh, sigma, _given(domain, "voltage"))
         exponents = np.minimum(exponents, current)
     at_vertices = np.full(mesh.p.shape[1], np.inf)
     for end in mesh.edges:
@@ -39,7 +41,7 @@ def of_cells(domain: Domain) -> np.ndarray:
 
 
 def _mean(k: np.ndarray) -> np.ndarray:
-    """A conductivity that differs along the axes counts as its geometric mean."""
+    """(cells,): a property of each cell; of one that differs along the axes (3, cells) the geometric mean."""
     return k if k.ndim == 1 else np.exp(np.log(k).mean(axis=0))
 
 
