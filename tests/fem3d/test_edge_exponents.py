@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from fem3d.runs.scene import solve
 from fem3d.spaces import edge_exponents
 from fem3d.spaces.box_cells import BoxCells, box_cells
 from fem3d.spaces.mapped import MappedSpace
 from meshes.columns import Columns
 from meshes.singular import exponent
-from scenes.model import Boundary, Box, Material, Scene
+from scenes.model import Boundary, Box, Material, Probe, Scene
 
 OXIDE, GOLD = Material("oxide", 1.4, 2200.0, 700.0), Material("gold", 317.0, 19300.0, 129.0, 2.2e-8)
 BASE = Box("base", OXIDE, (0.0, 0.0, 0.0), (4.0, 4.0, 1.0))
@@ -82,3 +83,28 @@ def test_angles_are_those_of_the_solid_however_it_lies() -> None:
     sheared = np.array([[1.0, 0.0, 0.8], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]) @ domain.space.mesh.p
     object.__setattr__(other, "space", MappedSpace(replace(domain.space.mesh, doflocs=sheared)))
     assert edge_exponents.of_cells(other).min() < mine.min() - 0.01
+
+
+def test_errors_of_a_first_mesh_hold_where_a_good_conductor_ends_at_a_held_edge(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A heated pad of gold whose end is flush with the cold end of a plate of steel: an exponent of 0.1. The twin that
+    knows of no edge is off by more than twice its errors."""
+    steel = Material("steel", 16.0, 8000.0, 500.0)
+    boxes = (
+        Box("plate", steel, (0.0, 0.0, 0.0), (1e-4, 6e-5, 1e-5)),
+        Box("pad", GOLD, (0.0, 2e-5, 1e-5), (3e-5, 4e-5, 1.3e-5), 1e13),
+    )
+    held = Boundary("cold", "temperature", (0.0, 0.0, 0.0), (0.0, 6e-5, 1e-5), 293.0)
+    probes = tuple(Probe(b.name, b.lower, b.upper) for b in boxes)
+    scene = Scene("flush", boxes, (held,), probes, 293.0, accuracy=10.0, steady=True, mesh="tetrahedra")
+    known = solve(replace(scene, accuracy=0.1, mesh="bricks")).steady
+
+    def off() -> float:
+        found = solve(scene)
+        assert found.details["levels"] == 1
+        return max(abs(e.value - known[n].value) / (e.error + known[n].error) for n, e in found.steady.items())
+
+    assert off() < 1.0
+    monkeypatch.setattr(edge_exponents, "of_cells", lambda domain: np.full(len(domain.body), np.inf))
+    assert off() > 2.0
