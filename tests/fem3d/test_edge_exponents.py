@@ -85,6 +85,7 @@ def test_angles_are_those_of_the_solid_however_it_lies() -> None:
     assert edge_exponents.of_cells(other).min() < mine.min() - 0.01
 
 
+@pytest.mark.long
 def test_errors_of_a_first_mesh_hold_where_a_good_conductor_ends_at_a_held_edge(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
