@@ -131,6 +131,7 @@ class Search:
         try:
             if self.with_steady:
                 fine = nested.solution(self.study, problems, before=self._before)
+                # Of a linear problem nobody asks for it, and it holds the factors of its mesh.
                 if problems.follows:
                     self.near = fine.state
                 level = mesh.examined(self.study, problems, fine)
