@@ -34,9 +34,10 @@ ANGULAR = 8  # degree of the angular problem's elements, whose exponents are the
 RESOLVED = 1e-3  # of the smallest extent: beneath, the rim of a contact is not looked at
 PASSES = 0.05  # Biot number of a film, with its box's extent across the edge, from which on it contradicts
 
-Numbers = tuple[float, float, float, float]
-Rays = tuple[bool, bool, bool, bool]
+Numbers = tuple[float, ...]
+Rays = tuple[bool, ...]
 WHOLE: Rays = (False, False, False, False)
+QUARTERS: Numbers = (np.pi / 2,) * 4
 
 
 def edges(scene: Scene) -> list[dict[float, float]]:
@@ -171,40 +172,41 @@ def _mark(faces: list[np.ndarray], grid: Grid, boundary: Boundary, number: int =
 
 
 @lru_cache(maxsize=512)
-def exponent(quadrants: Numbers, rays: Rays = WHOLE, cuts: Rays = WHOLE) -> float:
-    """The smallest positive exponent around an edge whose quadrants, in order, have these conductivities; ray i, at
-    which quadrant i begins, has a given value or not, and is one that nothing passes (one of ``cuts``) or not.
+def exponent(wedges: Numbers, rays: Rays = WHOLE, cuts: Rays = WHOLE, angles: Numbers = QUARTERS) -> float:
+    """The smallest positive exponent around an edge whose wedges of some ``angles``, in order, have these
+    conductivities; ray i, at which wedge i begins, has a given value or not, and is one that nothing passes (one of
+    ``cuts``) or not.
 
-    The angular problem is solved with one element of degree `ANGULAR` for each quadrant; 0 conducts nothing.
+    The angular problem is solved with one element of degree `ANGULAR` for each wedge; 0 conducts nothing.
     """
     stiffness, mass = _angular()
-    n = 4 * ANGULAR
-    a, b = np.zeros((n + 4, n + 4)), np.zeros((n + 4, n + 4))
-    for i, k in enumerate(quadrants):
+    count = len(wedges)
+    n = count * ANGULAR
+    a, b = np.zeros((n + count, n + count)), np.zeros((n + count, n + count))
+    for i, (k, angle) in enumerate(zip(wedges, angles, strict=True)):
         # The ray at which it begins, its inner functions, the ray of the next one: of a cut the other side.
-        dofs, following = (ANGULAR * i + np.arange(ANGULAR + 1)) % n, (i + 1) % 4
-        dofs[-1] = n + following if cuts[following] else dofs[-1]
-        a[np.ix_(dofs, dofs)] += k * stiffness
-        b[np.ix_(dofs, dofs)] += k * mass
-    given = np.zeros(n + 4, dtype=bool)
-    given[[at for i in range(4) if rays[i] for at in (ANGULAR * i, n + i)]] = True
+        dofs, following = (ANGULAR * i + np.arange(ANGULAR + 1)) % n, (i + 1) % count
+        dofs[-1] = n + following if cuts[following] else ANGULAR * following
+        a[np.ix_(dofs, dofs)] += k / angle * stiffness
+        b[np.ix_(dofs, dofs)] += k * angle * mass
+    given = np.zeros(n + count, dtype=bool)
+    given[[at for i in range(count) if rays[i] for at in (ANGULAR * i, n + i)]] = True
     solid = np.flatnonzero((np.diag(b) > 0) & ~given)
     if not len(solid):
         return 1.0
     root = np.linalg.cholesky(b[np.ix_(solid, solid)])
     half = np.linalg.solve(root, a[np.ix_(solid, solid)])
     squares = np.linalg.eigvalsh(np.linalg.solve(root, half.T))
-    constants = _constants(quadrants, rays, cuts)
+    constants = _constants(wedges, rays, cuts)
     return float(np.sqrt(max(squares[constants], 0.0))) if len(squares) > constants else 1.0
 
 
 @lru_cache(maxsize=1)
 def _angular() -> tuple[np.ndarray, np.ndarray]:
-    """(functions, functions) twice: the stiffness and the mass matrix of a quadrant."""
+    """(functions, functions) twice: the stiffness and the mass matrix of a wedge of one radian."""
     x, w = legendre.leggauss(ANGULAR + 1)
     f, d = _functions(x)
-    angle = np.pi / 2
-    return 2 / angle * (d * w) @ d.T, angle / 2 * (f * w) @ f.T
+    return 2 * (d * w) @ d.T, 0.5 * (f * w) @ f.T
 
 
 def _functions(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -216,17 +218,17 @@ def _functions(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.array([(1 - x) / 2, *inner, (1 + x) / 2]), np.array([-one / 2, *slopes, one / 2])
 
 
-def _constants(quadrants: Numbers, rays: Rays, cuts: Rays) -> int:
+def _constants(wedges: Numbers, rays: Rays, cuts: Rays) -> int:
     """How many separate solid pieces have no given value: each has a constant of exponent zero."""
-    joined = [q > 0 and quadrants[i - 1] > 0 and not rays[i] and not cuts[i] for i, q in enumerate(quadrants)]
+    joined = [q > 0 and wedges[i - 1] > 0 and not rays[i] and not cuts[i] for i, q in enumerate(wedges)]
     if all(joined):
         return 1
     count = 0
-    for start in range(4):
-        if quadrants[start] <= 0 or joined[start]:
+    for start in range(len(wedges)):
+        if wedges[start] <= 0 or joined[start]:
             continue
         end = start
-        while joined[(end + 1) % 4]:
-            end = (end + 1) % 4
-        count += not rays[start] and not rays[(end + 1) % 4]
+        while joined[(end + 1) % len(wedges)]:
+            end = (end + 1) % len(wedges)
+        count += not rays[start] and not rays[(end + 1) % len(wedges)]
     return count

@@ -40,13 +40,17 @@ class Told:
 
     def corrected(self, level: Level) -> Level:
         """A level with errors, and with what its goals miss, as much smaller or larger as earlier meshes say; none is
-        stated smaller than what its last degree changed. The first level is as it is."""
+        stated smaller than the level says, nor than its estimate where this is no smaller than on earlier meshes, as
+        these then refined for other readings. The first level is as it is."""
         values = {name: float(value) for name, value in level.fine.quantities.items()}
         known = {n: (e, KNOWN * level.scales[n]) for n, e in level.errors.items() if e > KNOWN * level.scales[n]}
         part, larger = self._parts(values, known)
+        fell = {n for before in self.meshes for n, (e, _) in before[1].items() if level.errors[n] <= FELL * e}
         self.meshes.append((values, known))
-        changed = {n: abs(v - float(level.low.quantities[n])) for n, v in values.items()}
-        errors = {n: max(min(e, max(part * e, changed[n])), larger.get(n, 0.0) * e) for n, e in level.errors.items()}
+        smaller = {n: part if n in fell else 1.0 for n in level.errors}
+        errors = {
+            n: max(min(e, max(smaller[n] * e, level.least[n])), larger.get(n, 0.0) * e) for n, e in level.errors.items()
+        }
         parts = {n: max(part, larger.get(n, 0.0)) for n in level.goals}
         goals = {n: [parts[n] * missing for missing in spread] for n, spread in level.goals.items()}
         return replace(level, errors=errors, goals=goals)

@@ -47,6 +47,9 @@ class Level:
     errors: dict[str, float]
     goals: dict[str, Spread]
     falls: Spread
+    least: dict[str, float]
+    """No error is smaller, whatever other meshes say: what the last degree changed in heat and in current, one not
+    making up for the other, or what degrees after it will change at edges."""
 
     @property
     def relative(self) -> dict[str, float]:
@@ -83,7 +86,11 @@ def examined(study: Study, given: Problems, fine: Solution, judge: Estimator) ->
     falls = how_fast(given, goals, parts, joule)
     unsettled = fine.state.unsettled + low.state.unsettled + ROUNDING
     errors = _errors(study, fine, low, scales, goals, estimate.total(power), unsettled, rest)
-    return Level(given, fine, low, scales, errors, goals, falls)
+    least = {name: abs(float(value - low.quantities[name])) for name, value in fine.quantities.items()}
+    for name, each in parts.items():
+        thermal, current = each.sum * scales[name], joule[name].sum * scales[name] if name in joule else 0.0
+        least[name] = max(judge.later(each) * least[name], abs(thermal) + abs(current))
+    return Level(given, fine, low, scales, errors, goals, falls, least)
 
 
 def of_part(part: Symmetry, goals: Mapping[str, str], scales: Mapping[str, float]) -> dict[str, float]:
@@ -107,7 +114,8 @@ def how_fast(
             pairs.append((spread, electric.before, electric.last))
             continue
         thermal, current = parts[name], joule.get(name, electric)
-        before, last = ([x + y for x, y in zip(thermal[k], current[k], strict=True)] for k in (0, 1))
+        both = (thermal.before, current.before), (thermal.last, current.last)
+        before, last = ([x + y for x, y in zip(*each, strict=True)] for each in both)
         pairs.append((spread, before, last))
     return estimate.falling(pairs)
 

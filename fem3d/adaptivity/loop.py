@@ -131,7 +131,9 @@ class Search:
         try:
             if self.with_steady:
                 fine = nested.solution(self.study, problems, before=self._before)
-                self.near = fine.state
+                # Of a linear problem nobody asks for it, and it holds the factors of its mesh.
+                if problems.follows:
+                    self.near = fine.state
                 level = mesh.examined(self.study, problems, fine)
             self.progress(f"level {number}: {problems.heat.size} unknowns")
             if self.with_steady and level is None:

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from fem3d.adaptivity import nested, trace_errors
+from fem3d.adaptivity import nested, reach, trace_errors
 from fem3d.adaptivity.estimate import Spread
 from fem3d.adaptivity.goal_errors import Level, as_balanced
 from fem3d.adaptivity.nested import Problems, Solution
@@ -35,6 +35,7 @@ from meshes.grouped.place import Placed
 from meshes.grouped.read import read
 from meshes.grouped.refine import refine
 from meshes.symmetry import Symmetry
+from scenes.errors import TooLargeError
 from scenes.model import MeshScene
 from scenes.plan import Step
 
@@ -49,9 +50,19 @@ ROUNDING = 1e-9
 
 
 def of(scene: MeshScene) -> FileMesh | Tetrahedra:
-    """The scene on the mesh of its file; SceneError where they do not fit."""
+    """The scene on the mesh of its file; SceneError where they do not fit, TooLargeError for tetrahedra that take too
+    much memory."""
     placed = check(scene, read(scene.path, scene.unit))
-    return Tetrahedra(OnFile(placed), scene.accuracy) if placed.mesh.simplex else FileMesh(placed)
+    if not placed.mesh.simplex:
+        return FileMesh(placed)
+    mesh = Tetrahedra(OnFile(placed), scene.accuracy)
+    if mesh.size.memory > reach.MOST_MEMORY:
+        raise TooLargeError(
+            f"the {mesh.size.cells:,} tetrahedra of {scene.file} take {mesh.size.memory / 1e9:.2g} GB with elements of "
+            f"degree 3, and {reach.MOST_MEMORY / 1e9:g} GB are the most; give a coarser mesh: it is refined where "
+            "readings need it"
+        )
+    return mesh
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,7 +175,7 @@ class FileMesh:
         errors = self._errors(study, given.heat, trace_errors.distance(fine.quantities, low.quantities), scales, pairs)
         errors = {n: e + (ROUNDING + fine.state.unsettled) * scales[n] for n, e in errors.items()}
         errors = as_balanced(study, errors, fine, scales)
-        return Level(given, fine, low, scales, errors, {}, [])
+        return Level(given, fine, low, scales, errors, {}, [], errors)
 
     def responded(
         self, study: Study, given: Problems, bases: Sequence[Base], shift: float, steady: Level | None, generations: int

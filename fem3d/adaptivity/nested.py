@@ -227,9 +227,9 @@ def parts_of(
         products = [dual * residual for dual, residual in zip(duals, residuals, strict=True)]
         before, last = (space.spread(at, product[at]) for at, product in zip(new, products, strict=True))
         return Parts(before, last, estimate.every_second(space, free[-1], sizes[free[-1]]))
-    spreads = []
+    spreads, signed = [], float(duals[-1][new[-1]] @ residuals[-1][new[-1]])
     for at, dual, of_change in zip(new, duals, tested, strict=True):
         added = np.zeros(len(dual))
         added[at] = dual[at]
         spreads.append([*of_change(added)])
-    return Parts(spreads[0], spreads[1], [np.zeros_like(x) for x in spreads[0]])
+    return Parts(spreads[0], spreads[1], [np.zeros_like(x) for x in spreads[0]], signed)

@@ -25,6 +25,7 @@ from fem3d.results.fields.mesh_fields import MeshFields
 from fem3d.results.study import Study
 from fem3d.solution.steady import SteadyState
 from fem3d.solution.transient import Base, Transient
+from fem3d.spaces import edge_exponents
 from fem3d.spaces.domain import Domain
 from fem3d.spaces.size import Size, of_tetrahedra
 from meshes import grading
@@ -48,7 +49,7 @@ VARIES, SHORTER = 0.05, 0.5
 TRIALS, LEAST_ROOM, SURELY = 5, 0.5, 0.9
 # The mesh grows three to eight times as much as by the halves alone: so much of the room these take first.
 FIRST = 0.25
-# An error falls like this power of the size of the cells that cause it, at least, where an edge is re-entrant.
+# An error falls like this power of the size of the cells that cause it, or twice the exponent of a sharper edge.
 FALLS = 4 / 3
 # Of what is missing, what the cells hold that are refined: the others are many, and miss little each.
 MARKED = 0.9
@@ -127,8 +128,13 @@ class Tetrahedra:
         return nested.problems(self.domain, self.accuracy)
 
     @cached_property
+    def _exponents(self) -> np.ndarray:
+        """(cells,): of the edges that each touches."""
+        return edge_exponents.of_cells(self.domain)
+
+    @cached_property
     def _judge(self) -> Estimator:
-        return Estimator.of_mesh(self.size.cells, self.domain.space.p)
+        return Estimator.of_mesh(self._exponents, self.domain.space.p)
 
     def examined(self, study: Study, given: Problems, fine: Solution) -> Level | None:
         level = goal_errors.examined(study, given, fine, self._judge)
@@ -153,7 +159,8 @@ class Tetrahedra:
         missing = by_axis.sum(axis=0)
         missing *= max(worst / max(float(missing.sum()), 1e-300), 1.0)
         excess = missing / max(grading.share_of(missing, AIM * enough), 1e-300)
-        often = np.ceil(np.log2(np.maximum(excess, 1.0)) / FALLS).clip(max=self.laid.most).astype(int)
+        falls_like = np.minimum(2 * self._exponents, FALLS)
+        often = np.ceil(np.log2(np.maximum(excess, 1.0)) / falls_like).clip(max=self.laid.most).astype(int)
         times = np.where(self._long(by_axis), often, 0)
         order = np.argsort(-missing)
         order = order[: np.searchsorted(np.cumsum(missing[order]), MARKED * missing.sum()) + 1]

@@ -63,8 +63,8 @@ def test_a_rate_that_smooth_parts_have_is_not_believed(monkeypatch: pytest.Monke
     """The twin of the test above: with the last part falling as fast as it is seen to, the errors don't hold."""
     of_mesh = estimate.Estimator.of_mesh
 
-    def believing(cells: int, degree: int) -> estimate.Estimator:
-        found = of_mesh(cells, degree)
+    def believing(exponents: np.ndarray, degree: int) -> estimate.Estimator:
+        found = of_mesh(exponents, degree)
         found._last = found._cap
         return found
 

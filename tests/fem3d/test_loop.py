@@ -22,7 +22,7 @@ class Meshes:
 
     def problems(self) -> Any:
         return SimpleNamespace(
-            heat=SimpleNamespace(size=10 * 2**self.number), conductor=None, told=self.told[self.number]
+            heat=SimpleNamespace(size=10 * 2**self.number), conductor=None, follows=False, told=self.told[self.number]
         )
 
     def examined(self, study: Any, given: Any, fine: Any) -> Any:

@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fem3d.adaptivity import mesh_file, nested, tetrahedra
+from fem3d.adaptivity import mesh_file, nested, reach, tetrahedra
 from fem3d.adaptivity.tetrahedra import less_accurate
 from fem3d.problems.heat import HeatProblem
 from fem3d.runs import probe_quantities
 from fem3d.runs import scene as scene_run
 from fem3d.runs.scene import solve
-from scenes.errors import RunawayError
+from scenes.errors import RunawayError, TooLargeError
 from scenes.free import from_dict
 from scenes.model import MeshScene, Scene
 from scenes.result import Result
@@ -170,6 +170,12 @@ def test_what_a_mesh_cannot_reach_is_told(tmp_path: Path, monkeypatch: pytest.Mo
     found = on_mesh(bridge(steady=True, accuracy=1e-6), "tetra", 1, tmp_path)
     assert "less accurate than the 1e-06 asked for" in found.details["warnings"][0]
     assert not on_mesh(bar(), "tetra", 1, tmp_path).details["warnings"]
+
+
+def test_a_mesh_that_takes_too_much_memory_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(reach, "MOST_MEMORY", 0.8e8)
+    with pytest.raises(TooLargeError, match=r"tetrahedra of m.msh take .* GB .*; give a coarser mesh"):
+        on_mesh(bar(steady=True, accuracy=2e-3), "tetra", 3, tmp_path)
 
 
 def test_curved_cells_are_taken_as_they_are(tmp_path: Path) -> None:

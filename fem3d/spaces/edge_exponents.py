@@ -1,0 +1,137 @@
+"""How singular a solution is in the cells of a mesh of tetrahedra: the exponents (`meshes.singular`) of the edges that
+they touch, whatever the angles there."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from skfem.refdom import RefTet
+
+from fem3d.spaces.domain import Domain
+from meshes.singular import REGULAR, exponent
+from scenes import physics
+
+# Angles (radians) are told apart to this, a degree: an exponent moves by a percent, and as many
+# different ones are solved for.
+TOLD_APART = np.pi / 180
+_EDGES, _FACETS = np.array(RefTet.edges), np.array(RefTet.facets)
+_OTHERS = np.array([[i for i in range(4) if i not in edge] for edge in RefTet.edges])
+_BESIDE = np.array([[[set(f) == {*edge, c} for f in RefTet.facets].index(True) for c in others]
+                    for edge, others in zip(RefTet.edges, _OTHERS.tolist(), strict=True)])  # fmt: skip
+
+
+def of_cells(domain: Domain) -> np.ndarray:
+    """(cells,): the smallest exponent of the temperature or the potential at an edge that a cell touches; infinite
+    where all are regular."""
+    mesh: Any = domain.space.mesh
+    exponents = np.full(mesh.edges.shape[1], np.inf)
+    if physics.heat(domain.scene):
+        exponents = _at_edges(mesh, _mean(domain.per_cell("thermal_conductivity")), _given(domain, "temperature"))
+    if domain.live.any():
+        resistivity = domain.per_cell("resistivity")
+        sigma = np.where(domain.live, 1 / _mean(np.where(domain.live, resistivity, 1.0)), 0.0)
+        current = _at_edges(mesh, sigma, _given(domain, "voltage"))
+        exponents = np.minimum(exponents, current)
+    at_vertices = np.full(mesh.p.shape[1], np.inf)
+    for end in mesh.edges:
+        np.minimum.at(at_vertices, end, exponents)
+    smallest: np.ndarray = at_vertices[mesh.t].min(axis=0)
+    return smallest
+
+
+def _mean(k: np.ndarray) -> np.ndarray:
+    """(cells,): a property of each cell; of one that differs along the axes (3, cells) the geometric mean."""
+    return k if k.ndim == 1 else np.exp(np.log(k).mean(axis=0))
+
+
+def _given(domain: Domain, kind: str) -> np.ndarray:
+    """(facets,): the number of the value that each facet is given; 0 for none."""
+    numbers, given = dict[Any, int](), np.zeros(domain.space.mesh.facets.shape[1], int)
+    for b in domain.scene.boundaries:
+        if b.kind == kind and not b.contact_resistance:
+            given[domain.on(b)] = numbers.setdefault(b.value, len(numbers) + 1)
+    return given
+
+
+def _at_edges(mesh: Any, k: np.ndarray, given: np.ndarray) -> np.ndarray:
+    """(edges,): the exponent at each edge of a mesh of cells that conduct ``k`` (cells,), for the numbers of the values
+    ``given`` on facets; infinite where it is regular."""
+    exponents = np.full(mesh.edges.shape[1], np.inf)
+    pair = np.where(mesh.f2t >= 0, k[mesh.f2t], 0.0)
+    uneven = np.flatnonzero((pair[0] != pair[1]) | ((given > 0) & pair.any(axis=0)))
+    marked = np.zeros(mesh.p.shape[1], bool)
+    marked[mesh.facets[:, uneven]] = True
+    cells = np.flatnonzero((marked[mesh.t].sum(axis=0) >= 2) & (k > 0))
+    edge, start, angle, of_cell, first, last = _wedges(mesh, cells)
+    order = np.lexsort([start, edge])
+    order = order[marked[mesh.edges[:, edge[order]]].all(axis=0)]
+    edge, start, angle, k, first, last = (x[order] for x in (edge, start, angle, k[of_cell], first, last))
+    # From one wedge to the one before around the same edge.
+    begins = np.flatnonzero(np.diff(edge, prepend=-1))
+    ends = np.append(begins[1:], len(edge)) - 1
+    before = np.arange(len(edge)) - 1
+    before[begins] = ends
+    gap = (start - start[before] - angle[before]) % (2 * np.pi)
+    gap = np.where((gap > TOLD_APART) & (gap < 2 * np.pi - TOLD_APART), gap, 0.0)
+    breaks = (k != k[before]) | (given[first] > 0) | (gap > 0)
+    held, behind = given[first], given[last[before]]
+    seen: dict[Any, float] = {}
+    for i, j in zip(begins.tolist(), (ends + 1).tolist(), strict=True):
+        at = i + np.flatnonzero(breaks[i:j])
+        flat = len(at) == 1 and not (held[at[0]] or behind[at[0]]) and angle[i:j].sum() < np.pi + TOLD_APART
+        if not len(at) or flat:
+            continue
+        sums = np.add.reduceat(np.concatenate([angle[at[0] : j], angle[i : at[0]]]), at - at[0])
+        key = tuple(
+            (max(round(a / TOLD_APART), 1), n, round(g / TOLD_APART), h, b)
+            for a, n, g, h, b in zip(
+                sums.tolist(), k[at].tolist(), gap[at].tolist(), held[at].tolist(), behind[at].tolist(), strict=True
+            )
+        )
+        if key not in seen:
+            seen[key] = _exponent(key)
+        exponents[edge[i]] = seen[key]
+    exponents[exponents >= REGULAR] = np.inf
+    return exponents
+
+
+def _exponent(ring: tuple[tuple[int, float, int, int, int], ...]) -> float:
+    """The exponent of wedges, each with its angle, conductivity, the gap before it, and what its beginning and the end
+    of the one before the gap are given; half of it where two given values meet."""
+    angles, conductivities, rays = list[float](), list[float](), list[bool]()
+    for angle, k, gap, given, behind in ring:
+        if gap:
+            angles.append(gap * TOLD_APART)
+            conductivities.append(0.0)
+            rays.append(behind > 0)
+        angles.append(angle * TOLD_APART)
+        conductivities.append(k)
+        rays.append(given > 0)
+    values = {n for _, _, _, *both in ring for n in both if n}
+    s = exponent(tuple(conductivities), tuple(rays), (False,) * len(rays), tuple(angles))
+    return s / 2 if len(values) > 1 else s
+
+
+def _wedges(mesh: Any, cells: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Of the six edges of some cells (n,): the edge, the angle about it at which the cell begins and its own (radians),
+    the cell, and the facets at which it begins and ends; (6 n,) each."""
+    at = mesh.p[:, mesh.t[:, cells]]
+    edges = mesh.t2e[:, cells].ravel()
+    ends = mesh.p[:, mesh.edges[:, edges]]
+    axis = ends[:, 1] - ends[:, 0]
+    axis /= np.linalg.norm(axis, axis=0)
+    across = np.eye(3)[np.abs(axis).argmin(axis=0)].T
+    across -= axis * (axis * across).sum(axis=0)
+    across /= np.linalg.norm(across, axis=0)
+    upright = np.cross(axis.T, across.T).T
+    angles = []
+    for other in (0, 1):
+        away = at[:, _OTHERS[:, other]].reshape(3, -1) - ends[:, 0]
+        angles.append(np.arctan2((away * upright).sum(axis=0), (away * across).sum(axis=0)))
+    facets = [mesh.t2f[_BESIDE[:, other]][:, cells].ravel() for other in (0, 1)]
+    turn = (angles[1] - angles[0]) % (2 * np.pi)
+    swapped = turn > np.pi
+    start = np.where(swapped, angles[1], angles[0]) % (2 * np.pi)
+    begin, end = np.where(swapped, facets[::-1], facets)
+    return edges, start, np.where(swapped, 2 * np.pi - turn, turn), np.tile(cells, 6), begin, end

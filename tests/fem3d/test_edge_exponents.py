@@ -1,0 +1,111 @@
+"""Exponents of edges on tetrahedra (`fem3d.spaces.edge_exponents`), against those of edges between bricks."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from fem3d.runs.scene import solve
+from fem3d.spaces import edge_exponents
+from fem3d.spaces.box_cells import BoxCells, box_cells
+from fem3d.spaces.mapped import MappedSpace
+from meshes.columns import Columns
+from meshes.singular import exponent
+from scenes.model import Boundary, Box, Material, Probe, Scene
+
+OXIDE, GOLD = Material("oxide", 1.4, 2200.0, 700.0), Material("gold", 317.0, 19300.0, 129.0, 2.2e-8)
+BASE = Box("base", OXIDE, (0.0, 0.0, 0.0), (4.0, 4.0, 1.0))
+COLD = Boundary("cold", "temperature", (0.0, 0.0, 0.0), (4.0, 4.0, 0.0), 293.0)
+PAD = Box("pad", GOLD, (1.0, 1.0, 1.0), (2.0, 2.0, 2.0))
+
+
+def halved(boxes: tuple[Box, ...], boundaries: tuple[Boundary, ...] = ()) -> BoxCells:
+    """A scene on tetrahedra that are halved along each axis once."""
+    scene = Scene("edges", boxes, (COLD, *boundaries), (), 293.0, steady=True)
+    columns = Columns.of(scene)
+    return box_cells(scene, columns.refined(np.ones((3, columns.mesh.t.shape[1]), int)).mesh)
+
+
+def smallest(domain: BoxCells) -> float:
+    return float(edge_exponents.of_cells(domain).min())
+
+
+def given(name: str, low: float, high: float, value: float) -> Boundary:
+    return Boundary(name, "temperature", (low, 0.0, 1.0), (high, 4.0, 1.0), value)
+
+
+@pytest.mark.parametrize(
+    ("boxes", "boundaries", "known"),
+    [
+        ((BASE,), (), np.inf),
+        ((BASE, PAD), (), exponent((317.0, 0.0, 1.4, 1.4))),
+        ((BASE, replace(PAD, material=OXIDE)), (), 2 / 3),
+        ((BASE,), (given("warm", 0.0, 2.0, 300.0),), 0.5),
+        # Two that differ and meet: half of what one of them alone, on either side of the edge, would have.
+        ((BASE,), (given("warm", 0.0, 2.0, 300.0), given("hot", 2.0, 4.0, 310.0)), 0.5),
+        # The rim of an electrode, that no heat sees.
+        (
+            (BASE, PAD),
+            (
+                Boundary("plus", "voltage", (1.0, 1.0, 2.0), (1.5, 2.0, 2.0), 1.0),
+                Boundary("minus", "voltage", (2.0, 1.0, 1.0), (2.0, 2.0, 2.0), 0.0),
+            ),
+            0.5,
+        ),
+    ],
+)  # fmt: skip
+def test_the_smallest_exponent_is_that_of_the_edge_between_bricks(
+    boxes: tuple[Box, ...], boundaries: tuple[Boundary, ...], known: float
+) -> None:
+    assert smallest(halved(boxes, boundaries)) == pytest.approx(known, rel=1e-6)
+
+
+def test_cells_that_touch_no_edge_have_none() -> None:
+    domain = halved((BASE, PAD))
+    mesh, exponents = domain.space.mesh, edge_exponents.of_cells(domain)
+    foot = (np.abs(mesh.p[2] - 1.0) < 1e-9) & (np.abs(mesh.p[:2] - 1.5).max(axis=0) < 0.5 + 1e-9)
+    touches = (foot & (np.abs(np.abs(mesh.p[:2] - 1.5).max(axis=0) - 0.5) < 1e-9))[mesh.t].any(axis=0)
+    assert np.array_equal(np.isfinite(exponents), touches)
+    assert 0 < touches.sum() < len(exponents)
+
+
+def test_angles_are_those_of_the_solid_however_it_lies() -> None:
+    domain = halved((BASE, replace(PAD, material=OXIDE)))
+    turned = Rotation.from_euler("xyz", [0.3, 1.1, -0.7]).as_matrix() @ domain.space.mesh.p
+    other = replace(domain, space=MappedSpace(replace(domain.space.mesh, doflocs=turned)))
+    facets, mine = {b.name: domain.facets(b) for b in domain.scene.boundaries}, edge_exponents.of_cells(domain)
+    object.__setattr__(other, "facets", lambda b: facets[b.name])
+    assert np.allclose(edge_exponents.of_cells(other), mine)
+    # Sheared, they are other angles.
+    sheared = np.array([[1.0, 0.0, 0.8], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]) @ domain.space.mesh.p
+    object.__setattr__(other, "space", MappedSpace(replace(domain.space.mesh, doflocs=sheared)))
+    assert edge_exponents.of_cells(other).min() < mine.min() - 0.01
+
+
+@pytest.mark.long
+def test_errors_of_a_first_mesh_hold_where_a_good_conductor_ends_at_a_held_edge(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A heated pad of gold whose end is flush with the cold end of a plate of steel: an exponent of 0.1. The twin that
+    knows of no edge is off by more than twice its errors."""
+    steel = Material("steel", 16.0, 8000.0, 500.0)
+    boxes = (
+        Box("plate", steel, (0.0, 0.0, 0.0), (1e-4, 6e-5, 1e-5)),
+        Box("pad", GOLD, (0.0, 2e-5, 1e-5), (3e-5, 4e-5, 1.3e-5), 1e13),
+    )
+    held = Boundary("cold", "temperature", (0.0, 0.0, 0.0), (0.0, 6e-5, 1e-5), 293.0)
+    probes = tuple(Probe(b.name, b.lower, b.upper) for b in boxes)
+    scene = Scene("flush", boxes, (held,), probes, 293.0, accuracy=10.0, steady=True, mesh="tetrahedra")
+    known = solve(replace(scene, accuracy=0.1, mesh="bricks")).steady
+
+    def off() -> float:
+        found = solve(scene)
+        assert found.details["levels"] == 1
+        return max(abs(e.value - known[n].value) / (e.error + known[n].error) for n, e in found.steady.items())
+
+    assert off() < 1.0
+    monkeypatch.setattr(edge_exponents, "of_cells", lambda domain: np.full(len(domain.body), np.inf))
+    assert off() > 2.0
