@@ -33,7 +33,7 @@ class BrickSpace(Space):
     """The functions on the cells of a grid that a box owns.
 
     ``ijk`` (3, cells) says where in the grid each cell is, ``h`` (3, cells) its sides (m), ``degrees`` (3, cells) its
-    degrees. The lower spaces are of degrees lower by two and by one.
+    degrees, of those of its edges the highest. The lower spaces are of degrees lower by two and by one.
     """
 
     def __init__(self, grid: Grid) -> None:
