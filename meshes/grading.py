@@ -9,7 +9,7 @@ Computational Mechanics 1, 1986). The three axes are treated alike.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -274,4 +274,5 @@ def _cut(
 
 def raised(grid: Grid) -> Grid:
     """The grid with one degree more everywhere."""
-    return grid.with_axes(grid.breaks, [np.minimum(d + 1, HIGHEST_DEGREE) for d in grid.degrees])
+    degrees, edges = (tuple(np.minimum(p + 1, HIGHEST_DEGREE) for p in each) for each in (grid.degrees, grid.edges))
+    return replace(grid, degrees=degrees, edges=edges)

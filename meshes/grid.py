@@ -17,11 +17,16 @@ SAME = 1e-9  # coordinates closer than this fraction of the extent along an axis
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """Per axis the breakpoints (m, increasing) and the degree of each interval; the boxes, of which later ones win."""
+    """Per axis the breakpoints (m, increasing) and the degree of each interval; the boxes, of which later ones win.
+
+    Where degrees are told edge by edge (`meshes.edgewise`), ``edges`` are per axis those of the edges along it,
+    (intervals along it, planes across the others) in the order x, y, z; ``degrees`` are the highest on each interval.
+    """
 
     breaks: tuple[np.ndarray, ...]
     degrees: tuple[np.ndarray, ...]
     boxes: tuple[Box, ...]
+    edges: tuple[np.ndarray, ...] = ()
 
     @cached_property
     def owner(self) -> np.ndarray:
@@ -36,6 +41,11 @@ class Grid:
         """(nx, ny, nz): which cells a box owns."""
         solid: np.ndarray = self.owner != VOID
         return solid
+
+    @property
+    def finest(self) -> tuple[np.ndarray, ...]:
+        """Per axis the degrees as they are told: of edges, or of intervals."""
+        return self.edges or self.degrees
 
     def small(self, d: int) -> float:
         """The length (m) along an axis that counts as nothing."""
@@ -86,8 +96,8 @@ class Grid:
 
     def same(self, other: Grid) -> bool:
         """Whether two grids have the same cells and degrees."""
-        pairs = zip((*self.breaks, *self.degrees), (*other.breaks, *other.degrees), strict=True)
-        return all(len(a) == len(b) and bool((a == b).all()) for a, b in pairs)
+        pairs = zip((*self.breaks, *self.finest), (*other.breaks, *other.finest), strict=True)
+        return all(np.array_equal(a, b) for a, b in pairs)
 
 
 def statistics(grid: Grid) -> dict[str, Any]:
@@ -100,7 +110,7 @@ def statistics(grid: Grid) -> dict[str, Any]:
     return {
         "cells": int(solid.sum()),
         "intervals": [len(d) for d in grid.degrees],
-        "lowest_degree": int(min(d.min() for d in grid.degrees)),
+        "lowest_degree": int(min(d.min() for d in grid.finest)),
         "highest_degree": int(max(d.max() for d in grid.degrees)),
         "largest_aspect_ratio": float((longest / shortest)[solid].max()),
         "volume_m3": float(volume[solid].sum()),

@@ -20,7 +20,7 @@ from fem3d.solution.steady import SteadyState
 from fem3d.solution.transient import Base, Transient
 from fem3d.spaces.domain import boxes
 from fem3d.spaces.size import foreseen
-from meshes import diffusion, grading
+from meshes import diffusion, edgewise, grading
 from meshes import grid as grids
 from meshes.grading import Features
 from meshes.grid import Grid
@@ -35,19 +35,24 @@ AIM = 0.5
 # Where halved intervals would give the next level more than this factor times the unknowns, degrees are raised instead:
 # a mesh that is still so far from the accuracy predicts its own errors badly. The default sink at 1e-5 grows by 1.9.
 MOST_GROWTH = 3.0
+# The degree of a rough grid, and the unknowns of a first grid from which on a rough one comes before it: with fewer it
+# takes longer than it saves (random scenes, and such on blocks).
+ROUGH, MANY = 2, 6_000
 LARGE = 30_000  # unknowns of a grid beyond which tetrahedra are looked at (`fem3d.adaptivity.choice`)
 
 
 @dataclass(frozen=True, eq=False)
 class Bricks:
     """A grid of bricks for an accuracy, the features of its scene, and what is known of its singular edges: errors from
-    the last two degrees, refined where these say that something is missing."""
+    the last two degrees, refined where these say that something is missing. One in rough degrees tells which of those
+    of the grid that is its ``aim`` each edge needs."""
 
     scene: Scene
     grid: Grid
     accuracy: float
     marks: Features
     edges: reach.Edges
+    aim: Grid | None = None
 
     @staticmethod
     def of(study: Study, over_time: bool = False) -> Bricks:
@@ -63,10 +68,18 @@ class Bricks:
     def _judge(self) -> Estimator:
         return Estimator.of_grid(self.grid, self.marks)
 
+    def rough(self) -> Bricks:
+        """In rough degrees first, where that saves more than it takes."""
+        if foreseen(self.scene, self.grid).unknowns < MANY:
+            return self
+        reach.check_size(self.scene, self.grid, self.accuracy, self.marks)
+        return replace(self, grid=edgewise.of_degree(self.grid, ROUGH), aim=grading.raised(self.grid))
+
     def problems(self) -> Problems:
         reach.check_size(self.scene, self.grid, self.accuracy, self.marks)
         given = nested.problems(boxes(self.scene, self.grid), self.accuracy)
-        self.edges.check_power(given, self._judge)
+        if self.aim is None:
+            self.edges.check_power(given, self._judge)
         return given
 
     def examined(self, study: Study, given: Problems, fine: Solution) -> Level | None:
@@ -78,18 +91,30 @@ class Bricks:
         return trace_errors.respond(study, given, bases, shift, self._judge, steady, generations)
 
     def refined(self, goals: Collection[Spread], falls: Spread | None, worst: float, enough: float) -> Bricks:
-        self.edges.check(self.grid, goals, enough)
         missing = estimate.worst(goals)
         known = max(estimate.total(missing), 1e-300)
         missing = [m * max(worst / known, 1.0) for m in missing]
-        finer = grading.refined(self.grid, missing, AIM * enough, self.marks, falls)
-        if foreseen(self.scene, finer).unknowns > MOST_GROWTH * foreseen(self.scene, self.grid).unknowns:
-            finer = grading.refined(self.grid, missing, AIM * enough, self.marks)
+        if self.aim is not None:
+            # What the last degree takes away, FALLS times what it leaves, counts as error; foreseen to a factor of two.
+            share = edgewise.share_of(missing, AIM * enough / (2 * edgewise.FALLS))
+            return replace(self, grid=edgewise.finer(self.grid, missing, share, self.aim), aim=None)
+        self.edges.check(self.grid, goals, enough)
+        finer = self._finer(missing, AIM * enough, falls)
         if finer.same(self.grid):
             raise not_reached(self.accuracy, reach.because(self.marks))
         return replace(self, grid=finer)
 
+    def _finer(self, missing: Spread, target: float, falls: Spread | None) -> Grid:
+        if self.grid.edges:
+            return edgewise.refined(self.grid, missing, target, self.marks)
+        finer = grading.refined(self.grid, missing, target, self.marks, falls)
+        if foreseen(self.scene, finer).unknowns > MOST_GROWTH * foreseen(self.scene, self.grid).unknowns:
+            return grading.refined(self.grid, missing, target, self.marks)
+        return finer
+
     def raised(self) -> Bricks | None:
+        if self.aim is not None:
+            return replace(self, grid=self.aim, aim=None)
         finer = grading.raised(self.grid)
         return None if finer.same(self.grid) else replace(self, grid=finer)
 
@@ -97,7 +122,7 @@ class Bricks:
         return field_error.of(level)
 
     def refined_for_field(self, level: Level) -> Bricks:
-        return replace(self, grid=field_error.refined(level))
+        return replace(self, grid=field_error.refined(level, self.aim))
 
     def on(self, scene: Scene) -> Bricks:
         """Another scene, with the same planes, on the same grid."""

@@ -26,6 +26,7 @@ import numpy as np
 from scipy.sparse import csc_array
 from skfem.refdom import RefHex
 
+from meshes import edgewise
 from meshes.grading import Features
 from meshes.grid import Grid
 
@@ -80,7 +81,7 @@ def at_edge(p: np.ndarray, s: np.ndarray) -> np.ndarray:
 
 def rate(p: np.ndarray, ratio: np.ndarray) -> np.ndarray:
     """a of parts of degrees p and p - 1 that have this ratio; the slowest where p - 1 can have none."""
-    rates = np.full(len(p), SLOWEST)
+    rates = np.full(p.shape, SLOWEST)
     for q in np.unique(p[p > 2]):
         falling, a = _ratios(int(q))
         rates[p == q] = np.interp(-ratio[p == q], -falling, a)
@@ -95,14 +96,16 @@ def _ratios(p: int) -> tuple[np.ndarray, np.ndarray]:
 
 class Estimator:
     """What is known of how errors fall with the degree: on each interval of a grid what its features say, on each cell
-    of a mesh what edges it touches."""
+    of a mesh what edges it touches. Where degrees are told edge by edge (``of_edges``, a grid), rates are those of all
+    edges of one degree on an interval together, as what a single one misses is small by chance; (degrees, intervals) of
+    them."""
 
     def __init__(
         self, degrees: Spread, cap: Spread, least: Spread, fall: Spread, near: Spread, last: Spread,
-        later: np.ndarray | float = 1.0,
+        later: np.ndarray | float = 1.0, of_edges: Grid | None = None,
     ) -> None:  # fmt: skip
         self._degrees, self._cap, self._least, self._fall, self._near = degrees, cap, least, fall, near
-        self._last, self._later = last, later
+        self._last, self._later, self._of_edges = last, later, of_edges
 
     @classmethod
     def of_mesh(cls, exponents: np.ndarray, degree: int) -> Estimator:
@@ -117,20 +120,24 @@ class Estimator:
     @classmethod
     def of_grid(cls, grid: Grid, marks: Features) -> Estimator:
         """That of a grid with its features."""
-        at_planes, degrees = marks.near(grid), [np.maximum(p, 2) for p in grid.degrees]
+        degrees = [np.maximum(p, 2) for p in grid.degrees]
+        if grid.edges:
+            degrees = [np.maximum(np.indices((p.max() + 1, len(p)))[0], 2) for p in degrees]
+        at_planes = marks.near(grid)
         caps, slowest, falls = list[np.ndarray](), list[np.ndarray](), list[np.ndarray]()
         for p, b, near, planes in zip(degrees, grid.breaks, at_planes, marks.exponents, strict=True):
             s, half, middle = np.minimum(near[:-1], near[1:]), np.diff(b) / 2, (b[1:] + b[:-1]) / 2
             edge = at_edge(p, s)
             away = np.abs(np.array([*planes, np.inf]) - middle[:, None]) / half[:, None]
             away = np.where(away > 1 + 1e-9, away, np.inf).min(axis=1)
-            fall = np.zeros(len(p))
+            fall = np.zeros(len(half))
             seen = np.isfinite(away)
             fall[seen] = (away[seen] + np.sqrt(away[seen] ** 2 - 1)) ** -2.0
+            fall = np.broadcast_to(fall, p.shape)
             falls.append(fall)
             slowest.append(np.where(np.isfinite(s), np.minimum(edge, SLOWEST), REGULAR))
             caps.append(np.where(np.isfinite(s), edge, rate(p, fall)).clip(max=FASTEST))
-        return cls(degrees, caps, slowest, falls, at_planes, caps)
+        return cls(degrees, caps, slowest, falls, at_planes, caps, of_edges=grid if grid.edges else None)
 
     def bending(self, bent: Spread | None) -> Estimator:
         """With the marked ones among ``bent`` (booleans) as places across which a property's law bends: a small part is
@@ -139,22 +146,24 @@ class Estimator:
             return self
         cap = [np.where(at, np.minimum(limit, BENT), limit) for at, limit in zip(bent, self._cap, strict=True)]
         of_last = [np.minimum(last, most) for last, most in zip(self._last, cap, strict=True)]
-        return Estimator(self._degrees, cap, self._least, self._fall, self._near, of_last, self._later)
+        return Estimator(self._degrees, cap, self._least, self._fall, self._near, of_last, self._later, self._of_edges)
 
     def at_vertices(self, space: Any, vertices: np.ndarray, parts: np.ndarray) -> Spread:
         """What the functions (n,) of some vertices on edges miss, on what ends there, in equal parts."""
         if not self._near:
             return space.spread(vertices, parts)
         corner, cell = np.nonzero(np.isin(space.dofs[:8], vertices))
-        interval = [space.ijk[d, cell] for d in range(3)]
-        ends_there = [np.isfinite(self._near[d][interval[d] + RefHex.p[d].astype(int)[corner]]) for d in range(3)]
+        place = space.ijk[:, cell].T + RefHex.p.T.astype(int)[corner]
+        ends_there = [np.isfinite(self._near[d][place[:, d]]) for d in range(3)]
         at = space.dofs[corner, cell]
         shares = np.maximum(np.bincount(at, np.sum(ends_there, axis=0), space.size), 1.0)
         each = (np.bincount(vertices, np.abs(parts), space.size) / shares)[at]
-        return [
-            np.bincount(intervals[ends], each[ends], len(p))
-            for intervals, ends, p in zip(interval, ends_there, self._degrees, strict=True)
-        ]
+        spreads = []
+        for d, (ends, degrees) in enumerate(zip(ends_there, space.grid.finest, strict=True)):
+            edge = 2 * place[ends]
+            edge[:, d] = 2 * space.ijk[d, cell[ends]] + 1
+            spreads.append(np.bincount(space.slots(d, edge), each[ends], degrees.size).reshape(degrees.shape))
+        return spreads
 
     @property
     def most(self) -> float:
@@ -169,14 +178,19 @@ class Estimator:
         turns; and from every second degree, as of those two parities one may be absent.
         """
         remaining, every_second = [], self._every_second(parts.every_second)
+        pairs = [parts.before, parts.last]
+        if self._of_edges is not None:
+            pairs = [edgewise.pooled(self._of_edges, each) for each in pairs]
         for p, cap, least, of_last, before, last, ratio in zip(
-            self._degrees, self._cap, self._least, self._last, parts.before, parts.last, every_second, strict=True
+            self._degrees, self._cap, self._least, self._last, *pairs, every_second, strict=True
         ):
             a = np.minimum(rate(p, last / np.maximum(before, 1e-300)), cap).clip(least)
             from_last = last * left(p, np.minimum(a, of_last).clip(least))
             from_before = np.where(p > 2, before * left(np.maximum(p - 1, 2), a) * ((p - 1.0) / p) ** a, 0.0)
             remaining.append(np.maximum(np.maximum(from_last, from_before), before * ratio))
-        return remaining
+        if self._of_edges is None:
+            return remaining
+        return edgewise.shared(self._of_edges, remaining, [x + y for x, y in zip(*parts[:2], strict=True)])
 
     def later(self, parts: Parts) -> float:
         """What degrees after the last will change of a reading over what that one did, at least once that: a mean over
@@ -212,7 +226,7 @@ def weights(matrix: csc_array, u: np.ndarray, depth: np.ndarray) -> np.ndarray:
 def every_second(space: Any, functions: np.ndarray, sizes: np.ndarray) -> Spread:
     """`Parts.every_second` of functions (n,): of the dual solution times the `weights` of the solution."""
     depth = space.depth[functions]
-    highest, near, far = (space.spread(functions[depth == d], sizes[depth == d]) for d in (1, 2, 3))
+    highest, near, far = (space.pooled(space.spread(functions[depth == d], sizes[depth == d])) for d in (1, 2, 3))
     with np.errstate(divide="ignore", invalid="ignore"):
         # Below degree 5 there is none two degrees lower: what one degree takes is taken twice.
         ratios = [np.where(z > 0, x / z, (x / y) ** 2) for x, y, z in zip(highest, near, far, strict=True)]
@@ -225,9 +239,8 @@ def falling(goals: Iterable[tuple[Spread, Spread, Spread]]) -> Spread:
     remaining, before, last = zip(*goals, strict=True)
     factors = []
     for d in range(len(remaining[0])):
-        each = np.array([goal[d] for goal in remaining])
-        at = each.argmax(axis=0), np.arange(each.shape[1])
-        x, y = (np.array([part[d] for part in parts])[at] for parts in (before, last))
+        most = np.array([goal[d] for goal in remaining]).argmax(axis=0)[None]
+        x, y = (np.take_along_axis(np.array([part[d] for part in parts]), most, 0)[0] for parts in (before, last))
         factors.append(np.minimum(y / np.maximum(x, 1e-300), 1.0))
     return factors
 

@@ -12,11 +12,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from fem3d.adaptivity import nested
+from fem3d.adaptivity import estimate, nested
 from fem3d.adaptivity.goal_errors import Level
 from fem3d.adaptivity.mesh import Answer
 from fem3d.results.study import Study
-from meshes import grading
+from meshes import edgewise, grading
 from meshes.grading import RATIO
 from meshes.grid import Grid
 from scenes.errors import NumericsError
@@ -75,18 +75,22 @@ def relative(gaps: np.ndarray, field: np.ndarray) -> float:
     return CAUTION * float(gaps.max()) / largest
 
 
-def refined(level: Level) -> Grid:
+def refined(level: Level, aim: Grid | None = None) -> Grid:
     """The grid with the intervals refined that cause most of its field's error: towards singular planes they are cut,
-    elsewhere they gain a degree, and are halved at the highest."""
+    elsewhere they gain a degree, and are halved at the highest; of a rough grid edges gain one, up to those of its
+    ``aim``."""
     grid, (gaps, _) = level.problems.bricks.grid, _sampled(level)
     marks = grading.features(level.problems.domain.scene)
-    missing = []
-    for d in range(3):
-        others = tuple(e for e in range(3) if e != d)
-        worst = gaps.max(axis=others).reshape(len(grid.degrees[d]), POINTS).max(axis=1)
-        missing.append(np.where(worst >= CAUSES * gaps.max(), 1.0, 0.0))
+    cells = gaps.reshape([n for length in gaps.shape for n in (length // POINTS, POINTS)]).max(axis=(1, 3, 5))
+    if grid.edges:
+        missing = edgewise.of_cells(np.where(cells >= CAUSES * gaps.max(), 1.0, 0.0))
+        if aim is not None:
+            return edgewise.finer(grid, missing, 0.5, aim)
+        return edgewise.refined(grid, missing, 0.5 * estimate.total(missing), marks)
+    worst = [cells.max(axis=tuple({0, 1, 2} - {d})) for d in range(3)]
+    missing = [np.where(each >= CAUSES * gaps.max(), 1.0, 0.0) for each in worst]
     # Twice its share: one step, wherever.
-    return grading.refined(grid, missing, 0.5 * sum(float(m.sum()) for m in missing), marks)
+    return grading.refined(grid, missing, 0.5 * estimate.total(missing), marks)
 
 
 def _sampled(level: Level) -> tuple[np.ndarray, np.ndarray]:

@@ -73,6 +73,8 @@ def solve(
             mesh, search.near = suited.suited(mesh, study)
         except RunawayError as runaway:
             search.limit = runaway.limit
+    if isinstance(mesh, Bricks):
+        mesh = mesh.rough()
     for number in range(1, MOST_LEVELS):
         verdict = search.judge(mesh, number)
         if verdict.action == "accept":

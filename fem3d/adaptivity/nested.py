@@ -111,7 +111,7 @@ class Problems:
         space, conductor = self.domain.electric.space, self.conductor
         if conductor is None:
             none = space.spread(np.empty(0, int), np.empty(0))
-            return Parts(none, none, none)
+            return Parts(none, none, space.pooled(none))
         potentials = self.cold_potentials
         powers = [max(float(np.einsum("cn,cn->", phi, (conductor.matrix @ phi.T).T)), 1e-300) for phi in potentials[1:]]
         if space.by_cells:

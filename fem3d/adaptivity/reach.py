@@ -9,7 +9,7 @@ import numpy as np
 from fem3d.adaptivity.estimate import Estimator, Spread
 from fem3d.adaptivity.nested import Problems
 from fem3d.spaces.size import Size, foreseen
-from meshes import connected, grading
+from meshes import connected, edgewise, grading
 from meshes.grading import Features
 from meshes.grid import Grid
 from scenes.errors import NumericsError, TooLargeError
@@ -106,7 +106,9 @@ class Edges:
     def _kept(self, grid: Grid, missing: Spread) -> tuple[float, float]:
         """What the shortest layers at the edges would leave of what is missing: of short layers, and of all."""
         asymptotic, shortest, of_short, of_all = _asymptotic(grid, self._marks), grading.shortest_of(grid), 0.0, 0.0
-        for breaks, near, missed in zip(grid.breaks, self._marks.near(grid), missing, strict=True):
+        for breaks, near, missed in zip(
+            grid.breaks, self._marks.near(grid), edgewise.by_interval(missing), strict=True
+        ):
             s, lengths = np.minimum(near[:-1], near[1:]), np.diff(breaks)
             at = np.isfinite(s)
             kept = missed[at] * np.minimum(shortest / lengths[at], 1.0) ** (2 * s[at])

@@ -209,7 +209,7 @@ def moved_mean(domain: Any, probe: Any, by: Motion, fields: np.ndarray, inside: 
     rows, space = [], domain.space
     for step in (MOVED, -MOVED):
         breaks = [b + step * v for b, v in zip(space.grid.breaks, by.breaks, strict=True)]
-        moved = replace(domain, space=space.moved(space.grid.with_axes(breaks, space.grid.degrees)))
+        moved = replace(domain, space=space.moved(replace(space.grid, breaks=tuple(breaks))))
         corners = {"lower": tuple(probe.lower + step * lower), "upper": tuple(probe.upper + step * upper)}
         rows.append(moved.mean(replace(probe, **corners), inside))
     row = (rows[0] - rows[1]) / (2 * MOVED)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from copy import copy
 from functools import cached_property, lru_cache, partial
+from itertools import product
 
 import numpy as np
 from scipy.sparse import coo_array, csc_array, csr_array
@@ -21,6 +22,7 @@ from fem3d.spaces.element import Degrees, ElementHexTrunk, active, factors, gaus
 from fem3d.spaces.entities import entities
 from fem3d.spaces.integrals import Space, halves
 from fem3d.spaces.quadrature import WHOLE, Lines, Pieces, Rule, Side, rule, side
+from meshes import edgewise
 from meshes.grid import Grid
 from scenes.model import Point
 
@@ -31,7 +33,7 @@ class BrickSpace(Space):
     """The functions on the cells of a grid that a box owns.
 
     ``ijk`` (3, cells) says where in the grid each cell is, ``h`` (3, cells) its sides (m), ``degrees`` (3, cells) its
-    degrees. The lower spaces are of degrees lower by two and by one.
+    degrees, of those of its edges the highest. The lower spaces are of degrees lower by two and by one.
     """
 
     def __init__(self, grid: Grid) -> None:
@@ -49,7 +51,7 @@ class BrickSpace(Space):
         self.dofs, self.size = numbering.element_dofs, int(numbering.N)
         # Counted in cells, however thin: what they join matters, not how long they are.
         self.entity, self.places = entities(self.mesh, numbering, at)
-        self.degrees = np.array([d[i] for d, i in zip(grid.degrees, self.ijk, strict=True)])
+        self.degrees = self._degrees(2 * self.ijk.T + 1).T
         kinds, kind = np.unique(self.degrees, axis=1, return_inverse=True)
         self._classes = [
             ((int(x), int(y), int(z)), np.flatnonzero(kind.ravel() == k)) for k, (x, y, z) in enumerate(kinds.T)
@@ -66,14 +68,30 @@ class BrickSpace(Space):
         return space
 
     @cached_property
+    def position(self) -> np.ndarray:
+        """(functions, 3): the vertex, edge, face or cell of each function, by places along the axes: even ones are the
+        grid's breakpoints, odd ones its intervals."""
+        position = np.zeros((self.size, 3), int)
+        position[self.dofs] = 2 * self.ijk.T + np.array([0, 2, 1])[np.minimum(modes(self.p), 2)][:, None]
+        for functions, partners in self.beyond.values():
+            position[partners] = position[functions]
+        return position
+
+    def _degrees(self, position: np.ndarray) -> np.ndarray:
+        """(n, 3): the degrees of edges, faces and cells at some places, along the axes that they extend along."""
+        if self.grid.edges:
+            return np.array([edgewise.entities(e, d)[tuple(position.T)] for d, e in enumerate(self.grid.edges)]).T
+        return np.array([np.append(d, 0)[i // 2] for d, i in zip(self.grid.degrees, position.T, strict=True)]).T
+
+    @cached_property
     def depth(self) -> np.ndarray:
         """(functions,): from how many degrees less on each is not there any more, less one; negative for those that
         the degrees of their intervals leave out, and more than any degree for vertices."""
-        (axes, at), k = self.along, np.zeros((self.size, 3), int)
+        axes, k = self.position % 2 == 1, np.zeros((self.size, 3), int)
         k[self.dofs] = modes(self.p)[:, None]
         for functions, partners in self.beyond.values():
             k[partners] = k[functions]
-        degrees = np.array([d[i] for d, i in zip(self.grid.degrees, at.T, strict=True)]).T
+        degrees = self._degrees(self.position)
         slack = np.where(axes, degrees - k, self.p + 1).min(axis=1)
         together = np.where(axes, degrees, 0).max(axis=1) - np.where(axes, k, 0).sum(axis=1)
         return np.where(axes.any(axis=1), np.minimum(slack, together), slack)
@@ -90,24 +108,29 @@ class BrickSpace(Space):
             unit[partners] = unit[functions]
         return unit
 
-    @cached_property
-    def along(self) -> tuple[np.ndarray, np.ndarray]:
-        """(functions, 3) twice: which axes a function's degree runs along, and its interval there."""
-        axes, at = np.zeros((self.size, 3), bool), np.zeros((self.size, 3), int)
-        axes[self.dofs] = (modes(self.p) > 1)[:, None]
-        at[self.dofs] = self.ijk.T[None]
-        for functions, partners in self.beyond.values():
-            axes[partners], at[partners] = axes[functions], at[functions]
-        return axes, at
+    def slots(self, d: int, position: np.ndarray) -> np.ndarray:
+        """(n,): the number of the interval, or of the edge, along an axis at some places (n, 3)."""
+        at = position // 2
+        return np.ravel_multi_index(tuple(at.T), self.grid.edges[d].shape) if self.grid.edges else at[:, d]
 
     def spread(self, functions: np.ndarray, parts: np.ndarray) -> list[np.ndarray]:
-        """What functions (n,) miss on the intervals that they stand on, per axis, in equal parts along the axes of
-        their degree. Absolute values are added: a sum of parts that cancel would be small for a while by chance, and
-        refining until it is small would look for just that."""
-        axes, index = (each[functions] for each in self.along)
-        share = np.abs(parts) / np.maximum(axes.sum(axis=1), 1)
-        each = enumerate(self.grid.degrees)
-        return [np.bincount(index[axes[:, d], d], share[axes[:, d]], len(degrees)) for d, degrees in each]
+        """What functions (n,) miss on the intervals, or edges, that they stand on, per axis, in equal parts along the
+        axes of their degree. Absolute values are added: a sum of parts that cancel would be small for a while by
+        chance, and refining until it is small would look for just that."""
+        position = self.position[functions]
+        axes = position % 2 == 1
+        share, spreads = np.abs(parts) / np.maximum(axes.sum(axis=1), 1), []
+        for d, degrees in enumerate(self.grid.finest):
+            # Of a face or a cell the edges along the axis at either end of the others.
+            steps = list(product(*((-1, 1) if e != d else (0,) for e in range(3)))) if self.grid.edges else [(0, 0, 0)]
+            along = axes[:, d]
+            slots = [self.slots(d, position[along] + step * axes[along]) for step in steps]
+            parts_of_each = np.tile(share[along] / len(steps), len(steps))
+            spreads.append(np.bincount(np.concatenate(slots), parts_of_each, degrees.size).reshape(degrees.shape))
+        return spreads
+
+    def pooled(self, spread: list[np.ndarray]) -> list[np.ndarray]:
+        return edgewise.pooled(self.grid, spread) if self.grid.edges else spread
 
     def matrices(self, k: np.ndarray, c: np.ndarray) -> tuple[csc_array, csc_array]:
         # Both have one pattern, so both travel through one conversion as a complex number.

@@ -100,6 +100,10 @@ class Space(ABC):
         """What some functions (n,) miss, each ``parts`` (n,) of it, on what they stand on
         (`fem3d.adaptivity.estimate.Spread`)."""
 
+    def pooled(self, spread: list[np.ndarray]) -> list[np.ndarray]:
+        """A spread, in sums over what is so small that the rate at which its parts fall tells nothing."""
+        return spread
+
     @property
     @abstractmethod
     def unit(self) -> np.ndarray:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from fem3d.spaces.element import local
-from meshes import connected
+from meshes import connected, edgewise
 from meshes.grid import Grid
 from scenes.model import Scene
 
@@ -62,19 +62,11 @@ def foreseen(scene: Scene, grid: Grid) -> Size:
     solid = connected.coarsest(scene).solid
     planes = connected.coarsest(scene).breaks
     tables = [_along(p, b, d) for p, b, d in zip(planes, grid.breaks, grid.degrees, strict=True)]
-    degrees = sorted({int(p) for d in grid.degrees for p in d})
-    functions, entries = _tables(tuple(degrees))
-    inside = _product(solid, tables)
-    unknowns = 0.0
-    for closed in product((False, True), repeat=3):
-        mask, each = solid, list(tables)
-        for d in np.flatnonzero(closed):
-            # A plane is that of either cell beside it.
-            mask = np.pad(mask, [(1, 1) if e == d else (0, 0) for e in range(3)])
-            mask = np.delete(mask, 0, axis=d) | np.delete(mask, -1, axis=d)
-            each[d] = np.eye(1, HIGHEST).repeat(len(planes[d]), axis=0)
-        unknowns += float((_product(mask, each) * functions).sum())
-    cells, of_matrices = inside[1:, 1:, 1:].sum(), float((inside * entries).sum())
+    degrees = sorted({int(p) for d in grid.finest for p in np.unique(d)})
+    functions = _functions(tuple(degrees))
+    inside, unknowns = _of_edges(grid, functions) if grid.edges else _of_intervals(solid, tables, functions)
+    cells, kinds = inside[1:, 1:, 1:].sum(), 1 + np.argwhere(inside[1:, 1:, 1:])
+    of_matrices = float(sum(inside[x, y, z] * len(local(degrees[-1], (x, y, z)).rows) for x, y, z in kinds.tolist()))
     join = unknowns * _layer(solid, tables) / cells
     factors = factor_entries(unknowns, join)
     # Potentials have a problem of their own where current passes.
@@ -114,18 +106,48 @@ def _product(mask: np.ndarray, tables: list[np.ndarray]) -> np.ndarray:
     return counts
 
 
+def _closed(mask: np.ndarray, d: Any) -> np.ndarray:
+    """The planes across an axis beside cells, or what extends along the other axes alone, in a mask."""
+    mask = np.pad(mask, [(1, 1) if e == d else (0, 0) for e in range(3)])
+    return np.delete(mask, 0, axis=d) | np.delete(mask, -1, axis=d)
+
+
+def _of_intervals(solid: np.ndarray, tables: list[np.ndarray], functions: np.ndarray) -> tuple[np.ndarray, float]:
+    """The cells (HIGHEST, HIGHEST, HIGHEST) by their degrees, and the unknowns, of a grid with these ``tables`` along
+    the axes, whose vertices, edges, faces and insides have ``functions`` by their degrees (as `_functions`)."""
+    unknowns = 0.0
+    for closed in product((False, True), repeat=3):
+        mask, each = solid, list(tables)
+        for d in np.flatnonzero(closed):
+            mask = _closed(mask, d)
+            each[d] = np.eye(1, HIGHEST).repeat(mask.shape[d], axis=0)
+        unknowns += float((_product(mask, each) * functions).sum())
+    return _product(solid, tables), unknowns
+
+
+def _of_edges(grid: Grid, functions: np.ndarray) -> tuple[np.ndarray, float]:
+    """The same of a grid whose degrees are told edge by edge."""
+    degrees = np.array([edgewise.entities(edges, d) for d, edges in enumerate(grid.edges)])
+    inside, unknowns = np.zeros((HIGHEST,) * 3), 0.0
+    np.add.at(inside, tuple(degrees[:, 1::2, 1::2, 1::2][:, grid.solid]), 1.0)
+    for closed in product((False, True), repeat=3):
+        mask = grid.solid
+        for d in np.flatnonzero(closed):
+            mask = _closed(mask, d)
+        of_kind = degrees[(slice(None), *(slice(0 if on else 1, None, 2) for on in closed))]
+        unknowns += float(functions[tuple(of_kind[:, mask])].sum())
+    return inside, unknowns
+
+
 @lru_cache(maxsize=32)
-def _tables(degrees: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """(HIGHEST, HIGHEST, HIGHEST) twice: the functions of a vertex, edge, face or inside by the degrees along the axes
-    that it extends along, 0 standing for the others; and the entries of the matrix of a cell."""
-    functions, entries = np.zeros((HIGHEST,) * 3), np.zeros((HIGHEST,) * 3)
-    most = degrees[-1]
+def _functions(degrees: tuple[int, ...]) -> np.ndarray:
+    """(HIGHEST, HIGHEST, HIGHEST): the functions of a vertex, edge, face or inside by the degrees along the axes that
+    it extends along, 0 standing for the others."""
+    functions = np.zeros((HIGHEST,) * 3)
     for triple in product((0, *degrees), repeat=3):
         j, k, m = (np.arange(2, p + 1) if p else np.zeros(1, int) for p in triple)
         functions[triple] = (j[:, None, None] + k[:, None] + m <= max(triple)).sum() if any(triple) else 1.0
-    for triple in product(degrees, repeat=3):
-        entries[triple] = len(local(most, triple).rows)
-    return functions, entries
+    return functions
 
 
 def _layer(solid: np.ndarray, tables: list[np.ndarray]) -> float:

@@ -69,7 +69,8 @@ def test_a_rate_that_smooth_parts_have_is_not_believed(monkeypatch: pytest.Monke
         return found
 
     monkeypatch.setattr(estimate.Estimator, "of_mesh", believing)
-    assert off(solved("bricks", 2), runs.solve(replace(heated(2), mesh="tetrahedra"))) > 1.0
+    close = runs.solve(replace(heated(2), mesh="bricks", accuracy=1e-4))
+    assert off(close, runs.solve(replace(heated(2), mesh="tetrahedra"))) > 1.0
 
 
 def test_a_mirrored_scene_has_the_same_values() -> None:

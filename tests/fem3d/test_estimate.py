@@ -99,7 +99,7 @@ def test_the_parts_of_every_second_degree_are_compared(degree):
     scene = bar(silicon(0.0), end(0, "temperature", 293.0), end(1, "temperature", 293.0))
     heat = problem(scene, bar_grid(scene, 1, degree))
     space = heat.domain.space
-    along_y = (space.along[0] == [False, True, False]).all(axis=1)
+    along_y = (space.position % 2 == [False, True, False]).all(axis=1)
     u = np.where(along_y, 1e3 * 0.1 ** space.depth.clip(0), 0.0)
     sizes = u[heat.order] * estimate.weights(heat.stiffness, u[heat.order], space.depth[heat.order])
     found = estimate.every_second(space, heat.order, sizes)[1][0]
@@ -138,13 +138,13 @@ def test_spreads_add_up_to_the_sum_of_absolute_parts_on_the_intervals_of_each_fu
     scene = three_materials()
     space = problem(scene, grid_of(scene, [np.array(b) for b in _planes(scene)], 5)).domain.space
     rng = np.random.default_rng(0)
-    functions = np.flatnonzero(space.along[0].any(axis=1))
+    functions = np.flatnonzero((space.position % 2).any(axis=1))
     values = rng.normal(size=len(functions))
     found = space.spread(functions, values)
     assert estimate.total(found) == pytest.approx(np.abs(values).sum())
-    along_x = functions[(space.along[0][functions] == [True, False, False]).all(axis=1)][:1]
+    along_x = functions[(space.position[functions] % 2 == [True, False, False]).all(axis=1)][:1]
     one = space.spread(along_x, np.array([-2.0]))
-    assert one[0][space.along[1][along_x[0], 0]] == 2.0
+    assert one[0][space.position[along_x[0], 0] // 2] == 2.0
     assert estimate.total(one) == 2.0
 
 

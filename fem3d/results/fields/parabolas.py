@@ -86,7 +86,7 @@ def cut(
         rows = slice(start, start + degree + 1)
         fields = [u[rows][:, np.isfinite(u[rows]).all(axis=0)] for u in lines]
         start += degree + 1
-        count = max(1, -(-degree // 2))
+        count = max(1, degree // 2)
         while True:
             off = _distance(degree, count, fields, tolerances)
             if off <= 1.0 or count >= MOST:
