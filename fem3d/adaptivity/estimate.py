@@ -14,6 +14,9 @@ A solution that is even over an interval has no part of an odd degree: with p od
 nothing, however slowly the even ones fall. So every second degree is looked at too: what is left of those that p - 1 is
 one of, the part of p - 1 gives, with a rate from the sizes of the functions of p - 1 and of two degrees lower in the
 solution and the dual one (`sizes`), and this counts where it is the largest of the three.
+
+All of that is of absolute values: in a reading parts of both signs cancel, and so will those that are left. They are
+taken to cancel as far as those of the last degree did, down to `LEAST_SEEN`.
 """
 
 from __future__ import annotations
@@ -41,6 +44,9 @@ LAG, LAG_OVER_EXPONENT = 3.0, 0.6
 LATER = 1.7
 REGULAR = 2.0  # slowest rate a away from edges: that next to an edge of exponent 1/2
 FASTEST = 40.0
+# At least this fraction of the sum of absolute values is taken to be left, however far the parts of the last degree
+# cancel: few of them are large, and their signs may be such by chance (`validate stress`: "constants").
+LEAST_SEEN = 0.5
 # Fastest rate a for a solution whose second derivative jumps inside an interval. In the energy norm its error falls
 # like p^-3/2 (Gui and Babuska), in a reading like p^-3; one less, as parts of both signs cancel in what is seen of it.
 BENT = 2.0
@@ -51,12 +57,14 @@ Spread = list[np.ndarray]
 
 class Parts(NamedTuple):
     """What degree p - 1 took away of an error ``before``, p as the ``last``, and how the size of the part of p - 1
-    compares to that of two degrees lower (``every_second``); the ``sum`` of the last ones with their signs."""
+    compares to that of two degrees lower (``every_second``); the ``sum`` of the last ones with their signs, and which
+    fraction of what is left is ``seen``."""
 
     before: Spread
     last: Spread
     every_second: Spread
     sum: float = 0.0
+    seen: float = 1.0
 
 
 def left(p: np.ndarray, a: np.ndarray) -> np.ndarray:
@@ -166,7 +174,8 @@ class Estimator:
 
         With e_q ~ q^-a what is left after degree q, and d_q = e_(q-1) - e_q what q took away, three values of e_p, of
         which the largest counts: from d_p; from d_(p-1), scaled by (p / (p - 1))^-a, as odd and even degrees take
-        turns; and from every second degree, as of those two parities one may be absent.
+        turns; and from every second degree, as of those two parities one may be absent. The rest of it than
+        ``parts.seen`` cancels.
         """
         remaining, every_second = [], self._every_second(parts.every_second)
         for p, cap, least, of_last, before, last, ratio in zip(
@@ -175,7 +184,7 @@ class Estimator:
             a = np.minimum(rate(p, last / np.maximum(before, 1e-300)), cap).clip(least)
             from_last = last * left(p, np.minimum(a, of_last).clip(least))
             from_before = np.where(p > 2, before * left(np.maximum(p - 1, 2), a) * ((p - 1.0) / p) ** a, 0.0)
-            remaining.append(np.maximum(np.maximum(from_last, from_before), before * ratio))
+            remaining.append(parts.seen * np.maximum(np.maximum(from_last, from_before), before * ratio))
         return remaining
 
     def later(self, parts: Parts) -> float:
@@ -197,6 +206,12 @@ class Estimator:
 def _part(p: np.ndarray) -> np.ndarray:
     """What degree p takes away at the least rate away from edges."""
     return (p - 1.0) ** -REGULAR - p**-REGULAR
+
+
+def seen(parts: np.ndarray) -> float:
+    """Which fraction of the sum of their absolute values the sum of parts (functions,) is, at least `LEAST_SEEN`."""
+    size = float(np.abs(parts).sum())
+    return max(abs(float(parts.sum())) / size, LEAST_SEEN) if size > 0 else 1.0
 
 
 def weights(matrix: csc_array, u: np.ndarray, depth: np.ndarray) -> np.ndarray:
