@@ -21,7 +21,7 @@ taken to cancel as far as those of the last degree did, down to `LEAST_SEEN`.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -191,6 +191,10 @@ class Estimator:
         """What degrees after the last will change of a reading over what that one did, at least once that: a mean over
         the cells that the reading's error comes from."""
         return total([self._later * each for each in parts.last]) / max(total(parts.last), 1e-300) or 1.0
+
+    def left_at_times(self, parts: Mapping[str, Parts]) -> dict[str, Spread]:
+        """What is left of each goal over time, as if nothing cancelled: at another instant signs may be the same."""
+        return {name: self.remains(each._replace(seen=1.0)) for name, each in parts.items()}
 
     def _every_second(self, every_second: Spread) -> Spread:
         """What the degrees p + 1, p + 3 ... will take away over the part of p - 1: q / (1 - q), where parts of what is

@@ -26,9 +26,9 @@ from meshes.symmetry import Symmetry
 from scenes import physics
 from scenes.errors import NumericsError
 
-# Every temperature's stated error is at least this fraction of the worst one, relative to their scales: small ones are
-# so by chance (docs/stress.md).
-OF_WORST = 0.5
+# Every temperature's stated error is at least this fraction of the worst one, relative to their scales: what is far
+# smaller is so by chance (`validate stress`: "constants").
+OF_WORST = 0.1
 
 Duals = dict[str, list[np.ndarray]]
 """For each thermal goal the dual solutions (functions,) in the two upper spaces, zero at fixed nodes."""

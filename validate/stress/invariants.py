@@ -17,6 +17,7 @@ from validate.stress.random_scenes import AT_PLUS, ROOM, Drawn
 
 ROUNDING = 1e-7  # part of the largest value of a kind that solves of badly conditioned scenes may be off by
 BALANCE = 1e-6  # part of all heat that passes which may be missing in the balance
+SAME = 1e-6  # of a run: rows closer than this are before and after a jump
 # the balance of a transient may miss this factor times the accuracy, as it is no quantity that is controlled
 OVER_TIME = 10.0
 
@@ -137,9 +138,21 @@ def compared(drawn: Drawn, result: Result, times: float) -> tuple[float, float]:
     """How far errors are violated beside a solve that is so many times finer, and the stated error over the true one of
     the reading for which that is least; infinite where none is off by more than rounding."""
     finer = solve(replace(drawn.scene, accuracy=drawn.scene.accuracy / times))
-    distances = list(_distances(result, finer, times=drawn.scene.output_times))
+    distances = list(_distances(result, finer, times=(*drawn.scene.output_times, *_between_rows(result))))
     off = [d for d in distances if d.apart > d.rounding]
     return _largest(distances), min((d.stated / d.apart for d in off), default=np.inf)
+
+
+def _between_rows(result: Result) -> tuple[float, ...]:
+    """The times (s) half way between the rows of traces, where straight lines are off most, but for soon after a jump
+    of whatever drives the scene: there only rows are compared."""
+    if result.traces is None:
+        return ()
+    time, since = result.traces.time, result.traces.since
+    middles = (time[1:] + time[:-1]) / 2
+    jumps = np.append(0.0, time[:-1][np.diff(time) <= SAME * time[-1]])
+    before = jumps[np.searchsorted(jumps, middles, side="right") - 1]
+    return tuple(middles[middles >= before + since].tolist())
 
 
 def tests(drawn: Drawn) -> dict[str, Callable[[Drawn, Result], float]]:
