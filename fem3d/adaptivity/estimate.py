@@ -29,7 +29,7 @@ import numpy as np
 from scipy.sparse import csc_array
 from skfem.refdom import RefHex
 
-from meshes.grading import Features
+from meshes.grading import LEAST_AT_EDGE, Features
 from meshes.grid import Grid
 
 SLOWEST = 1.0  # slowest rate a that is assumed next to an edge, unless theory has a slower one there
@@ -42,6 +42,10 @@ LAG, LAG_OVER_EXPONENT = 3.0, 0.6
 # from those at 309,000 as degree 3 changed them, the latter 1.7 times that; among metal, vias and oxide (2/3) half as
 # far.
 LATER = 1.7
+# An interval next to an edge that is longer than this times the narrowest distance of two planes along another axis may
+# hold what happens over that distance alone, as beside a film. Where its last degree took away more than the one
+# before, no faster a rate a than the second number is assumed (`validate stress`: "constants").
+LENGTHY, GROWING = 6.0, 0.5
 REGULAR = 2.0  # slowest rate a away from edges: that next to an edge of exponent 1/2
 FASTEST = 40.0
 # At least this fraction of the sum of absolute values is taken to be left, however far the parts of the last degree
@@ -106,28 +110,32 @@ class Estimator:
     of a mesh what edges it touches."""
 
     def __init__(
-        self, degrees: Spread, cap: Spread, least: Spread, fall: Spread, near: Spread, last: Spread,
+        self, degrees: Spread, cap: Spread, least: Spread, fall: Spread, near: Spread, last: Spread, lengthy: Spread,
         later: np.ndarray | float = 1.0,
     ) -> None:  # fmt: skip
         self._degrees, self._cap, self._least, self._fall, self._near = degrees, cap, least, fall, near
-        self._last, self._later = last, later
+        self._last, self._lengthy, self._later = last, lengthy, later
 
     @classmethod
     def of_mesh(cls, exponents: np.ndarray, degree: int) -> Estimator:
         """That of cells of one degree that touch edges of some ``exponents`` (cells,), infinite where they touch none.
         What is smooth, and falls fast, hides what an edge in the same cell causes: of the last part nothing faster than
         the slowest rate is believed."""
-        p, cap, fall = (np.full(len(exponents), x) for x in (degree, FASTEST, 0.0))
+        p, cap, fall, lengthy = (np.full(len(exponents), x) for x in (degree, FASTEST, 0.0, False))
         least = np.minimum(at_edge(p, exponents), SLOWEST)
         later = np.maximum(LATER * left(p, np.minimum(4 * exponents, FASTEST)), 1.0)
-        return cls([p] * 3, [cap] * 3, [least] * 3, [fall] * 3, [], [least] * 3, later)
+        return cls([p] * 3, [cap] * 3, [least] * 3, [fall] * 3, [], [least] * 3, [lengthy] * 3, later)
 
     @classmethod
     def of_grid(cls, grid: Grid, marks: Features) -> Estimator:
         """That of a grid with its features."""
         at_planes, degrees = marks.near(grid), [np.maximum(p, 2) for p in grid.degrees]
-        caps, slowest, falls = list[np.ndarray](), list[np.ndarray](), list[np.ndarray]()
-        for p, b, near, planes in zip(degrees, grid.breaks, at_planes, marks.exponents, strict=True):
+        caps, slowest, falls, lengthy = (list[np.ndarray]() for _ in range(4))
+        narrow = [
+            float(np.diff(sorted({*inner, float(b[0]), float(b[-1])})).min())
+            for inner, b in zip(marks.planes, grid.breaks, strict=True)
+        ]
+        for d, (p, b, near, planes) in enumerate(zip(degrees, grid.breaks, at_planes, marks.exponents, strict=True)):
             s, half, middle = np.minimum(near[:-1], near[1:]), np.diff(b) / 2, (b[1:] + b[:-1]) / 2
             edge = at_edge(p, s)
             away = np.abs(np.array([*planes, np.inf]) - middle[:, None]) / half[:, None]
@@ -138,7 +146,9 @@ class Estimator:
             falls.append(fall)
             slowest.append(np.where(np.isfinite(s), np.minimum(edge, SLOWEST), REGULAR))
             caps.append(np.where(np.isfinite(s), edge, rate(p, fall)).clip(max=FASTEST))
-        return cls(degrees, caps, slowest, falls, at_planes, caps)
+            across = min(narrow[:d] + narrow[d + 1 :])
+            lengthy.append(np.isfinite(s) & (p >= LEAST_AT_EDGE) & (2 * half > LENGTHY * across))
+        return cls(degrees, caps, slowest, falls, at_planes, caps, lengthy)
 
     def bending(self, bent: Spread | None) -> Estimator:
         """With the marked ones among ``bent`` (booleans) as places across which a property's law bends: a small part is
@@ -147,7 +157,9 @@ class Estimator:
             return self
         cap = [np.where(at, np.minimum(limit, BENT), limit) for at, limit in zip(bent, self._cap, strict=True)]
         of_last = [np.minimum(last, most) for last, most in zip(self._last, cap, strict=True)]
-        return Estimator(self._degrees, cap, self._least, self._fall, self._near, of_last, self._later)
+        return Estimator(
+            self._degrees, cap, self._least, self._fall, self._near, of_last, self._lengthy, self._later
+        )  # fmt: skip
 
     def at_vertices(self, space: Any, vertices: np.ndarray, parts: np.ndarray) -> Spread:
         """What the functions (n,) of some vertices on edges miss, on what ends there, in equal parts."""
@@ -178,11 +190,13 @@ class Estimator:
         ``parts.seen`` cancels.
         """
         remaining, every_second = [], self._every_second(parts.every_second)
-        for p, cap, least, of_last, before, last, ratio in zip(
-            self._degrees, self._cap, self._least, self._last, parts.before, parts.last, every_second, strict=True
-        ):
+        for p, cap, least, of_last, lengthy, before, last, ratio in zip(
+            self._degrees, self._cap, self._least, self._last, self._lengthy, parts.before, parts.last, every_second,
+            strict=True,
+        ):  # fmt: skip
             a = np.minimum(rate(p, last / np.maximum(before, 1e-300)), cap).clip(least)
-            from_last = last * left(p, np.minimum(a, of_last).clip(least))
+            of_growing = np.where(lengthy & (last > before), np.minimum(least, GROWING), np.inf)
+            from_last = last * left(p, np.minimum(np.minimum(a, of_last).clip(least), of_growing))
             from_before = np.where(p > 2, before * left(np.maximum(p - 1, 2), a) * ((p - 1.0) / p) ** a, 0.0)
             remaining.append(parts.seen * np.maximum(np.maximum(from_last, from_before), before * ratio))
         return remaining

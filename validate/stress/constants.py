@@ -20,7 +20,7 @@ PLACING = {
     "grading.LAYERS": (25.0, 225.0), "grading.FAR": (30.0, np.inf), "grading.AT_ONCE": (1, 6),
     "brick_mesh.AIM": (0.25, 1.0),
 }  # fmt: skip
-STATING = {"estimate.LEAST_SEEN": (0.0, 1.0), "goal_errors.OF_WORST": (0.0, 0.5)}
+STATING = {"estimate.LEAST_SEEN": (0.0, 1.0), "estimate.LENGTHY": (1.0, np.inf), "goal_errors.OF_WORST": (0.0, 0.5)}
 """Constants by module and name, with other values than those in use."""
 COUNT = 20  # random scenes
 COSTLIER = 1.25  # the value in use may take at most this factor times the unknowns, over all levels, of any other value
