@@ -73,18 +73,17 @@ def targets(rows: list[Row]) -> list[dict[str, Any]]:
     return table
 
 
-def beside_given(rows: list[Row]) -> list[tuple[Row, float | None]]:
-    """Each whole run, and how many times as long it takes as a solve on a given mesh that has the same error and solves
-    the electric problem too: between the fastest of these, logarithms of times are linear in those of errors. None
-    where none is as accurate."""
+def beside_given(rows: list[Row]) -> list[tuple[Row, float, bool]]:
+    """Each whole run, how many times as long it takes as a solve on a given mesh that has the same error and solves the
+    electric problem too, and whether that is a bound, as none is as accurate: between the fastest of these, logarithms
+    of times are linear in those of errors. Nothing without such solves."""
     given = [r for r in rows if r["tool"] == GIVEN and not r["failure"] and entries.WORDS[entries.FULL] in r["label"]]
-    points = np.log(fastest([(r["error"], r["median_s"]) for r in given])[::-1]).reshape(-1, 2)
-    whole = [r for r in rows if r["tool"] == WHOLE and not r["failure"]]
-    return [
-        (r, r["median_s"] / float(np.exp(np.interp(np.log(r["error"]), *points.T)))
-         if len(points) and np.log(r["error"]) >= points[0, 0] else None)
-        for r in whole
-    ]  # fmt: skip
+    points = fastest([(r["error"], r["median_s"]) for r in given])[::-1]
+    if not points:
+        return []
+    off, seconds = np.log(points).T
+    whole = [(r, np.log(r["error"])) for r in rows if r["tool"] == WHOLE and not r["failure"]]
+    return [(r, r["median_s"] / float(np.exp(np.interp(at, off, seconds))), bool(at < off[0])) for r, at in whole]
 
 
 def fastest(points: list[tuple[float, float]]) -> list[tuple[float, float]]:

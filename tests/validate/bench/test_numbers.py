@@ -79,11 +79,11 @@ def test_a_whole_run_is_held_against_a_given_mesh_of_its_own_error():
         row(WHOLE, 3.0, 1e-3), row(WHOLE, 4.0, 1e-6), {**row(GIVEN, 1.0, 1e-2), "label": full},
         {**row(GIVEN, 4.0, 1e-4), "label": full}, {**row(GIVEN, 9.0, 2e-4), "label": full}, row(GIVEN, 0.1, 1e-5),
     ]  # fmt: skip
-    (whole, times), (_, finer) = work.beside_given(rows)
+    inside, finer = work.beside_given(rows)
     # Half way between two errors a solve takes the geometric mean of their times: 2 s; others are faster with less.
-    assert (whole, times) == (rows[0], pytest.approx(1.5))
-    assert finer is None
-    assert work.beside_given(rows[:1]) == [(rows[0], None)]
+    assert inside == (rows[0], pytest.approx(1.5), False)
+    assert finer == (rows[1], pytest.approx(1.0), True)
+    assert work.beside_given(rows[:1]) == []
 
 
 def test_reductions_are_named_points_and_no_line_joins_them(monkeypatch, tmp_path):
