@@ -136,10 +136,10 @@ def honest(drawn: Drawn, result: Result, times: float = 10.0) -> float:
 
 def compared(drawn: Drawn, result: Result, times: float) -> tuple[float, float]:
     """How far errors are violated beside a solve that is so many times finer, and the stated error over the true one of
-    the reading for which that is least; infinite where none is off by more than rounding."""
+    the reading for which that is least; infinite where none is off by more than rounding and known better then."""
     finer = solve(replace(drawn.scene, accuracy=drawn.scene.accuracy / times))
     distances = list(_distances(result, finer, times=(*drawn.scene.output_times, *_between_rows(result))))
-    off = [d for d in distances if d.apart > d.rounding]
+    off = [d for d in distances if d.apart > d.rounding and d.other < d.stated]
     return _largest(distances), min((d.stated / d.apart for d in off), default=np.inf)
 
 
