@@ -100,7 +100,7 @@ def test_what_is_left_cancels_as_the_last_parts_do_but_to_half_at_most():
     assert estimate.seen(np.array([1.0, -1.0, 0.1])) == estimate.LEAST_SEEN == 0.5
     assert estimate.seen(np.zeros(3)) == 1.0
     one, nothing = np.array([1.0]), np.zeros(1)
-    every, some = (judge(4).remains(Parts([one, *[nothing] * 2], [one, *[nothing] * 2], [nothing] * 3, seen))
+    every, some = (judge(4).remains(Parts([one, *[nothing] * 2], [one, *[nothing] * 2], [nothing] * 3, seen=seen))
                    for seen in (1.0, 0.5))  # fmt: skip
     assert some[0][0] == 0.5 * every[0][0] > 0
 
