@@ -14,11 +14,14 @@ A solution that is even over an interval has no part of an odd degree: with p od
 nothing, however slowly the even ones fall. So every second degree is looked at too: what is left of those that p - 1 is
 one of, the part of p - 1 gives, with a rate from the sizes of the functions of p - 1 and of two degrees lower in the
 solution and the dual one (`sizes`), and this counts where it is the largest of the three.
+
+All of that is of absolute values: in a reading parts of both signs cancel, and so will those that are left. They are
+taken to cancel as far as those of the last degree did, down to `LEAST_SEEN`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -27,7 +30,7 @@ from scipy.sparse import csc_array
 from skfem.refdom import RefHex
 
 from meshes import edgewise
-from meshes.grading import Features
+from meshes.grading import LEAST_AT_EDGE, Features
 from meshes.grid import Grid
 
 SLOWEST = 1.0  # slowest rate a that is assumed next to an edge, unless theory has a slower one there
@@ -40,8 +43,15 @@ LAG, LAG_OVER_EXPONENT = 3.0, 0.6
 # from those at 309,000 as degree 3 changed them, the latter 1.7 times that; among metal, vias and oxide (2/3) half as
 # far.
 LATER = 1.7
+# An interval next to an edge that is longer than this times the narrowest distance of two planes along another axis may
+# hold what happens over that distance alone, as beside a film. Where its last degree took away more than the one
+# before, no faster a rate a than the second number is assumed (`validate stress`: "constants").
+LENGTHY, GROWING = 6.0, 0.5
 REGULAR = 2.0  # slowest rate a away from edges: that next to an edge of exponent 1/2
 FASTEST = 40.0
+# At least this fraction of the sum of absolute values is taken to be left, however far the parts of the last degree
+# cancel: few of them are large, and their signs may be such by chance (`validate stress`: "constants").
+LEAST_SEEN = 0.5
 # Fastest rate a for a solution whose second derivative jumps inside an interval. In the energy norm its error falls
 # like p^-3/2 (Gui and Babuska), in a reading like p^-3; one less, as parts of both signs cancel in what is seen of it.
 BENT = 2.0
@@ -52,12 +62,14 @@ Spread = list[np.ndarray]
 
 class Parts(NamedTuple):
     """What degree p - 1 took away of an error ``before``, p as the ``last``, and how the size of the part of p - 1
-    compares to that of two degrees lower (``every_second``); the ``sum`` of the last ones with their signs."""
+    compares to that of two degrees lower (``every_second``); the ``sum`` of the last ones with their signs, and which
+    fraction of what is left is ``seen``."""
 
     before: Spread
     last: Spread
     every_second: Spread
     sum: float = 0.0
+    seen: float = 1.0
 
 
 def left(p: np.ndarray, a: np.ndarray) -> np.ndarray:
@@ -101,21 +113,21 @@ class Estimator:
     them."""
 
     def __init__(
-        self, degrees: Spread, cap: Spread, least: Spread, fall: Spread, near: Spread, last: Spread,
+        self, degrees: Spread, cap: Spread, least: Spread, fall: Spread, near: Spread, last: Spread, lengthy: Spread,
         later: np.ndarray | float = 1.0, of_edges: Grid | None = None,
     ) -> None:  # fmt: skip
         self._degrees, self._cap, self._least, self._fall, self._near = degrees, cap, least, fall, near
-        self._last, self._later, self._of_edges = last, later, of_edges
+        self._last, self._lengthy, self._later, self._of_edges = last, lengthy, later, of_edges
 
     @classmethod
     def of_mesh(cls, exponents: np.ndarray, degree: int) -> Estimator:
         """That of cells of one degree that touch edges of some ``exponents`` (cells,), infinite where they touch none.
         What is smooth, and falls fast, hides what an edge in the same cell causes: of the last part nothing faster than
         the slowest rate is believed."""
-        p, cap, fall = (np.full(len(exponents), x) for x in (degree, FASTEST, 0.0))
+        p, cap, fall, lengthy = (np.full(len(exponents), x) for x in (degree, FASTEST, 0.0, False))
         least = np.minimum(at_edge(p, exponents), SLOWEST)
         later = np.maximum(LATER * left(p, np.minimum(4 * exponents, FASTEST)), 1.0)
-        return cls([p] * 3, [cap] * 3, [least] * 3, [fall] * 3, [], [least] * 3, later)
+        return cls([p] * 3, [cap] * 3, [least] * 3, [fall] * 3, [], [least] * 3, [lengthy] * 3, later)
 
     @classmethod
     def of_grid(cls, grid: Grid, marks: Features) -> Estimator:
@@ -124,8 +136,12 @@ class Estimator:
         if grid.edges:
             degrees = [np.maximum(np.indices((p.max() + 1, len(p)))[0], 2) for p in degrees]
         at_planes = marks.near(grid)
-        caps, slowest, falls = list[np.ndarray](), list[np.ndarray](), list[np.ndarray]()
-        for p, b, near, planes in zip(degrees, grid.breaks, at_planes, marks.exponents, strict=True):
+        caps, slowest, falls, lengthy = (list[np.ndarray]() for _ in range(4))
+        narrow = [
+            float(np.diff(sorted({*inner, float(b[0]), float(b[-1])})).min())
+            for inner, b in zip(marks.planes, grid.breaks, strict=True)
+        ]
+        for d, (p, b, near, planes) in enumerate(zip(degrees, grid.breaks, at_planes, marks.exponents, strict=True)):
             s, half, middle = np.minimum(near[:-1], near[1:]), np.diff(b) / 2, (b[1:] + b[:-1]) / 2
             edge = at_edge(p, s)
             away = np.abs(np.array([*planes, np.inf]) - middle[:, None]) / half[:, None]
@@ -137,7 +153,9 @@ class Estimator:
             falls.append(fall)
             slowest.append(np.where(np.isfinite(s), np.minimum(edge, SLOWEST), REGULAR))
             caps.append(np.where(np.isfinite(s), edge, rate(p, fall)).clip(max=FASTEST))
-        return cls(degrees, caps, slowest, falls, at_planes, caps, of_edges=grid if grid.edges else None)
+            across = min(narrow[:d] + narrow[d + 1 :])
+            lengthy.append(np.isfinite(s) & (p >= LEAST_AT_EDGE) & (2 * half > LENGTHY * across))
+        return cls(degrees, caps, slowest, falls, at_planes, caps, lengthy, of_edges=grid if grid.edges else None)
 
     def bending(self, bent: Spread | None) -> Estimator:
         """With the marked ones among ``bent`` (booleans) as places across which a property's law bends: a small part is
@@ -146,7 +164,9 @@ class Estimator:
             return self
         cap = [np.where(at, np.minimum(limit, BENT), limit) for at, limit in zip(bent, self._cap, strict=True)]
         of_last = [np.minimum(last, most) for last, most in zip(self._last, cap, strict=True)]
-        return Estimator(self._degrees, cap, self._least, self._fall, self._near, of_last, self._later, self._of_edges)
+        return Estimator(
+            self._degrees, cap, self._least, self._fall, self._near, of_last, self._lengthy, self._later, self._of_edges
+        )  # fmt: skip
 
     def at_vertices(self, space: Any, vertices: np.ndarray, parts: np.ndarray) -> Spread:
         """What the functions (n,) of some vertices on edges miss, on what ends there, in equal parts."""
@@ -175,19 +195,21 @@ class Estimator:
 
         With e_q ~ q^-a what is left after degree q, and d_q = e_(q-1) - e_q what q took away, three values of e_p, of
         which the largest counts: from d_p; from d_(p-1), scaled by (p / (p - 1))^-a, as odd and even degrees take
-        turns; and from every second degree, as of those two parities one may be absent.
+        turns; and from every second degree, as of those two parities one may be absent. The rest of it than
+        ``parts.seen`` cancels.
         """
         remaining, every_second = [], self._every_second(parts.every_second)
         pairs = [parts.before, parts.last]
         if self._of_edges is not None:
             pairs = [edgewise.pooled(self._of_edges, each) for each in pairs]
-        for p, cap, least, of_last, before, last, ratio in zip(
-            self._degrees, self._cap, self._least, self._last, *pairs, every_second, strict=True
+        for p, cap, least, of_last, lengthy, before, last, ratio in zip(
+            self._degrees, self._cap, self._least, self._last, self._lengthy, *pairs, every_second, strict=True
         ):
             a = np.minimum(rate(p, last / np.maximum(before, 1e-300)), cap).clip(least)
-            from_last = last * left(p, np.minimum(a, of_last).clip(least))
+            of_growing = np.where(lengthy & (last > before), np.minimum(least, GROWING), np.inf)
+            from_last = last * left(p, np.minimum(np.minimum(a, of_last).clip(least), of_growing))
             from_before = np.where(p > 2, before * left(np.maximum(p - 1, 2), a) * ((p - 1.0) / p) ** a, 0.0)
-            remaining.append(np.maximum(np.maximum(from_last, from_before), before * ratio))
+            remaining.append(parts.seen * np.maximum(np.maximum(from_last, from_before), before * ratio))
         if self._of_edges is None:
             return remaining
         return edgewise.shared(self._of_edges, remaining, [x + y for x, y in zip(*parts[:2], strict=True)])
@@ -196,6 +218,10 @@ class Estimator:
         """What degrees after the last will change of a reading over what that one did, at least once that: a mean over
         the cells that the reading's error comes from."""
         return total([self._later * each for each in parts.last]) / max(total(parts.last), 1e-300) or 1.0
+
+    def left_at_times(self, parts: Mapping[str, Parts]) -> dict[str, Spread]:
+        """What is left of each goal over time, as if nothing cancelled: at another instant signs may be the same."""
+        return {name: self.remains(each._replace(seen=1.0)) for name, each in parts.items()}
 
     def _every_second(self, every_second: Spread) -> Spread:
         """What the degrees p + 1, p + 3 ... will take away over the part of p - 1: q / (1 - q), where parts of what is
@@ -211,6 +237,12 @@ class Estimator:
 def _part(p: np.ndarray) -> np.ndarray:
     """What degree p takes away at the least rate away from edges."""
     return (p - 1.0) ** -REGULAR - p**-REGULAR
+
+
+def seen(parts: np.ndarray) -> float:
+    """Which fraction of the sum of their absolute values the sum of parts (functions,) is, at least `LEAST_SEEN`."""
+    size = float(np.abs(parts).sum())
+    return max(abs(float(parts.sum())) / size, LEAST_SEEN) if size > 0 else 1.0
 
 
 def weights(matrix: csc_array, u: np.ndarray, depth: np.ndarray) -> np.ndarray:

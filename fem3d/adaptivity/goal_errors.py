@@ -26,9 +26,9 @@ from meshes.symmetry import Symmetry
 from scenes import physics
 from scenes.errors import NumericsError
 
-# Every temperature's stated error is at least this fraction of the worst one, relative to their scales: small ones are
-# so by chance (docs/stress.md).
-OF_WORST = 0.5
+# Every temperature's stated error is at least this fraction of the worst one, relative to their scales: what is far
+# smaller is so by chance (`validate stress`: "constants").
+OF_WORST = 0.1
 
 Duals = dict[str, list[np.ndarray]]
 """For each thermal goal the dual solutions (functions,) in the two upper spaces, zero at fixed nodes."""
@@ -81,11 +81,13 @@ def examined(study: Study, given: Problems, fine: Solution, judge: Estimator) ->
     goals = summed(goals, at_contradictions(study.goals, given, fine.state.rise, part_scales, None, duals, judge))
     power = judge.remains(given.electric_parts)
     joule = joule_parts(study.goals, given, _warmed(given, fine.state), part_scales, duals)
+    electric = given.electric_parts
+    told = {n: estimate.total(each.last) + estimate.total(joule.get(n, electric).last) for n, each in parts.items()}
     goals = with_current(goals, {name: judge.remains(each) for name, each in joule.items()}, power)
     goals = {"power": power} | goals
     falls = how_fast(given, goals, parts, joule)
     unsettled = fine.state.unsettled + low.state.unsettled + ROUNDING
-    errors = _errors(study, fine, low, scales, goals, estimate.total(power), unsettled, rest)
+    errors = _errors(study, fine, low, scales, goals, told, estimate.total(power), unsettled, rest)
     least = {name: abs(float(value - low.quantities[name])) for name, value in fine.quantities.items()}
     for name, each in parts.items():
         thermal, current = each.sum * scales[name], joule[name].sum * scales[name] if name in joule else 0.0
@@ -121,9 +123,10 @@ def how_fast(
 
 
 def tail(goals: Mapping[str, Spread], parts: Mapping[str, Parts], most: float) -> float:
-    """What is left over what the last degree took away, from 1 to ``most``, of all goals together."""
+    """What is left over what the last degree took away, from 1 to ``most``, of all goals together, as if nothing
+    cancelled."""
     took = sum(estimate.total(each.last) for each in parts.values())
-    remains = sum(estimate.total(goals[n]) for n in parts)
+    remains = sum(estimate.total(goals[n]) / each.seen for n, each in parts.items())
     return max(1.0, min(remains / took, most)) if took > 0 else 1.0
 
 
@@ -133,14 +136,16 @@ def _errors(
     low: Solution,
     scales: dict[str, float],
     goals: dict[str, Spread],
+    told: Mapping[str, float],
     electric: float,
     unsettled: float,
     rest: float,
 ) -> dict[str, float]:
     """Estimated error of each quantity of the fine solution, in its unit: what space leaves, ``unsettled`` (relative)
-    of the coupled iteration, and the doubt of an extreme's place; then what quantities say of one another."""
+    of the coupled iteration, and the doubt of an extreme's place; then what quantities say of one another. ``told`` and
+    ``rest`` as of `_by_goals`."""
     changed = {name: abs(float(value - low.quantities[name])) for name, value in fine.quantities.items()}
-    space = _by_goals(changed, scales, goals) | _by_difference(changed, scales, goals, electric, rest)
+    space = _by_goals(changed, scales, goals, told, rest) | _by_difference(changed, scales, goals, electric, rest)
     doubts = {name: float(fine.out.get(f"doubt:{study.goals.get(name)}", 0.0)) for name in space}
     errors = {name: space[name] + unsettled * scales[name] + doubts[name] for name in fine.quantities}
     errors |= _no_rise_far_better(study, errors, scales)
@@ -160,10 +165,18 @@ def as_balanced(
 
 
 def _by_goals(
-    changed: Mapping[str, float], scales: Mapping[str, float], goals: Mapping[str, Spread]
+    changed: Mapping[str, float],
+    scales: Mapping[str, float],
+    goals: Mapping[str, Spread],
+    told: Mapping[str, float],
+    rest: float,
 ) -> dict[str, float]:
-    """What goals miss, at least what the last degree ``changed`` (in the quantity's unit)."""
-    return {n: max(changed[n], estimate.total(goals[n]) * scales[n]) for n in changed if n in goals}
+    """What goals miss, at least what the last degree ``changed`` (in the quantity's unit). What of that change goes
+    beyond the parts that are ``told`` of it (relative) comes by way of other quantities, as from a temperature by the
+    power to a heat flow: it leaves the ``rest`` of the goals too."""
+    missed = {n: estimate.total(goals[n]) * scales[n] for n in changed if n in goals}
+    beyond = {n: max(changed[n] - told.get(n, 0.0) * scales[n], 0.0) for n in missed}
+    return {n: max(changed[n], missed[n] + rest * beyond[n]) for n in missed}
 
 
 def _by_difference(

@@ -128,7 +128,9 @@ class Problems:
         sizes = sum(
             (v * estimate.weights(conductor.matrix, v, space.depth) for v in potentials[-1]), np.zeros(space.size)
         )
-        return parts_of(space, free_functions(self), [np.ones_like(p) for p in products], products, sizes)
+        # The power loses the square of what the potential lacks: nothing of that cancels.
+        every = parts_of(space, free_functions(self), [np.ones_like(p) for p in products], products, sizes)
+        return every._replace(seen=1.0)
 
 
 def problems(domain: Domain, accuracy: float) -> Problems:
@@ -224,9 +226,10 @@ def parts_of(
     be ``tested``; and the fine dual solution times the `estimate.weights`."""
     new = [np.setdiff1d(upper, lower) for lower, upper in pairwise(free)]
     if not tested:
-        products = [dual * residual for dual, residual in zip(duals, residuals, strict=True)]
-        before, last = (space.spread(at, product[at]) for at, product in zip(new, products, strict=True))
-        return Parts(before, last, estimate.every_second(space, free[-1], sizes[free[-1]]))
+        products = [(dual * residual)[at] for dual, residual, at in zip(duals, residuals, new, strict=True)]
+        before, last = (space.spread(at, product) for at, product in zip(new, products, strict=True))
+        ratios = estimate.every_second(space, free[-1], sizes[free[-1]])
+        return Parts(before, last, ratios, seen=1.0 if space.by_cells else estimate.seen(products[-1]))
     spreads, signed = [], float(duals[-1][new[-1]] @ residuals[-1][new[-1]])
     for at, dual, of_change in zip(new, duals, tested, strict=True):
         added = np.zeros(len(dual))

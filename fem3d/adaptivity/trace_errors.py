@@ -174,7 +174,7 @@ def respond(
     power = judge.remains(given.electric_parts)
     # Steady errors have what the current is off by in them.
     of_joule = {} if steady_errors else _of_joule_heat(study, given, march)
-    joule = {name: judge.remains(each) for name, each in of_joule.items()}
+    joule = judge.left_at_times(of_joule)
     electric = {n: 0.0 if steady_errors else estimate.total(joule.get(n, power)) for n in march.scales}
     errors = _errors(study, march, changed, goals, electric, steady_errors)
     goals = {"power": power} | goal_errors.with_current(goals, joule, power)
@@ -266,7 +266,7 @@ def _remains(
         apart = [heat.stiffness @ u + heat.mass @ u / time for u in (low - lowest, fine - low)]
         duals = goal_errors.duals_of(goals, given, fine, time)
         parts = goal_errors.thermal_parts(given, fine, tuple(apart), own_scales, time, duals)
-        smooth = {name: judge.remains(each) for name, each in parts.items()}
+        smooth = judge.left_at_times(parts)
         at_edges = goal_errors.at_contradictions(goals, given, fine, own_scales, time, duals, judge)
         for name, remains in goal_errors.summed(smooth, at_edges).items():
             if name not in spreads or estimate.total(remains) > estimate.total(spreads[name]):

@@ -80,6 +80,42 @@ def test_what_remains_of_an_algebraic_error_is_all_of_it(p, a):
     assert remains(p, *parts(p, 0.3, 7.0))[0][0] < 0.5 * 7.0 * float(p) ** -0.3
 
 
+@pytest.mark.parametrize(("thickness", "rate"), [(0.15, estimate.GROWING), (0.18, None)])
+def test_growing_parts_of_an_edge_s_interval_much_longer_than_what_is_thin_are_no_sign_of_its_end(thickness, rate):
+    breaks, p = (np.array([0.0, 1.0]), np.array([0.0, thickness]), np.array([0.0, 1.0])), np.array([4])
+    grid = Grid(breaks, (p, p, p), (replace(UNIT, upper=(1.0, thickness, 1.0)),))
+    judge = Estimator.of_grid(grid, Features((frozenset(),) * 3, ({0.0: 0.5}, {}, {})))
+    edge, nothing = estimate.at_edge(p, np.array([0.5])), np.zeros(1)
+
+    def left(before, last):
+        return judge.remains(Parts(*([np.array([v]), nothing, nothing] for v in (before, last, 0.0))))[0][0]
+
+    assert left(1.0, 2.0) == pytest.approx(2.0 * estimate.left(p, edge if rate is None else np.array([rate]))[0])
+    assert left(1.0, 0.9) == pytest.approx(0.9 * estimate.left(p, edge)[0], rel=0.1)
+
+
+def test_what_is_left_cancels_as_the_last_parts_do_but_to_half_at_most():
+    assert estimate.seen(np.array([1.0, 2.0, -0.5])) == pytest.approx(2.5 / 3.5)
+    assert estimate.seen(np.array([-1.0, -2.0])) == 1.0
+    assert estimate.seen(np.array([1.0, -1.0, 0.1])) == estimate.LEAST_SEEN == 0.5
+    assert estimate.seen(np.zeros(3)) == 1.0
+    one, nothing = np.array([1.0]), np.zeros(1)
+    every, some = (judge(4).remains(Parts([one, *[nothing] * 2], [one, *[nothing] * 2], [nothing] * 3, seen=seen))
+                   for seen in (1.0, 0.5))  # fmt: skip
+    assert some[0][0] == 0.5 * every[0][0] > 0
+
+
+def test_a_change_that_no_part_tells_of_leaves_what_the_other_goals_do():
+    spread = [np.array([0.03]), np.zeros(1), np.zeros(1)]
+    goals, scales = {"flow": spread}, {"flow": 2.0}
+
+    def error(changed, told):
+        return goal_errors._by_goals({"flow": changed}, scales, goals, {"flow": told}, 4.0)["flow"]
+
+    assert error(0.04, 0.02) == pytest.approx(0.06)
+    assert error(0.1, 0.02) == pytest.approx(0.06 + 4 * 0.06)
+
+
 @pytest.mark.parametrize("p", [3, 5, 7])
 def test_a_part_that_every_second_degree_lacks_is_not_taken_for_the_end(p):
     """An even error whose parts fall by a tenth: the odd degree p takes nothing away, and 1/9 of the last part is left;

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 UNIFORM, FULL = "uniform", "full"
+WORDS = {UNIFORM: "uniform current", FULL: "full electric problem"}
 WHOLE, GIVEN = "this toolkit, whole run", "this toolkit, mesh given"
 OURS = (WHOLE, GIVEN)
 REDUCTION = "reductions"
@@ -33,11 +34,12 @@ SETTINGS: dict[tuple[str, bool], tuple[tuple[Any, ...], ...]] = {
     (GIVEN, True): (
         (2, 2, 1e-2, 1e-2, 3), (3, 2, 1e-2, 1e-2, 3), (3, 2, 1e-3, 1e-3, 4), (4, 3, 1e-3, 1e-4, 5),
         (5, 3, 1e-3, 1e-4, 6), (5, 3, 1e-4, 1e-5, 8), (6, 3, 1e-4, 1e-5, 8), (7, 4, 1e-5, 1e-5, 8),
+        (7, 4, 1e-5, 1e-6, 10),
     ),
     (GIVEN, False): (
         (2, 2, 1e-2, 1e-2, 0), (3, 2, 1e-2, 1e-2, 0), (3, 2, 1e-3, 1e-2, 0), (4, 3, 1e-3, 1e-3, 0),
         (5, 3, 1e-3, 1e-3, 0), (5, 3, 1e-4, 1e-3, 0), (6, 3, 1e-4, 1e-4, 0), (7, 3, 1e-4, 1e-4, 0),
-        (7, 4, 1e-5, 1e-4, 0),
+        (7, 4, 1e-5, 1e-4, 0), (8, 4, 1e-5, 1e-5, 0),
     ),
     (SCIKIT_FEM, True): (
         (2, 1e-2, 1, 1, 3, 1e-4), (2, 1e-2, 1, 1, 4, 1e-4), (2, 1e-3, 2, 1, 4, 1e-4), (2, 1e-3, 2, 2, 4, 1e-4),
@@ -113,7 +115,7 @@ def _label(degree: int, options: Mapping[str, Any]) -> str:
         f"{degree}" if layers == degree else f"{degree} ({layers} across thin layers)",
         f"graded for {options['grading']:.0e}",
         f"cut in {cuts}" if cuts > 1 else "",
-        "full electric problem" if options.get("electric") == FULL else "uniform current",
+        WORDS[options.get("electric", UNIFORM)],
         f"{options['generations']} Krylov fields" if options.get("generations") else "",
         f"SDIRK{options['method']}, {steps} step{'s' if steps > 1 else ''} an octave" if steps else "",
     ]

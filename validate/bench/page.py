@@ -121,9 +121,13 @@ def _work(name: str, part: Mapping[str, Any]) -> Parts:
         tools = work.taking_part(rows)
         fastest = Table(("error", *tools), [_fastest(at, tools) for at in part["targets"]])
         parts += ["The fastest entry of each at an error no larger than:", fastest]
-    whole = [row for row in rows if row["tool"] == WHOLE and not row["failure"]]
-    each = "; ".join(f"{r['label']}: {r['claimed']:.1e}, {r['error']:.1e}" for r in whole)
-    parts += [f"What whole runs were asked for, estimated and had: {each}."] if whole else []
+    if whole := work.beside_given(rows):
+        parts += [
+            "Whole runs: the error that was estimated and the one they had, and how many times as long they take as a "
+            "solve on a given mesh with the same error (between entries that solve the electric problem too; at most "
+            "as many times where none is as accurate):",
+            Table(("", "estimated", "error", "time, s", "times as long as mesh given"), [_whole(*w) for w in whole]),
+        ]
     head = ("entry", "unknowns", "steps", "error", "time, s", "least to most (solves)", "start-up, s", "peak MB")
     return [*parts, _table(head, rows, _named, _entry)]
 
@@ -133,6 +137,11 @@ def _fastest(at: Mapping[str, Any], tools: Sequence[str]) -> tuple[str, ...]:
     by_kind = {kind: fastest[kind] for kind in OURS}
     ours = ("does not get there" if best is None else f"{best['median_s']:.3g} s" for best in by_kind.values())
     return f"{at['target'] * 100:g} %", *ours, *(work.verdict(fastest[peer], by_kind) for peer in tools[len(OURS) :])
+
+
+def _whole(row: Mapping[str, Any], times: float, bound: bool) -> tuple[str, ...]:
+    beside = f"{'at most ' * bound}{times:.1f}"
+    return row["label"], f"{row['claimed']:.1e}", f"{row['error']:.1e}", f"{row['median_s']:.3g}", beside
 
 
 def _named(row: Mapping[str, Any]) -> str:
@@ -249,7 +258,7 @@ def draw(part: str, measurements: Mapping[str, Any], path: Path) -> None:
             points = [(row["error"], row["median_s"]) for row in rows if row["tool"] == tool]
             if points:
                 axes.plot(*zip(*points, strict=True), linestyle="none", marker=marker, color=colour, label=tool)
-                axes.plot(*zip(*fastest(points), strict=True), color=colour, linewidth=1.2)
+                axes.plot(*zip(*work.fastest(points), strict=True), color=colour, linewidth=1.2)
         models = (row for row in rows if row["tool"] == REDUCTION)
         for marker, row in zip(cycle(HOLLOW), models):
             look: dict[str, Any] = {"linestyle": "none", "marker": marker, "color": "#222222", "fillstyle": "none"}
@@ -263,9 +272,3 @@ def draw(part: str, measurements: Mapping[str, Any], path: Path) -> None:
         axes.legend(fontsize=8, ncols=2)
         FigureCanvasAgg(figure)
         figure.savefig(path, dpi=drawing.DPI)
-
-
-def fastest(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    """The points (error, time) that no other beats in both, by falling error."""
-    kept = [p for p in points if not any(q != p and q[0] <= p[0] and q[1] <= p[1] for q in points)]
-    return sorted(kept, reverse=True)

@@ -11,6 +11,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from validate.bench import device, entries, growth, measure, whole_runs
 from validate.bench.entries import GIVEN, NGSOLVE, OURS, PEERS, WHOLE
 from validate.bench.problem import errors
@@ -69,6 +71,25 @@ def targets(rows: list[Row]) -> list[dict[str, Any]]:
         ratios = {peer: {kind: _ratio(fastest[peer], fastest[kind]) for kind in OURS} for peer in PEERS}
         table.append({"target": target, "fastest": fastest, "ratios": ratios})
     return table
+
+
+def beside_given(rows: list[Row]) -> list[tuple[Row, float, bool]]:
+    """Each whole run, how many times as long it takes as a solve on a given mesh that has the same error and solves the
+    electric problem too, and whether that is a bound, as none is as accurate: between the fastest of these, logarithms
+    of times are linear in those of errors. Nothing without such solves."""
+    given = [r for r in rows if r["tool"] == GIVEN and not r["failure"] and entries.WORDS[entries.FULL] in r["label"]]
+    points = fastest([(r["error"], r["median_s"]) for r in given])[::-1]
+    if not points:
+        return []
+    off, seconds = np.log(points).T
+    whole = [(r, np.log(r["error"])) for r in rows if r["tool"] == WHOLE and not r["failure"]]
+    return [(r, r["median_s"] / float(np.exp(np.interp(at, off, seconds))), bool(at < off[0])) for r, at in whole]
+
+
+def fastest(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """The points (error, time) that no other beats in both, by falling error."""
+    kept = [p for p in points if not any(q != p and q[0] <= p[0] and q[1] <= p[1] for q in points)]
+    return sorted(kept, reverse=True)
 
 
 def _ratio(peer: Best, ours: Best) -> float | None:

@@ -1,10 +1,11 @@
 """What constants of the 3D engine are good for: how much the element leaves of an edge, against what its estimator says
-is left (`fem3d.adaptivity.estimate.lag`), and how many unknowns random scenes take with other values of those that
-place cells."""
+is left (`fem3d.adaptivity.estimate.lag`); how many unknowns random scenes take with other values of those that place
+cells; and how true errors compare with stated ones at other values of those that errors are made with."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,7 +16,12 @@ from validate.stress.report import Row
 GROUP = "constants"
 DEGREES = ((4, 4), (5, 5), (6, 6), (5, 4), (4, 3), (4, 2), (5, 3), (6, 3))  # along x and y
 ASPECTS = ((1.0, 1.0), (4.0, 1.0), (4.0, 4.0))  # lengths along x, before and behind the edge, of cells 1 wide
-OTHERS = {"LAYERS": (25.0, 225.0), "FAR": (30.0, np.inf)}
+PLACING = {
+    "grading.LAYERS": (25.0, 225.0), "grading.FAR": (30.0, np.inf), "grading.AT_ONCE": (1, 6),
+    "brick_mesh.AIM": (0.25, 1.0),
+}  # fmt: skip
+STATING = {"estimate.LEAST_SEEN": (0.0, 1.0), "estimate.LENGTHY": (1.0, np.inf), "goal_errors.OF_WORST": (0.0, 0.5)}
+"""Constants by module and name, with other values than those in use."""
 COUNT = 20  # random scenes
 COSTLIER = 1.25  # the value in use may take at most this factor times the unknowns, over all levels, of any other value
 
@@ -45,14 +51,47 @@ def rows(quick: bool, first: int = 0) -> Iterator[Row]:
         return
     seeds = range(first, first + COUNT)
     ours = work(seeds)
-    for name, values in OTHERS.items():
+    for name, values in PLACING.items():
         for value in values:
-            other = work(seeds, name, value)
-            both = [s for s in ours if s in other]
-            ratio = sum(ours[s] for s in both) / max(sum(other[s] for s in both), 1)
+            with other(name, value):
+                theirs = work(seeds)
+            both = [s for s in ours if s in theirs]
+            ratio = sum(ours[s] for s in both) / max(sum(theirs[s] for s in both), 1)
             yield Row(GROUP, f"{name} of {value:g}", f"{len(both)} steady scenes, seeds {seeds[0]} to {seeds[-1]}",
                       "unknowns of all levels with the value in use over those with this", ratio, COSTLIER,
-                      said=f"{len(ours)} solved, {len(other)} with this")  # fmt: skip
+                      said=f"{len(ours)} solved, {len(theirs)} with this")  # fmt: skip
+    yield _stated(seeds, "", 0.0)
+    for name, values in STATING.items():
+        for value in values:
+            with other(name, value):
+                yield _stated(seeds, name, value)
+
+
+@contextmanager
+def other(name: str, value: float) -> Iterator[None]:
+    """Another value of a constant, by its module and name, for as long as it takes."""
+    from fem3d.adaptivity import brick_mesh, estimate, goal_errors
+    from meshes import grading
+
+    modules = {"grading": grading, "brick_mesh": brick_mesh, "estimate": estimate, "goal_errors": goal_errors}
+    module, constant = name.split(".")
+    before = vars(modules[module])[constant]
+    try:
+        setattr(modules[module], constant, value)
+        yield
+    finally:
+        setattr(modules[module], constant, before)
+
+
+def _stated(seeds: range, name: str, value: float) -> Row:
+    """The row of the errors stated with a value of a constant, or with those in use."""
+    seen = errors(seeds)
+    violations, paddings = zip(*seen.values(), strict=True)
+    known = [padding for padding in paddings if padding < np.inf]
+    return Row(GROUP, f"{name} of {value:g}" if name else "the values in use",
+               f"{len(seen)} steady scenes, seeds {seeds[0]} to {seeds[-1]}", "true over stated error, largest",
+               max(violations), 1.0, not name,
+               said=f"stated over true error where that is least: {np.median(known):.3g} in the median")  # fmt: skip
 
 
 def edges() -> list[Edge]:
@@ -145,27 +184,35 @@ def off(edge: Edge, degrees: tuple[int, int], lengths: tuple[float, float]) -> f
     return (energy - float(load @ solved[-1])) / said
 
 
-def work(seeds: range, name: str = "", value: float = 0.0) -> dict[int, int]:
-    """For each steady scene that is solved the unknowns of all levels, perhaps with another value of a constant of
-    `meshes.grading`."""
+def work(seeds: range) -> dict[int, int]:
+    """For each steady scene that is solved the unknowns of all levels."""
     from fem3d.runs.scene import solve
-    from meshes import grading
     from scenes.errors import NumericsError
     from validate.stress.random_scenes import draw
 
-    before, unknowns = vars(grading).get(name), {}
-    try:
-        if name:
-            setattr(grading, name, value)
-        for seed in seeds:
-            said: list[str] = []
-            if (scene := draw(seed).scene).steady:
-                try:
-                    solve(scene, said.append)
-                except NumericsError:
-                    continue
-                unknowns[seed] = sum(int(line.split()[-2]) for line in said if line.endswith(" unknowns"))
-    finally:
-        if name:
-            setattr(grading, name, before)
+    unknowns = {}
+    for seed in seeds:
+        said: list[str] = []
+        if (scene := draw(seed).scene).steady:
+            try:
+                solve(scene, said.append)
+            except NumericsError:
+                continue
+            unknowns[seed] = sum(int(line.split()[-2]) for line in said if line.endswith(" unknowns"))
     return unknowns
+
+
+def errors(seeds: range) -> dict[int, tuple[float, float]]:
+    """For each steady scene that is solved `invariants.compared` with one ten times finer."""
+    from scenes.errors import NumericsError
+    from validate.stress import invariants
+    from validate.stress.random_scenes import draw
+
+    seen = {}
+    for drawn in map(draw, seeds):
+        if drawn.scene.steady:
+            try:
+                seen[drawn.seed] = invariants.compared(drawn, invariants.solve(drawn.scene), 10.0)
+            except NumericsError:
+                continue
+    return seen

@@ -73,6 +73,19 @@ def test_the_fastest_at_an_error_counts_and_a_peer_is_held_against_both_of_ours(
     assert work.verdict(None, last["fastest"]) == "no entry gets there"
 
 
+def test_a_whole_run_is_held_against_a_given_mesh_of_its_own_error():
+    full = "full electric problem"
+    rows = [
+        row(WHOLE, 3.0, 1e-3), row(WHOLE, 4.0, 1e-6), {**row(GIVEN, 1.0, 1e-2), "label": full},
+        {**row(GIVEN, 4.0, 1e-4), "label": full}, {**row(GIVEN, 9.0, 2e-4), "label": full}, row(GIVEN, 0.1, 1e-5),
+    ]  # fmt: skip
+    inside, finer = work.beside_given(rows)
+    # Half way between two errors a solve takes the geometric mean of their times: 2 s; others are faster with less.
+    assert inside == (rows[0], pytest.approx(1.5), False)
+    assert finer == (rows[1], pytest.approx(1.0), True)
+    assert work.beside_given(rows[:1]) == []
+
+
 def test_reductions_are_named_points_and_no_line_joins_them(monkeypatch, tmp_path):
     drawn = []
     monkeypatch.setattr("matplotlib.figure.Figure.savefig", lambda figure, path, dpi: drawn.append(figure))
@@ -90,7 +103,7 @@ def test_reductions_are_named_points_and_no_line_joins_them(monkeypatch, tmp_pat
 
 
 def test_only_points_that_no_other_beats_are_joined():
-    assert page.fastest([(1e-2, 1.0), (1e-3, 3.0), (2e-2, 2.0), (1e-3, 4.0)]) == [(1e-2, 1.0), (1e-3, 3.0)]
+    assert work.fastest([(1e-2, 1.0), (1e-3, 3.0), (2e-2, 2.0), (1e-3, 4.0)]) == [(1e-2, 1.0), (1e-3, 3.0)]
 
 
 def test_a_solve_finds_nothing_of_the_scene_that_an_earlier_one_worked_out():

@@ -83,6 +83,11 @@ def test_a_bar_keeps_every_invariant():
     found = invariants.solve(drawn.scene)
     for name, test in (invariants.ALWAYS | invariants.IN_TURN).items():
         assert test(drawn, found) <= 1.0, name
+    violation, padding = invariants.compared(drawn, found, 10.0)
+    assert violation <= 1.0 < padding
+    # Half of the error stated is half of the padding.
+    less = replace(found, steady={n: replace(e, error=e.error / 2) for n, e in found.steady.items()})
+    assert invariants.compared(drawn, less, 10.0)[1] == pytest.approx(padding / 2)
 
 
 def test_invariants_see_what_they_are_there_for():
@@ -110,7 +115,7 @@ def test_invariants_over_time_see_what_they_are_there_for():
     )  # fmt: skip
     drawn = Drawn(0, scene, ())
     found = invariants.solve(scene)
-    assert list(invariants.tests(drawn)) == ["energy closes over time", "traces honoured by a finer solve"]
+    assert list(invariants.tests(drawn)) == ["energy closes over time", "traces mirrored and turned"]
     assert invariants.energy(drawn, found) <= 1
     assert invariants.honest(drawn, found) <= 1
     later = replace(boundaries[0], value=replace(cold, times=(0.0, 5.5e-6, 5.5e-6)))
@@ -125,7 +130,7 @@ def test_scenes_with_laws_hold_their_errors_and_a_law_that_is_off_is_seen():
     assert any(b.material.follows for b in drawn.scene.boxes)
     outcome = sweep.examine(4, kind="laws")
     assert outcome.ended == ""
-    assert set(outcome.violations) == set(invariants.of_laws(drawn))
+    assert set(outcome.violations) == {*invariants.of_laws(drawn), "errors honoured by a finer solve"}
     assert max(outcome.violations.values()) <= 1.0
     found = invariants.solve(drawn.scene)
     warmer = replace(drawn.scene, boxes=tuple(replace(b, material=_raised(b.material)) for b in drawn.scene.boxes))
@@ -138,7 +143,9 @@ def test_some_scenes_with_laws_are_heated_over_time():
     assert not drawn.scene.steady
     assert random_laws.draw(4).scene.steady
     outcome = sweep.examine(2, kind="laws")
-    assert (outcome.ended, set(outcome.violations)) == ("", set(invariants.of_laws(drawn)))
+    assert (outcome.ended, set(outcome.violations)) == (
+        "", {*invariants.of_laws(drawn), "traces honoured by a finer solve"}
+    )  # fmt: skip
     assert max(outcome.violations.values()) <= 1.0
     warmer = replace(drawn.scene, boxes=tuple(replace(b, material=_raised(b.material)) for b in drawn.scene.boxes))
     assert invariants.honest(replace(drawn, scene=warmer), invariants.solve(drawn.scene)) > 1.0
@@ -166,7 +173,9 @@ def test_a_plate_with_pads_holds_its_errors_and_a_pad_that_is_off_is_seen(monkey
     assert start(drawn.scene)[1].whole  # on tetrahedra
     monkeypatch.setattr(random_plates, "draw", lambda seed: drawn)
     outcome = sweep.examine(10, kind="plates")
-    assert (outcome.ended, set(outcome.violations)) == ("", set(invariants.of_plates(drawn)))
+    assert (outcome.ended, set(outcome.violations)) == (
+        "", {*invariants.of_plates(drawn), "errors honoured by a finer solve"}
+    )  # fmt: skip
     assert max(outcome.violations.values()) <= 1.0
     hotter = invariants.changed(drawn.scene, {"heat_source": 1.2})
     assert invariants.honest(replace(drawn, scene=hotter), invariants.solve(drawn.scene), times=1.0) > 1.0
@@ -200,8 +209,14 @@ def test_what_the_element_leaves_of_an_edge_is_what_its_lag_says(monkeypatch):
 @pytest.mark.long
 def test_another_value_of_a_constant_is_in_force_for_its_scenes_alone():
     usual = constants.work(range(2, 5))
-    assert constants.work(range(2, 5), "LAYERS", 1.0) != usual
+    with constants.other("grading.LAYERS", 1.0):
+        assert constants.work(range(2, 5)) != usual
     assert constants.work(range(2, 5)) == usual
+    usual = constants.errors(range(6, 9))
+    with constants.other("goal_errors.OF_WORST", 1.0):
+        more = constants.errors(range(6, 9))
+    assert all(padding >= usual[seed][1] for seed, (_, padding) in more.items())
+    assert more != usual
 
 
 @pytest.mark.long
@@ -218,12 +233,16 @@ def test_a_scene_that_takes_too_long_or_fails_is_an_outcome(monkeypatch):
 
     monkeypatch.setattr(invariants, "solve", broken)
     assert sweep.examine(1).said == "ValueError: no luck"
-    outcomes = [sweep.Outcome(0, {"energy closes": 0.5}), sweep.Outcome(1, ended="error", said="ValueError: no luck"),
-                sweep.Outcome(2, {"energy closes": float("nan")})]  # fmt: skip
+    outcomes = [sweep.Outcome(0, {"energy closes": 0.5}, padding=7.0),
+                sweep.Outcome(1, ended="error", said="ValueError: no luck"),
+                sweep.Outcome(2, {"energy closes": float("nan")}, padding=4.0), sweep.Outcome(3, padding=np.inf),
+                sweep.Outcome(4, ended="refused by name", seconds=2.0)]  # fmt: skip
     found = {row.what: row for row in sweep.rows(outcomes)}
     assert found["energy closes"].verdict == "breaks"
     assert found["ended with an error"].verdict == "breaks"
     assert "no luck" in found["ended with an error"].said
+    assert found["stated over true error of the reading that is off most"].worst == 5.5
+    assert found["refused after more than 1 s"].said == "seeds 4"
 
 
 def test_only_methods_that_are_not_l_stable_ring():
