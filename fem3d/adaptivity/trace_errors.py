@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from fem3d.results import outputs, probes, trace_times
 from fem3d.results.outputs import Outputs
 from fem3d.results.study import Quantities, Study
 from fem3d.solution import transient
+from fem3d.solution.faces_over_time import Between
 from fem3d.solution.reduced import Reduced
 from fem3d.solution.transient import Base, Krylov, Transient
 from fem3d.spaces.domain import Domain
@@ -28,6 +29,7 @@ SPACE_SHARE = 0.1  # part of the accuracy for the reduced space
 ROUNDING = 1e-10  # relative error that rounding leaves in every trace
 NOTHING = 1e-10  # less heat than this fraction of what would warm everything from 0 K counts as none
 FIELDS, DROPPED, MOST_FIELDS = 6, 2, 60  # generations of Krylov fields: the first trial, how many fewer, the most
+FACES = 3  # times that what faces are interpolated between is made better
 MOST_GENERATIONS = 20  # where properties follow the temperature: rounds add corrections to them
 ASKED = 200  # of the times that a user asks for, so many at most are compared: each costs a state of every space
 BENDS = 12  # times at which the bends of a law are looked for
@@ -75,19 +77,48 @@ class Marched:
     gaps: dict[str, float]
     rounds: Rounds | None = None
     """What found it where properties follow the temperature by a law."""
+    between: Between | None = None
+    """What faces are interpolated between where these alone are nonlinear, and hardly are."""
 
 
 def marched(study: Study, base: Base, shift: float, steady_out: Outputs | None, generations: int = 0) -> Marched:
     """The response of a base; arguments as of `respond`."""
-    accuracy, end = study.accuracy, study.end
     checked = instants(study, base.heat)
     if base.follows:
         return _by_laws(study, base, shift, steady_out, checked, generations)
+    march = _linear(study, base, shift, steady_out, checked, generations)
+    if march.between is None:
+        return march
+    better, lack = march.between.better(march.answer)
+    for _ in range(FACES):
+        if lack <= SPACE_SHARE * study.accuracy:
+            break
+        march = _linear(study, base, shift, steady_out, checked, generations, better)
+        better, lack = better.better(march.answer)
+    gaps = {name: value + lack * march.scales[name] for name, value in march.gaps.items()}
+    return replace(march, gaps=gaps)
+
+
+def _linear(
+    study: Study,
+    base: Base,
+    shift: float,
+    steady_out: Outputs | None,
+    checked: np.ndarray,
+    generations: int,
+    between: Between | None = None,
+) -> Marched:
+    """As of `marched`, of a linear problem, or of one that faces make a little nonlinear."""
+    accuracy, end = study.accuracy, study.end
+    base = base if between is None else between.held(base)
     space = Krylov(base, shift)
     count = max(generations, FIELDS + int(max(0.0, -np.log10(accuracy) - 3) * 2))
     states, stopped = 0, np.inf
     while True:
         reduced = base.project(space.fields(count))
+        if base.slight:
+            between = between or Between.guessed(base, reduced, end, study.earliest, accuracy)
+            reduced = between.beside(base, reduced)
         # One comparison for two errors: fewer fields and a looser step.
         dropped = space.dropped(count, DROPPED)
         # In so short a time hardly anything diffuses: all generations are one, and dropping some tells nothing.
@@ -108,7 +139,7 @@ def marched(study: Study, base: Base, shift: float, steady_out: Outputs | None, 
         enough = max(gaps[name] / scales[name] for name in gaps) <= SPACE_SHARE * accuracy
         # More generations that add no states are all but sums of those before.
         if enough or count >= MOST_FIELDS or not dropped or reduced.states <= states:
-            return Marched(answer, reduced, count, checked, out, traces, scales, gaps)
+            return Marched(answer, reduced, count, checked, out, traces, scales, gaps, between=between)
         count, states = count + 4, reduced.states
 
 
@@ -133,7 +164,10 @@ def beside(study: Study, base: Base, shift: float, fine: Marched) -> Transient:
     """The response of a lower space in as many generations of fields as that of the fine one."""
     if fine.rounds is not None:
         return fine.rounds.beside(base)
+    between = fine.between and fine.between.lower(fine.answer.base.heat, base.heat)
+    base = base if between is None else between.held(base)
     reduced = base.project(Krylov(base, shift).fields(fine.generations))
+    reduced = reduced if between is None else between.beside(base, reduced)
     base.heat.let_go()
     return transient.march(base, reduced, study.end, TIME_SHARE * study.accuracy)
 

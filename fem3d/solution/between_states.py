@@ -81,16 +81,19 @@ def _conducted(
             values[mine] = some.value(rises[mine])[along] - cold[:, None]
         return values
 
-    matrices = np.zeros((len(chosen), r, len(fields)))
-    for (on, _, _, density), each in zip(term.parts, excess, strict=True):
+    matrices, through = np.zeros((len(chosen), r, len(fields))), dict[str, np.ndarray]()
+    for number, ((on, _, _, density), each) in enumerate(zip(term.parts, excess, strict=True)):
         slopes = isinstance(term, Conduction)
         tested = np.array([on.gradient(u) for u in fields]) if slopes else on.value(fields)[:, None]
         weights = on.weights if slopes else on.weights * density
         along = (weights * each[chosen]).reshape(len(chosen), *(each.shape[1:-2] or (1,)), weights.size)
         matrices += _products(along, tested.reshape(*tested.shape[:2], -1), r)
+        for name, facets in term.owners[number] if isinstance(term, Surface) else ():
+            leaving = np.einsum("scp,fcp->sf", (weights * each[chosen])[:, facets], tested[:, 0, facets])
+            through[name] = through.get(name, 0.0) + leaving
     inverse = np.linalg.inv(flat[np.ix_(chosen, points)]) if chosen else np.empty((0, 0))
     interpolation = Interpolation(rows, at_points, inverse)
-    return Conducted(term, interpolation, matrices, states[chosen])
+    return Conducted(term, interpolation, matrices, states[chosen], through)
 
 
 def _products(weights: np.ndarray, tested: np.ndarray, r: int) -> np.ndarray:
