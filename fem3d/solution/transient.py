@@ -32,7 +32,8 @@ class Base:
     space shall hold, and the loads (W, each all nodes) whose responses it shall hold.
 
     ``size`` is the norm of the state that errors are relative to, where it is known. Where properties follow the
-    temperature by a law, ``heat`` is the exact problem, and ``steady`` its steady state, where that is known.
+    temperature by a law, ``heat`` is the exact problem, ``steady`` its steady state, where that is known, and
+    ``before`` the response on another mesh, with its relative ``error``.
     """
 
     heat: HeatProblem
@@ -42,6 +43,8 @@ class Base:
     loads: list[np.ndarray]
     size: float | None = None
     steady: SteadyState | None = None
+    before: Transient | None = None
+    error: float = np.inf
 
     @staticmethod
     def of_steady(state: SteadyState) -> Base:
