@@ -24,7 +24,8 @@ def flux(boundary: Any, temperature: np.ndarray) -> np.ndarray:
     t, ambient = np.maximum(temperature, COLDEST), float(boundary.ambient)
     if boundary.kind == "radiation":
         # Straight on below the coldest temperature, so that the flux keeps to its slope.
-        emitted: np.ndarray = boundary.value * SIGMA * (t**4 - ambient**4)
+        squared = t * t
+        emitted: np.ndarray = boundary.value * SIGMA * (squared * squared - ambient**4)
         return emitted + coefficient(boundary, t) * (temperature - t)
     return np.asarray(boundary.value(t) * (temperature - ambient))
 
@@ -32,7 +33,7 @@ def flux(boundary: Any, temperature: np.ndarray) -> np.ndarray:
 def coefficient(boundary: Any, temperature: np.ndarray) -> np.ndarray:
     """The part of the flux's derivative that is above zero, in W/(m2 K): 4 eps sigma T^3, or h(T)."""
     t = np.maximum(temperature, COLDEST)
-    return 4 * boundary.value * SIGMA * t**3 if boundary.kind == "radiation" else boundary.value(t)
+    return 4 * boundary.value * SIGMA * (t * t * t) if boundary.kind == "radiation" else boundary.value(t)
 
 
 def beyond(boundary: Any, temperature: np.ndarray) -> np.ndarray | None:
@@ -64,7 +65,7 @@ def secant(boundary: Any, start: float, rise: np.ndarray) -> np.ndarray:
     """What the flux grows by from a temperature (K) to a ``rise`` above it, over that rise, in W/(m2 K)."""
     t = np.maximum(start + rise, COLDEST)
     if boundary.kind == "radiation":
-        return boundary.value * SIGMA * (t + start) * (t**2 + start**2)
+        return boundary.value * SIGMA * (t + start) * (t * t + start**2)
     law, near = boundary.value, np.abs(rise) < NEAR * start
     # (h(T) - h(T_0)) / (T - T_0), where the two are close the slope between them.
     apart = np.where(near, 1.0, t - start)

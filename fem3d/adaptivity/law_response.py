@@ -28,6 +28,7 @@ from fem3d.solution.between_states import MOST, with_laws
 from fem3d.solution.reduced import Reduced
 from fem3d.solution.steady import SteadyState
 from fem3d.solution.transient import Base, Krylov, Transient
+from fem3d.spaces.bricks import BrickSpace
 from scenes import laws
 from scenes.errors import RunawayInTimeError, UndershootError
 from scenes.laws import Table
@@ -41,9 +42,10 @@ LOOSE, TIGHT = 0.02, 0.005  # of the accuracy: the steps of the rounds, and of t
 ENOUGH = 0.1  # of the accuracy, relative to the largest rise: corrections with which the rounds end
 KEPT = 0.01  # of the accuracy: corrections, relative to the largest state, that become fields
 # Of the accuracy: what is left between states, relative to the property; and as long as the states are guessed.
-INTERPOLATED, GUESSED = 0.01, 0.05
+INTERPOLATED, GUESSED = 0.03, 0.1
+PATIENCE = 2  # rounds that may leave no less than the best before
 SAME_TIME = 0.05  # relative change of the time of a runaway from round to round, which counts as none
-FALLS = 0.25  # factor from round to round by which what is left should fall
+FALLS, STALLED = 0.25, 0.9  # factors from round to round by which what is left should fall, and has to
 SURE = 0.05  # of the accuracy: what a finer quadrature of a law may change of the rise
 COARSE = 8.0  # factor between the steps that corrections are made with
 ALIKE = 0.1  # relative change of what a state's outflow dissipates, up to which the cold problem stands for the hot one
@@ -56,16 +58,20 @@ class Pair(NamedTuple):
     before: Transient
 
 
-def of(base: Base, shift: float, study: Study, generations: int = 0) -> Rounds:
-    """The rounds of a base for a study, whose first fields are ``generations``, or more, of a ``shift`` (s)."""
-    count = max(GENERATIONS + int(max(0.0, -np.log10(study.accuracy) - 3) * 2), generations)
-    return Rounds(base.heat, base.conductor, base.steady, shift, study.end, study.earliest, study.accuracy, count)
+def of(base: Base, shift: float, study: Study, generations: int = 0, accuracy: float | None = None) -> Rounds:
+    """The rounds of a base for a study, whose first fields are ``generations``, or more, of a ``shift`` (s); to an
+    ``accuracy`` that may be larger than that of the study."""
+    count = GENERATIONS + int(max(0.0, -np.log10(study.accuracy) - 3) * 2)
+    count = count if base.before is not None else max(count, generations)
+    given = base.heat, base.conductor, base.steady, shift, study.end, study.earliest, accuracy or study.accuracy, count
+    return Rounds(*given, before=base.before)
 
 
 @dataclass
 class Rounds:
     """The rounds of one space: the exact problem, its ``base`` with the potentials of its patterns, ``generations`` of
-    Krylov fields, and the corrections, states and problem linearized about a ``hot`` state that are known so far."""
+    Krylov fields, and the corrections, states and problem linearized about a ``hot`` state that are known so far, the
+    states from the response on other bricks ``before``."""
 
     heat: HeatProblem
     conductor: Conductor | None
@@ -75,6 +81,7 @@ class Rounds:
     earliest: float
     accuracy: float
     generations: int = GENERATIONS
+    before: Transient | None = None
 
     def __post_init__(self) -> None:
         heat = self.heat
@@ -92,9 +99,12 @@ class Rounds:
                 warm = Base(self.hot, None, [], fields, [heat.mass @ heat.whole(rise)])
                 fields = Krylov(warm, self.shift).fields(GENERATIONS - 2)
             self.base = replace(self.base, fields=np.column_stack([self.base.fields, fields]), size=heat.norm(rise))
-        self.krylov = Krylov(self.base, self.shift)
-        self.corrections, self.states = np.empty((heat.free, 0)), np.empty((0, heat.size))
         self.time, self.kept = np.inf, KEPT * self.accuracy
+        self.states = self._known()
+        if len(self.states):
+            fields = _leading(heat, self.states[:, : heat.free], self.kept * heat.norm(self.states[-1, : heat.free]))
+            self.base = replace(self.base, fields=np.column_stack([self.base.fields, fields]))
+        self.krylov, self.corrections = Krylov(self.base, self.shift), np.empty((heat.free, 0))
         self.left, self.unsure, self.bends = np.inf, np.inf if heat.terms else 0.0, False
 
     def run(self) -> Pair:
@@ -105,16 +115,18 @@ class Rounds:
         count = MOST if any(isinstance(law, Table) for each in given for law in laws.of(each)) else STATES
         if not len(self.states):
             self.states = self._guessed(self.march(self.base.project(self.fields), LOOSE)[0], count)
+        best, since = np.inf, 0
         for _ in range(ROUNDS):
             before, again = self.march(self.reduced(), LOOSE)
             known, self.left = self.left, self.correct(before)
             # What finer quadratures change hides whether the fields get better.
-            slow, most = self.left > FALLS * known and self.unsure <= SURE * self.accuracy, count == MOST
-            count = min(2 * count, MOST) if slow else count
+            sure, most = self.unsure <= SURE * self.accuracy, count == MOST
+            best, since = min(best, self.left), 0 if self.left < STALLED * best or not sure else since + 1
+            count = min(2 * count, MOST) if sure and self.left > FALLS * known else count
             self.states = before.rises(self.instants(count, before.end))
             changed = abs(again - self.time) > SAME_TIME * again if again < np.inf else self.time < np.inf
             self.time = again
-            if not changed and (self.left <= ENOUGH * self.accuracy or (slow and most)):
+            if not changed and (self.left <= ENOUGH * self.accuracy or (since == PATIENCE and most)):
                 break
         last = self._marched(self.reduced(), self.end, TIGHT)
         return Pair(last, before)
@@ -135,6 +147,19 @@ class Rounds:
         rounds.corrections = lower(self.corrections.T)[:, : rounds.heat.free].T
         rounds.states, rounds.left = lower(self.states), self.left
         return rounds._marched(rounds.reduced(), self.end, TIGHT)
+
+    def tighter(self, accuracy: float) -> None:
+        """Goes on to a smaller accuracy with the next `run`."""
+        self.accuracy, self.kept = accuracy, KEPT * accuracy
+
+    def _known(self) -> np.ndarray:
+        """(k, all nodes): states of the response before; none without, or where either isn't on bricks."""
+        heat, before = self.heat, self.before
+        space, other = heat.domain.space, None if before is None else before.base.heat.domain.space
+        if before is None or not (isinstance(space, BrickSpace) and isinstance(other, BrickSpace)):
+            return np.empty((0, heat.size))
+        fields = before.base.heat.field(before.rises(self.instants(STATES, before.end)))
+        return np.array([heat.take(space.interpolated(other, u)) for u in fields])
 
     def more(self) -> None:
         """More fields for the next `run`: generations, and corrections that were left out."""
@@ -216,11 +241,8 @@ class Rounds:
         changes, off = both[: len(times)], both[len(times) :]
         vertices = heat.unit[: heat.free] == 1.0
         seen, unsure = (np.abs(x[:, vertices]).max(axis=1, initial=0.0) / largest for x in (changes, off))
-        gram = changes @ (heat.inner_mass @ changes.T)
-        sizes, turn = np.linalg.eigh((gram + gram.T) / 2)
         size = max(heat.norm(rise[: heat.free]) for rise in rises) or 1.0
-        kept = np.sqrt(np.maximum(sizes, 0.0)) > self.kept * size
-        self.corrections = np.column_stack([self.corrections, changes.T @ turn[:, kept]])
+        self.corrections = np.column_stack([self.corrections, _leading(heat, changes, self.kept * size)])
         if moved.max() > transient_base.SAME * self.accuracy * most:
             worst = int(moved.argmax())
             self._join(Hot(rises[worst], g[worst], True))
@@ -286,3 +308,11 @@ class Rounds:
         hot, load = transient_base.heated(self.conductor, state, self.potentials)
         self.base, self.potentials = transient_base.joined_by(self.base, self.potentials, state, hot, load)
         self.joined.append(state)
+
+
+def _leading(heat: HeatProblem, fields: np.ndarray, smallest: float) -> np.ndarray:
+    """(free nodes, any number): the principal parts of some fields (k, free nodes) that are larger than that."""
+    gram = fields @ (heat.inner_mass @ fields.T)
+    sizes, turn = np.linalg.eigh((gram + gram.T) / 2)
+    leading: np.ndarray = fields.T @ turn[:, np.sqrt(np.maximum(sizes, 0.0)) > smallest]
+    return leading

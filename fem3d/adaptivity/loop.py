@@ -7,7 +7,7 @@ raise it a little everywhere, or to ask another mesh whether heating really runs
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -23,7 +23,7 @@ from fem3d.adaptivity.trace_errors import ROW_SHARE, Response
 from fem3d.results.study import Study
 from fem3d.solution import transient
 from fem3d.solution.steady import SteadyState
-from fem3d.solution.transient import Base
+from fem3d.solution.transient import Base, Transient
 from scenes.errors import RunawayError, RunawayInTimeError
 
 # A voltage above that of the fold runs away on any mesh if it lies further above it than this many times the change of
@@ -107,7 +107,8 @@ def solve(
 class Search:
     """What one level hands to the next: the limit of the last mesh's runaway, whether a transient ran away, and the
     slowest time constant (s) and the generations of fields of a transient without steady state; the
-    steady state ``near`` that of the next mesh, or the ``limit`` (as of a RunawayError) near its own."""
+    steady state ``near`` that of the next mesh, or the ``limit`` (as of a RunawayError) near its own; the response
+    ``before`` where properties follow the temperature, and its largest relative ``error``."""
 
     study: Study
     with_steady: bool
@@ -119,6 +120,8 @@ class Search:
     generations: int = 0
     near: SteadyState | None = None
     limit: float | None = None
+    before: Transient | None = None
+    error: float = np.inf
 
     @property
     def enough(self) -> float:
@@ -170,8 +173,10 @@ class Search:
         bare = [Base.bare(*pair) for pair in zip(problems.heats, problems.conductors, strict=True)][::-1]
         linear = not bare[0].follows
         bases = transient_base.nested(problems, shift, study.end, study.accuracy) if linear else bare
+        bases[0] = replace(bases[0], before=self.before, error=self.error)
         response = mesh.responded(study, problems, bases, shift, None, self.generations)
         self.slowest, self.generations = response.slowest, response.generations
+        self.before, self.error = None if linear else response.transient, max(response.relative.values())
         return response
 
     def confirms(self, runaway: RunawayError | None) -> bool:

@@ -18,6 +18,7 @@ import numpy as np
 from fem3d.adaptivity import nested, reach, trace_errors
 from fem3d.adaptivity.estimate import Spread
 from fem3d.adaptivity.goal_errors import Level, as_balanced
+from fem3d.adaptivity.marched import beside, distance, marched
 from fem3d.adaptivity.nested import Problems, Solution
 from fem3d.adaptivity.tetrahedra import FINER, Tetrahedra, less_accurate
 from fem3d.adaptivity.trace_errors import Response
@@ -172,7 +173,7 @@ class FileMesh:
         pairs = [(fine.state.heat.field(fine.state.rise), low.state.heat.field(low.state.rise))]
         if fine.state.conductor is not None:
             pairs.append((fine.state.hot_potential, low.state.hot_potential))
-        errors = self._errors(study, given.heat, trace_errors.distance(fine.quantities, low.quantities), scales, pairs)
+        errors = self._errors(study, given.heat, distance(fine.quantities, low.quantities), scales, pairs)
         errors = {n: e + (ROUNDING + fine.state.unsettled) * scales[n] for n, e in errors.items()}
         errors = as_balanced(study, errors, fine, scales)
         return Level(given, fine, low, scales, errors, {}, [], errors)
@@ -181,15 +182,15 @@ class FileMesh:
         self, study: Study, given: Problems, bases: Sequence[Base], shift: float, steady: Level | None, generations: int
     ) -> Response:
         """The response, held against that of degree 1, or of the mesh before."""
-        fine = trace_errors.marched(study, bases[0], shift, None if steady is None else steady.fine.out, generations)
+        fine = marched(study, bases[0], shift, None if steady is None else steady.fine.out, generations)
         if self._less:
             low, low_traces = self._less
         else:
-            low = trace_errors.beside(study, bases[1], shift, fine)
+            low = beside(study, bases[1], shift, fine)
             low_traces = study.traces(outputs.of_transient(low, study.part, fine.checked))
         self._found, times = (fine.answer, fine.traces), np.array([0.1, 1.0]) * study.end
         rises = [t.base.heat.field(t.rises(times)) for t in (fine.answer, low)]
-        apart = trace_errors.distance(fine.traces, low_traces)
+        apart = distance(fine.traces, low_traces)
         errors = self._errors(
             study, given.heat, {n: OVER_TIME * d for n, d in apart.items()}, fine.scales, zip(*rises, strict=True)
         )

@@ -23,7 +23,7 @@ from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
 from fem3d.results.outputs import Outputs, of_steady
 from fem3d.results.study import Quantities, Study
-from fem3d.solution import newton, steady
+from fem3d.solution import newton, slight, steady
 from fem3d.solution.steady import SteadyState
 from fem3d.spaces.bricks import BrickSpace
 from fem3d.spaces.domain import Domain
@@ -69,6 +69,9 @@ class Problems:
         """The problems linearized as that of the highest space is, where it is."""
         if heat.about is None:
             return self
+        if slight.slight(heat):
+            # The lower spaces keep the linear problem, with its factors.
+            return replace(self, heats=(*self.heats[:-1], heat))
         return replace(self, heats=(*(heat.lower(k) for k in range(len(self.heats) - 1)), heat))
 
     def lifted(self, rise: np.ndarray, level: int) -> np.ndarray:
@@ -166,11 +169,16 @@ def solution(
     """The steady state in one of the nested spaces, by default the highest; ``follow`` as of `steady.coupled`, and what
     is known of it from ``before``."""
     heat, conductor = given.heats[level], given.conductors[level]
-    thermal = physics.heat(given.domain.scene)
-    if thermal and (given.follows or heat.about is not None):
+    thermal, state = physics.heat(given.domain.scene), None
+    follows = thermal and (given.follows or heat.about is not None)
+    if not follows or (heat.about is None and slight.may(heat, conductor)):
+        try:
+            state = steady.coupled(heat, conductor, thermal, study.voltage, study.accuracy, follow)
+        except NumericsError:
+            if not follows:
+                raise
+    if state is None:
         state = _nonlinear(study, given, range(len(given.heats))[level], before or Before())
-    else:
-        state = steady.coupled(heat, conductor, thermal, study.voltage, study.accuracy, follow)
     out = of_steady(state, study.part)
     return Solution(state, out, study.steady(out))
 

@@ -7,31 +7,28 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fem3d.adaptivity import estimate, goal_errors, law_response
+from fem3d.adaptivity import estimate, goal_errors
 from fem3d.adaptivity.estimate import Estimator, Parts, Spread
 from fem3d.adaptivity.goal_errors import Level
-from fem3d.adaptivity.law_response import SAME_TIME, Rounds
+from fem3d.adaptivity.marched import SPACE_SHARE, TIME_SHARE, Marched, beside, by_laws, distance, marched, spread
 from fem3d.adaptivity.nested import Problems
-from fem3d.problems.heat import HeatProblem
 from fem3d.results import outputs, probes, trace_times
 from fem3d.results.outputs import Outputs
 from fem3d.results.study import Quantities, Study
 from fem3d.solution import transient
 from fem3d.solution.reduced import Reduced
-from fem3d.solution.transient import Base, Krylov, Transient
+from fem3d.solution.transient import Base, Transient
 from fem3d.spaces.domain import Domain
-from scenes.errors import RunawayInTimeError, UndershootError
+from scenes.errors import NumericsError
 
 ROW_SHARE = 0.25  # part of the accuracy left to linear interpolation between rows
-TIME_SHARE = 0.01  # part of the accuracy for time stepping
-SPACE_SHARE = 0.1  # part of the accuracy for the reduced space
 ROUNDING = 1e-10  # relative error that rounding leaves in every trace
 NOTHING = 1e-10  # less heat than this fraction of what would warm everything from 0 K counts as none
-FIELDS, DROPPED, MOST_FIELDS = 6, 2, 60  # generations of Krylov fields: the first trial, how many fewer, the most
-MOST_GENERATIONS = 20  # where properties follow the temperature: rounds add corrections to them
-ASKED = 200  # of the times that a user asks for, so many at most are compared: each costs a state of every space
+# Where properties follow the temperature: the relative accuracy that rounds begin with, factor to the next, and the
+# part of the error of space that they may leave where the mesh is to be refined anyway.
+ROUGHEST, TIGHTER, ROUNDS_SHARE = 1.0, 0.1, 0.3
+ALIKE = 4.0  # factor on what rounds should leave, more than which they have failed
 BENDS = 12  # times at which the bends of a law are looked for
-KNOTS = 12  # bends and jumps of the inputs, at most, after which errors are looked at closely
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,84 +57,6 @@ class Response:
         return float(1 / max(self.transient.trajectory.rates.min(), 1e-300))
 
 
-@dataclass(frozen=True, eq=False)
-class Marched:
-    """A response in as many fields as the accuracy takes: the values of its traces at ``checked`` times (s), their
-    scales, and what the reduced space and the steps lose of each."""
-
-    answer: Transient
-    reduced: Reduced
-    generations: int
-    checked: np.ndarray
-    out: Outputs
-    traces: Quantities
-    scales: dict[str, float]
-    gaps: dict[str, float]
-    rounds: Rounds | None = None
-    """What found it where properties follow the temperature by a law."""
-
-
-def marched(study: Study, base: Base, shift: float, steady_out: Outputs | None, generations: int = 0) -> Marched:
-    """The response of a base; arguments as of `respond`."""
-    accuracy, end = study.accuracy, study.end
-    checked = instants(study, base.heat)
-    if base.follows:
-        return _by_laws(study, base, shift, steady_out, checked, generations)
-    space = Krylov(base, shift)
-    count = max(generations, FIELDS + int(max(0.0, -np.log10(accuracy) - 3) * 2))
-    states, stopped = 0, np.inf
-    while True:
-        reduced = base.project(space.fields(count))
-        # One comparison for two errors: fewer fields and a looser step.
-        dropped = space.dropped(count, DROPPED)
-        # In so short a time hardly anything diffuses: all generations are one, and dropping some tells nothing.
-        dropped = dropped if dropped < reduced.states else 0
-        try:
-            answer = transient.march(base, reduced, end, TIME_SHARE * accuracy)
-            fewer = transient.march(base, reduced, end, 10 * TIME_SHARE * accuracy, dropped)
-        except (RunawayInTimeError, UndershootError) as stop:
-            # In more fields a runaway is one at the same time.
-            same = isinstance(stop, RunawayInTimeError) and abs(stop.time - stopped) <= SAME_TIME * stop.time
-            if same or count >= MOST_FIELDS:
-                raise
-            count, stopped = count + 4, stop.time
-            continue
-        out = outputs.of_transient(answer, study.part, checked)
-        traces, scales = study.traces(out), study.trace_scales(steady_out or out)
-        gaps = distance(traces, study.traces(outputs.of_transient(fewer, study.part, checked)))
-        enough = max(gaps[name] / scales[name] for name in gaps) <= SPACE_SHARE * accuracy
-        # More generations that add no states are all but sums of those before.
-        if enough or count >= MOST_FIELDS or not dropped or reduced.states <= states:
-            return Marched(answer, reduced, count, checked, out, traces, scales, gaps)
-        count, states = count + 4, reduced.states
-
-
-def _by_laws(
-    study: Study, base: Base, shift: float, steady_out: Outputs | None, checked: np.ndarray, generations: int
-) -> Marched:
-    """As of `marched`, of a problem whose properties follow the temperature by a law."""
-    rounds = law_response.of(base, shift, study, generations)
-    while True:
-        answer, before = rounds.run()
-        out = outputs.of_transient(answer, study.part, checked)
-        traces, scales = study.traces(out), study.trace_scales(steady_out or out)
-        gaps = distance(traces, study.traces(outputs.of_transient(before, study.part, checked)))
-        enough = max(gaps[name] / scales[name] for name in gaps) <= SPACE_SHARE * study.accuracy
-        if enough or rounds.generations >= MOST_GENERATIONS:
-            gaps = {name: value + rounds.left * scales[name] for name, value in gaps.items()}
-            return Marched(answer, answer.reduced, rounds.generations, checked, out, traces, scales, gaps, rounds)
-        rounds.more()
-
-
-def beside(study: Study, base: Base, shift: float, fine: Marched) -> Transient:
-    """The response of a lower space in as many generations of fields as that of the fine one."""
-    if fine.rounds is not None:
-        return fine.rounds.beside(base)
-    reduced = base.project(Krylov(base, shift).fields(fine.generations))
-    base.heat.let_go()
-    return transient.march(base, reduced, study.end, TIME_SHARE * study.accuracy)
-
-
 def respond(
     study: Study,
     given: Problems,
@@ -156,10 +75,43 @@ def respond(
     if steady is not None:
         steady_errors = steady.relative
         given.let_go()
-    march = marched(study, bases[0], shift, None if steady is None else steady.fine.out, generations)
+    steady_out, accuracy = None if steady is None else steady.fine.out, study.accuracy
+    # Where nothing tells that the mesh does, rounds begin roughly, as well as the mesh before did.
+    start = accuracy if steady is not None or as_it_is else min(bases[0].error, ROUGHEST)
+    march = marched(study, bases[0], shift, steady_out, generations, start if start > 2 * accuracy else accuracy)
+    while True:
+        errors, goals, falls = _judged(study, given, bases, shift, judge, steady_errors, march)
+        if march.rounds is None or march.rounds.accuracy <= accuracy:
+            break
+        of_space = max((errors[n] - march.gaps[n]) / march.scales[n] for n in errors)
+        of_rounds = max(march.gaps[n] / march.scales[n] for n in errors)
+        sure = of_space > ROUNDS_SHARE * march.rounds.accuracy and of_rounds < ROUNDS_SHARE * of_space
+        if sure and of_space > (1 - ROW_SHARE) * accuracy:
+            break
+        if of_rounds > SPACE_SHARE * ALIKE * march.rounds.accuracy:
+            raise NumericsError(
+                f"an accuracy of {accuracy:g} isn't reached in this scene: its properties change so much over time "
+                f"that fields which tell it leave {of_rounds:.2g} of a trace; ask for a larger accuracy"
+            )
+        tighter = TIGHTER * march.rounds.accuracy
+        march.rounds.tighter(tighter if tighter > 2 * accuracy else accuracy)
+        march = by_laws(study, march.rounds, steady_out, march.checked)
+    return concluded(study, march, errors, goals, falls, as_it_is)
+
+
+def _judged(
+    study: Study,
+    given: Problems,
+    bases: Sequence[Base],
+    shift: float,
+    judge: Estimator,
+    steady_errors: Mapping[str, float],
+    march: Marched,
+) -> tuple[dict[str, float], list[Spread], Spread]:
+    """The errors of a response, what its goals miss, and how that falls; arguments as of `respond`."""
     if march.rounds is not None and march.rounds.hot is not None:
         given = given.about(march.rounds.hot)
-        times = _spread(march.checked, BENDS)
+        times = spread(march.checked, BENDS)
         judge = judge.bending(given.bent(given.heat.field(march.answer.rises(march.checked[times]))))
     # One space's factors at a time: these have made all their fields.
     bases[0].heat.let_go()
@@ -178,8 +130,7 @@ def respond(
     electric = {n: 0.0 if steady_errors else estimate.total(joule.get(n, power)) for n in march.scales}
     errors = _errors(study, march, changed, goals, electric, steady_errors)
     goals = {"power": power} | goal_errors.with_current(goals, joule, power)
-    falls = goal_errors.how_fast(given, goals, parts, of_joule)
-    return concluded(study, march, errors, [*goals.values()], falls, as_it_is)
+    return errors, [*goals.values()], goal_errors.how_fast(given, goals, parts, of_joule)
 
 
 def _when_worst(study: Study, march: Marched, low: Quantities, changed: Mapping[str, float]) -> np.ndarray:
@@ -238,6 +189,9 @@ def concluded(
     answer, reduced, scales, count = fine.answer, fine.reduced, fine.scales, fine.generations
     relative = {name: errors[name] / scales[name] for name in errors}
     if max(relative.values()) > (1 - ROW_SHARE) * study.accuracy and not as_it_is:
+        if fine.rounds is not None and fine.rounds.accuracy > study.accuracy:
+            # The mesh is refined for what it misses, and not for what rounds have left out because it is coarse.
+            relative = {name: (errors[name] - fine.gaps[name]) / scales[name] for name in errors}
         return Response(
             fine.checked, fine.traces, errors, False, np.nan, answer, reduced, count, goals, falls, relative
         )
@@ -274,41 +228,12 @@ def _remains(
     return spreads, worst
 
 
-def instants(study: Study, heat: HeatProblem) -> np.ndarray:
-    """Times (s) at which meshes and spaces are compared: early and late, and after bends and jumps of the inputs; after
-    a jump from the earliest time of interest on, as after the start."""
-    end, first = study.end, min(study.earliest, study.end)
-    knots = heat.inputs.knots(end)
-    groups = [np.geomspace(first, end, 40), np.linspace(0, end, 21)[1:]]
-    wanted = np.array([t for t in study.instants if first <= t <= end])
-    groups.append(wanted[_spread(wanted, ASKED)])
-    for knot in knots[_spread(knots, KNOTS)]:
-        following = knots[knots > knot]
-        gap = (following[0] if len(following) else end) - knot
-        groups.append(knot + np.geomspace(min(first, gap / 2), gap * (1 - 1e-9), 6))
-    times = np.unique(np.concatenate(groups))
-    jumps = knots[np.any(heat.inputs.jumps(knots), axis=1)]
-    for jump, gap in zip(jumps, np.diff(np.append(jumps, end)), strict=True):
-        times = times[(times < jump) | (times >= jump + min(first, gap / 2) * (1 - 1e-9))]
-    return times
-
-
-def _spread(times: np.ndarray, most: int) -> np.ndarray:
-    """Which of some times to take: all, or where there are more, so many that are spread over them."""
-    return np.unique(np.linspace(0, len(times) - 1, min(len(times), most)).astype(int))
-
-
 def repeat(study: Study, fine: Base, reduced: Reduced, steady_out: Outputs, before: Response) -> Response:
     """The response at another voltage, in the reduced problem of an earlier one, which has the same relative errors."""
     scales = study.trace_scales(steady_out)
     answer = transient.march(fine, reduced, study.end, TIME_SHARE * study.accuracy)
     errors = {name: before.relative[name] * scale for name, scale in scales.items()}
     return with_rows(study, answer, reduced, errors, scales, before.generations)
-
-
-def distance(a: Quantities, b: Quantities) -> dict[str, float]:
-    """The largest difference of each quantity."""
-    return {name: float(np.abs(a[name] - b[name]).max()) for name in a}
 
 
 def with_rows(

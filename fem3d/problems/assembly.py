@@ -22,7 +22,7 @@ from fem3d.problems.following import storage, terms
 from fem3d.problems.heat import Film, HeatProblem, above
 from fem3d.problems.reactions import SharedReactions
 from fem3d.spaces.domain import Domain
-from fem3d.spaces.integrals import Faces, halves
+from fem3d.spaces.integrals import Faces, halves, summed
 from fem3d.spaces.split import Interface
 from scenes.model import Schedule, Value, bends
 
@@ -95,7 +95,7 @@ def jumping(domain: Domain) -> csc_array:
 
 def _films_and_fluxes(domain: Domain) -> _Films:
     space, channels = domain.space, domain.inputs
-    matrix, cooled = jumping(domain), np.zeros(space.size)
+    films, cooled = list[np.ndarray](), np.zeros(space.size)
     loads, rows = np.zeros((channels.count, space.size)), {}
     for b in domain.scene.boundaries:
         if b.kind not in ("convection", "radiation", "heat_flux"):
@@ -111,10 +111,11 @@ def _films_and_fluxes(domain: Domain) -> _Films:
         else:
             flux = channels.split(b.value)
         if h:
-            matrix = csc_array(matrix + h * face.mass())
+            films += face.entries(np.full_like(face.areas, h))
             cooled += h * area
         loads += np.outer(flux, area)
         rows[b.name] = flux * float(face.areas.sum()), -h * area
+    matrix = csc_array(jumping(domain) + summed(films, space.size)) if films else jumping(domain)
     return _Films(matrix, cooled, loads, rows)
 
 

@@ -69,13 +69,29 @@ class Surface:
         own, h = Secant(self.boundary, self._start), film(self.domain, self.boundary)[0]
         return [(on, own, np.full((len(on.weights), 1), h), 1.0) for _, on, _ in self.on.sides]
 
+    @cached_property
+    def owners(self) -> list[list[tuple[str, np.ndarray]]]:
+        """Of each of the `parts` the boundaries, with the places of their facets there."""
+        owner = np.repeat(np.arange(len(self.boundaries)), [len(self.domain.on(b)) for b in self.boundaries])
+        return [
+            [(b.name, mine) for k, b in enumerate(self.boundaries) if len(mine := np.flatnonzero(owner[at] == k))]
+            for at, _, _ in self.on.sides
+        ]
+
     def between(self, u: np.ndarray, w: np.ndarray) -> np.ndarray:
         """(functions,): what leaves beyond the film at a field w, in W, with the `Secant` of a field u."""
-        return self.through(self.on, u, w)
+        return self.through(self.on, u, w) if w[self.on.functions].any() else np.zeros_like(w)
 
     def on_one(self, facets: np.ndarray) -> Faces:
-        """Some of the facets, with the points of the quadrature."""
-        return self.domain.seen(facets).finer(self.more)
+        """Some of the facets, with the points of the quadrature; kept, as their flux is read again and again."""
+        key = facets.tobytes()
+        if key not in self._some:
+            self._some[key] = self.domain.seen(facets).finer(self.more)
+        return self._some[key]
+
+    @cached_property
+    def _some(self) -> dict[bytes, Faces]:
+        return {}
 
     def through(self, on: Faces, u: np.ndarray, w: np.ndarray | None = None) -> np.ndarray:
         """(functions,): the same through some of the faces; where w is left out what leaves there in all, per
@@ -101,6 +117,11 @@ class Surface:
         slope = faces.coefficient(self.boundary, at) - film(self.domain, self.boundary)[0]
         return self.on.mass_of(slope), None if rest is None else self.on.mass_of(rest)
 
+    def steepness(self, u: np.ndarray) -> np.ndarray:
+        """(facets, points): the derivative in W/K beyond the film's at a field u, times the weights of the points."""
+        slope = faces.slope(self.boundary, self._start + self.on.value(u)) - film(self.domain, self.boundary)[0]
+        return np.asarray(slope * self.on.areas)
+
     def bent(self, u: np.ndarray) -> np.ndarray:
         """(3, all cells): by how much a field u changes along each axis of the cells at whose face a table bends."""
         space, changes = self.domain.space, np.zeros((3, len(self.domain.body)))
@@ -123,7 +144,7 @@ class Surface:
     def entering(self, u: np.ndarray, on: Faces) -> tuple[float, np.ndarray]:
         """The heat (W) that enters by some faces, by the tangent at a field u: at no rise, and per kelvin
         (functions,)."""
-        seen = on.finer(self.more)
+        seen = self.on_one(on.facets)
         at = self._start + seen.value(u)
         per_kelvin = -seen.load(faces.slope(self.boundary, at))
         return -float((seen.areas * faces.flux(self.boundary, at)).sum()) - float(per_kelvin @ u), per_kelvin

@@ -14,13 +14,12 @@ out); of a steady state ``rounding`` (W, what it leaves of flows that are nothin
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable
-from functools import cache, partial
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from fem3d.problems.conductors import box_of, within
-from fem3d.problems.faces import Surface
 from fem3d.problems.heat import HeatProblem
 from fem3d.results import voltmeter
 from fem3d.results.probes import Reading, reading
@@ -31,7 +30,6 @@ from fem3d.solution.reduced import Reduced
 from fem3d.solution.steady import SteadyState
 from fem3d.solution.transient import Base, Transient
 from fem3d.spaces import channels
-from fem3d.spaces.integrals import Faces
 from meshes.symmetry import Symmetry
 from scenes.model import Value
 
@@ -122,7 +120,13 @@ def of_states(
             return np.hstack([rows[:, : heat.free] @ basis, rows @ lifts.T])
 
         rows = law.kept.get(name, work_out)
-        return np.einsum("ts,ts->t", law.interpolation(x), together(states, now) @ rows.T)
+        return told(law, rows, together(states, now))
+
+    factors = {id(law): law.interpolation(x) for law in (*leaving, *([] if capacity is None else [capacity]))}
+
+    def told(law: Conducted, rows: np.ndarray, of: np.ndarray) -> np.ndarray:
+        """(times,): what rows (states, r + channels) of the states of a law tell of others (times, r + channels)."""
+        return np.einsum("ts,ts->t", factors[id(law)], of @ rows.T)
 
     def read(how: Reading) -> np.ndarray:
         flow = along(how.row, a, g) + g @ how.entering
@@ -145,11 +149,8 @@ def of_states(
     for name, film in heat.films.items():
         flows[name] = g @ film.entering + along(film.per_kelvin, a, g)
     for of in leaving:
-        if not isinstance(term := of.term, Surface):
-            continue
-        for b in term.boundaries:
-            on = term.on_one(heat.domain.on(b))
-            flows[b.name] -= weighted(of, b.name, partial(_leaving, heat, term, on), a, g)
+        for name, rows in of.through.items():
+            flows[name] = flows[name] - told(of, rows, x)
     names = base.patterns[0].currents if base.patterns else {}
     currents = {name: c @ np.array([p.currents[name] for p in base.patterns]) for name in names}
     heats = {name: joule(tested, c, a, wide) for name, tested in reduced.in_box.items()}
@@ -161,11 +162,6 @@ def of_states(
         # Joule heat at an edge itself is left out: it is the load of an edge, not of a face.
         lambda fields: np.array([entering(f.tobytes(), f, heat.stiffness @ f, heat.mass @ f) for f in fields]),
     ))  # fmt: skip
-
-
-def _leaving(heat: HeatProblem, term: Surface, on: Faces, u: np.ndarray) -> np.ndarray:
-    """(all nodes,): what leaves beyond the film through some faces, per coefficient, by the secant of a field u."""
-    return heat.take(term.through(on, u))
 
 
 def joule(tested: Split, c: np.ndarray, a: np.ndarray, g: np.ndarray) -> np.ndarray:

@@ -17,6 +17,7 @@ from fem3d.solution.interpolated import Conducted, Interpolation, Laws
 from fem3d.solution.reduced import Reduced
 
 MOST = 60  # states
+LOOKED_AT = 8192  # points: so many of a million take some tenths of a second to choose from
 AT_ONCE = 4096  # points whose products of fields are kept: 30 MB of 30 fields
 
 
@@ -81,30 +82,40 @@ def _conducted(
             values[mine] = some.value(rises[mine])[along] - cold[:, None]
         return values
 
-    matrices = np.zeros((len(chosen), r, len(fields)))
-    for (on, _, _, density), each in zip(term.parts, excess, strict=True):
+    matrices, through = np.zeros((len(chosen), r, len(fields))), dict[str, np.ndarray]()
+    for number, ((on, _, _, density), each) in enumerate(zip(term.parts, excess, strict=True)):
         slopes = isinstance(term, Conduction)
         tested = np.array([on.gradient(u) for u in fields]) if slopes else on.value(fields)[:, None]
         weights = on.weights if slopes else on.weights * density
         along = (weights * each[chosen]).reshape(len(chosen), *(each.shape[1:-2] or (1,)), weights.size)
         matrices += _products(along, tested.reshape(*tested.shape[:2], -1), r)
+        for name, facets in term.owners[number] if isinstance(term, Surface) else ():
+            leaving = np.einsum("scp,fcp->sf", (weights * each[chosen])[:, facets], tested[:, 0, facets])
+            through[name] = through.get(name, 0.0) + leaving
     inverse = np.linalg.inv(flat[np.ix_(chosen, points)]) if chosen else np.empty((0, 0))
     interpolation = Interpolation(rows, at_points, inverse)
-    return Conducted(term, interpolation, matrices, states[chosen])
+    return Conducted(term, interpolation, matrices, states[chosen], through)
 
 
 def _products(weights: np.ndarray, tested: np.ndarray, r: int) -> np.ndarray:
     """(k, r, fields): sums over the points of weights (k, axes or 1, points) times the products of the first ``r``
     fields with all of them (fields, axes, points), which serve all k."""
-    sums = np.zeros((len(weights), r * len(tested)))
+    fields = len(tested)
+    # The products of two of the first fields are there once.
+    upper = np.flatnonzero(np.arange(fields) >= np.arange(r)[:, None])
+    sums = np.zeros((len(weights), len(upper)))
     for start in range(0, weights.shape[-1], AT_ONCE):
         piece = slice(start, start + AT_ONCE)
         at = tested[:, :, piece].transpose(2, 1, 0)
         for axis, weight in enumerate(weights[:, :, piece].transpose(1, 0, 2)):
             # Where the weights are those of all axes, so is the sum of the products.
             these = at if weights.shape[1] == 1 else at[:, axis : axis + 1]
-            sums += weight @ (these[..., :r].transpose(0, 2, 1) @ these).reshape(len(at), -1)
-    return sums.reshape(len(weights), r, len(tested))
+            sums += weight @ (these[..., :r].transpose(0, 2, 1) @ these).reshape(len(at), -1)[:, upper]
+    flat = np.zeros((len(weights), r * fields))
+    flat[:, upper] = sums
+    whole = flat.reshape(len(weights), r, fields)
+    whole[:, :, :r] += np.triu(whole[:, :, :r], 1).transpose(0, 2, 1)
+    return whole
 
 
 def _resisting(
@@ -146,8 +157,12 @@ def _resisting(
 
 def choose(excess: np.ndarray, tolerance: float) -> tuple[list[int], list[int]]:
     """Which rows (states) and columns (points) of a table interpolate it to a tolerance, at most `MOST` of each: in
-    turn where most is left, as in Gaussian elimination with full pivoting."""
-    remaining, states, points = excess.copy(), list[int](), list[int]()
+    turn where most is left, as in Gaussian elimination with full pivoting. Of very many points some are looked at, by
+    chance: what the others miss is seen in the residual of the full equations."""
+    columns = np.arange(excess.shape[1])
+    if len(columns) > LOOKED_AT:
+        columns = np.random.default_rng(0).choice(columns, LOOKED_AT, replace=False)
+    remaining, states, points = excess[:, columns], list[int](), list[int]()
     while remaining.size and len(states) < min(MOST, len(excess)):
         state, point = (int(i) for i in np.unravel_index(np.abs(remaining).argmax(), remaining.shape))
         if not abs(remaining[state, point]) > tolerance:
@@ -155,4 +170,4 @@ def choose(excess: np.ndarray, tolerance: float) -> tuple[list[int], list[int]]:
         states.append(state)
         points.append(point)
         remaining -= np.outer(remaining[:, point] / remaining[state, point], remaining[state])
-    return states, points
+    return states, columns[points].tolist()

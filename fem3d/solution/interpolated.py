@@ -12,7 +12,7 @@ Patera, C. R. Acad. Sci. Paris 339, 2004).
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -46,18 +46,21 @@ class Interpolation:
 class Conducted:
     """The conductivity, the capacity, or what leaves by faces per rise: ``matrices`` (states, r, r + channels), the
     integrals of what it adds at each state times the gradients of two fields, or two fields; the states as ``fields``
-    (states, functions) of the ``term``; ``kept``: rows (states, r + channels) of what is read off it."""
+    (states, functions) of the ``term``; ``through``: of each boundary the integrals (states, r + channels) with one
+    field, what leaves there; ``kept``: rows (states, r + channels) of what else is read off it."""
 
     term: Conduction | Storage | Surface
     interpolation: Interpolation
     matrices: np.ndarray
     fields: np.ndarray
+    through: Mapping[str, np.ndarray]
     kept: Kept = field(init=False, default_factory=Kept)
 
     def changed(self, to: np.ndarray) -> Conducted:
         """As of `Interpolation`."""
         matrices = _turned(np.einsum("skx,kl->slx", self.matrices, to), to)
-        return replace(self, interpolation=self.interpolation.changed(to), matrices=matrices)
+        through = {name: _turned(rows, to) for name, rows in self.through.items()}
+        return replace(self, interpolation=self.interpolation.changed(to), matrices=matrices, through=through)
 
 
 def _turned(rows: np.ndarray, to: np.ndarray) -> np.ndarray:

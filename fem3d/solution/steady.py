@@ -17,6 +17,7 @@ from fem3d.problems.current_fields import combined, independent
 from fem3d.problems.heat import HeatProblem
 from fem3d.solution import continuation
 from fem3d.solution.reduced import project
+from fem3d.solution.slight import Leaving
 from scenes.errors import ConvergenceError, NumericsError, RunawayError
 
 MOST_STEPS = 60
@@ -80,9 +81,10 @@ def coupled(
 
     With u the rise, phi the potential and q(u, phi) the Joule heat, step k solves the reduced problem on the fields and
     patterns that there are for u_k, then K u = q(u_k, phi(u_k)) + f in full; its answer joins the fields. It ends where
-    that answer is u_k.
+    that answer is u_k. What leaves by faces beyond their films is a load too (`fem3d.solution.slight`).
 
-    Raises RunawayError where no steady state exists, ConvergenceError where the iteration fails.
+    Raises RunawayError where no steady state exists, ConvergenceError where the iteration fails, NumericsError where
+    faces take no slight part of the heat, which `fem3d.solution.newton` is for.
     """
     if heat.inputs.schedules:
         raise NumericsError("a scene whose conditions vary in time has no steady state")
@@ -91,13 +93,14 @@ def coupled(
     if not heat.anchored:
         raise NumericsError("a part of the scene has no exit for heat: it has no steady state")
     if conductor is None:
-        return _heat_alone(heat)
+        return _heat_alone(heat, accuracy, follow is None)
     given, lift, volts = heat.loads[0], heat.lifts[0], conductor.voltages[0]
     cold, fields = first_guess(heat, conductor)
     latest, patterns = cold, [conductor.pattern(cold)]
     follows, change, moved, limit = conductor.warms and follow is not False, 0.0, np.inf, 0.0
+    leaving = Leaving(heat, lift + heat.whole(fields[:, 0]), follow is None)
     for step in range(1, MOST_STEPS + 1):
-        reduced = project(heat, conductor, fields, patterns)
+        reduced = leaving.beside(project(heat, conductor, fields, patterns))
         point = continuation.find(reduced)
         start = _within_the_law(heat, conductor, reduced.basis @ point.a)
         rise = lift + heat.whole(start)
@@ -118,7 +121,7 @@ def coupled(
             patterns = independent(conductor, [cold, hot]) if both else [conductor.pattern(hot)]
         else:
             load = conductor.joule_load(combined(patterns, point.c), rise)
-        source = load + given
+        source = load + given - leaving.at(rise)
         answer = heat.solve_steady(source[: heat.free])
         before, moved = moved, _largest(answer - start) / (_largest(answer) or 1.0)
         if converged(moved, before, accuracy) or (point.folded and moved < FOLD_KNOWN):
@@ -145,12 +148,14 @@ def coupled(
     scale = 1.0 if follows else float(point.c[0])
     density, last = scale * latest.density, conductor.pattern(latest)
     joule = conductor.joule(density, rise)
+    rise = heat.improve(lift + heat.whole(answer), source)
+    about, off = leaving.about(rise, accuracy)
     return SteadyState(
-        heat, conductor, heat.improve(lift + heat.whole(answer), source), source, joule,
+        about, conductor, rise, source, joule,
         {name: scale * current for name, current in last.currents.items()},
         float(sum(joule.values())), latest.potential, np.column_stack([fields, answer]),
         independent(conductor, [cold, latest]) if follows else [last], change, follows, step,
-        unsettled=moved + (0.0 if follows else 2 * change), density=density,
+        unsettled=moved + off + (0.0 if follows else 2 * change), density=density,
     )  # fmt: skip
 
 
@@ -201,9 +206,24 @@ def _currents_alone(heat: HeatProblem, conductor: Conductor) -> SteadyState:
     )  # fmt: skip
 
 
-def _heat_alone(heat: HeatProblem) -> SteadyState:
-    """The temperature where no current flows: K u = f, linear."""
+def _heat_alone(heat: HeatProblem, accuracy: float, check: bool) -> SteadyState:
+    """The temperature where no current flows: K u = f, linear but for what leaves by faces."""
     given, lift = heat.loads[0], heat.lifts[0]
-    rise = heat.improve(lift + heat.whole(heat.solve_steady(given[: heat.free])), given)
-    fields = (rise - lift)[: heat.free, None]
-    return SteadyState(heat, None, rise, given, {}, {}, 0.0, None, fields, [], 0.0, False, 1)
+    fields, source, moved, steps = heat.solve_steady(given[: heat.free])[:, None], given, 0.0, 1
+    leaving = Leaving(heat, lift + heat.whole(fields[:, 0]), check)
+    while heat.terms:
+        reduced = leaving.beside(project(heat, None, fields))
+        start, steps = reduced.basis @ np.linalg.solve(reduced.stiffness, reduced.source[0]), steps + 1
+        source = given - leaving.at(lift + heat.whole(start))
+        answer = heat.solve_steady(source[: heat.free])
+        before, moved = moved or np.inf, _largest(answer - start) / (_largest(answer) or 1.0)
+        fields = np.column_stack([fields, answer])
+        if converged(moved, before, accuracy):
+            break
+        if steps > MOST_STEPS:
+            raise ConvergenceError("the steady state of faces that radiate does not converge")
+    rise = heat.improve(lift + heat.whole(fields[:, -1]), source)
+    fields[:, -1], (known, off) = (rise - lift)[: heat.free], leaving.about(rise, accuracy)
+    return SteadyState(
+        known, None, rise, source, {}, {}, 0.0, None, fields, [], 0.0, False, steps, unsettled=moved + off
+    )

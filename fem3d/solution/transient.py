@@ -18,6 +18,7 @@ from fem3d.problems.current import Conductor, Pattern
 from fem3d.problems.heat import HeatProblem
 from fem3d.solution.exponential import Source, Trajectory, integrate
 from fem3d.solution.reduced import Reduced, project
+from fem3d.solution.slight import slight
 from fem3d.solution.steady import SteadyState
 from scenes.errors import UndershootError
 
@@ -31,7 +32,8 @@ class Base:
     space shall hold, and the loads (W, each all nodes) whose responses it shall hold.
 
     ``size`` is the norm of the state that errors are relative to, where it is known. Where properties follow the
-    temperature by a law, ``heat`` is the exact problem, and ``steady`` its steady state, where that is known.
+    temperature by a law, ``heat`` is the exact problem, ``steady`` its steady state, where that is known, and
+    ``before`` the response on another mesh, with its relative ``error``.
     """
 
     heat: HeatProblem
@@ -41,18 +43,22 @@ class Base:
     loads: list[np.ndarray]
     size: float | None = None
     steady: SteadyState | None = None
+    before: Transient | None = None
+    error: float = np.inf
 
     @staticmethod
     def of_steady(state: SteadyState) -> Base:
         """The base of a response to a constant drive, whose steady state is known."""
-        heat = state.heat
-        if heat.exact is not None or heat.storage is not None:
+        heat, by_faces = state.heat, slight(state.heat)
+        if (heat.exact is not None and not by_faces) or heat.storage is not None:
             return replace(Base.bare(heat.exact or heat, state.conductor), steady=state)
+        heat = heat.exact or heat
         load = heat.loads[0].copy()
         if state.conductor is not None:
             load += state.conductor.joule_load(state.patterns[0].density, heat.lifts[0])
         rise = (state.rise - heat.lifts[0])[: heat.free]
-        return Base(heat, state.conductor, state.patterns, state.fields, _with_inertia(heat, [load]), heat.norm(rise))
+        base = Base(heat, state.conductor, state.patterns, state.fields, _with_inertia(heat, [load]), heat.norm(rise))
+        return replace(base, steady=state) if by_faces else base
 
     @staticmethod
     def bare(heat: HeatProblem, conductor: Conductor | None) -> Base:
@@ -60,9 +66,14 @@ class Base:
         return Base(heat, conductor, [], np.empty((heat.free, 0)), [])
 
     @property
+    def slight(self) -> bool:
+        """Whether faces alone make the problem nonlinear, and hardly do (`fem3d.solution.slight`)."""
+        return self.steady is not None and slight(self.steady.heat)
+
+    @property
     def follows(self) -> bool:
         """Whether a property follows the temperature by a law."""
-        follows = self.heat.follows or self.heat.storage is not None
+        follows = (self.heat.follows and not self.slight) or self.heat.storage is not None
         return follows or (self.conductor is not None and self.conductor.following is not None)
 
     def project(self, fields: np.ndarray) -> Reduced:

@@ -133,17 +133,23 @@ class Domain(ABC):
     def on(self, boundary: Any) -> np.ndarray:
         """The facets on which a condition acts: those of conductors that carry current for a voltage, exposed ones for
         a flux."""
-        facets = self.facets(boundary)
-        if boundary.kind == "voltage":
-            cells = self.space.mesh.f2t[:, facets]
-            return facets[((cells >= 0) & self.live[cells]).any(axis=0)]
-        return facets if boundary.kind == "temperature" else facets[self.exposed(facets)]
+        if boundary.name not in self._facets:
+            facets = self.facets(boundary)
+            if boundary.kind == "voltage":
+                cells = self.space.mesh.f2t[:, facets]
+                facets = facets[((cells >= 0) & self.live[cells]).any(axis=0)]
+            elif boundary.kind != "temperature":
+                facets = facets[self.exposed(facets)]
+            self._facets[boundary.name] = facets
+        return self._facets[boundary.name]
 
     def faces(self, boundary: Any) -> Faces:
         """Integrals over the facets on which a condition acts: of a voltage behind a contact, by the functions beyond
         it."""
         if boundary.kind != "voltage":
-            return self.seen(self.on(boundary))
+            if boundary.name not in self._faces:
+                self._faces[boundary.name] = self.seen(self.on(boundary))
+            return self._faces[boundary.name]
         face = self.seen(self.on(boundary), self.live)
         if boundary.name not in self.space.beyond:
             return face
@@ -151,6 +157,14 @@ class Domain(ABC):
         beyond = np.arange(self.space.size)
         beyond[functions] = partners
         return twin(face, beyond)
+
+    @cached_property
+    def _faces(self) -> dict[str, Faces]:
+        return {}
+
+    @cached_property
+    def _facets(self) -> dict[str, np.ndarray]:
+        return {}
 
     @cached_property
     def fixed(self) -> dict[str, np.ndarray]:

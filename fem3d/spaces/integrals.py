@@ -238,7 +238,7 @@ class Cells:
 
     def mass_of(self, density: np.ndarray) -> csc_array:
         """The integral of a density (cells, 1 or points) times u v."""
-        return _summed([self.entries(density)], self._space.size)
+        return summed([self.entries(density)], self._space.size)
 
     def entries(self, density: np.ndarray) -> np.ndarray:
         """(3, any number): the entries of `mass_of` in each cell, which add up, and their rows and columns."""
@@ -321,8 +321,8 @@ class Faces:
         return np.any([np.zeros(self.space.size, bool), *(cells.functions for _, cells, _ in self.sides)], axis=0)
 
     def value(self, u: np.ndarray) -> np.ndarray:
-        """(facets, points): a function (functions,)."""
-        return self._filled(lambda cells: cells.value(u))
+        """(..., facets, points): functions (..., functions)."""
+        return self._filled(lambda cells: cells.value(u), u.shape[:-1])
 
     def slope(self, u: np.ndarray, k: np.ndarray | None = None) -> np.ndarray:
         """(facets, points): its derivative along the outward normal, times k (facets, 1 or points; or with axes)."""
@@ -352,7 +352,11 @@ class Faces:
 
     def mass_of(self, density: np.ndarray) -> csc_array:
         """The integral of a density (facets, points) times u v."""
-        return _summed([cells.entries(density[at]) for at, cells, _ in self.sides], self.space.size)
+        return summed(self.entries(density), self.space.size)
+
+    def entries(self, density: np.ndarray) -> list[np.ndarray]:
+        """Those of `mass_of` for each side, as of `Cells.entries`."""
+        return [cells.entries(density[at]) for at, cells, _ in self.sides]
 
     def normals(self) -> np.ndarray:
         """(functions, 3): the integral of the outward normal times the square of each function."""
@@ -370,7 +374,7 @@ class Faces:
         return changes
 
 
-def _summed(entries: list[np.ndarray], size: int) -> csc_array:
+def summed(entries: list[np.ndarray], size: int) -> csc_array:
     """(size, size): the matrix of `Cells.entries`."""
     values, rows, columns = np.concatenate([np.empty((3, 0)), *entries], axis=1)
     return csc_array(coo_array((values, (rows.astype(int), columns.astype(int))), shape=(size, size)))

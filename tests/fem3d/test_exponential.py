@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
 
-from fem3d.adaptivity import trace_errors
+from fem3d.adaptivity import marched
 from fem3d.problems.assembly import assemble
 from fem3d.results import trace_times
 from fem3d.runs import probe_quantities
@@ -150,7 +150,7 @@ def test_errors_are_looked_at_in_some_of_many_output_times() -> None:
     study = probe_quantities.study(scene, symmetry.uncut(scene, ["b"]))
     heat = assemble(boxes(scene, grading.first_grid(scene, 1e-3, grading.features(scene))))
     assert len(study.instants) == 2000
-    assert len(trace_errors.instants(study, heat)) < 300
+    assert len(marched.instants(study, heat)) < 300
     times = solve(scene).traces.time
     assert np.isin(asked, times).all()
 

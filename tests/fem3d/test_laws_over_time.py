@@ -13,6 +13,7 @@ from fem3d.problems import conductors
 from fem3d.results import outputs
 from fem3d.runs import sink as sinks
 from fem3d.runs.scene import solve
+from fem3d.solution import between_states
 from fem3d.solution.between_states import choose
 from fem3d.solution.transient import Base
 from scenes.errors import RunawayInTimeError
@@ -182,6 +183,46 @@ def test_states_and_points_are_chosen_where_most_is_left():
     assert np.abs(shares @ table[states] - table).max() <= 1e-6
     few = table[:, points[:-1]] @ np.linalg.inv(table[np.ix_(states[:-1], points[:-1])])
     assert np.abs(few @ table[states[:-1]] - table).max() > 1e-6
+
+
+def test_of_very_many_points_some_are_looked_at(monkeypatch):
+    x, amplitudes = np.linspace(0.1, 1.0, 5000), np.linspace(0.1, 3.0, 30)
+    table = np.exp(-np.outer(amplitudes, x)) - 1
+    monkeypatch.setattr(between_states, "LOOKED_AT", 200)
+    states, points = choose(table, 1e-4)
+    shares = table[:, points] @ np.linalg.inv(table[np.ix_(states, points)])
+    assert 1e-12 < np.abs(shares @ table[states] - table).max() < 2e-4
+
+
+def test_integrals_of_products_of_fields():
+    """What is made once of a pair of fields is that of both orders."""
+    rng = np.random.default_rng(1)
+    weights, tested = rng.random((3, 2, 50)), rng.random((6, 2, 50))
+    direct = np.einsum("sap,rap,fap->srf", weights, tested[:4], tested)
+    assert np.allclose(between_states._products(weights, tested, 4), direct, rtol=1e-12)
+    assert not np.allclose(between_states._products(weights, tested[::-1], 4), direct, rtol=1e-2)
+
+
+def test_rounds_begin_from_the_response_on_other_bricks(monkeypatch):
+    """Their first response lacks far less than one that begins from nothing."""
+    material = replace(SILICON, thermal_conductivity=FALLING)
+    scene = plain_bar(material, end(0, "temperature", 293.0), end(1, "heat_flux", 3e7))
+    lacks, correct = [], Rounds.correct
+
+    def noted(self, answer):
+        lacks.append(correct(self, answer))
+        return lacks[-1]
+
+    monkeypatch.setattr(Rounds, "correct", noted)
+    of = None, None, 1e-3, 6.4e-3, 2e-4, 1e-4
+    before = Rounds(problem(scene, bar_grid(scene, 4, 3)), *of).run().last
+    finer = problem(scene, bar_grid(scene, 6, 3))
+    starts = []
+    for known in (None, before):
+        lacks.clear()
+        Rounds(finer, *of, generations=2, before=known).run()
+        starts.append(lacks[0])
+    assert starts[1] < starts[0] / 10
 
 
 @pytest.mark.long
