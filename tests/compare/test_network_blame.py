@@ -42,7 +42,8 @@ def test_a_constriction_is_all_there_is() -> None:
     # In series no flow spreads otherwise than lines say: 3D's resistance at the one joint leaves nothing.
     assert tip.parts[0].value < -10 * tip.parts[0].error
     assert abs(tip.parts[1].value) <= tip.parts[1].error
-    assert tip.parts[1].error < 0.01 * abs(tip.total)
+    # 3D is asked for 3e-3 of the rise, a tenth of the total, and states a tenth of that.
+    assert tip.parts[1].error < 0.02 * abs(tip.total)
     assert "the joint wide | narrow" in found.sentence
     # The same by hand: that resistance gives 3D's tip, one a fifth larger does not.
     flow = 1e8 * 20 * UM**2

@@ -144,8 +144,8 @@ def judged(
     def differences(key: str, step: float) -> dict[str, float]:
         in_1d = models.reduced1d and moved(models.reduced1d, sink, sensitivities, key, step)
         # What only a row has, its islands' length, is nothing to one span.
-        in_1d = moved(single, sink, alone, key, step) if single is not None and key in alone.keys else single
-        nearby = Models(neighbour(sink, key, step), moved(models.fem3d, sink, sensitivities, key, step), in_1d, in_1d)
+        of_one = moved(single, sink, alone, key, step) if single is not None and key in alone.keys else single
+        nearby = Models(neighbour(sink, key, step), moved(models.fem3d, sink, sensitivities, key, step), in_1d, of_one)
         return {check: definitions[check](nearby).difference for check in made}
 
     u_inputs = _by_differences(uncertain, differences)
