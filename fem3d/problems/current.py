@@ -314,12 +314,14 @@ class Conductor:
         first = self.respond(self._charge(voltage)) if guess is None else guess
         start += unpacked(ends, free, self._unknowns(first), len(start))
         steps = self._steps(resistivity / self.cold)
+        right = loads - leak * self._unknowns(start) - packed(ends, free, charge(start))
         if steps:
             size = (len(leak), len(leak))
             operator, inverse = (LinearOperator(size, f, dtype=float) for f in (inner, near))
-            right = loads - leak * self._unknowns(start) - packed(ends, free, charge(start))
             more = cg(operator, right, rtol=NOTHING, atol=0.0, maxiter=steps, M=inverse)[0]
-            start += unpacked(ends, free, more, len(start))
+        else:
+            more = near(right)  # what rounding left of the first solution
+        start += unpacked(ends, free, more, len(start))
         density = -self.on.gradient(start) / resistivity
         through = {name: self._through(name, start, rise) for name in self.sections}
         return Potential(start, density, -self.on.flow(density), through)
