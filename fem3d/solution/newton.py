@@ -302,23 +302,25 @@ def _state(newton: Newton, point: Point, off: float) -> SteadyState:
     """The state of a point, with what its quadrature is ``off`` by."""
     conductor, potential = newton.conductor, point.potential
     density = np.zeros((3, 0, 0)) if potential is None else potential.density
-    near = newton.tangent_at(point)
-    about = near.field(point.rise)
+    near, rise = newton.tangent_at(point), point.rise.copy()
+    # What is left of the residual may be rough: hardly any of a rise, and more of a flow.
+    rise[: near.free] += near.solve_steady(point.residual)
+    about = near.field(rise)
     heat = at_films(replace(near, about=about, exact=newton.heat), about)
     heat.kept.tell(solve_steady=near.solve_steady)
     # What the stiffness makes of the rise is not the outflow where a term is no conduction.
-    source = point.source + heat.stiffness @ point.rise - newton.heat.outflow(point.rise)
+    source = point.source + heat.stiffness @ rise - newton.heat.outflow(rise)
     lift = heat.lifts[0]
-    fields = (point.rise - lift)[: heat.free, None]
+    fields = (rise - lift)[: heat.free, None]
     unsettled = newton.ahead + off
     if conductor is None or potential is None:
         return SteadyState(
-            heat, None, point.rise, source, {}, {}, 0.0, None, fields, [], 0.0, False, newton.steps,
+            heat, None, rise, source, {}, {}, 0.0, None, fields, [], 0.0, False, newton.steps,
             unsettled=unsettled,
         )  # fmt: skip
-    pattern, joule = conductor.pattern(potential), conductor.joule(density, point.rise)
+    pattern, joule = conductor.pattern(potential), conductor.joule(density, rise)
     return SteadyState(
-        heat, conductor, point.rise, source, joule, pattern.currents, float(sum(joule.values())), potential.potential,
+        heat, conductor, rise, source, joule, pattern.currents, float(sum(joule.values())), potential.potential,
         fields, [pattern], 0.0, True, newton.steps, unsettled=unsettled, density=density,
     )  # fmt: skip
 

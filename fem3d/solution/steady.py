@@ -21,8 +21,6 @@ from fem3d.solution.slight import Leaving
 from scenes.errors import ConvergenceError, NumericsError, RunawayError
 
 MOST_STEPS = 60
-# Without a current a step is one solution: so much farther it goes, for a flow may be a small part of what the rise is.
-OF_HEAT_ALONE = 1e-2
 CONVERGED = 1e-3  # the iteration ends where a step changes the rise by less than this fraction of the accuracy
 # Below this fraction of the accuracy it also ends where steps no longer halve: rounding keeps it from getting better,
 # which on the worst meshes is up to ROUNDED of the rise.
@@ -220,7 +218,7 @@ def _heat_alone(heat: HeatProblem, accuracy: float, check: bool) -> SteadyState:
         answer = heat.solve_steady(source[: heat.free])
         before, moved = moved or np.inf, _largest(answer - start) / (_largest(answer) or 1.0)
         fields = np.column_stack([fields, answer])
-        if converged(moved, before, OF_HEAT_ALONE * accuracy):
+        if converged(moved, before, accuracy):
             break
         if steps > MOST_STEPS:
             raise ConvergenceError("the steady state of faces that radiate does not converge")
