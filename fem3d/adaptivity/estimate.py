@@ -16,7 +16,8 @@ one of, the part of p - 1 gives, with a rate from the sizes of the functions of 
 solution and the dual one (`sizes`), and this counts where it is the largest of the three.
 
 All of that is of absolute values: in a reading parts of both signs cancel, and so will those that are left. They are
-taken to cancel as far as those of the last degree did, down to `LEAST_SEEN`.
+taken to cancel as far as those of the last two degrees did, of which the one counts that cancels less: in a solution
+that is even one of them is rounding. No less is left than `LEAST_SEEN` of the sum.
 """
 
 from __future__ import annotations
@@ -49,7 +50,7 @@ LATER = 1.7
 LENGTHY, GROWING = 6.0, 0.5
 REGULAR = 2.0  # slowest rate a away from edges: that next to an edge of exponent 1/2
 FASTEST = 40.0
-# At least this fraction of the sum of absolute values is taken to be left, however far the parts of the last degree
+# At least this fraction of the sum of absolute values is taken to be left, however far the parts of the last degrees
 # cancel: few of them are large, and their signs may be such by chance (`validate stress`: "constants").
 LEAST_SEEN = 0.5
 # Fastest rate a for a solution whose second derivative jumps inside an interval. In the energy norm its error falls

@@ -237,7 +237,7 @@ def parts_of(
         products = [(dual * residual)[at] for dual, residual, at in zip(duals, residuals, new, strict=True)]
         before, last = (space.spread(at, product) for at, product in zip(new, products, strict=True))
         ratios = estimate.every_second(space, free[-1], sizes[free[-1]])
-        return Parts(before, last, ratios, seen=1.0 if space.by_cells else estimate.seen(products[-1]))
+        return Parts(before, last, ratios, seen=1.0 if space.by_cells else max(map(estimate.seen, products)))
     spreads, signed = [], float(duals[-1][new[-1]] @ residuals[-1][new[-1]])
     for at, dual, of_change in zip(new, duals, tested, strict=True):
         added = np.zeros(len(dual))
