@@ -98,8 +98,8 @@ class OfPaths:
 class Paths:
     """Integrals over cells and crossings as those of `Cells`: rows are the cells, then the facets of each crossing,
     with points of no weight where there are fewer. `value` and `load` are of the temperature's functions, `gradient`
-    and `flow` of the potential's. ``roots`` (3, cells, 1): of the
-    resistivity along x, y and z over that along x."""
+    and `flow` of the potential's.
+    ``roots`` (3, cells, 1): the square roots of the resistivity along x, y and z over that along x."""
 
     def __init__(
         self, warmed: Cells, electric: Cells, crossings: Sequence[Crossing], roots: np.ndarray | None = None

@@ -36,8 +36,9 @@ DEGREES, DEGREES_OVER_TIME = ((5, 7), (7, 9), (9, 11)), ((4, 5), (6, 7), (8, 9))
 """Of the coarse and the fine elements, turn by turn."""
 
 GROWTHS = ((6.0, 4.0), (2.5, 2.0), (1.5, 1.3))
-"""By what factor a step ends later than it begins, in the coarse and in the fine run over time, turn by turn. The hot
-plate's traces are then 5e-5, 6e-6; 4e-7, 2e-7 and below 1e-8 off, of which the elements make the last three."""
+"""By what factor a step ends later than it begins, in the coarse and in the fine run over time, turn by turn: each turn
+has an error some hundred times smaller (13th order), and the first serves accuracies of a per cent. The hot plate's
+traces are then 5e-5, 6e-6; 4e-7, 2e-7 and below 1e-8 off, of which the elements make the last three."""
 
 SETTLED = 1e-3
 """Of the error that is enough: how far a step's rises may still be from those that its Joule heat belongs to."""
