@@ -223,10 +223,10 @@ LENGTHS = (0.25, 0.5, 1.0, 2.0, 4.0)
 
 @dataclass(frozen=True)
 class Varied:
-    """The difference of each check (by id) for some ``values`` of a ``key``, of which ``own`` is the sink's."""
+    """The difference of each check (by id) for some ``values`` of a ``key``, of which ``original`` is the sink's."""
 
     key: str
-    own: float
+    original: float
     values: tuple[float, ...]
     differences: tuple[dict[str, float], ...]
 

@@ -149,8 +149,8 @@ class Tiles:
                 if len(which):
                     times = times.copy()
                     times[which, axis] -= 1
-                    tiles, of = tiles._cut(axis, which, 1 - 2 * MIDDLE)
-                    times, parents = times[of], parents[of]
+                    tiles, parent = tiles._cut(axis, which, 1 - 2 * MIDDLE)
+                    times, parents = times[parent], parents[parent]
         for _ in range(MOST_ROUNDS):
             wrong = tiles._wrong()
             if not (wrong >= 0).any():
@@ -159,8 +159,8 @@ class Tiles:
                 which = np.flatnonzero(wrong == axis)
                 if len(which):
                     wrong[which] = -1
-                    tiles, of = tiles._cut(axis, which, 1.0)
-                    wrong, parents = wrong[of], parents[of]
+                    tiles, parent = tiles._cut(axis, which, 1.0)
+                    wrong, parents = wrong[parent], parents[parent]
         raise NumericsError(
             "the outlines of boxes lie so close to one another that no triangles are found between them"
         )
@@ -217,12 +217,12 @@ def _middle(shares: np.ndarray) -> int:
 def _clipped(points: np.ndarray, rings: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Triangles (n, 3) of convex ``rings`` (m, corners) of points, -1 after the last, some of which lie in line, and
     (n,) the ring of each: the corner whose triangle has the least widest angle is cut off first."""
-    triangles, of = [], []
+    triangles, owners = [], []
     number, count = np.arange(len(rings)), (rings >= 0).sum(axis=1)
     while len(rings):
         done = count == 3
         triangles.append(rings[done, :3])
-        of.append(number[done])
+        owners.append(number[done])
         rings, number, count = rings[~done], number[~done], count[~done]
         if not len(rings):
             break
@@ -244,10 +244,10 @@ def _clipped(points: np.ndarray, rings: np.ndarray) -> tuple[np.ndarray, np.ndar
         rows, best = np.arange(len(rings)), score.argmin(axis=1)
         three = (before[rows, best], best, after[rows, best])
         triangles.append(np.column_stack([rings[rows, at] for at in three]))
-        of.append(number)
+        owners.append(number)
         rings = rings[i[None] != best[:, None]].reshape(len(rings), -1)
         count = count - 1
-    return np.concatenate(triangles), np.concatenate(of)
+    return np.concatenate(triangles), np.concatenate(owners)
 
 
 def _areas(points: np.ndarray, rings: np.ndarray, count: np.ndarray) -> np.ndarray:

@@ -104,7 +104,7 @@ def check(scene: AnyScene) -> None:
 def _truth(scene: AnyScene, known: tuple[Channel, ...], accuracy: float, say: Callable[[str], None]) -> Truth:
     say("compact model: a run of the full model")
     finer = replace(scene, accuracy=max(TRUTH * accuracy, 1e-6))
-    inputs = {c.name: c.own for c in channels_of(finer, known)}
+    inputs = {c.name: c.value for c in channels_of(finer, known)}
     if scene.steady:
         return Truth(inputs, None, scene_run.solve(finer))
     settled = replace(finer, steady=True, output_times=())
@@ -121,7 +121,7 @@ def channels_of(scene: AnyScene, inputs: tuple[Channel, ...]) -> tuple[Channel, 
     """The channels with what another scene of the same structure gives them; a source that is off has none of its
     own."""
     by_name = {c.name: c for c in channels(scene)}
-    return tuple(by_name.get(c.name, replace(c, own=0.0)) for c in inputs)
+    return tuple(by_name.get(c.name, replace(c, value=0.0)) for c in inputs)
 
 
 def _rich(

@@ -66,7 +66,7 @@ def instants(scene: AnyScene, times: np.ndarray, inputs: Mapping[str, Value] | N
     """Which times of a run under some inputs, by default the scene's own, are compared: some of those from the first on
     that its accuracy holds from, also after a jump."""
     first = first_time(scene)
-    drives = {c.name: c.own for c in channels(scene)} if inputs is None else inputs
+    drives = {c.name: c.value for c in channels(scene)} if inputs is None else inputs
     given = [v for v in drives.values() if isinstance(v, Schedule)]
     jumps = [t for v in given for t, then in pairwise(v.times) if t == then and t > 0]
     waits = [(times >= jump) & (times < jump + first * (1 - 1e-12)) for jump in jumps]
@@ -107,7 +107,7 @@ class Judge:
             "states": made.basis.shape[1],
             "inputs": [
                 {"name": c.name, "unit": UNITS[c.kind], "kind": c.kind, "of": c.item, "rest": c.rest, "step": c.step,
-                 "range": list(c.range), "value": _plain(c.own), "port": port._asdict()}
+                 "range": list(c.range), "value": _plain(c.value), "port": port._asdict()}
                 for c, port in zip(self.channels, made.ports, strict=True)
             ],
             "outputs": [

@@ -39,7 +39,7 @@ def of_device(device: Device, model: Model) -> tuple[Table, dict[str, str]]:
     is none by some keys; errors by the next lower space, as those of the quantities."""
     part, left_out, table = symmetry.reduce(device.scene()), dict[str, str](), Table()
     besides = [_beside(structure) for structure in model.structures]
-    still = [_read(s, b.own) for s, b in zip(model.structures, besides, strict=True)]
+    still = [_read(s, b.original) for s, b in zip(model.structures, besides, strict=True)]
     known = {q: error / abs(still[0][q]) for q, error in model.steady_errors(device).items() if still[0].get(q)}
     for key in numbers(device):
         if key.endswith(OF_STORAGE):

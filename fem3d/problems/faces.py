@@ -66,8 +66,8 @@ class Surface:
     @cached_property
     def parts(self) -> list[tuple[Cells, Secant, np.ndarray, float]]:
         """The facets of each side of a cell with their quadrature, what leaves per rise, and the film's (facets, 1)."""
-        own, h = Secant(self.boundary, self._start), film(self.domain, self.boundary)[0]
-        return [(on, own, np.full((len(on.weights), 1), h), 1.0) for _, on, _ in self.on.sides]
+        secant, h = Secant(self.boundary, self._start), film(self.domain, self.boundary)[0]
+        return [(on, secant, np.full((len(on.weights), 1), h), 1.0) for _, on, _ in self.on.sides]
 
     @cached_property
     def owners(self) -> list[list[tuple[str, np.ndarray]]]:

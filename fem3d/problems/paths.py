@@ -90,9 +90,9 @@ class OfPaths:
         """As of the cells."""
         return self.cells.of(cells)
 
-    def _with(self, of: Callable[[np.ndarray], np.ndarray], rise: np.ndarray, behind: np.ndarray) -> np.ndarray:
+    def _with(self, integral: Callable[[np.ndarray], np.ndarray], rise: np.ndarray, behind: np.ndarray) -> np.ndarray:
         count = len(rise) - len(behind)
-        return np.concatenate([of(rise[:count]), np.broadcast_to(behind, (len(behind), rise.shape[1]))])
+        return np.concatenate([integral(rise[:count]), np.broadcast_to(behind, (len(behind), rise.shape[1]))])
 
 
 class Paths:

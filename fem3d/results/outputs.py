@@ -99,7 +99,7 @@ def of_states(
 
     def entering(name: Hashable, field: np.ndarray, per_rise: np.ndarray, per_rate: np.ndarray) -> np.ndarray:
         linear = along(per_rise, a, g) + along(per_rate, rates, changing) - g @ (heat.loads @ field)
-        by_laws = sum((by_law(of, name, field, a, g) for of in leaving), linear)
+        by_laws = sum((by_law(law, name, field, a, g) for law in leaving), linear)
         return by_laws if capacity is None else by_laws + by_law(capacity, name, field, rates, changing)
 
     laws, x = reduced.laws, together(a, g)
@@ -124,15 +124,15 @@ def of_states(
 
     factors = {id(law): law.interpolation(x) for law in (*leaving, *([] if capacity is None else [capacity]))}
 
-    def told(law: Conducted, rows: np.ndarray, of: np.ndarray) -> np.ndarray:
+    def told(law: Conducted, rows: np.ndarray, others: np.ndarray) -> np.ndarray:
         """(times,): what rows (states, r + channels) of the states of a law tell of others (times, r + channels)."""
-        return np.einsum("ts,ts->t", factors[id(law)], of @ rows.T)
+        return np.einsum("ts,ts->t", factors[id(law)], others @ rows.T)
 
     def read(how: Reading) -> np.ndarray:
         flow = along(how.row, a, g) + g @ how.entering
-        for of in leaving:
-            if (row := how.by_law(heat, of.term)) is not None:
-                flow = flow + weighted(of, how, row, a, g)
+        for law in leaving:
+            if (row := how.by_law(heat, law.term)) is not None:
+                flow = flow + weighted(law, how, row, a, g)
         return flow
 
     def potential(probe: Any) -> np.ndarray:
@@ -148,9 +148,9 @@ def of_states(
         flows[name] = flows[name] - joule(tested, c, a, wide)
     for name, film in heat.films.items():
         flows[name] = g @ film.entering + along(film.per_kelvin, a, g)
-    for of in leaving:
-        for name, rows in of.through.items():
-            flows[name] = flows[name] - told(of, rows, x)
+    for law in leaving:
+        for name, rows in law.through.items():
+            flows[name] = flows[name] - told(law, rows, x)
     names = base.patterns[0].currents if base.patterns else {}
     currents = {name: c @ np.array([p.currents[name] for p in base.patterns]) for name in names}
     heats = {name: joule(tested, c, a, wide) for name, tested in reduced.in_box.items()}

@@ -92,8 +92,8 @@ def _reading(heat: HeatProblem, probe: Any) -> Reading:
         return Reading(row, entering, held)
 
     def by_law(heat: HeatProblem, term: Any) -> Row | None:
-        own = [] if not isinstance(term, Surface) else [on for b, _, on in within if b in term.boundaries]
-        return (lambda u: -heat.take(sum(term.through(term.on_one(on), u) for on in own))) if own else None
+        faces = [] if not isinstance(term, Surface) else [on for b, _, on in within if b in term.boundaries]
+        return (lambda u: -heat.take(sum(term.through(term.on_one(on), u) for on in faces))) if faces else None
 
     return Reading(row, entering, held, by_law=by_law)
 

@@ -188,8 +188,8 @@ def coupled(sink: SinkArray, one: Result, above: Warmed, by: Coupling) -> Couple
     warmer, power = np.zeros((sink.count, 2)), power_alone * on
     for _ in range(ROUNDS):
         through = from_foot_to_foot * (warmer[:, 0] - warmer[:, 1])
-        own = above.to_plate * power[:, None] - above.to_air * warmer
-        heat = own / 2 + np.stack([-through, through], axis=1)
+        taken_alone = above.to_plate * power[:, None] - above.to_air * warmer
+        heat = taken_alone / 2 + np.stack([-through, through], axis=1)
         before, warmer = warmer, np.einsum("kjab,jb->ka", by.per_heat, heat)
         # Newton's step for P = I(R)^2 R with R = cold (1 + change (theta + mean P/P_alone)).
         resistance = cold * (1 + change * (above.mean * warmer.mean(axis=1) + mean * power / power_alone))

@@ -92,8 +92,8 @@ def _over_time(scene: AnyScene, result: Result, others: Mapping[str, AnyScene]) 
 
     besides = {key: partial(_study, other) for key, other in others.items()}
     course, left_out = over_time(study, result.details["transient"], besides, list(top.values()))
-    at = {n: int(np.abs(v).argmax()) for n, v in course.own.items()}
-    known, none = _known({n: Estimate(float(v[at[n]]), traces.errors[n]) for n, v in course.own.items()})
+    at = {n: int(np.abs(v).argmax()) for n, v in course.traces.items()}
+    known, none = _known({n: Estimate(float(v[at[n]]), traces.errors[n]) for n, v in course.traces.items()})
     table, errors = Table(), dict[str, dict[str, float]]()
     for key, by_name in course.values.items():
         table[key], errors[key] = {}, {}

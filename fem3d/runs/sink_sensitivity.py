@@ -101,9 +101,9 @@ def _logarithmic(absolute: over_time.Course, steady: Table, relative: Mapping[st
     derivatives, and what less fields and steps make of it."""
     values, errors = dict[str, dict[str, np.ndarray]](), dict[str, dict[str, float]]()
     for key, by_name in absolute.values.items():
-        values[key] = {n: v / absolute.own[n] for n, v in by_name.items()}
+        values[key] = {n: v / absolute.traces[n] for n, v in by_name.items()}
         errors[key] = {
-            n: float(np.abs(absolute.less[key][n] / absolute.own[n]).max() + np.abs(v).max() * relative[n])
+            n: float(np.abs(absolute.less[key][n] / absolute.traces[n]).max() + np.abs(v).max() * relative[n])
             + steady[key][n.replace("_K", "_rise_K")].error
             for n, v in values[key].items()
         }

@@ -42,7 +42,7 @@ FILMS = ("convection", "radiation")
 MOST = 200  # steps of the dual iteration, at most: as many as a state next to runaway takes
 
 
-Own = Callable[[Motion], float]
+Explicit = Callable[[Motion], float]
 """How a reading changes with a motion while rise and potential stay."""
 
 
@@ -50,8 +50,8 @@ Own = Callable[[Motion], float]
 class Goal:
     """An output J as above: ``row`` (functions,) and ``charges`` (functions,), the tests ``heat`` (e) and ``charge``
     (d) (functions,), the weight of the Joule heat of each of the conductor's rows ``boxes`` (rows, 1), and of the flow
-    through each
-    facet of a film ``films`` (facets,), by boundary; ``own``: how the rows themselves follow a motion, with weights."""
+    through each facet of a film ``films`` (facets,), by boundary; ``explicit``: the derivatives of the rows themselves
+    by a motion, with weights."""
 
     row: np.ndarray
     charges: np.ndarray
@@ -59,7 +59,7 @@ class Goal:
     charge: np.ndarray
     boxes: np.ndarray
     films: dict[str, np.ndarray] = field(default_factory=dict)
-    own: tuple[tuple[float, Own], ...] = ()
+    explicit: tuple[tuple[float, Explicit], ...] = ()
 
     def plus(self, weight: float, other: Goal) -> Goal:
         """self + weight * other."""
@@ -68,7 +68,7 @@ class Goal:
         return Goal(
             self.row + weight * other.row, self.charges + weight * other.charges, self.heat + weight * other.heat,
             self.charge + weight * other.charge, self.boxes + weight * other.boxes, films,
-            (*self.own, *((weight * w, term) for w, term in other.own)),
+            (*self.explicit, *((weight * w, term) for w, term in other.explicit)),
         )  # fmt: skip
 
 

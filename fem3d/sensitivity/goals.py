@@ -81,12 +81,13 @@ class Goals:
         domain, rise = self._domain, self._linearized.rise
         if probe.reduce == "mean":
             row = domain.mean(probe)
-            return replace(self._none, row=row, own=((1.0, lambda by: float(moved_mean(domain, probe, by, rise))),))
+            follows = (1.0, lambda by: float(moved_mean(domain, probe, by, rise)))
+            return replace(self._none, row=row, explicit=(follows,))
         place = reading(self._state.heat, probe).extreme.where(rise)  # type: ignore[union-attr]
         return replace(
             self._none,
             row=place.row(domain.space),
-            own=((1.0, lambda by: _moved_place(domain, probe, place, by, rise)),),
+            explicit=((1.0, lambda by: _moved_place(domain, probe, place, by, rise)),),
         )
 
     def _potential(self, probe: Any) -> Goal:
@@ -109,7 +110,7 @@ class Goals:
         still = np.zeros(len(row), bool)
         for unit, _ in meter.still:
             still |= unit > 0
-        return replace(self._none, charges=np.where(still, 0.0, row), own=((1.0, follows),))
+        return replace(self._none, charges=np.where(still, 0.0, row), explicit=((1.0, follows),))
 
     def _heat(self, probe: Any) -> Goal:
         domain, how = self._domain, reading(self._state.heat, probe)
@@ -145,7 +146,7 @@ class Goals:
             row += probes.drift(domain, probe, rise)
         else:
             row = probes.gradient(domain, probe, probes.cell_by_cell(cold))
-        return replace(self._none, row=row, own=((1.0, follows),))
+        return replace(self._none, row=row, explicit=((1.0, follows),))
 
     def _current(self, probe: Any) -> Goal:
         conductor, how, none = self._state.conductor, reading(self._state.heat, probe), self._none
@@ -181,7 +182,7 @@ class Goals:
                 total += sign * float(faces.flux(grown / rho - resisted / rho**2) @ phi)
             return total
 
-        return replace(none, row=row, charges=charges, own=((1.0, follows),))
+        return replace(none, row=row, charges=charges, explicit=((1.0, follows),))
 
 
 def _off_contacts(domain: Any, probe: Any, which: int) -> None:

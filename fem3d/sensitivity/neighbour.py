@@ -53,12 +53,13 @@ class Beside:
     ) -> None:
         self._heat, self._conductor, self._basis, self._patterns = heat, conductor, basis, patterns
         currents = patterns(heat, conductor) if conductor else []
-        self.own = Projected(heat, conductor, currents, on_basis(heat, conductor, basis, currents), self._mass(heat))
+        reduced = on_basis(heat, conductor, basis, currents)
+        self.original = Projected(heat, conductor, currents, reduced, self._mass(heat))
 
     def projected(self, domain: Domain, conductor: Conductor | None = None) -> Projected:
         """The problem of a domain that is this one's, moved; perhaps with the ``conductor`` of other functions on it
         (`Domain`)."""
-        original, heat = self.own, self._heat_of(domain)
+        original, heat = self.original, self._heat_of(domain)
         mass = original.mass if heat.mass is original.heat.mass else self._mass(heat)
         stiffness = original.reduced.stiffness if heat.stiffness is original.heat.stiffness else None
         alike = self._conducts_alike(heat)

@@ -48,11 +48,11 @@ Traces = dict[str, np.ndarray]
 
 @dataclass(frozen=True, eq=False)
 class Course:
-    """Traces ``own`` (times,) at ``times`` (s), of temperatures above the start, with d trace / d ln key (times,) by
+    """``traces`` (times,) at ``times`` (s), of temperatures above the start, with d trace / d ln key (times,) by
     key and name in ``values``, and how far off they are by ``less`` fields and steps, and a difference to one side."""
 
     times: np.ndarray
-    own: Traces
+    traces: Traces
     values: dict[str, Traces]
     less: dict[str, Traces]
 
@@ -171,7 +171,7 @@ def over_time(
     """The derivatives of the traces of a response by keys, of each of which the scene is solved that is larger by a
     part of `STEP` in it, and why there is none by others; at rows of its own, ``instants`` (s) among them."""
     wide = _Widened(study, answer)
-    original, problems, left_out = _Problem(study, wide.beside.own), dict[str, _Problem](), dict[str, str]()
+    original, problems, left_out = _Problem(study, wide.beside.original), dict[str, _Problem](), dict[str, str]()
     # Of both only the product is in the equations.
     alike = {key: key.replace(".specific_heat", ".density") for key in others}
     alike = {key: twin for key, twin in alike.items() if twin != key and twin in others}

@@ -253,7 +253,7 @@ class Tangent:
                 derivative += self._film(boundary, *parts.films[boundary.name], by)
             elif boundary.name in parts.faces:
                 derivative -= self._face(boundary, parts.faces[boundary.name], by)
-        return derivative + sum(weight * term(by) for weight, term in goal.own)
+        return derivative + sum(weight * term(by) for weight, term in goal.explicit)
 
     def _driven(self, terminal: Terminal, by: Motion) -> float:
         """What enters more (A) at an electrode of given current, or behind a resistance, while its potential stays."""

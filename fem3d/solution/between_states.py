@@ -37,8 +37,8 @@ def with_laws(
         _conducted(term, fields, reduced.states, rises, tolerance)
         for term in heat.terms if isinstance(term, Conduction | Surface)
     ]  # fmt: skip
-    conduction = next((own for own in leaving if isinstance(own.term, Conduction)), None)
-    faces = tuple(own for own in leaving if own is not conduction)
+    conduction = next((law for law in leaving if isinstance(law.term, Conduction)), None)
+    faces = tuple(law for law in leaving if law is not conduction)
     resistivity = None
     if conductor is not None and conductor.following is not None:
         resistivity, tensors = _resisting(conductor, fields, reduced.basis, patterns, rises, tolerance)

@@ -94,7 +94,7 @@ class Laws:
     def states(self) -> int:
         """Between how many states it is interpolated."""
         capacity = None if self.capacity is None else self.capacity.interpolation
-        every = (*(own.interpolation for own in self.leaving), self.resistivity, capacity)
+        every = (*(law.interpolation for law in self.leaving), self.resistivity, capacity)
         return max(len(each.rows) for each in every if each is not None)
 
     def wide(self, a: np.ndarray, g: np.ndarray) -> np.ndarray:

@@ -121,7 +121,7 @@ def _inputs(scene: Scene) -> dict[str, dict[str, Any]]:
     def plain(value: Value) -> Any:
         return (value.times, value.values) if isinstance(value, Schedule) else value
 
-    runs: dict[str, dict[str, Any]] = {OWN: {c.name: plain(c.own) for c in inputs}}
+    runs: dict[str, dict[str, Any]] = {OWN: {c.name: plain(c.value) for c in inputs}}
     for c in inputs:
         runs[f"step of {c.name}"] = {d.name: d.rest + (d.step if d is c else 0.0) for d in inputs}
     return runs
@@ -328,7 +328,7 @@ class _Projection:
             "steady_only": scene.steady, "initial_temperature_K": scene.initial_temperature, "states": count,
             "inputs": [
                 {"name": c.name, "unit": UNITS[c.kind], "kind": c.kind, "of": c.item, "rest": c.rest, "step": c.step,
-                 "range": [*c.range], "value": plain(c.own), "port": port}
+                 "range": [*c.range], "value": plain(c.value), "port": port}
                 for c, port in zip(self.channels, ports, strict=True)
             ],
             "outputs": [{"name": n, "unit": units[n], "rows": [at], "reduce": "mean"} for n, at in outputs.items()],

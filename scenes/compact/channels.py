@@ -15,12 +15,12 @@ UNITS = {"voltage": "V", "temperature": "K", "ambient": "K", "heat_flux": "W/m2"
 
 @dataclass(frozen=True)
 class Channel:
-    """One input: the ``kind`` of value of a boundary, box or source (``item``), what the scene gives it (``own``), its
-    value at ``rest``, and the size of the ``step`` by which it is tried alone."""
+    """One input: the ``kind`` of value of a boundary, box or source (``item``), what the scene gives it (``value``),
+    its value at ``rest``, and the size of the ``step`` by which it is tried alone."""
 
     item: str
     kind: str
-    own: Value
+    value: Value
     rest: float
     step: float
 
@@ -33,12 +33,12 @@ class Channel:
     def range(self) -> tuple[float, float]:
         """The tested range: a voltage of either sign, others from rest to a step away, and the scene's own values."""
         tried = (self.rest - self.step if self.kind == "voltage" else self.rest, self.rest + self.step)
-        return min(*tried, *values(self.own)), max(*tried, *values(self.own))
+        return min(*tried, *values(self.value)), max(*tried, *values(self.value))
 
     @property
     def largest(self) -> float:
         """The largest in size of what the scene gives it."""
-        return max(values(self.own), key=abs)
+        return max(values(self.value), key=abs)
 
 
 def channels(scene: AnyScene) -> tuple[Channel, ...]:
@@ -57,7 +57,7 @@ def channels(scene: AnyScene) -> tuple[Channel, ...]:
 
 
 def _largest(alike: list[Channel]) -> float:
-    return max(abs(v - c.rest) for c in alike for v in values(c.own)) or 1.0
+    return max(abs(v - c.rest) for c in alike for v in values(c.value)) or 1.0
 
 
 def driven(scene: Any, values_by_name: Mapping[str, Value]) -> Any:
@@ -85,7 +85,7 @@ def apart(scene: AnyScene, inputs: tuple[Channel, ...]) -> AnyScene:
 
 def schedule(channel: Channel, number: int) -> Schedule:
     """A channel's own values over time, unlike those of any other."""
-    value = channel.own
+    value = channel.value
     times, levels = (value.times, value.values) if isinstance(value, Schedule) else ((), (value,))
     first = min(-1.0, *times, 0.0) - 1.0 - number
     return Schedule((first, *times), levels if not times else (levels[0], *levels))

@@ -249,7 +249,7 @@ def runs(outcome: Outcome[Sink]) -> Figure:
         ax.minorticks_off()
         ax.set_xlabel(label)
         ax.axhline(0.0, color=INK, lw=0.8)
-        ax.axvline(varied.own * factor, color="#999999", lw=0.8, ls=":")
+        ax.axvline(varied.original * factor, color="#999999", lw=0.8, ls=":")
     axes[0].set_ylabel("difference (%)")
     legend(figure, axes[0], columns=len(FOLLOWED))
     return figure
