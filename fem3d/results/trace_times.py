@@ -23,7 +23,8 @@ def choose(
     the traces there, and those errors.
 
     The error of a straight line over h is h^2 |y''| / 8, so the rows take equal shares of the integral of
-    sqrt(|y''| / 8 / allowed) (de Boor's equidistribution), with a margin checked against the traces themselves.
+    sqrt(|y''| / 8 / allowed) (de Boor's equidistribution), with a margin; where a trace is still off, in the middle
+    between two rows or at any other sample, they are halved.
     Traces may jump at ``jumps``: there are rows just before and at each. ``instants`` are rows too.
     """
     inner = (1 - np.cos(np.linspace(0, np.pi, 25)[:-1])) / 2
@@ -60,12 +61,21 @@ def _piece(
     share = np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2 * h)])
     share += 1e-9 * np.arange(len(fine))
     count = min(max(int(np.ceil(1.3 * share[-1])), fewest), most)
+    times = np.interp(np.linspace(0, share[-1], count + 1), share, fine)
+    times[0], times[-1] = fine[0], fine[-1]
+    rows, new = evaluate(times), np.arange(count)  # a stretch is known by the place of the row that it begins at
     while True:
-        times = np.interp(np.linspace(0, share[-1], count + 1), share, fine)
-        times[0], times[-1] = fine[0], fine[-1]
-        at_rows = evaluate(times)
-        errors = {name: float(np.abs(np.interp(fine, times, at_rows[name]) - y).max()) for name, y in traces.items()}
-        worst = max(errors[name] / allowed[name] for name in errors)
-        if worst <= 1.0 or count == most:
-            return times, errors, at_rows
-        count = min(int(count * 1.05 * max(np.sqrt(worst), 1.05)) + 1, most)
+        fine = np.concatenate([fine, middles := (times[new] + times[new + 1]) / 2])
+        between = evaluate(middles)
+        traces = {name: np.concatenate([y, between[name]]) for name, y in traces.items()}
+        off = {name: np.abs(np.interp(fine, times, rows[name]) - y) for name, y in traces.items()}
+        missed = fine[np.any([off[name] > allowed[name] for name in off], axis=0)]
+        coarse = np.unique(np.clip(np.searchsorted(times, missed), 1, len(times) - 1))
+        if not len(coarse) or len(times) + len(coarse) > most + 1:
+            return times, {name: float(y.max()) for name, y in off.items()}, rows
+        added = (times[coarse - 1] + times[coarse]) / 2
+        at_added = evaluate(added)
+        times = np.insert(times, coarse, added)
+        rows = {name: np.insert(y, coarse, at_added[name]) for name, y in rows.items()}
+        behind = coarse + np.arange(len(coarse))
+        new = np.sort(np.concatenate([behind - 1, behind]))
