@@ -12,7 +12,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from fem3d.adaptivity import field_error, nested, reach, suited, transient_base
+from fem3d.adaptivity import field_error, nested, reach, transient_base
 from fem3d.adaptivity.brick_mesh import Bricks
 from fem3d.adaptivity.estimate import Spread
 from fem3d.adaptivity.goal_errors import Level
@@ -68,13 +68,7 @@ def solve(
     """
     search, falling = Search(study, with_steady, with_transient, progress), reach.Falling(study.accuracy)
     mesh = mesh or Bricks.of(study, over_time=not with_steady)
-    if with_steady and isinstance(mesh, Bricks):
-        try:
-            mesh, search.near = suited.suited(mesh, study)
-        except RunawayError as runaway:
-            search.limit = runaway.limit
-    if isinstance(mesh, Bricks):
-        mesh = mesh.rough()
+    mesh, search.near, search.limit = mesh.begun(study, with_steady)
     for number in range(1, MOST_LEVELS):
         verdict = search.judge(mesh, number)
         if verdict.action == "accept":

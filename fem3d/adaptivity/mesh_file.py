@@ -202,6 +202,10 @@ class FileMesh:
         """Every cell in eight, once, whatever is missing."""
         return self.raised()
 
+    def begun(self, study: Study, with_steady: bool) -> tuple[FileMesh, None, None]:
+        """As it is."""
+        return self, None, None
+
     def raised(self) -> FileMesh | None:
         """The same."""
         return FileMesh(replace(self.placed, mesh=refine(self.placed.mesh)), self) if self.refines else None

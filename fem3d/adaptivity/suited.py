@@ -8,12 +8,9 @@ is happy with are cut until that suits the accuracy. The rough state, of lower d
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from fem3d.adaptivity import nested
-from fem3d.adaptivity.brick_mesh import Bricks
 from fem3d.problems import conductors
 from fem3d.problems.assembly import assemble
 from fem3d.problems.following import Conduction
@@ -23,8 +20,10 @@ from fem3d.solution.steady import SteadyState
 from fem3d.spaces.bricks import BrickSpace
 from fem3d.spaces.domain import boxes
 from fem3d.spaces.size import foreseen
+from meshes.grid import Grid
 from scenes import physics
 from scenes.errors import NumericsError, RunawayError
+from scenes.model import Scene
 
 # Found on the sink with a falling k from 1 to 12 V. A poor choice costs time: errors are estimated on whatever grid
 # comes of it. What they do over the random scenes with laws has no row in `validate stress` yet.
@@ -35,13 +34,12 @@ MOST_PIECES = 4  # of an interval
 MOST_GROWTH = 2.0  # of the unknowns
 
 
-def suited(mesh: Bricks, study: Study) -> tuple[Bricks, SteadyState | None]:
-    """The first grid suited to the conductivity of a rough steady state, and that state; the grid as it is, and None,
-    where no property follows the temperature by a law, or no state is found. Raises RunawayError where none
+def suited(scene: Scene, grid: Grid, study: Study) -> tuple[Grid, SteadyState | None]:
+    """A first ``grid`` made to suit the conductivity of a rough steady state, and that state; the grid as it is, and
+    None, where no property follows the temperature by a law, or no state is found. Raises RunawayError where none
     exists."""
-    scene, grid = mesh.scene, mesh.grid
     if not (physics.heat(scene) and physics.follows(scene, False)):
-        return mesh, None
+        return grid, None
     rough = grid.with_axes(grid.breaks, [np.maximum(d - LOWER, 1) for d in grid.degrees])
     heat = assemble(boxes(scene, rough))
     try:
@@ -49,13 +47,13 @@ def suited(mesh: Bricks, study: Study) -> tuple[Bricks, SteadyState | None]:
     except RunawayError:
         raise
     except NumericsError:
-        return mesh, None
+        return grid, None
     pieces = _pieces(state, grid.degrees, study.accuracy)
     breaks = [np.append(_cut(b, n), b[-1]) for b, n in zip(grid.breaks, pieces, strict=True)]
     finer = grid.with_axes(breaks, [np.repeat(d, n) for d, n in zip(grid.degrees, pieces, strict=True)])
     if foreseen(scene, finer).unknowns > MOST_GROWTH * foreseen(scene, grid).unknowns:
-        return mesh, state
-    return replace(mesh, grid=finer), state
+        return grid, state
+    return finer, state
 
 
 def _cut(breaks: np.ndarray, pieces: np.ndarray) -> np.ndarray:

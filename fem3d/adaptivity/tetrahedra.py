@@ -184,6 +184,9 @@ class Tetrahedra:
             fit = min(max(int(fit * SURELY * room / grown), 1), len(order) if grown < room else fit - 1)
         return best or least
 
+    def begun(self, study: Study, with_steady: bool) -> tuple[Tetrahedra, None, None]:
+        return self, None, None
+
     def raised(self) -> Tetrahedra | None:
         return None if self._last else self._finer(self._long().astype(int))
 

@@ -46,7 +46,7 @@ def close():
 def rough_and_first():
     study, mesh = scene_run.start(bridge())
     assert isinstance(mesh, Bricks)
-    return study, mesh.rough(), mesh
+    return study, mesh.begun(study, False)[0], mesh
 
 
 @pytest.mark.long

@@ -25,6 +25,9 @@ class Meshes:
             heat=SimpleNamespace(size=10 * 2**self.number), conductor=None, follows=False, told=self.told[self.number]
         )
 
+    def begun(self, study: Any, with_steady: bool) -> tuple[Meshes, None, None]:
+        return self, None, None
+
     def examined(self, study: Any, given: Any, fine: Any) -> Any:
         error = self.told[self.number]
         return error and SimpleNamespace(

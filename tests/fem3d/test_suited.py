@@ -21,7 +21,8 @@ def started(volts, accuracy=1e-3):
     sink = Sink(voltage=volts, accuracy=accuracy, silicon=replace(SILICON, thermal_conductivity=FALLING))
     study = sinks.study(sink, 1, symmetry.reduce(sink.scene(1)))
     mesh = Bricks.of(study)
-    return mesh, *suited(mesh, study)
+    grid, state = suited(mesh.scene, mesh.grid, study)
+    return mesh, replace(mesh, grid=grid), state
 
 
 def test_an_interval_is_cut_where_the_conductivity_changes_much():
