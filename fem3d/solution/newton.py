@@ -23,7 +23,7 @@ MOST_STEPS = 30  # of Newton's method at one drive
 # So many steps shrink to half at least: those from far above to a face that radiates shrink to (3/4)^5.
 STALLED = 5
 # SLOW, SECANTS, AROUND, NEXT_TO and WORSE decide how many steps it takes, not which state it ends at: found on the sink
-# from 1 to 12 V and on 21 random scenes with laws, and without a row in `validate stress` yet.
+# from 1 to 12 V and on 21 random scenes with laws; what other values take is in `validate stress`: "constants".
 ENDS = 1e-6  # of the accuracy: what the next step would be, relatively, with which a state counts as found
 # The same where no step leads nearer, as rounding goes on making one: it stands in the errors, as part of the accuracy.
 ROUNDED = 1e-3

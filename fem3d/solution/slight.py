@@ -20,7 +20,8 @@ from fem3d.problems.linearized import at_films
 from fem3d.solution.reduced import Reduced
 from scenes.errors import NumericsError
 
-SLIGHT = 0.02  # of the largest rise: what s may change of it, seen through the linear problem
+# Of the largest rise: what s may change of it, seen through the linear problem (`validate stress`: "constants").
+SLIGHT = 0.02
 QUADRATURE = 0.03  # of the accuracy: what a finer quadrature of s may change of the rise
 
 

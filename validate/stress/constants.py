@@ -1,31 +1,47 @@
 """What constants of the 3D engine are good for: how much the element leaves of an edge, against what its estimator says
 is left (`fem3d.adaptivity.estimate.lag`); how many unknowns random scenes take with other values of those that place
-cells; and how true errors compare with stated ones at other values of those that errors are made with."""
+cells, and how long scenes with laws at other values of those that iterations take steps by; and how true errors compare
+with stated ones at other values of those that errors are made with."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
+from importlib import import_module
+from time import process_time
 from typing import Any
 
 import numpy as np
 
+from validate.pool import side_by_side
 from validate.stress.report import Row
 
 GROUP = "constants"
 DEGREES = ((4, 4), (5, 5), (6, 6), (5, 4), (4, 3), (4, 2), (5, 3), (6, 3))  # along x and y
 ASPECTS = ((1.0, 1.0), (4.0, 1.0), (4.0, 4.0))  # lengths along x, before and behind the edge, of cells 1 wide
 PLACING = {
-    "grading.LAYERS": (25.0, 225.0), "grading.FAR": (30.0, np.inf), "grading.AT_ONCE": (1, 6),
-    "brick_mesh.AIM": (0.25, 1.0),
+    "meshes.grading.LAYERS": (25.0, 225.0), "meshes.grading.FAR": (30.0, np.inf), "meshes.grading.AT_ONCE": (1, 6),
+    "fem3d.adaptivity.brick_mesh.AIM": (0.25, 1.0),
 }  # fmt: skip
-STATING = {"estimate.LEAST_SEEN": (0.0, 1.0), "estimate.LENGTHY": (1.0, np.inf), "goal_errors.OF_WORST": (0.0, 0.5)}
+STEPPING = {
+    "fem3d.solution.newton.SLOW": (0.03, 0.3), "fem3d.solution.newton.SECANTS": (1, 10),
+    "fem3d.solution.newton.AROUND": (0.02, 0.1), "fem3d.solution.newton.NEXT_TO": (1e-3, 1e-1),
+    "fem3d.solution.newton.WORSE": (1.1, 3.0), "fem3d.solution.slight.SLIGHT": (0.0, 0.1),
+    "fem3d.adaptivity.suited.LOWER": (1, 3), "fem3d.adaptivity.suited.SHARE": (0.1, 1.0),
+}  # fmt: skip
+STATING = {
+    "fem3d.adaptivity.estimate.LEAST_SEEN": (0.0, 1.0), "fem3d.adaptivity.estimate.LENGTHY": (1.0, np.inf),
+    "fem3d.adaptivity.goal_errors.OF_WORST": (0.0, 0.5),
+}  # fmt: skip
 """Constants by module and name, with other values than those in use."""
-COUNT = 20  # random scenes
-COSTLIER = 1.25  # the value in use may take at most this factor times the unknowns, over all levels, of any other value
+COUNT = 12  # random scenes: each is solved some thirty times
+COSTLIER = 1.25  # the value in use may take at most this factor times what any other value takes
 
 Angular = Callable[[np.ndarray], np.ndarray]
+Measure = Callable[[range], dict[int, Any]]
+Case = tuple[Measure, str, float]  # what is measured, with which constant of which value; "": with those in use
 
 
 @dataclass(frozen=True)
@@ -39,7 +55,7 @@ class Edge:
     held: tuple[float, ...] = ()
 
 
-def rows(quick: bool, first: int = 0) -> Iterator[Row]:
+def rows(quick: bool, first: int = 0, jobs: int = 1) -> Iterator[Row]:
     """What edges leave, for each of some exponents, and what other values cost in scenes from a seed on."""
     for edge in edges():
         ratios = {(d, a): off(edge, d, a) for d in DEGREES for a in ASPECTS}
@@ -50,42 +66,55 @@ def rows(quick: bool, first: int = 0) -> Iterator[Row]:
     if quick:
         return
     seeds = range(first, first + COUNT)
-    ours = work(seeds)
-    for name, values in PLACING.items():
-        for value in values:
-            with other(name, value):
-                theirs = work(seeds)
-            both = [s for s in ours if s in theirs]
-            ratio = sum(ours[s] for s in both) / max(sum(theirs[s] for s in both), 1)
-            yield Row(GROUP, f"{name} of {value:g}", f"{len(both)} steady scenes, seeds {seeds[0]} to {seeds[-1]}",
-                      "unknowns of all levels with the value in use over those with this", ratio, COSTLIER,
-                      said=f"{len(ours)} solved, {len(theirs)} with this")  # fmt: skip
-    yield _stated(seeds, "", 0.0)
-    for name, values in STATING.items():
-        for value in values:
-            with other(name, value):
-                yield _stated(seeds, name, value)
+    groups: tuple[tuple[Measure, dict[str, tuple[float, float]]], ...] = (
+        (unknowns, PLACING), (seconds, STEPPING), (errors, STATING)
+    )  # fmt: skip
+    cases: list[Case] = []
+    for measure, constants in groups:
+        cases += [(measure, "", 0.0), *((measure, name, v) for name, values in constants.items() for v in values)]
+    measured = dict(side_by_side(partial(_measured, cases, seeds), range(len(cases)), jobs))
+    usual = {cases[i][0]: seen for i, seen in measured.items() if not cases[i][1]}
+    for i, (measure, name, value) in enumerate(cases):
+        if measure is errors:
+            yield _stated(seeds, measured[i], name, value)
+        elif name:
+            yield _compared(seeds, measure, usual[measure], measured[i], f"{name} of {value:g}")
+
+
+def _measured(cases: list[Case], seeds: range, number: int) -> dict[int, Any]:
+    measure, name, value = cases[number]
+    if not name:
+        return measure(seeds)
+    with other(name, value):
+        return measure(seeds)
 
 
 @contextmanager
 def other(name: str, value: float) -> Iterator[None]:
     """Another value of a constant, by its module and name, for as long as it takes."""
-    from fem3d.adaptivity import brick_mesh, estimate, goal_errors
-    from meshes import grading
-
-    modules = {"grading": grading, "brick_mesh": brick_mesh, "estimate": estimate, "goal_errors": goal_errors}
-    module, constant = name.split(".")
-    before = vars(modules[module])[constant]
+    path, constant = name.rsplit(".", 1)
+    module = import_module(path)
+    before = vars(module)[constant]
     try:
-        setattr(modules[module], constant, value)
+        setattr(module, constant, value)
         yield
     finally:
-        setattr(modules[module], constant, before)
+        setattr(module, constant, before)
 
 
-def _stated(seeds: range, name: str, value: float) -> Row:
+def _compared(seeds: range, measure: Measure, usual: dict[int, Any], others: dict[int, Any], what: str) -> Row:
+    """The row of what scenes take with the value in use, over what they take with another one."""
+    both = [s for s in usual if s in others]
+    ratio = sum(usual[s] for s in both) / max(sum(others[s] for s in both), 1e-300)
+    unit = "unknowns of all levels" if measure is unknowns else "processor time"
+    kind = "steady scenes" if measure is unknowns else "steady scenes with laws"
+    return Row(GROUP, what, f"{len(both)} {kind}, seeds {seeds[0]} to {seeds[-1]}",
+               f"{unit} with the value in use over that with this", ratio, COSTLIER,
+               said=f"{len(usual)} solved, {len(others)} with this")  # fmt: skip
+
+
+def _stated(seeds: range, seen: dict[int, tuple[float, float]], name: str, value: float) -> Row:
     """The row of the errors stated with a value of a constant, or with those in use."""
-    seen = errors(seeds)
     violations, paddings = zip(*seen.values(), strict=True)
     known = [padding for padding in paddings if padding < np.inf]
     return Row(GROUP, f"{name} of {value:g}" if name else "the values in use",
@@ -184,13 +213,13 @@ def off(edge: Edge, degrees: tuple[int, int], lengths: tuple[float, float]) -> f
     return (energy - float(load @ solved[-1])) / said
 
 
-def work(seeds: range) -> dict[int, int]:
+def unknowns(seeds: range) -> dict[int, int]:
     """For each steady scene that is solved the unknowns of all levels."""
     from fem3d.runs.scene import solve
     from scenes.errors import NumericsError
     from validate.stress.random_scenes import draw
 
-    unknowns = {}
+    taken = {}
     for seed in seeds:
         said: list[str] = []
         if (scene := draw(seed).scene).steady:
@@ -198,8 +227,26 @@ def work(seeds: range) -> dict[int, int]:
                 solve(scene, said.append)
             except NumericsError:
                 continue
-            unknowns[seed] = sum(int(line.split()[-2]) for line in said if line.endswith(" unknowns"))
-    return unknowns
+            taken[seed] = sum(int(line.split()[-2]) for line in said if line.endswith(" unknowns"))
+    return taken
+
+
+def seconds(seeds: range) -> dict[int, float]:
+    """For each steady scene with laws that is solved the processor time (s)."""
+    from fem3d.runs.scene import solve
+    from scenes.errors import NumericsError
+    from validate.stress.random_effects import draw
+
+    taken = {}
+    for seed in seeds:
+        try:
+            if (scene := draw(seed).scene).steady:
+                started = process_time()
+                solve(scene)
+                taken[seed] = process_time() - started
+        except NumericsError:
+            continue
+    return taken
 
 
 def errors(seeds: range) -> dict[int, tuple[float, float]]:

@@ -163,7 +163,7 @@ def run(quick: bool, scenes: int, seed: int, jobs: int, progress: Callable[[str]
         "drives": lambda: extremes.drives(quick),
         "accuracies": lambda: extremes.accuracies(quick),
         "compact models": lambda: compact_models.rows(quick, seed),
-        "constants": lambda: constants.rows(quick, seed),
+        "constants": lambda: constants.rows(quick, seed, jobs),
     }
     table: list[Row] = []
     for name, part in parts.items():

@@ -208,12 +208,12 @@ def test_what_the_element_leaves_of_an_edge_is_what_its_lag_says(monkeypatch):
 
 @pytest.mark.long
 def test_another_value_of_a_constant_is_in_force_for_its_scenes_alone():
-    usual = constants.work(range(2, 5))
-    with constants.other("grading.LAYERS", 1.0):
-        assert constants.work(range(2, 5)) != usual
-    assert constants.work(range(2, 5)) == usual
+    usual = constants.unknowns(range(2, 5))
+    with constants.other("meshes.grading.LAYERS", 1.0):
+        assert constants.unknowns(range(2, 5)) != usual
+    assert constants.unknowns(range(2, 5)) == usual
     usual = constants.errors(range(6, 9))
-    with constants.other("goal_errors.OF_WORST", 1.0):
+    with constants.other("fem3d.adaptivity.goal_errors.OF_WORST", 1.0):
         more = constants.errors(range(6, 9))
     assert all(padding >= usual[seed][1] for seed, (_, padding) in more.items())
     assert more != usual
