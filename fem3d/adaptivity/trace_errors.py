@@ -128,7 +128,7 @@ def _judged(
     of_joule = {} if steady_errors else _of_joule_heat(study, given, march)
     joule = judge.left_at_times(of_joule)
     electric = {n: 0.0 if steady_errors else estimate.total(joule.get(n, power)) for n in march.scales}
-    errors = _errors(study, march, changed, goals, electric, steady_errors)
+    errors = _errors(study, march, changed, goals, parts, electric, steady_errors)
     goals = {"power": power} | goal_errors.with_current(goals, joule, power)
     return errors, [*goals.values()], goal_errors.how_fast(given, goals, parts, of_joule)
 
@@ -159,18 +159,25 @@ def _errors(
     march: Marched,
     changed: Mapping[str, float],
     goals: Mapping[str, Spread],
+    parts: Mapping[str, Parts],
     electric: Mapping[str, float],
     steady_errors: Mapping[str, float],
 ) -> dict[str, float]:
     """The error of each trace in its unit: of space the largest of what the lower space ``changed``, what its goal
     misses and the relative error of its steady state; of the current (relative), of the fields, of an extreme's place.
+
+    The dual of a goal is that of one step from rest, and its parts may tell less than the last degree changed: where
+    heat passes by a singular edge for a long time, say. By the same factor more is left of a rise than they tell.
     """
     errors = {}
     for name, scale in march.scales.items():
         goal = study.trace_goals.get(name, name)
         of_it = [e for q, e in steady_errors.items() if study.goals.get(q, q) == goal]
         at_rest = max(of_it or steady_errors.values(), default=0.0)
-        of_space = max(changed[name], at_rest * scale, estimate.total(goals.get(name, [])) * scale)
+        missed = estimate.total(goals.get(name, [])) * scale
+        if name in parts and name in study.trace_rises:
+            missed *= max(changed[name] / max(estimate.total(parts[name].last) * scale, 1e-300), 1.0)
+        of_space = max(changed[name], at_rest * scale, missed)
         doubt = float(np.max(march.out.get(f"doubt:{study.trace_goals.get(name)}", 0.0)))
         errors[name] = of_space + electric[name] * scale + march.gaps[name] + doubt
     return errors

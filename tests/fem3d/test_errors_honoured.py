@@ -107,3 +107,13 @@ def test_heat_is_in_balance_after_a_jump_of_a_given_temperature():
     found = invariants.solve(drawn.scene)
     assert len(found.over_time.jumps) == 1
     assert 0 < found.details["energy_imbalance"] < 1e-3
+
+
+@pytest.mark.long
+def test_traces_hold_where_heat_passes_by_a_singular_edge():
+    """Two good conductors meet at an edge among poor ones: a step from rest tells a third of what a degree changed."""
+    drawn = draw(278)
+    found = invariants.solve(drawn.scene)
+    assert 0.1 < invariants.compared(drawn, found, 10.0)[0] < 0.9
+    less = replace(found.over_time, errors={name: error / 5 for name, error in found.traces.errors.items()})
+    assert invariants.compared(drawn, replace(found, traces=less), 10.0)[0] > 1
