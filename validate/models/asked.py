@@ -102,7 +102,9 @@ def solve(
         traces = (_over_time if accuracy else _at_its_times)(model, question, fem3d.traces, accuracy)
     if not estimates and (traces is None or not traces.values):
         wanted = [*question.steady] if steady else [*question.over_time]
-        raise SceneError(f"--model {model.name} says nothing of {listed(wanted)}: give at least one of them")
+        courses = len(model.rows(question)) and fem3d.traces is None
+        alone = " in the steady state, which alone is solved" if courses else ""
+        raise SceneError(f"--model {model.name} says nothing of {listed(wanted)}{alone}: give at least one of them")
     names = {*(question.steady if steady else ()), *(question.over_time if traces else ())}
     silent = [n for n in dict.fromkeys([*question.steady, *question.over_time]) if n in names and n not in estimates]
     silent = [n for n in silent if traces is None or n not in traces.values]

@@ -96,10 +96,9 @@ class Netlist:
             path = Path(folder) / "model.raw"
             if singular := re.search(r"singular matrix:\s*check nodes?[ \t]*(.*)", said):
                 where = f", at {printable(singular[1].strip())}" if singular[1].strip() else ""
-                raise SceneError(
-                    f"--model {self.name}: ngspice finds its matrix singular{where}: give every node a way for direct "
-                    "current to ground"
-                )
+                branch = where.endswith("#branch")
+                need = "no voltage sources in a loop" if branch else "every node a way for direct current to ground"
+                raise SceneError(f"--model {self.name}: ngspice finds its matrix singular{where}: give {need}")
             if not path.exists() or not path.stat().st_size:
                 raise SceneError(f"--model {self.name}: ngspice has no solution{_complaint(said)}")
             plot = "transient" if analysis.startswith(".tran") else "operating point"
@@ -181,10 +180,9 @@ def with_parent() -> None:
 
 def _complaint(said: str) -> str:
     """What ngspice complains of, in brackets."""
-    lines = [line.strip() for line in said.splitlines()]
-    wrong = [
-        line for line in lines if re.search("error|singular|fail|too small|unknown|can't|no such", line, re.IGNORECASE)
-    ]
+    lines = dict.fromkeys(line.strip() for line in said.splitlines())
+    signs = "error|singular|fail|too small|undefined|unknown|can't|no such"
+    wrong = [line for line in lines if re.search(signs, line, re.IGNORECASE)]
     return f" ({printable('; '.join(wrong[:2]), 200)})" if wrong else ""
 
 

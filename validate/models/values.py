@@ -64,6 +64,11 @@ class Values:
         return value
 
     def _column(self, name: str, column: tables.Column, unit: str) -> np.ndarray:
+        if not np.isfinite(column.values).all():
+            gap = quantity(float(self.time[~np.isfinite(column.values)][0]), "s")
+            raise SceneError(
+                f"--model {self.name}: {quoted(column.name)} has no number at {gap}: give one, or leave that row out"
+            )
         column_unit = tables.unit_of(column.unit)
         if column_unit is None:
             return column.values

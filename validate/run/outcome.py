@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
@@ -94,6 +94,11 @@ class Outcome(Generic[S]):
         if self.fem3d is None:
             raise ValueError("this run has no 3D model")
         return self.fem3d
+
+    def without_model(self, name: str) -> Outcome[S]:
+        """What there is where the user interrupts a model of theirs while it is asked."""
+        said = f"{name} was interrupted: what 3D found is kept, and nothing is compared with it"
+        return replace(self, warnings=(*self.warnings, said), interrupted=True)
 
     @property
     def runs(self) -> Runs:

@@ -203,6 +203,13 @@ def test_values_as_spreadsheets_write_them(text: str, steady: Path, tmp_path: Pa
     assert judged(steady, str(tmp_path / "lump.csv"))["tip"].predicted == pytest.approx(100.5)
 
 
+def test_a_row_without_a_number_is_named(tmp_path: Path) -> None:
+    (tmp_path / "gap.csv").write_text("time (ms);tip (degC)\n0;20\n0.1;\n0.2;40\n0.5;80\n")
+    table = opened(str(tmp_path / "gap.csv"))
+    with pytest.raises(SceneError, match=r'"tip \(degC\)" has no number at 100\.0 us'):
+        table.over_time(asked.Asked("bar", {}, {}, {"tip": "K"}, {}, {}), np.linspace(0, 5e-4, 9))
+
+
 def test_an_fmu_that_would_fill_a_disk_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with ZipFile(tmp_path / "bomb.fmu", "w", ZIP_DEFLATED) as archive:
         archive.writestr("resources/zeros", bytes(100_000))

@@ -127,8 +127,7 @@ def _judged(run: Run, outcome: Outcome[AnyScene], model: Model, question: Asked)
     except NumericsError as error:
         return replace(outcome, failed=f"{model.name} has no answer: {error}; what 3D found is kept")
     except KeyboardInterrupt:
-        said = f"{model.name} was interrupted: what 3D found is kept, and nothing is compared with it"
-        return replace(outcome, warnings=(*outcome.warnings, said), interrupted=True)
+        return outcome.without_model(model.name)
     with run.clock.stage("checks"):
         from compare.probes import evaluate
 

@@ -163,7 +163,11 @@ def _compared(
             if model is None:
                 reduced1d = _reduction(sink, request, fem3d, levels)
             elif fem3d is not None:
-                reduced1d = asked.solve(model, asked.of_sink(sink, fem3d), fem3d, 0.0, True, say)
+                try:
+                    reduced1d = asked.solve(model, asked.of_sink(sink, fem3d), fem3d, 0.0, True, say)
+                except KeyboardInterrupt:
+                    request = replace(request, models=("fem3d",), model="")
+                    outcome, model = replace(outcome, request=request).without_model(model.name), None
     if fem3d is not None:
         from compare.checks import evaluate, varied
 
@@ -178,7 +182,8 @@ def _compared(
                 outcome = replace(outcome, why=budget(sink, request.reduction, fem3d, levels, say))
                 if single is not None:
                     outcome = replace(outcome, varied=varied(sink, request.reduction, single, say))
-    warnings = tuple(text for model in (fem3d, reduced1d) if model for text in model.details.get("warnings", ()))
+    told = tuple(text for result in (fem3d, reduced1d) if result for text in result.details.get("warnings", ()))
+    warnings = (*outcome.warnings, *told)
     if model is not None and fem3d is not None:
         from compare.made import made_checks
 
