@@ -213,8 +213,8 @@ class Probe:
     "temperature" (K) and "potential" (V): their mean, largest or smallest value there. "heat_flow" (W) and "current"
     (A): what passes through a flat box, positive into the solid where it lies on the surface, and along the positive
     axis where it lies inside. "resistance" (ohm): of the electrode on a flat box, its potential less that of the other
-    electrode of its conductor, over the current that enters there. "power" (W): the Joule heat in a volume. A
-    temperature or a potential is that of one ``box``, where one is named: on a contact it says which side is meant.
+    electrode of its conductor, over the current that enters there. "power" (W): the Joule heat in a volume, of
+    contacts what enters it. Any is that of one ``box``, where one is named: on a contact it says which side is meant.
     """
 
     name: str

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from fem3d.problems.cholesky import Ordering
 from fem3d.problems.current import SOLVED, Conductor, Resistivity, Section
 from fem3d.problems.following import OfCells, following
 from fem3d.problems.heat import HeatProblem
-from fem3d.problems.paths import OfPaths, Paths, across, crossings
+from fem3d.problems.paths import Crossing, OfPaths, Paths, across, crossings
 from fem3d.problems.reactions import SharedReactions
 from fem3d.problems.terminals import Terminal
 from fem3d.spaces.domain import Domain
@@ -38,16 +39,16 @@ def find(heat: HeatProblem, solved: float = SOLVED) -> Conductor | None:
     sections, jumps = _sections(heat, lines, copies, along)
     cold, warm = lines[cells, :1], lines[cells, 1:]
     conductivity = 1 / cold[:, 0] if along is None else 1 / (cold * along[:, cells])[..., 0]
-    matrix, names, stands_for = space.stiffness(conductivity, cells), _named(domain)[cells], copies[cells]
+    matrix, stands_for = space.stiffness(conductivity, cells), copies[cells]
     on: Any = space.on(cells)
     crossed = crossings(heat.domain)
+    names = _named(domain, cells, crossed)
     if crossed or domain is not heat.domain or along is not None:
         on = Paths(heat.domain.space.on(cells), on, crossed, None if along is None else np.sqrt(along[:, cells]))
         counts = [len(c.warmed[0].areas) for c in crossed]
         matrix = sum((c.potential.mass() / c.resistance for c in crossed), matrix)
         cold = np.vstack([cold, np.repeat([c.resistance for c in crossed], counts)[:, None]])
         warm, stands_for = (np.vstack([x, np.full((sum(counts), 1), y)]) for x, y in ((warm, 0.0), (stands_for, 1.0)))
-        names = np.concatenate([names, np.repeat([c.name for c in crossed], counts)])
     following_law: OfCells | OfPaths | None = None
     if len(np.intersect1d(following(domain, "resistivity"), cells)):
         following_law = OfCells(domain, "resistivity", cells)
@@ -112,14 +113,21 @@ def law(material: Material, initial: float) -> tuple[float, float]:
     return along_x * (1 + a * (initial - material.reference_temperature)), along_x * a
 
 
-def _named(domain: Domain) -> np.ndarray:
-    """(cells,): the box that each is of, with the probes of a power that it lies in (`box_of`, `within`)."""
-    names: np.ndarray = np.array(domain.names)[domain.body].astype(object)
+def _named(domain: Domain, conducting: np.ndarray, crossed: Sequence[Crossing]) -> np.ndarray:
+    """(rows,): the boxes of the ``conducting`` cells, then the names of the crossings of the facets, each with the
+    probes of a power that it lies in: once for each half of its heat that enters cells there (`box_of`, `share`)."""
+    names = np.array(domain.names)[domain.body].astype(object)
+    beside = [np.full(crossing.cells.shape[1], crossing.name, object) for crossing in crossed]
     for probe in domain.scene.probes:
         if probe.quantity == "power":
+            inside = np.zeros(len(names))
             for cells, _, _ in domain.patches(probe):
-                names[cells] += AND + probe.name
-    return names.astype(str)
+                inside[cells] = 1.0
+            halves = [2 * inside, *(2 * inside[crossing.cells].mean(axis=0) for crossing in crossed)]
+            for labels, count in zip([names, *beside], halves, strict=True):
+                for n in (1, 2):
+                    labels[count == n] += n * (AND + probe.name)
+    return np.concatenate([names[conducting], *beside]).astype(str)
 
 
 def box_of(name: str) -> str:
@@ -127,9 +135,9 @@ def box_of(name: str) -> str:
     return name.split(AND)[0]
 
 
-def within(name: str) -> list[str]:
-    """The probes of a power that cells with a name lie in."""
-    return name.split(AND)[1:]
+def share(name: str, probe: str) -> float:
+    """The part of the heat of what has a name that a probe of a power reads."""
+    return name.split(AND)[1:].count(probe) / 2
 
 
 def _resistivity(

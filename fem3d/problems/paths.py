@@ -27,12 +27,14 @@ from fem3d.spaces.split import Interface
 @dataclass(frozen=True, eq=False)
 class Crossing:
     """Facets of a contact of some ``resistance`` (ohm m2) by the functions of the potential, and the ``warmed`` faces
-    by those of the temperature, one or two; ``name`` is that of the contact or of the electrode behind it."""
+    by those of the temperature, one or two, of ``cells`` (faces, facets); ``name`` is that of the contact or of the
+    electrode behind it."""
 
     name: str
     resistance: float
     potential: Interface
     warmed: tuple[Faces, ...]
+    cells: np.ndarray
 
 
 def crossings(domain: Domain) -> list[Crossing]:
@@ -44,13 +46,14 @@ def crossings(domain: Domain) -> list[Crossing]:
             warmed = Interface.inside(domain.space, alive)
             crossings.append(Crossing(
                 joint.contact.name, joint.contact.electrical_resistance, Interface.inside(electric.space, alive),
-                (warmed.one, warmed.other),
+                (warmed.one, warmed.other), domain.space.mesh.f2t[:, alive],
             ))  # fmt: skip
     for b in domain.scene.boundaries:
         if b.name in electric.space.beyond:
             near = electric.seen(domain.on(b), domain.live)
             warmed_by = domain.seen(domain.on(b), domain.live)
-            crossings.append(Crossing(b.name, b.contact_resistance, Interface(electric.faces(b), near), (warmed_by,)))
+            potential = Interface(electric.faces(b), near)
+            crossings.append(Crossing(b.name, b.contact_resistance, potential, (warmed_by,), warmed_by.cells[None]))
     return crossings
 
 

@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fem3d.problems.conductors import box_of, within
+from fem3d.problems.conductors import box_of, share
 from fem3d.problems.heat import HeatProblem
 from fem3d.results import voltmeter
 from fem3d.results.probes import Reading, reading
@@ -209,7 +209,7 @@ def _whole(symmetry: Symmetry, heat: HeatProblem, times: np.ndarray, part: _Part
         if probe.quantity == "potential":
             value = part.potential(probe)
         elif probe.quantity == "power":
-            value = sum((heat for name, heat in part.joule.items() if probe.name in within(name)), zero)
+            value = sum((share(name, probe.name) * heat for name, heat in part.joule.items()), zero)
         elif (how := reading(heat, probe)).extreme is not None:
             value, out[f"doubt:{probe.name}"] = part.extreme(how.extreme)
         elif probe.quantity == "current":

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from fem3d.problems.conductors import box_of, within
+from fem3d.problems.conductors import box_of, share
 from fem3d.problems.following import OfCells, at_faces, following
 from fem3d.results import probes
 from fem3d.results.probes import reading
@@ -73,8 +73,8 @@ class Goals:
             return self._temperature(probe)
         if probe.quantity == "power":
             conductor = self._state.conductor
-            inside = [] if conductor is None else [name in within(label) for label in conductor.names]
-            return replace(self._none, boxes=np.array(inside, float)[:, None])
+            shares = [] if conductor is None else [share(label, name) for label in conductor.names]
+            return replace(self._none, boxes=np.array(shares)[:, None])
         return self._current(probe) if probe.quantity == "current" else self._heat(probe)
 
     def _temperature(self, probe: Any) -> Goal:

@@ -101,7 +101,8 @@ def pair(thermal: float, electric: float, behind: float = 0.0, coefficient: floa
             Probe("mean b", *face, box="b"), Probe("top a", *face, reduce="max", box="a"), Probe("end", *far),
             Probe("volts at the end", *far, "potential"), Probe("heat", *near, "heat_flow"),
             Probe("current", *near, "current"), Probe("heat across", *face, "heat_flow"),
-            Probe("current across", *face, "current"),
+            Probe("current across", *face, "current"), Probe("power", near[0], FAR, "power"),
+            Probe("power a", near[0], face[1], "power"), Probe("power b", near[0], FAR, "power", box="b"),
         ),
         contacts=(Contact("c", ("a", "b"), thermal, electric),), **{"steady": True, **more},
     )  # fmt: skip
@@ -121,7 +122,8 @@ def exact(thermal: float, electric: float, behind: float) -> dict[str, float]:
         "temperature a": 293 + a, "temperature b": 293 + b, "potential a": volts, "potential b": volts - j * electric,
         "mean b": 293 + b, "top a": 293 + a, "end": 293 + end, "volts at the end": j * behind,
         "heat": -(in_a + in_b + at_c + at_end) * SIDE**2, "current": j * SIDE**2, "heat across": -beyond * SIDE**2,
-        "current across": j * SIDE**2,
+        "current across": j * SIDE**2, "power": VOLTS * j * SIDE**2, "power a": (in_a + at_c / 2) * SIDE**2,
+        "power b": (in_b + at_c / 2 + at_end) * SIDE**2,
     }  # fmt: skip
 
 
