@@ -147,7 +147,8 @@ def _quantity(run: compare.Run, name: str, tolerance: float) -> tuple[Verdict, s
 
 def _check(check: Check, tolerance: float) -> tuple[Verdict, str]:
     unit = "" if check.unit == "1" else check.unit
-    values = f"1D {quantity(check.predicted, unit, 5)}, 3D {quantity(check.measured, unit, 5)}"
+    whose = "data" if check.id.startswith("against_") else "1D"
+    values = f"{whose} {quantity(check.predicted, unit, 5)}, 3D {quantity(check.measured, unit, 5)}"
     said = f"{check.id}: {check.title}, {values}"
     return _told(said, check.difference, check.known_to, check.u_input or 0.0, tolerance, check.because)
 

@@ -51,7 +51,7 @@ class Fmu:
     def steady(self, question: Asked) -> Answer:
         runs = self._runs_of(question, question.steady, [[horizon, STEPS[0]] for horizon in HORIZONS], rest=True)
         before, now = ({name: float(values[-1]) for name, values in run.items() if name != "time"} for run in runs[-2:])
-        if not _rests(before, now):
+        if np.isfinite([*now.values()]).all() and not _rests(before, now):
             raise SceneError(
                 f"--model {self.name} does not come to rest within {HORIZONS[-1]:g} s: it has no steady state"
             )
