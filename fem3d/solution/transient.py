@@ -217,9 +217,10 @@ def march(
 
 
 class _Resistivity:
-    """Whether the law of the resistivity holds in modal states: told by the vertices of the conductor's cells as long
-    as the resistivity is close to the cold one there, else by all points of the quadrature. Raises UndershootError
-    where a resistivity that rises with the temperature is used up, as only a state that is too cold does."""
+    """Whether the law of the resistivity holds in modal states: told by the vertices of the conductor's cells, and in
+    cells with held ones alone by the points of the quadrature, as long as the resistivity is close to the cold one
+    there, else by all points of the quadrature. Raises UndershootError where a resistivity that rises with the
+    temperature is used up, as only a state that is too cold does."""
 
     def __init__(self, base: Base, modal: Reduced) -> None:
         heat, conductor = base.heat, base.conductor
@@ -238,8 +239,21 @@ class _Resistivity:
             inside = heat.take(heat.domain.space.of(conductor.cells[change == each])) & (heat.unit == 1.0)
             parts.append((float(each), np.flatnonzero(inside)))
         fields = np.concatenate([heat.whole(modal.basis.T), heat.lifts]) if parts else np.empty((0, 0))
-        # (states and channels, vertices): how the resistivity over the cold one follows each.
-        self._change = np.hstack([each * fields[:, at] for each, at in parts]) if parts else None
+        # (states and channels, vertices or points): how the resistivity over the cold one follows each.
+        seen = [each * fields[:, at] for each, at in parts]
+        if parts and conductor is not None:
+            seen.append(self._beside_vertices(heat.field(fields), change))
+        self._change = np.hstack(seen) if seen else None
+
+    def _beside_vertices(self, fields: np.ndarray, change: np.ndarray) -> np.ndarray:
+        """(states and channels, points): the same in cells whose vertices all have given temperatures."""
+        domain, cells = self._base.heat.domain, self._base.conductor.cells  # type: ignore[union-attr]
+        free = fields[: self._modal.states].any(axis=0) & (domain.space.unit == 1.0)
+        blind = ~free[domain.space.dofs[:, cells]].any(axis=0) & (change != 0)
+        if not blind.any():
+            return np.empty((len(fields), 0))
+        on = domain.space.on(cells[blind])
+        return np.array([(change[blind, None] * on.value(u)).ravel() for u in fields])
 
     def __call__(self, time: float, state: np.ndarray) -> bool:
         if self._rises is not None and np.abs(state @ self._rises).max(initial=0.0) > HOTTEST:

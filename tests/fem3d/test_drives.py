@@ -154,6 +154,15 @@ def test_a_given_current_with_a_rising_resistance_has_a_largest_one():
     assert 2 / rate < late.value.time < 12 / rate
 
 
+def test_a_bar_in_one_brick_that_is_held_at_all_its_corners_runs_away_at_a_given_current():
+    """A probe of its potential keeps its mirror plane from being used: no corner of the brick is then free."""
+    rate = 1.25 * METAL.thermal_conductivity * (np.pi / SIZE[1]) ** 2 / METAL.heat_capacity
+    drop = Probe("drop", (0.0, 0.0, 0.0), (SIZE[0], 0.0, SIZE[2]), "potential")
+    with pytest.raises(RunawayInTimeError) as late:
+        scene_run.solve(driven(1.5 * LIMIT, probes=(drop,), accuracy=1e-2, steady=False, end_time=14 / rate))
+    assert 2 / rate < late.value.time < 12 / rate
+
+
 @pytest.mark.parametrize("potential", [False, True])
 def test_a_given_current_and_a_source_behind_a_resistance_are_the_state_of_the_voltage(potential):
     scene = load_free("bridge")
