@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 
@@ -116,12 +117,12 @@ def _judged(
     # One space's factors at a time: these have made all their fields.
     bases[0].heat.let_go()
     lesser = [beside(study, base, shift, march) for base in bases[1:]]
-    low = study.traces(outputs.of_transient(lesser[0], study.part, march.checked))
-    changed = distance(march.traces, low)
+    lower = [study.traces(outputs.of_transient(response, study.part, march.checked)) for response in lesser]
+    changed = distance(march.traces, lower[0])
     goals, parts = dict[str, Spread](), dict[str, Parts]()
     largest = max((changed[n] / march.scales[n] for n in changed), default=0.0)
     if lesser[1:] or largest > (1 - ROW_SHARE) * study.accuracy:
-        times = _when_worst(study, march, low, changed)
+        times = _when_worst(study, march, lower)
         goals, parts = _remains(study, given, judge, (march.answer, *lesser), march.scales, times)
     power = judge.remains(given.electric_parts)
     # Steady errors have what the current is off by in them.
@@ -133,12 +134,16 @@ def _judged(
     return errors, [*goals.values()], goal_errors.how_fast(given, goals, parts, of_joule)
 
 
-def _when_worst(study: Study, march: Marched, low: Quantities, changed: Mapping[str, float]) -> np.ndarray:
-    """Times (s) at which errors are looked at closely: the last, that at which the lower space changes each rise most,
-    and that for the trace which it changes most of all, which after a jump may be the heat that enters."""
-    worst = max(changed, key=lambda n: changed[n] / march.scales[n])
-    at = [int(np.abs(march.traces[n] - low[n]).argmax()) for n in {*study.trace_rises, worst}]
-    times: np.ndarray = march.checked[sorted({len(march.checked) - 1, *at})]
+def _when_worst(study: Study, march: Marched, lower: Sequence[Quantities]) -> np.ndarray:
+    """Times (s) at which errors are looked at closely: the last, those at which each of the ``lower`` spaces changes
+    each rise most, and that for the trace which it changes most of all, which after a jump may be the heat that enters.
+    Of an even solution the first of them may change nothing, at any time, and only the next one tells when."""
+    at = {len(march.checked) - 1}
+    for fine, low in pairwise([march.traces, *lower]):
+        changed = distance(fine, low)
+        worst = max(changed, key=lambda n: changed[n] / march.scales[n])
+        at |= {int(np.abs(fine[n] - low[n]).argmax()) for n in {*study.trace_rises, worst}}
+    times: np.ndarray = march.checked[sorted(at)]
     return times
 
 
