@@ -118,18 +118,20 @@ def _judged(
     bases[0].heat.let_go()
     lesser = [beside(study, base, shift, march) for base in bases[1:]]
     lower = [study.traces(outputs.of_transient(response, study.part, march.checked)) for response in lesser]
-    changed = distance(march.traces, lower[0])
+    changes = [distance(fine, low) for fine, low in pairwise([march.traces, *lower])]
+    changed = changes[0]
     goals, parts = dict[str, Spread](), dict[str, Parts]()
     largest = max((changed[n] / march.scales[n] for n in changed), default=0.0)
     if lesser[1:] or largest > (1 - ROW_SHARE) * study.accuracy:
         times = _when_worst(study, march, lower)
         goals, parts = _remains(study, given, judge, (march.answer, *lesser), march.scales, times)
+        goals |= _scaled(study, march, goals, parts, changes)
     power = judge.remains(given.electric_parts)
     # Steady errors have what the current is off by in them.
     of_joule = {} if steady_errors else _of_joule_heat(study, given, march)
     joule = judge.left_at_times(of_joule)
     electric = {n: 0.0 if steady_errors else estimate.total(joule.get(n, power)) for n in march.scales}
-    errors = _errors(study, march, changed, goals, parts, electric, steady_errors)
+    errors = _errors(study, march, changed, goals, electric, steady_errors)
     goals = {"power": power} | goal_errors.with_current(goals, joule, power)
     return errors, [*goals.values()], goal_errors.how_fast(given, goals, parts, of_joule)
 
@@ -145,6 +147,24 @@ def _when_worst(study: Study, march: Marched, lower: Sequence[Quantities]) -> np
         at |= {int(np.abs(fine[n] - low[n]).argmax()) for n in {*study.trace_rises, worst}}
     times: np.ndarray = march.checked[sorted(at)]
     return times
+
+
+def _scaled(
+    study: Study,
+    march: Marched,
+    goals: Mapping[str, Spread],
+    parts: Mapping[str, Parts],
+    changes: Sequence[Mapping[str, float]],
+) -> dict[str, Spread]:
+    """What is left of each rise, more by the factor that the lower spaces' ``changes`` are larger than the parts that
+    tell of them. The dual of a goal is that of one step from rest, which tells too little where, say, heat has passed
+    by a singular edge for long. Of an even solution one of the two degrees changes nothing, so both count together."""
+    scaled = {}
+    for name in set(study.trace_rises) & set(parts):
+        told = (estimate.total(parts[name].last) + estimate.total(parts[name].before)) * march.scales[name]
+        factor = 2 * sum(change[name] for change in changes) / len(changes) / max(told, 1e-300)
+        scaled[name] = [max(factor, 1.0) * each for each in goals[name]]
+    return scaled
 
 
 def _of_joule_heat(study: Study, given: Problems, march: Marched) -> dict[str, Parts]:
@@ -164,25 +184,18 @@ def _errors(
     march: Marched,
     changed: Mapping[str, float],
     goals: Mapping[str, Spread],
-    parts: Mapping[str, Parts],
     electric: Mapping[str, float],
     steady_errors: Mapping[str, float],
 ) -> dict[str, float]:
     """The error of each trace in its unit: of space the largest of what the lower space ``changed``, what its goal
     misses and the relative error of its steady state; of the current (relative), of the fields, of an extreme's place.
-
-    The dual of a goal is that of one step from rest, and its parts may tell less than the last degree changed: where
-    heat passes by a singular edge for a long time, say. By the same factor more is left of a rise than they tell.
     """
     errors = {}
     for name, scale in march.scales.items():
         goal = study.trace_goals.get(name, name)
         of_it = [e for q, e in steady_errors.items() if study.goals.get(q, q) == goal]
         at_rest = max(of_it or steady_errors.values(), default=0.0)
-        missed = estimate.total(goals.get(name, [])) * scale
-        if name in parts and name in study.trace_rises:
-            missed *= max(changed[name] / max(estimate.total(parts[name].last) * scale, 1e-300), 1.0)
-        of_space = max(changed[name], at_rest * scale, missed)
+        of_space = max(changed[name], at_rest * scale, estimate.total(goals.get(name, [])) * scale)
         doubt = float(np.max(march.out.get(f"doubt:{study.trace_goals.get(name)}", 0.0)))
         errors[name] = of_space + electric[name] * scale + march.gaps[name] + doubt
     return errors
