@@ -27,12 +27,14 @@ from fem3d.spaces.split import Interface
 @dataclass(frozen=True, eq=False)
 class Crossing:
     """Facets of a contact of some ``resistance`` (ohm m2) by the functions of the potential, and the ``warmed`` faces
-    by those of the temperature, one or two; ``name`` is that of the contact or of the electrode behind it."""
+    by those of the temperature, one or two, with the ``cells`` (sides, facets) there; ``name`` is that of the contact
+    or of the electrode behind it."""
 
     name: str
     resistance: float
     potential: Interface
     warmed: tuple[Faces, ...]
+    cells: np.ndarray
 
 
 def crossings(domain: Domain) -> list[Crossing]:
@@ -44,13 +46,13 @@ def crossings(domain: Domain) -> list[Crossing]:
             warmed = Interface.inside(domain.space, alive)
             crossings.append(Crossing(
                 joint.contact.name, joint.contact.electrical_resistance, Interface.inside(electric.space, alive),
-                (warmed.one, warmed.other),
+                (warmed.one, warmed.other), domain.space.mesh.f2t[:, alive],
             ))  # fmt: skip
     for b in domain.scene.boundaries:
         if b.name in electric.space.beyond:
             near = electric.seen(domain.on(b), domain.live)
-            warmed_by = domain.seen(domain.on(b), domain.live)
-            crossings.append(Crossing(b.name, b.contact_resistance, Interface(electric.faces(b), near), (warmed_by,)))
+            warmed_by, face = domain.seen(domain.on(b), domain.live), Interface(electric.faces(b), near)
+            crossings.append(Crossing(b.name, b.contact_resistance, face, (warmed_by,), near.cells[None]))
     return crossings
 
 
@@ -162,3 +164,14 @@ class Paths:
         for crossing, part in zip(self._crossings, others, strict=True):
             flow += crossing.potential.load(part[0])
         return flow
+
+    def beside(self, rows: np.ndarray, count: int) -> np.ndarray:
+        """(``count`` of all cells,): what is known of the facets of crossings (rows,), in equal parts for the cells on
+        their sides."""
+        parts, start = np.zeros(count), len(self.warmed.weights)
+        for crossing in self._crossings:
+            own = rows[start : start + crossing.cells.shape[1]] / len(crossing.cells)
+            for cells in crossing.cells:
+                np.add.at(parts, cells, own)
+            start += len(own)
+        return parts

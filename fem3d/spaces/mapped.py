@@ -77,11 +77,11 @@ class MappedSpace(Space):
     @cached_property
     def depth(self) -> np.ndarray:
         """(functions,): the highest degree less that of each; more than any degree for vertices."""
-        depth = np.zeros(self.size, int)
+        depth = np.zeros(int(self.numbering.N), int)
         depth[self.numbering.nodal_dofs] = self.p + 1
         if self._simplex:
             depth[self.numbering.edge_dofs[0]] = 1
-        return depth
+        return depth[self.origin]
 
     @cached_property
     def nested(self) -> tuple[np.ndarray, ...]:
@@ -94,7 +94,11 @@ class MappedSpace(Space):
     def spread(self, functions: np.ndarray, parts: np.ndarray) -> list[np.ndarray]:
         """What functions (n,) miss, in equal parts for the axes and cells that they stand on: (cells,) each.
         Absolute values are added, as `BrickSpace.spread` says."""
-        shares = np.bincount(functions, np.abs(parts), self.size) / np.bincount(self.dofs.ravel(), minlength=self.size)
+        shares = np.bincount(functions, np.abs(parts), self.size)
+        # What is beyond a face is missed where its partners are.
+        for on_face, partners in self.beyond.values():
+            shares[on_face] += shares[partners]
+        shares = shares / np.maximum(np.bincount(self.dofs.ravel(), minlength=self.size), 1)
         return [shares[self.dofs].sum(axis=0) / 3] * 3
 
     def matrices(self, k: np.ndarray, c: np.ndarray) -> tuple[csc_array, csc_array]:
