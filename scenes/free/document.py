@@ -230,7 +230,7 @@ def _reading(item: Item) -> dict[str, Any]:
             f"{item.label}.reduce = {quoted(reduce)} says nothing about a {quantity}, which is a total: leave it out, "
             "or give quantity temperature or potential"
         )
-    side = {key: item.values[key] for key in ("box", "side") if key in item.values}
+    side: dict[str, Any] = {key: item.values[key] for key in ("box", "side") if key in item.values}
     for key, name in side.items() if quantity in TOTALS else ():
         raise SceneError(
             f"{item.label}.{key} = {quoted(name)} says nothing about a {quantity}, which is no value of one side: "
