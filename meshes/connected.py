@@ -50,3 +50,11 @@ def still(scene: Scene) -> tuple[tuple[np.ndarray, Value], ...]:
     labels, voltages = _electrified(scene)
     alone = ((label, next(iter(potentials))) for label, potentials in voltages.items() if len(potentials) == 1)
     return tuple((labels == label, value) for label, value in alone if not isinstance(value, str))
+
+
+def between(f2t: np.ndarray, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """The facets inside a mesh, by the two cells ``f2t`` (2, facets) of each, that lie between some cells (cells,) and
+    some others."""
+    inside = np.flatnonzero(f2t[1] >= 0)
+    pairs = f2t[:, inside]
+    return inside[(one[pairs] & other[pairs[::-1]]).any(axis=0)]

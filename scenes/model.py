@@ -181,9 +181,9 @@ def key_of(boundary: Boundary | GroupBoundary) -> str:
 
 @dataclass(frozen=True)
 class Contact:
-    """A contact at all faces where two boxes touch, ``between`` which the temperature jumps by the heat flux times the
-    ``thermal_resistance`` (m2 K/W) and the potential by the current density times the ``electrical_resistance`` (ohm
-    m2); 0 is perfect. The Joule heat of the latter enters both faces, half each."""
+    """A contact at all faces where two boxes touch, or volume groups of a mesh, ``between`` which the temperature jumps
+    by the heat flux times the ``thermal_resistance`` (m2 K/W) and the potential by the current density times the
+    ``electrical_resistance`` (ohm m2); 0 is perfect. The Joule heat of the latter enters both faces, half each."""
 
     name: str
     between: tuple[str, str]
@@ -349,7 +349,9 @@ class GroupProbe:
     "temperature" (K) and "potential" (V): the mean, largest or smallest value over a volume or a surface group.
     "heat_flow" (W) and "current" (A): what enters the solid through the conditions on a surface group, or, where the
     group lies inside the solid and has none, what passes it in the direction of its faces' normals. "resistance" (ohm)
-    and "power" (W) as of a `Probe`, of the surface group of an electrode and of a volume group.
+    and "power" (W) as of a `Probe`, of the surface group of an electrode and of a volume group. A temperature or a
+    potential is read in the cells of one volume group, ``side``, where one is named: on a contact it says which side is
+    meant.
     """
 
     name: str
@@ -357,6 +359,7 @@ class GroupProbe:
     group: str | None = None
     quantity: Quantity = "temperature"
     reduce: Literal["mean", "max", "min"] = "mean"
+    side: str = ""
 
 
 @dataclass(frozen=True)
@@ -377,6 +380,7 @@ class MeshScene(Declared):
     accuracy: float = 1e-3
     steady: bool = False
     output_times: tuple[float, ...] = ()
+    contacts: tuple[Contact, ...] = ()
     folder: str = ""
     parameters: Parameters | None = field(default=None, compare=False, repr=False)
 

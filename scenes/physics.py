@@ -101,23 +101,6 @@ def follows(scene: AnyScene, over_time: bool) -> bool:
     return any(keys & set(m.follows) for m in materials(scene))
 
 
-def has_sides(scene: AnyScene) -> bool:
-    """Whether something jumps at a contact, or a probe says on which side of one it is."""
-    behind = any(b.kind == "voltage" and b.contact_resistance for b in scene.boundaries)
-    jumps = any(not c.perfect for c in getattr(scene, "contacts", ()))
-    return behind or jumps or any(getattr(p, "box", "") for p in scene.probes)
-
-
-def refuse_sides(scene: AnyScene, what: str) -> None:
-    """Refuses contacts, and probes that name a side of one, for ``what`` doesn't know of these."""
-    torn = [f"contact {quoted(c.name)}" for c in getattr(scene, "contacts", ()) if not c.perfect]
-    behind = (b for b in scene.boundaries if b.kind == "voltage" and b.contact_resistance)
-    torn += [f"boundary {quoted(b.name)}.contact_resistance" for b in behind]
-    torn += [f"probe {quoted(p.name)}.box" for p in scene.probes if getattr(p, "box", "")]
-    if torn:
-        raise SceneError(f"{what}: leave {torn[0]} out")
-
-
 def refuse_faces(scene: AnyScene, what: str) -> None:
     """Refuses, for ``what`` takes straight lines alone, a boundary whose heat is none of the temperature there."""
     for b in scene.boundaries:

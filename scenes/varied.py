@@ -275,7 +275,7 @@ def _with_contact(scene: Any, number: int) -> Callable[[float], Any]:
 
 def _contacts(scene: AnyScene) -> Iterator[tuple[str, Number]]:
     kinds = {"thermal_resistance": HEAT_CONTACT, "electrical_resistance": CURRENT_CONTACT}
-    for i, contact in enumerate(getattr(scene, "contacts", ())):
+    for i, contact in enumerate(scene.contacts):
         for key, kind in kinds.items():
             number = Number(getattr(contact, key), kind, _with_item(scene, "contacts", i, key))
             yield f"contact.{contact.name}.{key}", number

@@ -15,6 +15,8 @@ import numpy as np
 from fem3d.problems.current import Conductor
 from fem3d.problems.faces import film
 from fem3d.problems.heat import HeatProblem
+from fem3d.problems.paths import Paths
+from fem3d.spaces.split import Interface
 from scenes.model import bends
 
 Tested = Callable[[np.ndarray], np.ndarray]
@@ -31,42 +33,48 @@ def _parts(products: np.ndarray, besides: np.ndarray | float = 0.0) -> np.ndarra
 
 
 def heat(problem: HeatProblem, change: np.ndarray, time: float | None) -> Tested:
-    """For a ``change`` (functions,) of the rise: k grad u . grad v with what films add, and, of a step of ``time`` (s),
-    rho c u v over it."""
+    """For a ``change`` (functions,) of the rise: k grad u . grad v with what films add and, half on each side,
+    contacts; and, of a step of ``time`` (s), rho c u v over it."""
     domain = problem.domain
     on = domain.space.on(np.arange(len(domain.body)))
     flux = domain.per_cell("thermal_conductivity")[..., None] * on.weights * on.gradient(change)
     stored = 0.0
     if time is not None:
         stored = domain.per_cell("heat_capacity")[:, None] * on.weights * on.value(change) / time
-    films = []
+    passing = []
     for b in domain.scene.boundaries:
         h = film(domain, b)[0] if bends(b) else b.value if b.kind == "convection" else 0.0
         if h:
-            facets = domain.on(b)
             faces = domain.faces(b)
-            films.append((faces, domain.space.mesh.f2t[0, facets], h * faces.areas * faces.value(change)))
+            passing.append((faces.value, h * faces.areas * faces.value(change), faces.cells[None]))
+    for joint in domain.contacts:
+        if joint.contact.thermal_resistance:
+            face, pairs = Interface.inside(domain.space, joint.facets), domain.space.mesh.f2t[:, joint.facets]
+            crossing = face.one.areas * face.jump(change) / joint.contact.thermal_resistance
+            passing.append((face.jump, crossing, pairs))
 
     def tested(dual: np.ndarray) -> np.ndarray:
         besides = np.zeros(len(domain.body))
         if time is not None:
             besides += (stored * on.value(dual)).sum(axis=1)
-        for faces, cells, passing in films:
-            besides += np.bincount(cells, (passing * faces.value(dual)).sum(axis=1), len(besides))
+        for value, heat, sides in passing:
+            for cells in sides:
+                besides += np.bincount(cells, (heat * value(dual)).sum(axis=1) / len(sides), len(besides))
         return _parts((flux * on.gradient(dual)).sum(axis=2), besides)
 
     return tested
 
 
 def current(conductor: Conductor, change: np.ndarray) -> Tested:
-    """For a ``change`` (functions,) of the potential: sigma grad u . grad v of the cold conductor."""
+    """For a ``change`` (functions,) of the potential: sigma grad u . grad v of the cold conductor, with what contacts
+    add, half on each side."""
     on: Any = conductor.on
     count = len(conductor.heat.domain.body)
     flux = on.weights * on.gradient(change) / (conductor.cold * conductor.stands_for)
 
     def tested(dual: np.ndarray) -> np.ndarray:
-        products = np.zeros((3, count))
-        products[:, conductor.cells] = _parts((flux * on.gradient(dual)).sum(axis=2))
-        return products
+        products, rows = np.zeros((3, count)), (flux * on.gradient(dual)).sum(axis=2)
+        products[:, conductor.cells] = rows[:, : len(conductor.cells)]
+        return _parts(products, on.beside(rows[0], count) if isinstance(on, Paths) else 0.0)
 
     return tested

@@ -21,7 +21,6 @@ from fem3d.spaces.box_cells import BoxCells, box_cells
 from fem3d.spaces.size import Size, foreseen
 from meshes import connected
 from meshes.columns import Columns
-from scenes import physics
 from scenes.errors import TooLargeError
 from scenes.free.crowding import crowding
 from scenes.model import Scene
@@ -82,11 +81,9 @@ class OnBoxes:
 
 def of(study: Study, whole: Study, over_time: bool = False) -> tuple[Study, Mesh]:
     """What a scene is solved on and the study of it: of its part on bricks, of the ``whole`` on tetrahedra. Raises
-    TooLargeError where it takes too much memory on either, and SceneError for contacts on tetrahedra."""
+    TooLargeError where it takes too much memory on either."""
     scene, bricks = study.part.scene, None
-    if scene.mesh == "tetrahedra":
-        physics.refuse_sides(scene, 'run.mesh = "tetrahedra" knows no sides of a contact yet')
-    if scene.mesh == "bricks" or physics.has_sides(scene):
+    if scene.mesh == "bricks":
         return study, Bricks.of(study, over_time)
     grid, free = reach.least(scene), not scene.mesh
     if free and _suits(grid, LARGE):
@@ -107,9 +104,9 @@ def of(study: Study, whole: Study, over_time: bool = False) -> tuple[Study, Mesh
 
 def instead(mesh: Any, whole: Study, error: TooLargeError) -> tuple[Study, Mesh]:
     """What a scene is solved on where the bricks that it was begun on became too many, and the study of it. Raises the
-    ``error`` of the bricks where the scene insists on them or tetrahedra don't know what it has, TooLargeError."""
+    ``error`` of the bricks where the scene insists on them, or tetrahedra take too much memory too, TooLargeError."""
     scene = whole.part.scene
-    if mesh.whole or scene.mesh or physics.has_sides(scene):
+    if mesh.whole or scene.mesh:
         raise error
     laid = on_tetrahedra(scene, foreseen(scene, mesh.grid))
     if laid.size.memory > reach.MOST_MEMORY:

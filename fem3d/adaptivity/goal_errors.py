@@ -49,7 +49,7 @@ class Level:
     falls: Spread
     least: dict[str, float]
     """No error is smaller, whatever other meshes say: what the last degree changed in heat and in current, one not
-    making up for the other, or what degrees after it will change at edges."""
+    making up for the other, or what degrees after it will change at edges; and what the coupled iteration leaves."""
 
     @property
     def relative(self) -> dict[str, float]:
@@ -92,6 +92,7 @@ def examined(study: Study, given: Problems, fine: Solution, judge: Estimator) ->
     for name, each in parts.items():
         thermal, current = each.sum * scales[name], joule[name].sum * scales[name] if name in joule else 0.0
         least[name] = max(judge.later(each) * least[name], abs(thermal) + abs(current))
+    least = {name: e + unsettled * scales[name] for name, e in least.items()}
     return Level(given, fine, low, scales, errors, goals, falls, least)
 
 

@@ -31,6 +31,7 @@ from fem3d.solution.steady import SteadyState
 from fem3d.solution.transient import Base, Transient
 from fem3d.spaces.domain import Domain
 from fem3d.spaces.file_domain import groups
+from fem3d.spaces.integrals import Space
 from meshes.grouped.check import check, remarks
 from meshes.grouped.place import Placed
 from meshes.grouped.read import read
@@ -170,9 +171,10 @@ class FileMesh:
         """The level of a fine solution, the low one being of degree 1, or of the mesh before."""
         low = self._less or nested.solution(study, given, 0)
         self._found, scales = fine, study.steady_scales(fine.out)
-        pairs = [(fine.state.heat.field(fine.state.rise), low.state.heat.field(low.state.rise))]
+        heat = given.heat
+        pairs = [(heat.domain.space, fine.state.heat.field(fine.state.rise), low.state.heat.field(low.state.rise))]
         if fine.state.conductor is not None:
-            pairs.append((fine.state.hot_potential, low.state.hot_potential))
+            pairs.append((heat.domain.electric.space, fine.state.hot_potential, low.state.hot_potential))
         errors = self._errors(study, given.heat, distance(fine.quantities, low.quantities), scales, pairs)
         errors = {n: e + (ROUNDING + fine.state.unsettled) * scales[n] for n, e in errors.items()}
         errors = as_balanced(study, errors, fine, scales)
@@ -191,9 +193,10 @@ class FileMesh:
         self._found, times = (fine.answer, fine.traces), np.array([0.1, 1.0]) * study.end
         rises = [t.base.heat.field(t.rises(times)) for t in (fine.answer, low)]
         apart = distance(fine.traces, low_traces)
+        pairs = [(given.heat.domain.space, a, b) for a, b in zip(*rises, strict=True)]
         errors = self._errors(
-            study, given.heat, {n: OVER_TIME * d for n, d in apart.items()}, fine.scales, zip(*rises, strict=True)
-        )
+            study, given.heat, {n: OVER_TIME * d for n, d in apart.items()}, fine.scales, pairs
+        )  # fmt: skip
         for n in errors:
             errors[n] += fine.gaps[n] + float(np.max(fine.out.get(f"doubt:{n}", 0.0)))
         return trace_errors.concluded(study, fine, errors, [], [], as_it_is=not self.refines)
@@ -227,13 +230,15 @@ class FileMesh:
         heat: HeatProblem,
         apart: dict[str, float],
         scales: dict[str, float],
-        fields: Iterable[tuple[np.ndarray, np.ndarray]],
+        fields: Iterable[tuple[Space, np.ndarray, np.ndarray]],
     ) -> dict[str, float]:
         """The errors of quantities that are so far ``apart`` from those of the level before, as are some ``fields``
-        (..., functions): by the relative difference of these, as root of the mean square over the corners of the
-        file's cells, which all spaces have first."""
+        (..., functions) of a space: by the relative difference of these, as root of the mean square over the corners of
+        the file's cells, which all spaces have first, where the field doesn't jump."""
         least, corners = 0.0, self.given.placed.mesh.mesh.nvertices
-        for a, b in ((x[..., :corners], y[..., :corners]) for x, y in fields):
+        for space, *both in fields:
+            whole = np.flatnonzero(np.bincount(space.origin)[:corners] == 1)
+            a, b = (u[..., whole] for u in both)
             size = float(np.sqrt((a**2).mean()))
             least = max(least, LEAST * float(np.sqrt(((a - b) ** 2).mean())) / size if size else 0.0)
         known = BETWEEN_MESHES if self._less else BETWEEN_DEGREES

@@ -27,7 +27,7 @@ from fem3d.solution.steady import SteadyState
 from fem3d.solution.transient import Base, Transient
 from fem3d.spaces import edge_exponents
 from fem3d.spaces.domain import Domain
-from fem3d.spaces.size import Size, of_tetrahedra
+from fem3d.spaces.size import START_UP, Size, of_tetrahedra
 from meshes import grading
 from meshes.symmetry import Symmetry
 from scenes.model import AnyScene
@@ -116,7 +116,9 @@ class Tetrahedra:
     def _limit(self) -> float:
         """The factor by which the cells may grow at most."""
         most = MOST_UNKNOWNS if self.laid.scene.steady else min(FEWER, MOST_UNKNOWNS)
-        return min(most / self.size.unknowns, (reach.MOST_MEMORY / self.size.memory) ** (3 / 4))
+        # What the process takes before it has a mesh doesn't grow with that.
+        memory = (reach.MOST_MEMORY - START_UP) / (self.size.memory - START_UP)
+        return float(min(most / self.size.unknowns, memory ** (3 / 4)))
 
     @property
     def _last(self) -> bool:

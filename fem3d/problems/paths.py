@@ -27,8 +27,8 @@ from fem3d.spaces.split import Interface
 @dataclass(frozen=True, eq=False)
 class Crossing:
     """Facets of a contact of some ``resistance`` (ohm m2) by the functions of the potential, and the ``warmed`` faces
-    by those of the temperature, one or two, of ``cells`` (faces, facets); ``name`` is that of the contact or of the
-    electrode behind it."""
+    by those of the temperature, one or two, with the ``cells`` (sides, facets) there; ``name`` is that of the contact
+    or of the electrode behind it."""
 
     name: str
     resistance: float
@@ -165,3 +165,14 @@ class Paths:
         for crossing, part in zip(self._crossings, others, strict=True):
             flow += crossing.potential.load(part[0])
         return flow
+
+    def beside(self, rows: np.ndarray, count: int) -> np.ndarray:
+        """(``count`` of all cells,): what is known of the facets of crossings (rows,), in equal parts for the cells on
+        their sides."""
+        parts, start = np.zeros(count), len(self.warmed.weights)
+        for crossing in self._crossings:
+            own = rows[start : start + crossing.cells.shape[1]] / len(crossing.cells)
+            for cells in crossing.cells:
+                np.add.at(parts, cells, own)
+            start += len(own)
+        return parts

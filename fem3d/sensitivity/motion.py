@@ -207,7 +207,7 @@ def _resisting(scene: AnyScene, changed: AnyScene, step: float) -> dict[str, tup
     """`Motion.contacts`."""
     resistances = []
     for each in (scene, changed):
-        contacts = {c.name: (c.thermal_resistance, c.electrical_resistance) for c in getattr(each, "contacts", ())}
+        contacts = {c.name: (c.thermal_resistance, c.electrical_resistance) for c in each.contacts}
         electrodes = {b.name: (0.0, b.contact_resistance) for b in each.boundaries if b.kind == "voltage"}
         resistances.append(contacts | electrodes)
     first, second = resistances

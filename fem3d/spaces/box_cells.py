@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from fem3d.spaces.domain import heated
+from fem3d.spaces.domain import heated, with_contacts
 from fem3d.spaces.mapped import MappedSpace
 from fem3d.spaces.mapped_domain import MappedDomain
 from meshes import connected
@@ -53,6 +53,10 @@ class BoxCells(MappedDomain):
         away = mesh.p[d][mesh.facets[:, facets]].mean(axis=0) - mesh.p[d][mesh.t[:, mesh.f2t[0, facets]]].mean(axis=0)
         return np.where(away > 0, 1, -1)
 
+    def side(self, probe: Probe) -> str:
+        """The box that it names."""
+        return probe.box
+
     def point(self, probe: Probe) -> Point | None:
         """Where both corners are the same."""
         return probe.lower if self._extends(probe) == 0 else None
@@ -75,8 +79,8 @@ def box_cells(scene: Scene, mesh: Any) -> BoxCells:
         for b, x in zip(grid.breaks, middles, strict=True)
     )
     owner = grid.owner[at]
-    return BoxCells(
+    return with_contacts(BoxCells(
         scene, MappedSpace(mesh), owner, tuple(b.name for b in scene.boxes), tuple(b.material for b in scene.boxes),
         heated(scene, owner), connected.live(scene)[at],
         tuple((cells[at], value) for cells, value in connected.still(scene)), connected.anchored(scene),
-    )  # fmt: skip
+    ))  # fmt: skip

@@ -6,7 +6,7 @@ Boxes (`Boxes`) and mesh files (`fem3d.spaces.mapped`) say it in their own ways;
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, ClassVar, TypeVar
@@ -21,7 +21,6 @@ from fem3d.spaces.split import split, twin
 from meshes import connected
 from meshes.grid import Grid
 from scenes import laws
-from scenes.free.contacts import ELECTRIC, THERMAL, resistances
 from scenes.model import Boundary, Contact, Material, Probe, Scene, Schedule, Value
 
 D = TypeVar("D", bound="Domain")
@@ -176,6 +175,11 @@ class Domain(ABC):
     def facets(self, item: Any) -> np.ndarray:
         """The facets of a condition or of a flat probe."""
 
+    def part(self, name: str) -> np.ndarray:
+        """(cells,): which are of a part that a contact or a probe names; in the symmetric part of a scene it may be
+        missing."""
+        return np.array([each == name for each in self.names])[self.body]
+
     @abstractmethod
     def directions(self, item: Any) -> np.ndarray:
         """(facets,): 1 where the direction in which flows through a flat probe count points out of a facet's first
@@ -258,7 +262,7 @@ class Boxes(Domain):
         space, grid = self.space, self.space.grid
         chosen = np.ones(space.ijk.shape[1], bool) if inside is None else inside.copy()
         if probe.box:
-            chosen &= self.body == self.names.index(probe.box)
+            chosen &= self.part(probe.box)
         corner, sides = np.zeros((3, space.ijk.shape[1])), np.ones(3)
         for d in range(3):
             i, j = grid.span(d, probe.lower[d], probe.upper[d])
@@ -303,26 +307,29 @@ def boxes(scene: Scene, grid: Grid) -> Boxes:
         cells(connected.live(scene)), tuple((cells(part), value) for part, value in connected.still(scene)),
         connected.anchored(scene),
     )  # fmt: skip
+    return with_contacts(domain)
+
+
+def with_contacts(domain: D) -> D:
+    """A domain whose temperature and potential jump at the contacts of its scene, and whose voltages behind a contact
+    are those of functions beyond their faces."""
+    scene, space = domain.scene, domain.space
     behind = [b for b in scene.boundaries if b.kind == "voltage" and b.contact_resistance]
-    return _with_contacts(domain, behind) if scene.contacts or behind else domain
+    contacts = [c for c in scene.contacts if not c.perfect]
+    if not contacts and not behind:
+        return domain
+    f2t, live = space.mesh.f2t, domain.live
+    every = [Joint(c, connected.between(f2t, *map(domain.part, c.between))) for c in contacts]
+    joints = [joint for joint in every if len(joint.facets)]
+    alive = connected.between(f2t, live, live)
+    thermal = _every(j.facets for j in joints if j.contact.thermal_resistance)
+    electric = np.intersect1d(_every(j.facets for j in joints if j.contact.electrical_resistance), alive)
+    beyond = {b.name: domain.seen(domain.on(b), domain.live) for b in behind if len(domain.on(b))}
+    potentials = None
+    if beyond or not np.array_equal(thermal, electric):
+        potentials = split(space, electric, beyond)
+    return replace(domain, space=split(space, thermal), potentials=potentials, contacts=tuple(joints))
 
 
-def _with_contacts(domain: Boxes, behind: Sequence[Boundary]) -> Boxes:
-    """A domain whose temperature and potential jump at the contacts of its scene, and whose voltages ``behind`` a
-    contact are those of functions beyond their faces."""
-    space, scene = domain.space, domain.scene
-    inside = np.flatnonzero(space.mesh.f2t[1] >= 0)
-    pairs = domain.body[space.mesh.f2t[:, inside]]
-    tables = resistances(scene)
-    thermal = inside[tables[THERMAL][tuple(pairs)] > 0]
-    alive = domain.live[space.mesh.f2t[:, inside]].all(axis=0)
-    electric = inside[(tables[ELECTRIC][tuple(pairs)] > 0) & alive]
-    on = {b.name: domain.seen(domain.on(b), domain.live) for b in behind if len(domain.on(b))}
-    joints = []
-    for one, other in sorted({(min(p), max(p)) for p in np.unique(pairs, axis=1).T.tolist()}):
-        contact = scene.contact(one, other)
-        if contact is not None and one != other:
-            joints.append(Joint(contact, inside[np.isin(pairs, (one, other)).all(axis=0) & (pairs[0] != pairs[1])]))
-    warm = split(space, thermal)
-    apart = bool(on) or not np.array_equal(thermal, electric)
-    return replace(domain, space=warm, potentials=split(space, electric, on) if apart else None, contacts=tuple(joints))
+def _every(facets: Iterable[np.ndarray]) -> np.ndarray:
+    return np.unique(np.concatenate([np.empty(0, int), *facets]))

@@ -9,7 +9,7 @@ import numpy as np
 from skfem.refdom import RefTet
 
 from fem3d.spaces.domain import Domain
-from meshes.singular import REGULAR, exponent
+from meshes.singular import REGULAR, RESOLVED, exponent
 from scenes import physics
 
 # Angles (radians) are told apart to this, a degree: an exponent moves by a percent, and as many
@@ -23,16 +23,26 @@ _BESIDE = np.array([[[set(f) == {*edge, c} for f in RefTet.facets].index(True) f
 
 def of_cells(domain: Domain) -> np.ndarray:
     """(cells,): the smallest exponent of the temperature or the potential at an edge that a cell touches; infinite
-    where all are regular."""
+    where all are regular. Of a contact the smaller counts of those with it and without, as `meshes.singular` says."""
     mesh: Any = domain.space.mesh
-    exponents = np.full(mesh.edges.shape[1], np.inf)
+    every = [np.full(mesh.edges.shape[1], np.inf)]
     if physics.heat(domain.scene):
-        exponents = _at_edges(mesh, _mean(domain.per_cell("thermal_conductivity")), _given(domain, "temperature"))
+        k, given, torn = (
+            _mean(domain.per_cell("thermal_conductivity")),
+            _given(domain, "temperature"),
+            domain.space.torn,
+        )
+        every.append(_at_edges(mesh, k, given))
+        if len(torn):
+            largest = max(joint.contact.thermal_resistance for joint in domain.contacts)
+            fine = RESOLVED * np.linalg.norm(np.diff(mesh.p[:, mesh.edges], axis=1), axis=0).min()
+            every.append(_at_edges(mesh, np.where(k * largest > fine, k, 0.0), given, torn))
     if domain.live.any():
         resistivity = domain.per_cell("resistivity")
         sigma = np.where(domain.live, 1 / _mean(np.where(domain.live, resistivity, 1.0)), 0.0)
-        current = _at_edges(mesh, sigma, _given(domain, "voltage"))
-        exponents = np.minimum(exponents, current)
+        given, torn = _given(domain, "voltage"), domain.electric.space.torn
+        every += [_at_edges(mesh, sigma, given, facets) for facets in ([None, torn] if len(torn) else [None])]
+    exponents = np.min(every, axis=0)
     at_vertices = np.full(mesh.p.shape[1], np.inf)
     for end in mesh.edges:
         np.minimum.at(at_vertices, end, exponents)
@@ -54,12 +64,14 @@ def _given(domain: Domain, kind: str) -> np.ndarray:
     return given
 
 
-def _at_edges(mesh: Any, k: np.ndarray, given: np.ndarray) -> np.ndarray:
+def _at_edges(mesh: Any, k: np.ndarray, given: np.ndarray, torn: np.ndarray | None = None) -> np.ndarray:
     """(edges,): the exponent at each edge of a mesh of cells that conduct ``k`` (cells,), for the numbers of the values
-    ``given`` on facets; infinite where it is regular."""
-    exponents = np.full(mesh.edges.shape[1], np.inf)
+    ``given`` on facets; infinite where it is regular. Nothing passes the facets ``torn``: where these are given, only
+    edges of theirs are looked at."""
+    exponents, cut = np.full(mesh.edges.shape[1], np.inf), np.zeros(len(given), bool)
     pair = np.where(mesh.f2t >= 0, k[mesh.f2t], 0.0)
-    uneven = np.flatnonzero((pair[0] != pair[1]) | ((given > 0) & pair.any(axis=0)))
+    uneven = np.flatnonzero((pair[0] != pair[1]) | ((given > 0) & pair.any(axis=0))) if torn is None else torn
+    cut[[] if torn is None else torn] = True
     marked = np.zeros(mesh.p.shape[1], bool)
     marked[mesh.facets[:, uneven]] = True
     cells = np.flatnonzero((marked[mesh.t].sum(axis=0) >= 2) & (k > 0))
@@ -69,24 +81,25 @@ def _at_edges(mesh: Any, k: np.ndarray, given: np.ndarray) -> np.ndarray:
     edge, start, angle, k, first, last = (x[order] for x in (edge, start, angle, k[of_cell], first, last))
     # From one wedge to the one before around the same edge.
     begins = np.flatnonzero(np.diff(edge, prepend=-1))
-    ends = np.append(begins[1:], len(edge)) - 1
+    ends = np.append(begins[1:], len(edge))[: len(begins)] - 1
     before = np.arange(len(edge)) - 1
     before[begins] = ends
     gap = (start - start[before] - angle[before]) % (2 * np.pi)
     gap = np.where((gap > TOLD_APART) & (gap < 2 * np.pi - TOLD_APART), gap, 0.0)
-    breaks = (k != k[before]) | (given[first] > 0) | (gap > 0)
+    cut = cut[first]
+    breaks = (k != k[before]) | (given[first] > 0) | (gap > 0) | cut
     held, behind = given[first], given[last[before]]
     seen: dict[Any, float] = {}
     for i, j in zip(begins.tolist(), (ends + 1).tolist(), strict=True):
         at = i + np.flatnonzero(breaks[i:j])
         flat = len(at) == 1 and not (held[at[0]] or behind[at[0]]) and angle[i:j].sum() < np.pi + TOLD_APART
-        if not len(at) or flat:
+        if not len(at) or flat or (torn is not None and not cut[at].any()):
             continue
         sums = np.add.reduceat(np.concatenate([angle[at[0] : j], angle[i : at[0]]]), at - at[0])
         key = tuple(
-            (max(round(a / TOLD_APART), 1), n, round(g / TOLD_APART), h, b)
-            for a, n, g, h, b in zip(
-                sums.tolist(), k[at].tolist(), gap[at].tolist(), held[at].tolist(), behind[at].tolist(), strict=True
+            (max(round(a / TOLD_APART), 1), n, round(g / TOLD_APART), h, b, c)
+            for a, n, g, h, b, c in zip(
+                sums.tolist(), *(x[at].tolist() for x in (k, gap, held, behind, cut)), strict=True
             )
         )
         if key not in seen:
@@ -96,20 +109,17 @@ def _at_edges(mesh: Any, k: np.ndarray, given: np.ndarray) -> np.ndarray:
     return exponents
 
 
-def _exponent(ring: tuple[tuple[int, float, int, int, int], ...]) -> float:
-    """The exponent of wedges, each with its angle, conductivity, the gap before it, and what its beginning and the end
-    of the one before the gap are given; half of it where two given values meet."""
-    angles, conductivities, rays = list[float](), list[float](), list[bool]()
-    for angle, k, gap, given, behind in ring:
+def _exponent(ring: tuple[tuple[int, float, int, int, int, bool], ...]) -> float:
+    """The exponent of wedges, each with its angle, conductivity, the gap before it, what its beginning and the end of
+    the one before the gap are given, and whether nothing passes where it begins; half of it where two given values
+    meet."""
+    wedges = []
+    for angle, k, gap, given, behind, cut in ring:
         if gap:
-            angles.append(gap * TOLD_APART)
-            conductivities.append(0.0)
-            rays.append(behind > 0)
-        angles.append(angle * TOLD_APART)
-        conductivities.append(k)
-        rays.append(given > 0)
-    values = {n for _, _, _, *both in ring for n in both if n}
-    s = exponent(tuple(conductivities), tuple(rays), (False,) * len(rays), tuple(angles))
+            wedges.append((0.0, behind > 0, False, gap * TOLD_APART))
+        wedges.append((k, given > 0, cut, angle * TOLD_APART))
+    values = {n for _, _, _, *both, _ in ring for n in both if n}
+    s = exponent(*zip(*wedges, strict=True))
     return s / 2 if len(values) > 1 else s
 
 

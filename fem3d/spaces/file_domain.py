@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fem3d.spaces.domain import with_contacts
 from fem3d.spaces.mapped import MappedSpace
 from fem3d.spaces.mapped_domain import MappedDomain
 from meshes.grouped.model import GroupedMesh
@@ -35,6 +36,14 @@ class Groups(MappedDomain):
         """That of the file."""
         return self.placed.mesh
 
+    def part(self, name: str) -> np.ndarray:
+        """(cells,): those of a volume group."""
+        return self.placed.part(name)
+
+    def side(self, probe: GroupProbe) -> str:
+        """The volume group that it names."""
+        return probe.side
+
     def point(self, probe: GroupProbe) -> Point | None:
         """What the scene says."""
         return probe.at
@@ -53,8 +62,8 @@ def groups(placed: Placed) -> Groups:
     parts = mesh.parts(np.ones(mesh.count, bool))
     exits = placed.touched(parts, [b for b in scene.boundaries if is_exit(b)])
     live, still = placed.conductors
-    return Groups(
+    return with_contacts(Groups(
         scene, MappedSpace(mesh.mesh), placed.body, tuple(m.name for m in placed.materials), tuple(placed.materials),
         tuple((s.heat_source, mesh.volumes[s.group]) for s in scene.sources), live, still,
         len(exits) == parts.max(), placed,
-    )  # fmt: skip
+    ))  # fmt: skip

@@ -25,7 +25,7 @@ from fem3d.spaces.entities import entities
 from fem3d.spaces.integrals import Space, halves
 from fem3d.spaces.quadrature import WHOLE, Pieces, Rule, Side, rule, side
 
-LARGEST_ORDER = 8  # of scikit-fem's rules of the tetrahedron
+LARGEST_ORDER, LARGEST_OF_TRIANGLE = 8, 19  # of scikit-fem's rules of the tetrahedron and of its sides
 AT_ONCE = 2_000  # curved cells whose matrices are made together, which bounds the memory
 
 _EDGES, _FACES = np.array(RefTet.edges), np.array(RefTet.facets)
@@ -77,11 +77,11 @@ class MappedSpace(Space):
     @cached_property
     def depth(self) -> np.ndarray:
         """(functions,): the highest degree less that of each; more than any degree for vertices."""
-        depth = np.zeros(self.size, int)
+        depth = np.zeros(int(self.numbering.N), int)
         depth[self.numbering.nodal_dofs] = self.p + 1
         if self._simplex:
             depth[self.numbering.edge_dofs[0]] = 1
-        return depth
+        return depth[self.origin]
 
     @cached_property
     def nested(self) -> tuple[np.ndarray, ...]:
@@ -94,7 +94,11 @@ class MappedSpace(Space):
     def spread(self, functions: np.ndarray, parts: np.ndarray) -> list[np.ndarray]:
         """What functions (n,) miss, in equal parts for the axes and cells that they stand on: (cells,) each.
         Absolute values are added, as `BrickSpace.spread` says."""
-        shares = np.bincount(functions, np.abs(parts), self.size) / np.bincount(self.dofs.ravel(), minlength=self.size)
+        shares: Any = np.bincount(functions, np.abs(parts), self.size)
+        # What is beyond a face is missed where its partners are.
+        for on_face, partners in self.beyond.values():
+            shares[on_face] += shares[partners]
+        shares = shares / np.maximum(np.bincount(self.dofs.ravel(), minlength=self.size), 1)
         return [shares[self.dofs].sum(axis=0) / 3] * 3
 
     def matrices(self, k: np.ndarray, c: np.ndarray) -> tuple[csc_array, csc_array]:
@@ -201,20 +205,23 @@ def _rule(simplex: bool, order: int) -> Rule:
     return rule(points, weights, partial(_values, simplex))
 
 
-def _collapsed(order: int) -> tuple[np.ndarray, np.ndarray]:
-    """scikit-fem's rule of the tetrahedron, or beyond its highest order that of a collapsed cube (Stroud, Approximate
-    Calculation of Multiple Integrals, 1971, section 2.4)."""
-    if order <= LARGEST_ORDER:
-        return get_quadrature(RefTet, order)
+def _collapsed(order: int, axes: int = 3) -> tuple[np.ndarray, np.ndarray]:
+    """scikit-fem's rule of the tetrahedron, or the triangle, or beyond its highest order that of a collapsed cube, or
+    square (Stroud, Approximate Calculation of Multiple Integrals, 1971, section 2.4)."""
+    if order <= (LARGEST_ORDER if axes == 3 else LARGEST_OF_TRIANGLE):
+        return get_quadrature(RefTet if axes == 3 else RefTet.brefdom, order)
     x, w = gauss(order // 2 + 2)
-    u, v, t = (c.ravel() for c in np.meshgrid(x, x, x, indexing="ij"))
-    weights = np.einsum("i,j,k->ijk", w, w, w).ravel() * (1 - u) ** 2 * (1 - v)
-    return np.array([u, (1 - u) * v, (1 - u) * (1 - v) * t]), weights
+    points, room = np.empty((axes, len(x) ** axes)), np.ones(len(x) ** axes)
+    weights: np.ndarray = np.prod(np.meshgrid(*axes * [w], indexing="ij"), axis=0).ravel()
+    for d, along in enumerate(np.meshgrid(*axes * [x], indexing="ij")):
+        # Each axis has the room that those before it leave.
+        points[d], weights = room * along.ravel(), weights * room ** (d > 0)
+        room = room * (1 - along.ravel())
+    return points, weights
 
 
 @lru_cache
 def _side(simplex: bool, number: int, more: int) -> Side:
-    reference = _element(simplex).refdom
-    return side(
-        reference, number, get_quadrature(reference.brefdom, _order(simplex) + 2 * more), partial(_values, simplex)
-    )
+    reference, order = _element(simplex).refdom, _order(simplex) + 2 * more
+    points = _collapsed(order, 2) if simplex else get_quadrature(reference.brefdom, order)
+    return side(reference, number, points, partial(_values, simplex))

@@ -33,6 +33,10 @@ class MappedDomain(Domain):
         """The edges of a probe that is a line; None for any other."""
         return None
 
+    @abstractmethod
+    def side(self, probe: Any) -> str:
+        """The part on whose side of a contact a probe reads; nothing where it doesn't say."""
+
     @property
     def grouped(self) -> GroupedMesh:
         """The mesh, as points are looked for in it."""
@@ -40,7 +44,7 @@ class MappedDomain(Domain):
 
     def mean(self, probe: Any, inside: np.ndarray | None = None) -> np.ndarray:
         """(functions,): what a function adds to the mean over a probe, or to the value at a point."""
-        space, row = self.space, np.zeros(self.space.size)
+        space, row, inside = self.space, np.zeros(self.space.size), self._beside(probe, inside)
         if self.point(probe) is not None or self.edges(probe) is not None:
             points, weights = np.polynomial.legendre.leggauss(3) if self.point(probe) is None else ([0.0], [2.0])
             lengths = []
@@ -62,7 +66,7 @@ class MappedDomain(Domain):
 
     def patches(self, probe: Any, inside: np.ndarray | None = None) -> list[Patch]:
         """The cells of a probe, or their sides, their edges, or the point in one."""
-        mesh, at = self.space.mesh, self.point(probe)
+        mesh, at, inside = self.space.mesh, self.point(probe), self._beside(probe, inside)
         if at is not None:
             place = locate(self.grouped, np.array(at), inside)
             return [] if place is None else [(np.array([place[0]]), place[1], np.zeros((0, 3)))]
@@ -82,6 +86,12 @@ class MappedDomain(Domain):
             sides = np.stack([others[0] - a] if along is not None else [others[0] - a, others[-1] - a])
             patches.append((cells[numbers == number], a, sides))
         return patches
+
+    def _beside(self, probe: Any, inside: np.ndarray | None) -> np.ndarray | None:
+        """(cells,): those ``inside`` that are on the side of a probe, where it says one."""
+        if not (side := self.side(probe)):
+            return inside
+        return self.part(side) if inside is None else inside & self.part(side)
 
     def is_flat(self, probe: Any) -> bool:
         """Whether a probe is a surface."""

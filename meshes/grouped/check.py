@@ -10,8 +10,9 @@ from meshes.grouped.model import GroupedMesh
 from meshes.grouped.place import Placed
 from scenes import physics, readouts
 from scenes.errors import SceneError, did_you_mean, listed, quoted
+from scenes.free import contacts
 from scenes.free.validity import FLOATING, KEPT, UNFIXED
-from scenes.model import FLOWS, GroupBoundary, GroupProbe, MeshScene, is_zero
+from scenes.model import FLOWS, Contact, GroupBoundary, GroupProbe, MeshScene, is_zero
 from scenes.physics import heats, is_exit
 
 
@@ -25,6 +26,7 @@ def check(scene: MeshScene, mesh: GroupedMesh) -> Placed:
     named(scene, mesh)
     placed = Placed(scene, mesh)
     materials(placed)
+    joints(placed)
     boundaries(placed)
     probes(placed)
     parts(placed)
@@ -55,10 +57,15 @@ def named(scene: MeshScene, mesh: GroupedMesh) -> None:
         _refuse(mesh, f"source {quoted(source.name)}.group", source.group, ("volume",))
     for boundary in scene.boundaries:
         _refuse(mesh, f"boundary {quoted(boundary.name)}.group", boundary.group, ("surface",))
+    for contact in scene.contacts:
+        for group in contact.between:
+            _refuse(mesh, f"contact {quoted(contact.name)}.between", group, ("volume",))
     for probe in scene.probes:
         if probe.group is not None:
             kinds = _KINDS.get(probe.quantity, ("volume", "surface"))
             _refuse(mesh, f"probe {quoted(probe.name)}.group", probe.group, kinds)
+        if probe.side:
+            _refuse(mesh, f"probe {quoted(probe.name)}.side", probe.side, ("volume",))
 
 
 _KINDS: dict[str, tuple[str, ...]] = {**dict.fromkeys((*FLOWS, "resistance"), ("surface",)), "power": ("volume",)}
@@ -111,16 +118,39 @@ def materials(placed: Placed) -> None:
     physics.check_resistivities(scene)
 
 
+def joints(placed: Placed) -> None:
+    """Refuses contacts as those of boxes are (`scenes.free.contacts.refuse`), and groups of one that have cells in
+    common."""
+    volumes = placed.mesh.volumes
+    for contact in placed.scene.contacts:
+        one, other = contact.between
+        if one != other and np.isin(volumes[one], volumes[other]).any():
+            raise SceneError(
+                f"contact {quoted(contact.name)} is between volume groups {quoted(one)} and {quoted(other)}, which "
+                "have cells in common: give two that touch"
+            )
+    insulators = {name for name, cells in volumes.items() if not placed.conducting[cells].any()}
+    called = "volume group", "volume groups"
+    contacts.refuse(
+        placed.scene.contacts, called, sorted(volumes), lambda c: len(placed.between(c)) > 0, insulators
+    )  # fmt: skip
+
+
 def boundaries(placed: Placed) -> None:
-    """Refuses conditions that act on nothing, and such as contradict each other."""
+    """Refuses conditions that act on nothing, lie on a contact, or contradict each other."""
     fixed: list[tuple[GroupBoundary, np.ndarray, np.ndarray]] = []
     for b in placed.scene.boundaries:
-        if b.kind == "voltage" and b.contact_resistance:
-            raise SceneError(
-                f"boundary {quoted(b.name)}.contact_resistance stands beside a voltage on a mesh file, where only a "
-                "temperature takes one: give the contact a layer of cells, or leave it out"
-            )
         facets = placed.acting(b)
+        for contact in placed.scene.contacts if b.kind in ("voltage", "temperature") else ():
+            jumps = contact.electrical_resistance if b.kind == "voltage" else contact.thermal_resistance
+            if jumps and np.isin(facets, placed.between(contact)).any():
+                raise SceneError(contacts.on_one(b, contact, "a group"))
+        pairs = placed.mesh.mesh.f2t[:, facets]
+        if b.kind == "voltage" and b.contact_resistance and (placed.conducting[pairs] & (pairs >= 0)).all(axis=0).any():
+            raise SceneError(
+                f"boundary {quoted(b.name)}.voltage behind a contact_resistance has conductors on both sides: give a "
+                "group on the surface of one, or leave the resistance out"
+            )
         if not len(facets):
             why = (
                 "touches nothing that conducts: give its material a resistivity, or a group on a conductor"
@@ -161,13 +191,17 @@ def boundaries(placed: Placed) -> None:
 
 
 def probes(placed: Placed) -> None:
-    """Refuses probes where there is no solid, or nothing that conducts, and flows through what is ambiguous."""
+    """Refuses probes where there is no solid, or nothing that conducts, those on a contact that say no side of it, and
+    flows through what is ambiguous."""
     from meshes.grouped.locate import locate
 
     for probe in placed.scene.probes:
         where = f"probe {quoted(probe.name)}"
+        if probe.quantity in ("temperature", "potential"):
+            _check_side(placed, probe)
         if probe.at is not None:
             inside = placed.fixed if probe.quantity == "potential" else np.ones(placed.mesh.count, bool)
+            inside = inside & placed.part(probe.side) if probe.side else inside
             if locate(placed.mesh, np.array(probe.at), inside) is None:
                 if (
                     probe.quantity == "potential"
@@ -190,14 +224,52 @@ def probes(placed: Placed) -> None:
             _refuse_mixed(placed, probe)
 
 
+def _check_side(placed: Placed, probe: GroupProbe) -> None:
+    """Refuses a probe on a contact that doesn't say on which side, and one of a side that isn't all there."""
+    if probe.side:
+        if not _covered(placed, probe, placed.part(probe.side)):
+            raise SceneError(
+                f"probe {quoted(probe.name)}.side = {quoted(probe.side)} isn't everywhere at the probe: give a place "
+                "in it or on its faces"
+            )
+        return
+    for contact in placed.scene.contacts:
+        jumps = contact.electrical_resistance if probe.quantity == "potential" else contact.thermal_resistance
+        if jumps and _lies_on(placed, probe, contact):
+            one, other = map(quoted, contact.between)
+            raise SceneError(
+                f"probe {quoted(probe.name)} lies on contact {quoted(contact.name)}, where the {probe.quantity} jumps: "
+                f"say on which side by side = {one} or side = {other}"
+            )
+
+
+def _covered(placed: Placed, probe: GroupProbe, inside: np.ndarray) -> bool:
+    """Whether some cells (cells,) are everywhere at a probe."""
+    from meshes.grouped.locate import locate
+
+    mesh, group = placed.mesh, probe.group or ""
+    if probe.at is not None:
+        return locate(mesh, np.array(probe.at), inside) is not None
+    if group in mesh.volumes:
+        return bool(inside[mesh.volumes[group]].all())
+    return len(mesh.borders(placed.facets(probe), inside)) == len(placed.facets(probe))
+
+
+def _lies_on(placed: Placed, probe: GroupProbe, contact: Contact) -> bool:
+    """Whether some of a surface probe, or a point, is on a contact."""
+    mesh, facets = placed.mesh, placed.between(contact)
+    if probe.at is None:
+        return probe.group not in mesh.volumes and bool(np.isin(placed.facets(probe), facets).any())
+    beside = np.isin(np.arange(mesh.count), mesh.beside(facets))
+    return all(_covered(placed, probe, beside & placed.part(group)) for group in contact.between)
+
+
 def _conducts(placed: Placed, probe: GroupProbe, inside: np.ndarray) -> bool:
     """Whether a potential is defined all over a group, or a current may pass through some of it, in conductors
     ``inside`` (cells,)."""
-    mesh, group = placed.mesh, probe.group or ""
-    if probe.quantity == "potential" and group in mesh.volumes:
-        return bool(inside[mesh.volumes[group]].all())
-    covered = len(mesh.borders(placed.facets(probe), inside))
-    return covered == len(placed.facets(probe)) if probe.quantity == "potential" else covered > 0
+    if probe.quantity == "potential":
+        return _covered(placed, probe, inside & placed.part(probe.side) if probe.side else inside)
+    return len(placed.mesh.borders(placed.facets(probe), inside)) > 0
 
 
 def _refuse_mixed(placed: Placed, probe: GroupProbe) -> None:

@@ -8,9 +8,10 @@ from functools import cached_property
 
 import numpy as np
 
+from meshes.connected import between
 from meshes.grouped.model import GroupedMesh
 from scenes import physics
-from scenes.model import GroupBoundary, GroupProbe, Material, MeshScene, Value
+from scenes.model import Contact, GroupBoundary, GroupProbe, Material, MeshScene, Value
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +45,16 @@ class Placed:
         """(cells,): those of conductors that an electrode touches; the potential of any other is not determined."""
         live, still = self.conductors
         return np.any([live, *(cells for cells, _ in still)], axis=0)
+
+    def part(self, group: str) -> np.ndarray:
+        """(cells,): those of a volume group."""
+        part = np.zeros(self.mesh.count, bool)
+        part[self.mesh.volumes[group]] = True
+        return part
+
+    def between(self, contact: Contact) -> np.ndarray:
+        """The facets of a contact."""
+        return between(self.mesh.mesh.f2t, *map(self.part, contact.between))
 
     def facets(self, item: GroupBoundary | GroupProbe) -> np.ndarray:
         """The facets of the group of a condition or a flat probe."""

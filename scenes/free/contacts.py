@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Collection, Iterable, Sequence
+
 import numpy as np
 
 from scenes.errors import SceneError, did_you_mean, quoted
 from scenes.free.grid import Grid
-from scenes.model import Boundary, Contact, Probe, Scene
+from scenes.model import Boundary, Contact, GroupBoundary, Probe, Scene
 
 THERMAL, ELECTRIC = 0, 1
 """First index of the table of `resistances`."""
@@ -36,41 +38,53 @@ def across(owner: np.ndarray, axis: int, between: np.ndarray) -> np.ndarray:
 
 
 def check(grid: Grid) -> None:
-    """Refuses contacts of boxes that aren't there, of a box with itself, of the same two boxes twice, of two that don't
-    touch, of a current with an insulator, and temperatures and voltages that lie on one."""
-    scene, taken = grid.scene, dict[frozenset[str], str]()
-    names = [box.name for box in scene.boxes]
-    for contact in scene.contacts:
+    """Refuses contacts as `refuse` does, and temperatures and voltages that lie on one."""
+    scene = grid.scene
+    insulators = {box.name for box in scene.boxes if box.material.resistivity is None}
+    refuse(scene.contacts, ("box", "boxes"), [box.name for box in scene.boxes], lambda c: area(grid, c) > 0, insulators)
+    for b in scene.boundaries if scene.contacts else ():
+        _check_boundary(grid, b)
+
+
+def refuse(
+    given: Iterable[Contact],
+    called: tuple[str, str],
+    names: Sequence[str],
+    touch: Callable[[Contact], bool],
+    insulators: Collection[str],
+) -> None:
+    """Refuses contacts of parts that aren't there, by the ``names`` of these and what they are ``called`` (one, many),
+    of one with itself, of the same two twice, of two that don't ``touch``, of a current with an insulator."""
+    taken, (part, parts) = dict[frozenset[str], str](), called
+    for contact in given:
         label = f"contact {quoted(contact.name)}"
         for name in contact.between:
             if name not in names:
                 listed = ", ".join(map(quoted, names[:20]))
                 raise SceneError(
-                    f"{label}.between names no box {quoted(name)}: give {listed}{did_you_mean(name, names)}"
+                    f"{label}.between names no {part} {quoted(name)}: give {listed}{did_you_mean(name, names)}"
                 )
         one, other = contact.between
         if one == other:
-            raise SceneError(f"{label} is of box {quoted(one)} with itself: give two boxes that touch")
+            raise SceneError(f"{label} is of {part} {quoted(one)} with itself: give two {parts} that touch")
         pair = frozenset(contact.between)
         if pair in taken:
             raise SceneError(
-                f"{label} is between boxes {quoted(one)} and {quoted(other)}, as contact {quoted(taken[pair])} is: "
+                f"{label} is between {parts} {quoted(one)} and {quoted(other)}, as contact {quoted(taken[pair])} is: "
                 "give one contact for both its resistances"
             )
         taken[pair] = contact.name
-        if not area(grid, contact):
+        if not touch(contact):
             raise SceneError(
-                f"{label} is between boxes {quoted(one)} and {quoted(other)}, which have no face in common: give two "
+                f"{label} is between {parts} {quoted(one)} and {quoted(other)}, which have no face in common: give two "
                 "that touch"
             )
-        insulator = next((b.name for b in scene.boxes if b.name in pair and b.material.resistivity is None), None)
+        insulator = next((name for name in names if name in pair and name in insulators), None)
         if contact.electrical_resistance and insulator is not None:
             raise SceneError(
-                f"{label}.electrical_resistance is one with box {quoted(insulator)}, which insulates: leave it out, or "
-                "give its material a resistivity"
+                f"{label}.electrical_resistance is one with {part} {quoted(insulator)}, which insulates: leave it out, "
+                "or give its material a resistivity"
             )
-    for b in scene.boundaries if scene.contacts else ():
-        _check_boundary(grid, b)
 
 
 def _check_boundary(grid: Grid, boundary: Boundary) -> None:
@@ -83,10 +97,15 @@ def _check_boundary(grid: Grid, boundary: Boundary) -> None:
         at = sheet.below[on].flat[0], sheet.above[on].flat[0]
         contact = grid.scene.contact(int(at[0]), int(at[1]))
         assert contact is not None
-        raise SceneError(
-            f"boundary {quoted(boundary.name)}.{boundary.kind} lies on contact {quoted(contact.name)}, where nothing "
-            "says on which side of it: give corners elsewhere, or leave the contact out"
-        )
+        raise SceneError(on_one(boundary, contact, "corners"))
+
+
+def on_one(boundary: Boundary | GroupBoundary, contact: Contact, place: str) -> str:
+    """Why a boundary can't lie on a contact."""
+    return (
+        f"boundary {quoted(boundary.name)}.{boundary.kind} lies on contact {quoted(contact.name)}, where nothing says "
+        f"on which side of it: give {place} elsewhere, or leave the contact out"
+    )
 
 
 def area(grid: Grid, contact: Contact) -> float:

@@ -66,7 +66,10 @@ def on_mesh(values: Values, name: str, folder: str) -> m.MeshScene:
         for item in _apart(values.get("boundary", ()))
     )
     probes = tuple(m.GroupProbe(item.name, *_place(item), **_reading(item)) for item in values.get("probe", ()))
-    scene = m.MeshScene(name, mesh["file"], mesh.get("unit", 1.0), bodies, sources, boundaries, probes, folder=folder)
+    contacts = tuple(_contact(item) for item in values.get("contact", ()))
+    scene = m.MeshScene(
+        name, mesh["file"], mesh.get("unit", 1.0), bodies, sources, boundaries, probes, contacts=contacts, folder=folder
+    )
     return _declared(_with_run(scene, values), values, folder)
 
 
@@ -227,13 +230,13 @@ def _reading(item: Item) -> dict[str, Any]:
             f"{item.label}.reduce = {quoted(reduce)} says nothing about a {quantity}, which is a total: leave it out, "
             "or give quantity temperature or potential"
         )
-    box = {"box": item.values["box"]} if "box" in item.values else {}
-    if box and quantity in TOTALS:
+    side: dict[str, Any] = {key: item.values[key] for key in ("box", "side") if key in item.values}
+    for key, name in side.items() if quantity in TOTALS else ():
         raise SceneError(
-            f"{item.label}.box = {quoted(item.values['box'])} says nothing about a {quantity}, which is no value "
-            "of one side: leave it out"
+            f"{item.label}.{key} = {quoted(name)} says nothing about a {quantity}, which is no value of one side: "
+            "leave it out"
         )
-    return {"quantity": quantity, "reduce": reduce, **box}
+    return {"quantity": quantity, "reduce": reduce, **side}
 
 
 def _contact(item: Item) -> m.Contact:

@@ -144,10 +144,14 @@ ON_MESH = Schema(
             "contact_resistance": CONTACT_RESISTANCE,
             "series_resistance": SERIES,
         },
-        "probe": {key: kind for key, kind in LISTS["probe"].items() if key not in _OF_BOXES} | {"group": mk.GROUP},
+        "probe": {key: kind for key, kind in LISTS["probe"].items() if key not in _OF_BOXES}
+        | {"group": mk.GROUP, "side": mk.GROUP},
+        "contact": {**LISTS["contact"], "between": k.Pair(mk.GROUP, "volume groups")},
     },
-    {"material": ("name",), "source": ("group", "heat_source"), "boundary": ("group",), "probe": ("name",)},
-    "a scene on a mesh",
-    "run.accuracy=1e-4",
-)
+    {
+        "material": ("name",), "source": ("group", "heat_source"), "boundary": ("group",), "probe": ("name",),
+        "contact": ("between",),
+    },
+    "a scene on a mesh", "run.accuracy=1e-4",
+)  # fmt: skip
 """The schema of a scene with a [mesh]: groups in place of boxes and corners."""

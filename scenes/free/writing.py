@@ -40,14 +40,14 @@ def as_dict(scene: m.AnyScene) -> dict[str, Any]:
     document["probe"] = [
         {"name": p.name, "quantity": p.quantity, **_where(p)}
         | ({} if p.quantity in TOTALS else {"reduce": p.reduce})
-        | ({"box": box} if (box := getattr(p, "box", "")) else {})
+        | {key: side for key in ("box", "side") if (side := getattr(p, key, ""))}
         for p in scene.probes
     ]
-    if contacts := getattr(scene, "contacts", ()):
+    if scene.contacts:
         document["contact"] = [
             {"name": c.name, "between": list(c.between)}
             | {key: v for key in RESISTANCES if (v := getattr(c, key)) or c.perfect}
-            for c in contacts
+            for c in scene.contacts
         ]
     if isinstance(scene, m.Scene) and scene.mesh:
         run["mesh"] = scene.mesh

@@ -13,7 +13,6 @@ from fem3d.runs.scene import solve
 from fem3d.spaces.domain import boxes
 from meshes import connected, singular
 from meshes.grid import Grid
-from scenes.errors import SceneError
 from scenes.free import as_dict, check, from_dict
 from scenes.laws import PowerLaw
 from scenes.model import Boundary, Box, Contact, Material, Probe, Scene
@@ -345,14 +344,3 @@ def _rim_with_current(accuracy: float) -> Scene:
         probes=(replace(across, quantity="current"),),
         contacts=(Contact("c", ("plate", "block"), 0.0, 0.3 * RHO * LENGTH),),
     ))  # fmt: skip
-
-
-def test_contacts_are_solved_on_bricks() -> None:
-    scene = pair(5e-4, 3e-8)
-    with pytest.raises(
-        SceneError, match=r'run\.mesh = "tetrahedra" knows no sides of a contact yet: leave contact "c"'
-    ):
-        solve(replace(scene, mesh="tetrahedra"))
-    alone = replace(scene, mesh="tetrahedra", contacts=())
-    with pytest.raises(SceneError, match=r'leave probe "temperature a"\.box out'):
-        solve(alone)

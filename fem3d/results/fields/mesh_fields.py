@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 from skfem import ElementHex2, ElementTetP2
-from skfem.assembly.dofs import Dofs
 
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
@@ -16,6 +15,7 @@ from fem3d.results.fields.fields import Drawn, RunFields
 from fem3d.results.fields.hexahedra import CORNERS
 from fem3d.results.fields.quadratic import Snapshot
 from fem3d.solution.transient import State
+from fem3d.spaces.integrals import Space
 from meshes.grouped.read import own_order
 
 _IN_TETRA = (
@@ -27,6 +27,9 @@ _IN_TETRA = (
 """A tetrahedron as four hexahedra of its corners, the middles of its edges and faces, and its own."""
 _MIRRORED = np.array([1, 0, 2, 3, 4, 6, 5, 8, 7, 9])
 """The nodes of a tetrahedron of second order with its first two corners in each other's place."""
+
+_FUNCTIONS = np.array([0, 1, 2, 3, 4, 6, 8, 10, 12, 14])
+"""Of the functions of degree 3 on a tetrahedron those of these nodes: of corners, and of degree 2 on edges."""
 
 
 class MeshFields(RunFields):
@@ -68,8 +71,13 @@ class OwnCells:
         mesh, domain = heat.domain.space.mesh, heat.domain
         simplex = len(mesh.t) == 4
         self.cell_type, second = ("tetra10", ElementTetP2()) if simplex else ("hexahedron27", ElementHex2())
-        self._places, self._nodes = np.asarray(second.doflocs).T, Dofs(mesh, second).element_dofs
-        self.points = np.empty((int(self._nodes.max()) + 1, 3))
+        self._places = np.asarray(second.doflocs).T
+        # Where a function jumps there is a point on either side: what is at a place is told by the function there.
+        there = _FUNCTIONS if simplex else np.arange(len(self._places.T))
+        pairs = np.stack([x.space.dofs[there] for x in (domain, domain.electric)])
+        numbers, nodes = np.unique(pairs.reshape(2, -1), axis=1, return_inverse=True)
+        self._nodes = nodes.reshape(pairs.shape[1:])
+        self.points = np.empty((numbers.shape[1], 3))
         at = np.moveaxis(mesh.mapping().F(self._places), 0, -1)
         self.points[self._nodes.T] = at
         self.hexes = self._nodes[own_order(self.cell_type)].T.copy()
@@ -83,27 +91,27 @@ class OwnCells:
     def snapshot(self, k: int) -> Snapshot:
         """The fields of the k-th state; the potential is solved for at its temperature."""
         heat, domain, conductor, (rise, inputs) = self._heat, self._heat.domain, self._conductor, self._states[k]
-        weights = domain.space.on(np.arange(len(domain.body))).weights
-        temperature = domain.scene.initial_temperature + self._at_points(heat.field(rise))
-        heating, density = np.zeros(weights.shape), np.zeros((3, *weights.shape))
+        temperature = domain.scene.initial_temperature + self._at_points(heat.field(rise), domain.space)
+        heating, density = np.zeros(len(domain.body)), np.zeros((3, len(domain.body)))
         for value, cells in domain.sources:
             heating[cells] += float(heat.inputs.split(value) @ inputs)
         potential = np.full(len(self.points), np.nan)
         if conductor is not None:
-            electric = conductor.solve(rise, inputs @ conductor.voltages)
-            density[:, conductor.cells] = conductor.current_density(electric)
-            heating[conductor.cells] += conductor.heating(electric.density, electric.density, rise)
+            electric, cells = conductor.solve(rise, inputs @ conductor.voltages), conductor.cells
+            weights = conductor.on.weights[: len(cells)]
+
+            def means(values: np.ndarray) -> np.ndarray:
+                return (weights * values[..., : len(cells), :]).sum(axis=-1) / weights.sum(axis=-1)
+
+            density[:, cells] = means(conductor.current_density(electric))
+            heating[cells] += means(conductor.heating(electric.density, electric.density, rise))
             live = np.unique(self.hexes[domain.live])
-            potential[live] = self._at_points(electric.potential)[live]
+            potential[live] = self._at_points(electric.potential, domain.electric.space)[live]
+        return Snapshot(temperature, potential, density.T, heating)
 
-        def means(values: np.ndarray) -> np.ndarray:
-            return (weights * values).sum(axis=1) / weights.sum(axis=1)
-
-        return Snapshot(temperature, potential, np.stack([means(d) for d in density], axis=1), means(heating))
-
-    def _at_points(self, function: np.ndarray) -> np.ndarray:
-        """(n,): a function (functions,) at the points."""
-        space, values = self._heat.domain.space, np.empty(len(self.points))
+    def _at_points(self, function: np.ndarray, space: Space) -> np.ndarray:
+        """(n,): a function (functions,) of a space at the points."""
+        values = np.empty(len(self.points))
         values[self._nodes] = space.at(self._places) @ function[space.dofs]
         return values
 

@@ -142,9 +142,9 @@ def document(boxes: dict[str, Any], file: str, unit: float = 1.0) -> dict[str, A
     for table in ("boundary", "probe"):
         found[table] = []
         for item in boxes.get(table, []):
-            own = {key: value for key, value in item.items() if key not in ("lower", "upper")}
+            own = {"side" if key == "box" else key: v for key, v in item.items() if key not in ("lower", "upper")}
             found[table].append(own if "at" in item else own | {"group": item["name"]})
-    return found
+    return found | ({"contact": boxes["contact"]} if "contact" in boxes else {})
 
 
 def _within(at: np.ndarray, item: Any) -> np.ndarray:

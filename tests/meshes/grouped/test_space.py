@@ -85,3 +85,18 @@ def test_flux_through_a_closed_surface_is_what_is_inside(cell: str, tmp_path: Pa
     half = outer[: len(outer) // 2]
     part = space.faces(half, mesh.f2t[0, half])
     assert abs(part.flux(np.ones((len(half), 1))) @ x) > 1e-3 * part.areas.sum()
+
+
+@pytest.mark.parametrize("more", [0, 6, 9])
+def test_sides_of_tetrahedra_have_rules_of_any_order(more: int) -> None:
+    """scikit-fem's end at 19; a polynomial of the highest degree tells a rule of a lower one."""
+    mesh = skfem.MeshTet()
+    faces = MappedSpace(mesh).faces(np.array([0]), mesh.f2t[0, :1]).finer(more)
+    a, b, c = mesh.p[:, mesh.facets[:, 0]].T
+    degree = 6 + 2 * more
+    along = np.einsum("d,dfp->fp", (b - a) / np.linalg.norm(b - a) ** 2, faces.points - a[:, None, None])
+    across = np.einsum("d,dfp->fp", (c - a) / np.linalg.norm(c - a) ** 2, faces.points - a[:, None, None])
+    # Sides at right angles: the integral of x^n over the triangle is its area times 2 / ((n + 1) (n + 2)).
+    for x in (along, across):
+        exact = faces.areas.sum() * 2 / ((degree + 1) * (degree + 2))
+        assert (faces.areas * x**degree).sum() == pytest.approx(exact, rel=1e-9)

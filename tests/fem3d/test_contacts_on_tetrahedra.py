@@ -1,0 +1,248 @@
+"""Contacts on tetrahedra and on mesh files: the exact cases and the same scenes as on bricks, with twins."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fem3d.adaptivity import cellwise, mesh_file
+from fem3d.problems import conductors
+from fem3d.problems.assembly import assemble
+from fem3d.runs.scene import solve
+from fem3d.runs.scene_sensitivity import of_scene
+from fem3d.spaces import edge_exponents
+from fem3d.spaces.box_cells import box_cells
+from fem3d.spaces.file_domain import groups
+from meshes.columns import Columns
+from meshes.grouped.check import check as placed
+from meshes.grouped.read import read
+from scenes.errors import SceneError
+from scenes.free import from_dict
+from scenes.free.writing import as_dict
+from scenes.model import Contact, MeshScene, Probe, Scene
+from scenes.result import Estimate, Result
+from tests.fem3d.test_contacts import CAPACITY, CASES, LENGTH, RESISTANCE, SIDE, _rim, exact, pair, with_law
+from tests.meshes.grouped import boxes
+from validate.verify.series import Layer, step_response
+
+CELLS = ("tetra", "tetra10", "hexahedron", "hexahedron27")
+
+
+def on_file(scene: Scene, folder: Path, cell: str = "tetra", pieces: int = 1) -> MeshScene:
+    """The scene on a Gmsh file, in um."""
+    document = as_dict(scene)
+    document["run"].pop("mesh", None)
+    boxes.write(boxes.grouped(scene, cell, pieces), folder / "m.msh", 1e-6)
+    meshed = from_dict(boxes.document(document, "m.msh", 1e-6), folder=str(folder))
+    assert isinstance(meshed, MeshScene)
+    return meshed
+
+
+def off(a: dict[str, Estimate], b: dict[str, Estimate]) -> float:
+    """The largest difference over what both errors allow."""
+    return max(abs(e.value - b[n].value) / (e.error + b[n].error) for n, e in a.items())
+
+
+def holds(result: Result, resistances: tuple[float, float, float]) -> None:
+    """The exact values of `pair` are within the errors, and those of resistances one percent larger are not."""
+    expected, twin = exact(*resistances), exact(*(1.01 * r for r in resistances))
+    for name, found in result.steady.items():
+        assert abs(found.value - expected[name]) <= found.error + 1e-11 * abs(expected[name]), name
+    rise = result.steady["end"]
+    assert abs(rise.value - twin["end"]) > 10 * rise.error
+    assert result.details["energy_imbalance"] < 1e-11
+
+
+@pytest.mark.parametrize("resistances", CASES)
+def test_temperature_and_potential_jump_by_what_passes_a_contact(resistances: tuple[float, float, float]) -> None:
+    """Between its contacts a rise is a parabola, which is in the space."""
+    holds(solve(replace(pair(*resistances), mesh="tetrahedra")), resistances)
+
+
+@pytest.mark.parametrize("cell", CELLS)
+def test_they_jump_on_mesh_files_too(cell: str, tmp_path: Path) -> None:
+    holds(solve(on_file(pair(*CASES[0]), tmp_path, cell)), CASES[0])
+
+
+def over_time() -> tuple[Scene, np.ndarray]:
+    times = np.array([0.05, 0.2, 1.0, 4.0]) * LENGTH**2 * CAPACITY / 2.0
+    run = {"end_time": float(times[-1]), "output_times": tuple(times.tolist()), "accuracy": 3e-3, "steady": False}
+    scene = pair(RESISTANCE, 0.0, **run)
+    named = ("temperature a", "temperature b", "end")
+    probes = tuple(p for p in scene.probes if p.name in named)
+    return replace(scene, boundaries=(replace(scene.boundaries[0], value=303.0),), probes=probes), times
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("where", ["tetrahedra", "tetra"])
+def test_a_slab_with_a_contact_inside_warms_up_as_its_layers_do(where: str, tmp_path: Path) -> None:
+    scene, times = over_time()
+    given = replace(scene, mesh="tetrahedra") if where == "tetrahedra" else on_file(scene, tmp_path)
+    traces = solve(given).over_time
+    a, b = Layer(LENGTH, 2.0, CAPACITY), Layer(LENGTH, 5.0, CAPACITY)
+    for worse in (1.0, 1.05):
+        # The contact is a layer of no capacity to speak of, and as thin.
+        thin = Layer(1e-9, 1e-9 / (worse * RESISTANCE), 1e-3)
+        expected = step_response([a, thin, b], "temperature", 10.0, 0.0, times)
+        for face, name in ((1, "temperature a"), (2, "temperature b"), (3, "end")):
+            found = np.interp(times, traces.time, traces.values[name]) - 293.0
+            gap = np.abs(found - expected[:, face]).max()
+            assert gap <= traces.errors[name] if worse == 1.0 else gap > traces.errors[name], name
+
+
+def crossed(**more: Any) -> Scene:
+    """`_rim`, with a contact beside the block too, and one for current, which a voltage drives from top to bottom: the
+    plate, and the block behind both contacts, meet the block beside at one edge."""
+    scene = _rim(RESISTANCE)
+    silicon = replace(scene.boxes[0].material, resistivity=1e-5, temperature_coefficient=1e-3)
+    cold, top = scene.boundaries
+    electrodes = (
+        replace(top, name="plus", kind="voltage", value=0.05),
+        replace(cold, name="minus", kind="voltage", value=0.0),
+    )  # fmt: skip
+    contacts = (
+        Contact("c", ("plate", "block"), RESISTANCE, 3e-9), Contact("d", ("block", "beside"), 2 * RESISTANCE, 0.0),
+    )  # fmt: skip
+    volts = [
+        Probe(f"volts {box}", (0.0, 0.0, LENGTH), (0.0, 0.0, LENGTH), "potential", box=box)
+        for box in ("plate", "block")
+    ]
+    probes = (*scene.probes, *volts, Probe("current", (0.0, 0.0, LENGTH), (LENGTH, SIDE, LENGTH), "current"))
+    parts = tuple(replace(b, material=silicon) for b in scene.boxes)
+    return replace(
+        scene, boxes=parts, boundaries=(cold, *electrodes), contacts=contacts, probes=probes, accuracy=1e-2, **more
+    )  # fmt: skip
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("exponent", [0.0, -1.0])
+def test_values_agree_with_those_on_bricks_within_their_errors(exponent: float, tmp_path: Path) -> None:
+    scene = with_law(crossed(), "thermal_conductivity", exponent) if exponent else crossed()
+    bricks = solve(replace(scene, mesh="bricks", accuracy=1e-3)).steady
+    on_columns = solve(replace(scene, mesh="tetrahedra"))
+    assert on_columns.details["mesh"]["cell_type"] == "tetra"
+    assert on_columns.details["levels"] > 1
+    assert off(on_columns.steady, bricks) < 1.0
+    if exponent:
+        return
+    assert off(solve(on_file(scene, tmp_path)).steady, bricks) < 1.0
+    # Contacts one tenth worse are told from these.
+    worse = tuple(replace(c, thermal_resistance=1.1 * c.thermal_resistance) for c in scene.contacts)
+    assert off(solve(replace(scene, mesh="tetrahedra", contacts=worse)).steady, bricks) > 1.0
+
+
+@pytest.mark.long
+def test_sensitivities_are_those_on_bricks() -> None:
+    scene = crossed()
+    scene = replace(scene, probes=tuple(p for p in scene.probes if p.quantity not in ("heat_flow", "current")))
+    keys = [f"contact.{c.name}.thermal_resistance" for c in scene.contacts] + ["contact.c.electrical_resistance"]
+    on_bricks, on_columns = (
+        of_scene(each, solve(each, whole=True), keys)
+        for each in (replace(scene, mesh=mesh) for mesh in ("bricks", "tetrahedra"))
+    )
+    assert not on_columns.left_out
+    for key in keys:
+        for name, one in on_bricks.table[key].items():
+            other = on_columns.table[key][name]
+            assert abs(one.value - other.value) <= one.error + other.error, (key, name)
+    # The two thermal ones are told apart.
+    one, other = (on_columns.table[key]["above"] for key in keys[:2])
+    assert abs(one.value - other.value) > one.error + other.error
+
+
+@pytest.mark.parametrize("of_file", [False, True])
+def test_fields_show_the_jump(of_file: bool, tmp_path: Path) -> None:
+    scene, expected = pair(5e-4, 3e-8), exact(5e-4, 3e-8, 0.0)
+    given = on_file(scene, tmp_path, "hexahedron") if of_file else replace(scene, mesh="tetrahedra")
+    fields = solve(given).details["fields"]
+    on = np.isclose(fields.points[:, 0], LENGTH, rtol=1e-9)
+    both = [expected["temperature a"], expected["temperature b"]]
+    assert np.unique(fields.steady[on].round(6)) == pytest.approx(both)
+    cells = fields.quadratic(np.empty(0), 1e-3)
+    snapshot = cells.snapshot(0)
+    on = np.isclose(cells.points[:, 0], LENGTH, rtol=1e-9)
+    assert np.unique(snapshot.temperature[on].round(6)) == pytest.approx(both)
+    assert np.unique(snapshot.potential[on].round(9)) == pytest.approx(
+        [expected["potential b"], expected["potential a"]]
+    )
+    # The heat of a contact is none of the cells'.
+    source = (exact(0.0, 3e-8, 0.0)["current"] / SIDE**2) ** 2 * 1e-5
+    assert snapshot.heat_source.min() == pytest.approx(source, rel=1e-6)
+
+
+def test_what_contacts_pass_is_told_of_the_cells_beside_them() -> None:
+    """A field with itself: the parts of all cells are the energy, in which that of the contacts is no trifle."""
+    scene = replace(pair(5e-4, 3e-8, 2e-8), mesh="tetrahedra")
+    heat = assemble(box_cells(scene, Columns.of(scene).mesh))
+    conductor = conductors.find(heat)
+    assert conductor is not None
+    u = np.random.default_rng(1).normal(size=heat.size)
+    parts = sum(cellwise.heat(heat, heat.field(u), None)(heat.field(u)))
+    assert parts.sum() == pytest.approx(u @ (heat.stiffness @ u), rel=1e-10)
+    v = np.where(conductor.space.of(conductor.cells), 0.0, 1.0)
+    v[conductor.free] = np.random.default_rng(2).normal(size=len(conductor.free))
+    energy = float(v @ (conductor.matrix @ v))
+    assert sum(cellwise.current(conductor, v)(v)).sum() == pytest.approx(energy, rel=1e-10)
+
+
+def test_a_contact_that_ends_inside_has_the_exponent_of_a_crack() -> None:
+    for resistance, known in ((RESISTANCE, 0.5), (0.0, np.inf), (1e-12, np.inf)):
+        scene = replace(_rim(resistance), mesh="tetrahedra")
+        columns = Columns.of(scene)
+        domain = box_cells(scene, columns.refined(np.ones((3, columns.mesh.t.shape[1]), int)).mesh)
+        exponents = edge_exponents.of_cells(domain)
+        assert exponents.min() == pytest.approx(known, rel=1e-6)
+        if resistance == RESISTANCE:
+            at_rim = np.isclose(domain.space.mesh.p[0], LENGTH) & np.isclose(domain.space.mesh.p[2], LENGTH)
+            assert np.array_equal(np.isfinite(exponents), at_rim[domain.space.mesh.t].any(axis=0))
+
+
+def test_functions_are_doubled_at_contacts_alone(tmp_path: Path) -> None:
+    scene = pair(5e-4, 3e-8)
+    meshed = placed(on_file(scene, tmp_path), read(tmp_path / "m.msh", 1e-6))
+    plain, split = (
+        groups(replace(meshed, scene=replace(meshed.scene, contacts=c))).space for c in ((), meshed.scene.contacts)
+    )
+    assert plain.plain
+    assert plain.size == int(plain.numbering.N)
+    # A plane of the probes cuts the face in two, each of two triangles: six vertices, nine edges of two functions each.
+    assert split.size == plain.size + 6 + 2 * 9 + 4
+
+
+REFUSED = {
+    "unknown": ({"contact": {"between": ["a", "c"]}}, 'contact "c".between = "c" is no group of the mesh'),
+    "surface": ({"contact": {"between": ["a", "cold"]}}, 'contact "c".between = "cold" is a surface group'),
+    "itself": ({"contact": {"between": ["a", "a"]}}, 'contact "c" is of volume group "a" with itself'),
+    "shared cells": ({"contact": {"between": ["a", "inside"]}}, "which have cells in common"),
+    "apart": ({"contact": {"between": ["b", "inside"]}}, "which have no face in common"),
+    "no side": ({"temperature a": {"side": None}}, 'say on which side by side = "a" or side = "b"'),
+    "no side of a surface": ({"mean b": {"side": None}}, 'probe "mean b" lies on contact "c"'),
+    "no such side": ({"temperature a": {"side": "z"}}, 'probe "temperature a".side = "z" is no group'),
+    "elsewhere": ({"end": {"side": "a"}}, 'probe "end".side = "a" isn\'t everywhere at the probe'),
+    "of a flow": ({"heat": {"side": "a"}}, 'probe "heat".side = "a" says nothing about a heat_flow'),
+    "voltage on it": (
+        {"minus": {"group": "mean b", "contact_resistance": None}}, 'boundary "minus".voltage lies on contact "c"'
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_a_mesh_file_cannot_mean_is_refused_in_a_sentence(case: str, tmp_path: Path) -> None:
+    changes, words = REFUSED[case]
+    scene = pair(5e-4, 3e-8, 2e-8)
+    inside = Probe("inside", (0.0, 0.0, 0.0), (LENGTH / 2, SIDE, SIDE))
+    scene = replace(scene, probes=(*scene.probes, inside))
+    document = as_dict(on_file(scene, tmp_path))
+    for name, change in changes.items():
+        items = [*document["boundary"], *document["probe"]]
+        item = document["contact"][0] if name == "contact" else next(i for i in items if i["name"] == name)
+        item |= change
+        for key in [key for key, value in item.items() if value is None]:
+            del item[key]
+    with pytest.raises(SceneError) as refused:
+        mesh_file.of(from_dict(document, folder=str(tmp_path)))
+    assert words in str(refused.value)
