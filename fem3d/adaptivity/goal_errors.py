@@ -61,6 +61,11 @@ class Level:
         """The largest relative error."""
         return max(self.relative.values(), default=0.0)
 
+    @property
+    def unsettled(self) -> float:
+        """What of each relative error is no mesh's, but that of iterations and of the quadrature of laws."""
+        return self.fine.state.unsettled + self.low.state.unsettled
+
 
 def examined(study: Study, given: Problems, fine: Solution, judge: Estimator) -> Level | None:
     """The level of a fine solution, of whose mesh ``judge`` knows how errors fall; None where a lower space has no

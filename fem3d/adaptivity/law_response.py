@@ -37,7 +37,7 @@ from scenes.model import bends
 GENERATIONS, MORE = 6, 4  # of Krylov fields to start with, and at a time where they don't do
 INSTANTS = 12  # at which the full equations are looked at
 STATES = 24  # between which laws are interpolated, to start with: tables bend, and take as many as there may be
-ROUNDS = 8
+ROUNDS, LOWER = 8, 2  # at most; of a lower space, which begins with what the fine one's have found
 LOOSE, TIGHT = 0.02, 0.005  # of the accuracy: the steps of the rounds, and of the last
 ENOUGH = 0.1  # of the accuracy, relative to the largest rise: corrections with which the rounds end
 KEPT = 0.01  # of the accuracy: corrections, relative to the largest state, that become fields
@@ -131,9 +131,9 @@ class Rounds:
         last = self._marched(self.reduced(), self.end, TIGHT)
         return Pair(last, before)
 
-    def beside(self, base: Base) -> Transient:
+    def beside(self, base: Base, corrected: bool = False) -> Transient:
         """The response of the ``base`` of a lower space, by what these rounds have found: what of their corrections,
-        states and currents that space holds."""
+        states and currents that space holds; ``corrected`` by rounds of its own."""
         rounds = replace(self, heat=base.heat, conductor=base.conductor, steady=base.steady)
         for field in self.finer:
             rounds._take(rounds.heat.with_terms(self.heat.terms), field)
@@ -146,7 +146,15 @@ class Rounds:
             rounds._join(state._replace(rise=lower(state.rise)))
         rounds.corrections = lower(self.corrections.T)[:, : rounds.heat.free].T
         rounds.states, rounds.left = lower(self.states), self.left
-        return rounds._marched(rounds.reduced(), self.end, TIGHT)
+        answer = rounds._marched(rounds.reduced(), self.end, TIGHT)
+        # Its quadratures are those of the fine one.
+        rounds.unsure, rounds.bends = 0.0, False
+        for _ in range(LOWER if corrected else 0):
+            if rounds.correct(answer) <= ENOUGH * self.accuracy:
+                break
+            rounds.states = answer.rises(rounds.instants(max(len(rounds.states), STATES), self.end))
+            answer = rounds._marched(rounds.reduced(), self.end, TIGHT)
+        return answer
 
     def tighter(self, accuracy: float) -> None:
         """Goes on to a smaller accuracy with the next `run`."""

@@ -17,11 +17,11 @@ from fem3d.adaptivity.brick_mesh import Bricks
 from fem3d.adaptivity.estimate import Spread
 from fem3d.adaptivity.goal_errors import Level
 from fem3d.adaptivity.mesh import Answer, Mesh
-from fem3d.adaptivity.nested import Before, Problems
+from fem3d.adaptivity.nested import Before, Problems, Solution
 from fem3d.adaptivity.reach import not_reached
 from fem3d.adaptivity.trace_errors import ROW_SHARE, Response
 from fem3d.results.study import Study
-from fem3d.solution import transient
+from fem3d.solution import newton, transient
 from fem3d.solution.steady import SteadyState
 from fem3d.solution.transient import Base, Transient
 from scenes.errors import RunawayError, RunawayInTimeError
@@ -102,7 +102,8 @@ class Search:
     """What one level hands to the next: the limit of the last mesh's runaway, whether a transient ran away, and the
     slowest time constant (s) and the generations of fields of a transient without steady state; the
     steady state ``near`` that of the next mesh, or the ``limit`` (as of a RunawayError) near its own; the response
-    ``before`` where properties follow the temperature, and its largest relative ``error``."""
+    ``before`` where properties follow the temperature, and its largest relative ``error``; that of the last steady
+    state, as large as it is where there was none."""
 
     study: Study
     with_steady: bool
@@ -116,6 +117,7 @@ class Search:
     limit: float | None = None
     before: Transient | None = None
     error: float = np.inf
+    of_steady: float = np.inf
 
     @property
     def enough(self) -> float:
@@ -129,11 +131,14 @@ class Search:
         fine = level = response = None
         try:
             if self.with_steady:
-                fine = nested.solution(self.study, problems, before=self._before)
-                # Of a linear problem nobody asks for it, and it holds the factors of its mesh.
-                if problems.follows:
-                    self.near = fine.state
-                level = mesh.examined(self.study, problems, fine)
+                # On bricks quadratures of laws are as good as the mesh before says that this one deserves.
+                rough = problems.follows and not problems.domain.space.by_cells
+                foreseen = self.of_steady if rough else 0.0
+                problems, fine, level = self._steady(mesh, problems, foreseen)
+                if foreseen > self.enough and level and self._by_rough_quadratures(level):
+                    # The mesh does: so must they, as what a finer one changes is not all that they miss.
+                    problems, fine, level = self._steady(mesh, mesh.problems(), 0.0)
+                self.of_steady = level.worst if level else self.of_steady
             self.progress(f"level {number}: {problems.heat.size} unknowns")
             if self.with_steady and level is None:
                 return Verdict("raise")
@@ -150,9 +155,20 @@ class Search:
         falls = response.falls if response else level.falls if level else None
         return Verdict("refine", answer, goals=goals, falls=falls, relative=relative)
 
-    @property
-    def _before(self) -> Before:
-        return Before(self.near, None if self.limit is None else self.limit / (abs(self.study.voltage) or 1.0))
+    def _by_rough_quadratures(self, level: Level) -> bool:
+        """Whether a mesh does, and the quadratures of laws on it don't."""
+        rough = level.fine.state.unsettled > newton.TOLD * self.study.accuracy
+        return rough and level.worst - level.unsettled <= self.enough
+
+    def _steady(self, mesh: Mesh, given: Problems, error: float) -> tuple[Problems, Solution, Level | None]:
+        """The steady state on a mesh, and how well it is known, with the problems that it is of; ``error`` is the
+        relative one of the mesh before."""
+        limit = None if self.limit is None else self.limit / (abs(self.study.voltage) or 1.0)
+        fine = nested.solution(self.study, given, before=Before(self.near, limit, error))
+        # Of a linear problem nobody asks for it, and it holds the factors of its mesh.
+        if given.follows:
+            self.near = fine.state
+        return given, fine, mesh.examined(self.study, given, fine)
 
     def _respond(self, mesh: Mesh, problems: Problems, level: Level | None) -> Response:
         """The response on a mesh, in fields about its steady state; where that isn't asked for, about what the slowest

@@ -137,10 +137,11 @@ def by_laws(study: Study, rounds: Rounds, steady_out: Outputs | None, checked: n
         rounds.more()
 
 
-def beside(study: Study, base: Base, shift: float, fine: Marched) -> Transient:
-    """The response of a lower space in as many generations of fields as that of the fine one."""
+def beside(study: Study, base: Base, shift: float, fine: Marched, corrected: bool = False) -> Transient:
+    """The response of a lower space in as many generations of fields as that of the fine one; where that was found in
+    rounds ``corrected`` as of these."""
     if fine.rounds is not None:
-        return fine.rounds.beside(base)
+        return fine.rounds.beside(base, corrected)
     between = fine.between and fine.between.lower(fine.answer.base.heat, base.heat)
     base = base if between is None else between.held(base)
     reduced = base.project(Krylov(base, shift).fields(fine.generations))

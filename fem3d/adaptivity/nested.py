@@ -156,11 +156,12 @@ class Solution:
 
 
 class Before(NamedTuple):
-    """What is known of a nonlinear problem on another mesh: its steady state, or the fraction of what drives it from
-    which on there was none."""
+    """What is known of a nonlinear problem on another mesh: its steady state with its relative ``error``, or the
+    fraction of what drives it from which on there was none."""
 
     state: SteadyState | None = None
     limit: float | None = None
+    error: float = 0.0
 
 
 def solution(
@@ -203,7 +204,8 @@ def _nonlinear(study: Study, given: Problems, space: int, before: Before) -> Ste
                 start = heat.take(lowest.heat.field(lowest.rise))
             except NumericsError:
                 pass
-        state = newton.coupled(heat, conductor, study.voltage, study.accuracy, start, space == top, before.limit)
+        given_by = study.voltage, study.accuracy, start, space == top, before.limit, before.error
+        state = newton.coupled(heat, conductor, *given_by)
     given.states[space] = state
     return state
 

@@ -28,6 +28,8 @@ NOTHING = 1e-10  # less heat than this fraction of what would warm everything fr
 # Where properties follow the temperature: the relative accuracy that rounds begin with, factor to the next, and the
 # part of the error of space that they may leave where the mesh is to be refined anyway.
 ROUGHEST, TIGHTER, ROUNDS_SHARE = 1.0, 0.1, 0.3
+# Times what its goal misses of a trace: a lower space that changes it by more is off by what its own fields lack.
+FURTHER = 2.0
 ALIKE = 4.0  # factor on what rounds should leave, more than which they have failed
 BENDS = 12  # times at which the bends of a law are looked for
 
@@ -116,16 +118,14 @@ def _judged(
         judge = judge.bending(given.bent(given.heat.field(march.answer.rises(march.checked[times]))))
     # One space's factors at a time: these have made all their fields.
     bases[0].heat.let_go()
-    lesser = [beside(study, base, shift, march) for base in bases[1:]]
-    lower = [study.traces(outputs.of_transient(response, study.part, march.checked)) for response in lesser]
-    changes = [distance(fine, low) for fine, low in pairwise([march.traces, *lower])]
+    changes, goals, parts = _by_lower(
+        study, given, judge, march, [beside(study, base, shift, march) for base in bases[1:]]
+    )
+    if march.rounds is not None and _lacking(study, march, changes[0], goals):
+        lesser = [beside(study, base, shift, march, corrected=True) for base in bases[1:]]
+        changes, goals, parts = _by_lower(study, given, judge, march, lesser)
     changed = changes[0]
-    goals, parts = dict[str, Spread](), dict[str, Parts]()
-    largest = max((changed[n] / march.scales[n] for n in changed), default=0.0)
-    if lesser[1:] or largest > (1 - ROW_SHARE) * study.accuracy:
-        times = _when_worst(study, march, lower)
-        goals, parts = _remains(study, given, judge, (march.answer, *lesser), march.scales, times)
-        goals |= _scaled(study, march, goals, parts, changes)
+    goals |= _scaled(study, march, goals, parts, changes)
     power = judge.remains(given.electric_parts)
     # Steady errors have what the current is off by in them.
     of_joule = {} if steady_errors else _of_joule_heat(study, given, march)
@@ -134,6 +134,30 @@ def _judged(
     errors = _errors(study, march, changed, goals, electric, steady_errors)
     goals = {"power": power} | goal_errors.with_current(goals, joule, power)
     return errors, [*goals.values()], goal_errors.how_fast(given, goals, parts, of_joule)
+
+
+def _by_lower(
+    study: Study, given: Problems, judge: Estimator, march: Marched, lesser: Sequence[Transient]
+) -> tuple[list[dict[str, float]], dict[str, Spread], dict[str, Parts]]:
+    """What each of the responses of lower spaces changes of each trace, and where they are all needed what is left of
+    the goals, with its parts."""
+    lower = [study.traces(outputs.of_transient(response, study.part, march.checked)) for response in lesser]
+    changes = [distance(fine, low) for fine, low in pairwise([march.traces, *lower])]
+    largest = max((changes[0][n] / march.scales[n] for n in changes[0]), default=0.0)
+    if not (lesser[1:] or largest > (1 - ROW_SHARE) * study.accuracy):
+        return changes, {}, {}
+    times = _when_worst(study, march, lower)
+    return changes, *_remains(study, given, judge, (march.answer, *lesser), march.scales, times)
+
+
+def _lacking(study: Study, march: Marched, changed: Mapping[str, float], goals: Mapping[str, Spread]) -> bool:
+    """Whether a lower space's response is off by what its fields lack, and not by what the space does: where that
+    matters, a trace is further off than its goal misses."""
+    for name, scale in march.scales.items():
+        missed = estimate.total(goals.get(study.trace_goals.get(name, name), []))
+        if changed[name] > scale * max(FURTHER * missed, (1 - ROW_SHARE) * study.accuracy):
+            return True
+    return False
 
 
 def _when_worst(study: Study, march: Marched, lower: Sequence[Quantities]) -> np.ndarray:

@@ -67,8 +67,9 @@ class OfCells:
         return self._made(rise, lambda law, t: law(t) if callable(law) else np.full_like(t, law))
 
     def slope(self, rise: np.ndarray) -> np.ndarray:
-        """Its derivative (per K)."""
-        return self._made(rise, lambda law, t: law.slope(t) if callable(law) else np.zeros_like(t))
+        """Its derivative (per K): none where the value is that of the coldest temperature."""
+        slopes = self._made(rise, lambda law, t: law.slope(t) if callable(law) else np.zeros_like(t))
+        return np.asarray(np.where(self._start + rise < COLDEST, 0.0, slopes))
 
     def above(self, rise: np.ndarray) -> np.ndarray:
         """Its integral over the temperature, from the initial one to a rise (K) above."""

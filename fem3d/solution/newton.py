@@ -39,7 +39,11 @@ NEAR = 0.1  # of a drive: a step of that size fails because there is no state ah
 STEEP = 4.0
 ON_THE_WAY = 1e-3  # relative size of the last step to a state that only leads on to another
 HOTTEST = 1e5  # K, beyond any solid: a state that hot counts as none
-TOLD = 0.03  # of the accuracy: what a finer quadrature may change of the rise
+# Of the accuracy: what a finer quadrature may change of the rise; and of the error of the mesh before, so much of which
+# may be left on this one, which is refined then: for an answer quadratures are made finer on the same mesh.
+TOLD, BETTER = 0.03, 0.3
+# Of what a finer quadrature may change: the next step to a state whose quadrature isn't known to do.
+UNTIL_TOLD = 0.1
 MOST_FINER = 6
 NEXT_TO = 1e-2  # size of a step, relative to the rise, after which a new tangent would be the same
 WORSE = 1.5  # factor on what such a step leaves, up to which the tangent serves
@@ -174,11 +178,12 @@ def coupled(
     start: np.ndarray | None = None,
     finer: bool = True,
     limit: float | None = None,
+    error: float = 0.0,
 ) -> SteadyState:
     """The steady state at constant inputs; ``start`` is a rise (all nodes) that may be near it. The heat problem of the
     state is the one linearized about it, by a quadrature that is made ``finer`` until its error hardly counts, as far
-    as that goes. ``voltage`` (V) names the drive in messages; ``limit`` is the fraction of the drive from which on
-    another mesh had no state.
+    as that goes. ``voltage`` (V) names the drive in messages; of another, coarser mesh ``limit`` is the fraction of the
+    drive from which on it had no state, and ``error`` the relative one of its state.
 
     Raises RunawayError where no steady state exists, NumericsError where the iteration fails.
     """
@@ -187,23 +192,27 @@ def coupled(
     if not heat.anchored:
         raise NumericsError("a part of the scene has no exit for heat: it has no steady state")
     newton = Newton(heat, conductor, accuracy)
+    most = TOLD * max(accuracy, BETTER * min(error, 1.0))
     point = None if start is None else newton.solve(1.0, start, None)
     point = point or _driven(newton, voltage, limit)
-    off = 0.0
+    off, enough = 0.0, 0.0
     for _ in range(MOST_FINER):
         if finer:
             better = newton.finer(heat.field(point.rise))
             off = newton.missed(point, better)
-        if off <= TOLD * accuracy:
-            return _state(newton, point, off)
-        before = newton.heat, newton.conductor
+        if off <= most:
+            break
+        before, enough = (newton.heat, newton.conductor, newton.ahead), UNTIL_TOLD * most
         newton.heat, newton.conductor = better.heat, better.conductor
-        again = newton.solve(1.0, point.rise, point.volts, off=newton.off)
+        again = newton.solve(1.0, point.rise, point.volts, enough, newton.off)
         if again is None:
-            newton.heat, newton.conductor = before
+            newton.heat, newton.conductor, newton.ahead = before
             break
         point = again
     # A finer mesh may do better; what is left stands in the errors.
+    if enough:
+        ahead, again = newton.ahead, newton.solve(1.0, point.rise, point.volts, off=newton.off)
+        point, newton.ahead = (point, ahead) if again is None else (again, newton.ahead)
     return _state(newton, point, off)
 
 

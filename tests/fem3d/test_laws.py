@@ -15,6 +15,7 @@ from scenes.free import from_dict
 from scenes.laws import PowerLaw, Table
 from scenes.plan import Request
 from scenes.sink import SILICON, Sink
+from tests.fem3d import grid_of, problem
 from tests.meshes.grouped.test_scenes import on_mesh
 
 LENGTH, COLD, K, RHO = 1e-4, 300.0, 130.0, 1e-5
@@ -265,6 +266,44 @@ def test_where_no_state_is_found_by_a_finer_quadrature_the_one_before_stands(mon
     monkeypatch.setattr(newton.Newton, "solve", once)
     found = solve(from_dict(bar(TABLE, hot=900.0, accuracy=1e-2))).steady["at"]
     held(found, inverse(TABLE, theta(TABLE, 900.0) / 2), 1e-2 * (900.0 - COLD))
+
+
+def on_bricks(law, intervals, hot):
+    """The heat problem of the bar of the steady tests on equal intervals of degree 3."""
+    scene = from_dict(bar(law, hot=hot))
+    x, y, z = (np.linspace(0, end, n + 1) for end, n in zip(scene.boxes[0].upper, (intervals, 1, 1), strict=True))
+    return problem(scene, grid_of(scene, (x, y, z), 3))
+
+
+def test_a_quadrature_is_as_good_as_the_mesh_before_deserves():
+    """What is left is a small part of that error, and of the size that is told."""
+    heat, accuracy, error = on_bricks(TABLE, 3, 900.0), 1e-5, 0.1
+    best, rough = (newton.coupled(heat, None, 0.0, accuracy, error=e) for e in (0.0, error))
+    apart = np.abs(rough.rise - best.rise).max() / np.abs(best.rise).max()
+    assert best.unsettled <= newton.TOLD * accuracy < 1e-6 < apart
+    assert apart / 2 <= rough.unsettled <= newton.TOLD * newton.BETTER * error
+    assert best.steps > rough.steps
+
+
+def test_the_quadratures_of_an_answer_are_as_good_as_its_accuracy(monkeypatch):
+    """However rough they were on the meshes before."""
+    document = bar(TABLE, hot=900.0, accuracy=1e-3)
+    monkeypatch.setattr(newton, "BETTER", 1e3)
+    found = solve(from_dict(document))
+    held(found.steady["at"], inverse(TABLE, theta(TABLE, 900.0) / 2), 1e-3 * (900.0 - COLD))
+    assert found.details["solution"].state.unsettled <= newton.TOLD * 1e-3
+
+
+@pytest.mark.parametrize("law", [PowerLaw(K, COLD, 0.7), PowerLaw(K, COLD, -1.3)])
+def test_a_law_keeps_to_its_slope_where_a_state_is_colder_than_anything(law):
+    """Polynomials swing below 0 K where the rise is some 10,000 K: what the tangent says there is what changes."""
+    heat = on_bricks(vars(law), 2, 900.0)
+    _, own, _, _ = heat.terms[0].parts[0]
+    rises = np.tile([-COLD - 50.0, -COLD - 1.0, 20.0, 70.0], (2, 1))
+    step = 1e-3
+    differences = (own.value(rises + step) - own.value(rises - step)) / (2 * step)
+    assert own.slope(rises) == pytest.approx(differences, rel=1e-6, abs=1e-12)
+    assert abs(differences[0, 2]) > 0.1
 
 
 def test_a_state_is_found_although_rounding_goes_on_making_steps(monkeypatch):

@@ -241,9 +241,11 @@ def test_a_lower_space_takes_what_the_fine_one_s_rounds_found():
     rounds.run()
     assert own.max() > 100.0
 
-    def apart():
-        return np.abs(rounds.beside(Base.bare(low, None)).rises(times) - own).max() / own.max()
+    def apart(corrected=False):
+        return np.abs(rounds.beside(Base.bare(low, None), corrected).rises(times) - own).max() / own.max()
 
     assert apart() < 0.1 * rounds.accuracy
     rounds.states = rounds.states[:1]
     assert apart() > rounds.accuracy
+    # Rounds of its own make up for it.
+    assert apart(corrected=True) < rounds.accuracy
