@@ -214,7 +214,8 @@ class Probe:
     (A): what passes through a flat box, positive into the solid where it lies on the surface, and along the positive
     axis where it lies inside. "resistance" (ohm): of the electrode on a flat box, its potential less that of the other
     electrode of its conductor, over the current that enters there. "power" (W): the Joule heat in a volume, of
-    contacts what enters it. Any is that of one ``box``, where one is named: on a contact it says which side is meant.
+    contacts what enters it. A temperature or a potential is that of one ``box``, where one is named: on a contact it
+    says which side is meant.
     """
 
     name: str

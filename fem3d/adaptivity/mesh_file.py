@@ -175,7 +175,7 @@ class FileMesh:
         pairs = [(heat.domain.space, fine.state.heat.field(fine.state.rise), low.state.heat.field(low.state.rise))]
         if fine.state.conductor is not None:
             pairs.append((heat.domain.electric.space, fine.state.hot_potential, low.state.hot_potential))
-        errors = self._errors(study, given.heat, distance(fine.quantities, low.quantities), scales, pairs)
+        errors = self._errors(given.heat, distance(fine.quantities, low.quantities), scales, pairs)
         errors = {n: e + (ROUNDING + fine.state.unsettled) * scales[n] for n, e in errors.items()}
         errors = as_balanced(study, errors, fine, scales)
         return Level(given, fine, low, scales, errors, {}, [], errors)
@@ -194,9 +194,7 @@ class FileMesh:
         rises = [t.base.heat.field(t.rises(times)) for t in (fine.answer, low)]
         apart = distance(fine.traces, low_traces)
         pairs = [(given.heat.domain.space, a, b) for a, b in zip(*rises, strict=True)]
-        errors = self._errors(
-            study, given.heat, {n: OVER_TIME * d for n, d in apart.items()}, fine.scales, pairs
-        )  # fmt: skip
+        errors = self._errors(given.heat, {n: OVER_TIME * d for n, d in apart.items()}, fine.scales, pairs)
         for n in errors:
             errors[n] += fine.gaps[n] + float(np.max(fine.out.get(f"doubt:{n}", 0.0)))
         return trace_errors.concluded(study, fine, errors, [], [], as_it_is=not self.refines)
@@ -226,7 +224,6 @@ class FileMesh:
 
     def _errors(
         self,
-        study: Study,
         heat: HeatProblem,
         apart: dict[str, float],
         scales: dict[str, float],
@@ -243,8 +240,7 @@ class FileMesh:
             least = max(least, LEAST * float(np.sqrt(((a - b) ** 2).mean())) / size if size else 0.0)
         known = BETWEEN_MESHES if self._less else BETWEEN_DEGREES
         return {
-            n: known * (OF_GRADIENT if _of_gradient(heat, study.goals[n]) else 1.0) * d + least * scales[n]
-            for n, d in apart.items()
+            n: known * (OF_GRADIENT if _of_gradient(heat, n) else 1.0) * d + least * scales[n] for n, d in apart.items()
         }
 
     def fields(

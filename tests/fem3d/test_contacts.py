@@ -101,7 +101,7 @@ def pair(thermal: float, electric: float, behind: float = 0.0, coefficient: floa
             Probe("volts at the end", *far, "potential"), Probe("heat", *near, "heat_flow"),
             Probe("current", *near, "current"), Probe("heat across", *face, "heat_flow"),
             Probe("current across", *face, "current"), Probe("power", near[0], FAR, "power"),
-            Probe("power a", near[0], face[1], "power"), Probe("power b", near[0], FAR, "power", box="b"),
+            Probe("power a", near[0], face[1], "power"), Probe("power b", face[0], FAR, "power"),
         ),
         contacts=(Contact("c", ("a", "b"), thermal, electric),), **{"steady": True, **more},
     )  # fmt: skip
