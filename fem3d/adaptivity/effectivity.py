@@ -40,12 +40,12 @@ class Told:
 
     def corrected(self, level: Level) -> Level:
         """A level with errors, and with what its goals miss, as much smaller or larger as earlier meshes say; none is
-        stated smaller than the level says, nor than its estimate where this is no smaller than on earlier meshes, as
-        these then refined for other readings. The first level is as it is."""
+        stated smaller than the level says, nor than its estimate where this is no smaller than on the mesh before,
+        which was then refined for other readings. The first level is as it is."""
         values = {name: float(value) for name, value in level.fine.quantities.items()}
         known = {n: (e, KNOWN * level.scales[n]) for n, e in level.errors.items() if e > KNOWN * level.scales[n]}
         part, larger = self._parts(values, known)
-        fell = {n for before in self.meshes for n, (e, _) in before[1].items() if level.errors[n] <= FELL * e}
+        fell = {n for before in self.meshes[-1:] for n, (e, _) in before[1].items() if level.errors[n] <= FELL * e}
         self.meshes.append((values, known))
         smaller = {n: part if n in fell else 1.0 for n in level.errors}
         errors = {
