@@ -20,6 +20,9 @@ from fem3d.spaces.element import Degrees, active, gauss, line, modes
 # over such a ratio it leaves some 1e-2, and Newton's steps converge like the powers of that.
 DEGREES = ((1.1, 1), (2.0, 3), (8.0, 6), (np.inf, 9))
 
+# Bytes of the tables that are kept, an eighth of what a run may have: one of the highest degrees takes 0.3 GB.
+KEPT = 5e8
+
 
 def by_degree(ratio: np.ndarray) -> list[tuple[int, np.ndarray]]:
     """The degrees for coefficients whose largest is so many times (cells,) the smallest in a cell, each with its
@@ -42,9 +45,21 @@ class Reference(NamedTuple):
     transport: np.ndarray
 
 
-@lru_cache(maxsize=256)
+_tables: dict[tuple[int, Degrees, int], Reference] = {}
+
+
 def reference(p: int, degrees: Degrees, degree: int) -> Reference:
-    """The integrals of the functions that are active for degrees along x, y, z, with modes up to a total ``degree``."""
+    """The integrals of the functions that are active for degrees along x, y, z, with modes up to a total ``degree``.
+    Those used last are kept."""
+    key = p, degrees, degree
+    table = _tables.pop(key, None) or _reference(*key)
+    _tables[key] = table
+    while len(_tables) > 1 and sum(t.conduction.nbytes + t.transport.nbytes for t in _tables.values()) > KEPT:
+        del _tables[next(iter(_tables))]
+    return table
+
+
+def _reference(p: int, degrees: Degrees, degree: int) -> Reference:
     factors = modes(p)[np.flatnonzero(active(p, degrees))].T
     mass, stiffness, mixed = (_gathered(table, factors) for table in _moments(p, degree))
     powers, tables = _powers(degree), list[list[np.ndarray]]([[], []])

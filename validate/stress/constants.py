@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from validate.pool import side_by_side
+from validate.processes import TimeIsUpError, limited
 from validate.stress.report import Row
 
 GROUP = "constants"
@@ -37,6 +38,7 @@ STATING = {
 }  # fmt: skip
 """Constants by module and name, with other values than those in use."""
 COUNT = 12  # random scenes: each is solved some thirty times
+LONGEST, PATIENCE = 10, 5  # s that a scene with laws may take here, and times that by the clock
 COSTLIER = 1.25  # the value in use may take at most this factor times what any other value takes
 
 Angular = Callable[[np.ndarray], np.ndarray]
@@ -232,7 +234,7 @@ def unknowns(seeds: range) -> dict[int, int]:
 
 
 def seconds(seeds: range) -> dict[int, float]:
-    """For each steady scene with laws that is solved the processor time (s)."""
+    """For each steady scene with laws that is solved soon the processor time (s)."""
     from fem3d.runs.scene import solve
     from scenes.errors import NumericsError
     from validate.stress.random_effects import draw
@@ -240,11 +242,12 @@ def seconds(seeds: range) -> dict[int, float]:
     taken = {}
     for seed in seeds:
         try:
-            if (scene := draw(seed).scene).steady:
-                started = process_time()
-                solve(scene)
-                taken[seed] = process_time() - started
-        except NumericsError:
+            with limited(LONGEST, PATIENCE * LONGEST):
+                if (scene := draw(seed).scene).steady:
+                    started = process_time()
+                    solve(scene)
+                    taken[seed] = process_time() - started
+        except (NumericsError, TimeIsUpError):
             continue
     return taken
 
