@@ -102,8 +102,8 @@ class Search:
     """What one level hands to the next: the limit of the last mesh's runaway, whether a transient ran away, and the
     slowest time constant (s) and the generations of fields of a transient without steady state; the
     steady state ``near`` that of the next mesh, or the ``limit`` (as of a RunawayError) near its own; the response
-    ``before`` where properties follow the temperature, and its largest relative ``error``; that of the last steady
-    state, as large as it is where there was none."""
+    ``before`` where properties follow the temperature, and its largest relative ``error``; the largest relative error
+    ``of_steady`` of the last steady state, infinite where there was none."""
 
     study: Study
     with_steady: bool
@@ -131,12 +131,12 @@ class Search:
         fine = level = response = None
         try:
             if self.with_steady:
-                # On bricks quadratures of laws are as good as the mesh before says that this one deserves.
+                # On bricks the quadrature of laws needs to be no better than the error of the mesh before foretells.
                 rough = problems.follows and not problems.domain.space.by_cells
                 foreseen = self.of_steady if rough else 0.0
                 problems, fine, level = self._steady(mesh, problems, foreseen)
                 if foreseen > self.enough and level and self._by_rough_quadratures(level):
-                    # The mesh does: so must they, as what a finer one changes is not all that they miss.
+                    # The mesh is fine enough for an answer: solve on it again by quadratures that are so too.
                     problems, fine, level = self._steady(mesh, mesh.problems(), 0.0)
                 self.of_steady = level.worst if level else self.of_steady
             self.progress(f"level {number}: {problems.heat.size} unknowns")
@@ -156,7 +156,7 @@ class Search:
         return Verdict("refine", answer, goals=goals, falls=falls, relative=relative)
 
     def _by_rough_quadratures(self, level: Level) -> bool:
-        """Whether a mesh does, and the quadratures of laws on it don't."""
+        """Whether a mesh is fine enough for the accuracy, and the quadrature of laws on it is not."""
         rough = level.fine.state.unsettled > newton.TOLD * self.study.accuracy
         return rough and level.worst - level.unsettled <= self.enough
 

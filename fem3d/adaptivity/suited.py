@@ -26,8 +26,8 @@ from scenes.errors import NumericsError, RunawayError
 from scenes.model import Scene
 
 # Found on the sink with a falling k from 1 to 12 V. A poor choice costs time: errors are estimated on whatever grid
-# comes of it. What others take over random scenes with laws is in
-# `validate stress`: "constants".
+# comes of it. What others take over random
+# scenes with laws is in `validate stress`: "constants".
 LOWER = 2  # degrees by which those of the rough state are lower
 ROUGH = 1.0  # its accuracy, to which its iteration is solved
 SHARE = 0.5  # of the accuracy: what d^p may be, as of the last degree some is left

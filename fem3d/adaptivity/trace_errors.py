@@ -146,7 +146,7 @@ def _by_lower(
     largest = max((changes[0][n] / march.scales[n] for n in changes[0]), default=0.0)
     if not (lesser[1:] or largest > (1 - ROW_SHARE) * study.accuracy):
         return changes, {}, {}
-    times = _when_worst(study, march, lower)
+    times = _when_worst(study, march, lower, changes)
     return changes, *_remains(study, given, judge, (march.answer, *lesser), march.scales, times)
 
 
@@ -160,13 +160,14 @@ def _lacking(study: Study, march: Marched, changed: Mapping[str, float], goals: 
     return False
 
 
-def _when_worst(study: Study, march: Marched, lower: Sequence[Quantities]) -> np.ndarray:
+def _when_worst(
+    study: Study, march: Marched, lower: Sequence[Quantities], changes: Sequence[Mapping[str, float]]
+) -> np.ndarray:
     """Times (s) at which errors are looked at closely: the last, those at which each of the ``lower`` spaces changes
-    each rise most, and that for the trace which it changes most of all, which after a jump may be the heat that enters.
+    each rise most, and that for the trace which it ``changes`` most, which after a jump may be the heat that enters.
     Of an even solution the first of them may change nothing, at any time, and only the next one tells when."""
     at = {len(march.checked) - 1}
-    for fine, low in pairwise([march.traces, *lower]):
-        changed = distance(fine, low)
+    for (fine, low), changed in zip(pairwise([march.traces, *lower]), changes, strict=True):
         worst = max(changed, key=lambda n: changed[n] / march.scales[n])
         at |= {int(np.abs(fine[n] - low[n]).argmax()) for n in {*study.trace_rises, worst}}
     times: np.ndarray = march.checked[sorted(at)]
