@@ -44,12 +44,13 @@ def live(scene: Scene) -> np.ndarray:
     return np.isin(labels, [label for label, potentials in voltages.items() if len(potentials) > 1])
 
 
-def still(scene: Scene) -> tuple[tuple[np.ndarray, Value], ...]:
+def still(scene: Scene) -> tuple[tuple[np.ndarray, Value | str], ...]:
     """Cells (nx, ny, nz of `coarsest`) of each conducting part that touches electrodes of one voltage only, and that
-    voltage: no current passes, and it has their potential."""
+    voltage, or the name of the one electrode whose potential isn't given: no current passes, and it has their
+    potential."""
     labels, voltages = _electrified(scene)
     alone = ((label, next(iter(potentials))) for label, potentials in voltages.items() if len(potentials) == 1)
-    return tuple((labels == label, value) for label, value in alone if not isinstance(value, str))
+    return tuple((labels == label, value) for label, value in alone)
 
 
 def between(f2t: np.ndarray, one: np.ndarray, other: np.ndarray) -> np.ndarray:

@@ -14,7 +14,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from meshes import connected, singular
+from meshes import connected, fins, singular
 from meshes.grid import Grid
 from scenes.free.contacts import across, resistances
 from scenes.model import Scene
@@ -96,7 +96,7 @@ def first_grid(scene: Scene, accuracy: float, marks: Features) -> Grid:
             axis_degrees += [across] if flat else _layered(len(inner) + 1, degree, at[0] is not None, at[1] is not None)
         breaks.append(np.concatenate(axis_breaks))
         degrees.append(np.array(axis_degrees))
-    return Grid(tuple(breaks), tuple(degrees), scene.boxes)
+    return fins.suited(Grid(tuple(breaks), tuple(degrees), scene.boxes), scene, accuracy, HIGHEST_DEGREE)
 
 
 def _reaches(scene: Scene, planes: list[np.ndarray]) -> tuple[list[np.ndarray], list[np.ndarray]]:

@@ -144,19 +144,22 @@ def refuse_directions(used: Iterable[Material], what: str) -> None:
 
 
 def potential_of(boundary: Boundary | GroupBoundary) -> Value | str:
-    """Identifies an electrode's potential without current: its voltage, or else a name of its own."""
-    return f"that of {boundary.name}" if boundary.series_resistance == math.inf else boundary.value
+    """Identifies an electrode's potential without current: its voltage, or else its name."""
+    return boundary.name if boundary.series_resistance == math.inf else boundary.value
 
 
 def share_terminals(
     voltages: dict[int, set[Value | str]], touched: Iterable[tuple[Boundary | GroupBoundary, Collection[int]]]
 ) -> None:
-    """Adds a second one to the ``voltages`` of parts of conductors (by `potential_of`) that an electrode behind a
-    resistance shares with a part that carries current: what potential they have there is known by solving alone."""
+    """Puts the name of an electrode behind a resistance in the place of its voltage among the ``voltages`` of parts of
+    conductors (by `potential_of`), where it shares them with a part that carries current: what potential it has is
+    known by solving alone, and no current passes where a part touches no other electrode."""
+    touched = list(touched)
     for b, parts in touched:
         if b.series_resistance and any(len(voltages[part]) > 1 for part in parts):
             for part in parts:
-                voltages[part].add(f"beside {b.name}")
+                alone = all(part not in others for other, others in touched if other is not b)
+                voltages[part] = {b.name} if alone else {*voltages[part], b.name}
 
 
 def refuse_terminals(scene: AnyScene, what: str) -> None:

@@ -71,13 +71,16 @@ def _electrodes(domain: Domain) -> tuple[np.ndarray, np.ndarray, tuple[Terminal,
     for b, face in zip(electrodes, faces, strict=True):
         voltages[:, face.functions] = np.outer(domain.inputs.split(b.value), space.unit[face.functions])
         fixed |= face.functions
-    terminals = tuple(
-        Terminal(b.name, unit, int(np.flatnonzero(unit)[0]), b.series_resistance)
-        for b, face in zip(electrodes, faces, strict=True)
-        if b.series_resistance and (unit := np.where(face.functions, space.unit, 0.0)).any()
-    )
+    terminals = []
+    for b, face in zip(electrodes, faces, strict=True):
+        if b.series_resistance and (unit := np.where(face.functions, space.unit, 0.0)).any():
+            at = int(np.flatnonzero(unit)[0])
+            for cells, electrode in domain.still:  # which have its potential, as no current passes
+                if electrode == b.name:
+                    unit = np.where(space.of(cells), space.unit, unit)
+            terminals.append(Terminal(b.name, unit, at, b.series_resistance))
     shared = SharedReactions.of([b.name for b in electrodes], [b.value for b in electrodes], faces, space.unit)
-    return voltages, fixed, terminals, shared.shares
+    return voltages, fixed, tuple(terminals), shared.shares
 
 
 def _sections(

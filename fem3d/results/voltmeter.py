@@ -21,6 +21,8 @@ class Voltmeter:
         self.inside = inside = np.any([domain.live, *(part for part, _ in domain.still)], axis=0)
         self.still = []
         for cells, voltage in domain.still:
+            if isinstance(voltage, str):  # the potential that is solved for knows it
+                continue
             self.still.append((np.where(domain.space.of(cells), domain.space.unit, 0.0), voltage))
         self._row = domain.mean(probe, inside) if probe.reduce == "mean" else None
         self._extreme = None if probe.reduce == "mean" else probes.extreme(domain, probe, inside)

@@ -40,8 +40,9 @@ class Joint:
 class Domain(ABC):
     """Cells and conditions of a scene, of whatever kind. ``body`` (cells,) is the number of each cell's body in
     ``names`` and ``materials``; ``sources`` are heat sources (W/m3) with their cells; ``live`` (cells,) are the cells
-    that current passes, ``still`` those of conductors at one voltage, with that voltage; ``anchored``: whether every
-    part has an exit for heat. At ``contacts`` the temperature, a function of the ``space``, may jump, or the potential,
+    that current passes, ``still`` those of conductors at one voltage, with that voltage or the name of the electrode
+    whose potential they have; ``anchored``: whether every part has an exit for heat. At ``contacts`` the temperature, a
+    function of the ``space``, may jump, or the potential,
     one of ``potentials`` where these are others.
     """
 
@@ -52,7 +53,7 @@ class Domain(ABC):
     materials: tuple[Material, ...]
     sources: tuple[tuple[Value, np.ndarray], ...]
     live: np.ndarray
-    still: tuple[tuple[np.ndarray, Value], ...]
+    still: tuple[tuple[np.ndarray, Value | str], ...]
     anchored: bool
     potentials: Space | None = field(default=None, kw_only=True)
     contacts: tuple[Joint, ...] = field(default=(), kw_only=True)

@@ -98,9 +98,10 @@ class Placed:
         return names
 
     @cached_property
-    def conductors(self) -> tuple[np.ndarray, tuple[tuple[np.ndarray, Value], ...]]:
+    def conductors(self) -> tuple[np.ndarray, tuple[tuple[np.ndarray, Value | str], ...]]:
         """The cells (cells,) of conductors that touch electrodes of two voltages, and those of each that touches one
-        only, with its voltage; a conductor ends at its electrodes."""
+        only, with its voltage, or the name of the electrode whose potential isn't given; a conductor ends at its
+        electrodes."""
         parts, electrodes = self._parts
         voltages: dict[int, set[Value | str]] = {}
         touched = [(b, self.touched(parts, [b])) for b in electrodes]
@@ -110,4 +111,4 @@ class Placed:
         physics.share_terminals(voltages, touched)
         live = np.isin(parts, [part for part, potentials in voltages.items() if len(potentials) > 1])
         alone = ((part, next(iter(potentials))) for part, potentials in voltages.items() if len(potentials) == 1)
-        return live, tuple((parts == part, value) for part, value in alone if not isinstance(value, str))
+        return live, tuple((parts == part, value) for part, value in alone)

@@ -6,7 +6,11 @@ from math import inf
 import numpy as np
 import pytest
 
+from fem3d.problems import conductors
+from fem3d.problems.assembly import assemble
 from fem3d.runs import scene as scene_run
+from fem3d.spaces.domain import boxes
+from meshes import grading
 from scenes.errors import RunawayError, RunawayInTimeError
 from scenes.free import from_dict
 from scenes.loading import load_free
@@ -209,3 +213,18 @@ def test_an_electric_scene_over_time_follows_its_currents_at_once():
     found = scene_run.solve(alone).traces
     resistance = metal.resistivity * SIZE[1] / AREA + 50.0
     assert found.values["in's"][-1] == pytest.approx(2e-3 * resistance, rel=1e-9)
+
+
+def test_no_current_is_sought_beyond_an_electrode_that_is_the_only_one_there():
+    """Half the bar carries a given current; with another electrode of the same voltage the rest carries one too."""
+    source, y = end("source", SIZE[1] / 2, 1e-3, inf), SIZE[1] / 2
+    for more, lives in (((), 0.5), ((end("far", SIZE[1], 0.0),), 1.0), ((end("far", SIZE[1], 1e-3, inf),), 1.0)):
+        scene = bar(end("ground", 0.0, 0.0), source, *more)
+        domain = boxes(scene, grading.first_grid(scene, 1e-2, grading.features(scene)))
+        sizes = domain.space.h.prod(axis=0)
+        assert sizes[domain.live].sum() == pytest.approx(lives * sizes.sum())
+        conductor = conductors.find(assemble(domain))
+        unit = next(t.unit for t in conductor.terminals if t.name == "source")
+        beyond = domain.space.mesh.p[1, :] > y
+        vertices = np.flatnonzero(domain.space.unit)
+        assert (unit[vertices][beyond] == (lives < 1.0)).all()
