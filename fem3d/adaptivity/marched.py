@@ -26,6 +26,7 @@ FACES = 3  # times that what faces are interpolated between is made better
 MOST_GENERATIONS = 20  # where properties follow the temperature: rounds add corrections to them
 ASKED = 200  # of the times that a user asks for, so many at most are compared: each costs a state of every space
 KNOTS = 12  # bends and jumps of the inputs, at most, after which errors are looked at closely
+SOONEST = 1e-3  # of the first time asked for: so soon after a jump nobody asks for more than what it was before
 FALLEN = 0.5  # factor by which more fields have to leave less
 
 
@@ -152,7 +153,7 @@ def beside(study: Study, base: Base, shift: float, fine: Marched, corrected: boo
 
 def instants(study: Study, heat: HeatProblem) -> np.ndarray:
     """Times (s) at which meshes and spaces are compared: early and late, and after bends and jumps of the inputs; after
-    a jump from the earliest time of interest on, as after the start."""
+    a jump from the earliest time of interest on, as after the start, and at what is asked for sooner."""
     end, first = study.end, min(study.earliest, study.end)
     knots = heat.inputs.knots(end)
     groups = [np.geomspace(first, end, 40), np.linspace(0, end, 21)[1:]]
@@ -166,6 +167,8 @@ def instants(study: Study, heat: HeatProblem) -> np.ndarray:
     jumps = knots[np.any(heat.inputs.jumps(knots), axis=1)]
     for jump, gap in zip(jumps, np.diff(np.append(jumps, end)), strict=True):
         times = times[(times < jump) | (times >= jump + min(first, gap / 2) * (1 - 1e-9))]
+        sooner = wanted[(wanted >= jump + SOONEST * first) & (wanted < jump + min(first, gap / 2))]
+        times = np.union1d(times, sooner[:1])
     return times
 
 

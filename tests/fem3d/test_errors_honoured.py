@@ -110,9 +110,11 @@ def test_heat_is_in_balance_after_a_jump_of_a_given_temperature():
 
 
 @pytest.mark.long
-def test_traces_hold_where_heat_passes_by_a_singular_edge():
-    """Two good conductors meet at an edge among poor ones: a step from rest tells a third of what a degree changed."""
-    drawn = draw(278)
+@pytest.mark.parametrize("seed", [278, 958])
+def test_traces_hold_where_heat_passes_by_a_singular_edge_and_where_they_are_asked_for_soon_after_a_jump(seed):
+    """Two good conductors meet at an edge among poor ones: a step from rest tells a third of what a degree changed. A
+    flux jumps just before an output time, at a thirteenth of the first one."""
+    drawn = draw(seed)
     found = invariants.solve(drawn.scene)
     assert 0.1 < invariants.compared(drawn, found, 10.0)[0] < 0.9
     less = replace(found.over_time, errors={name: error / 5 for name, error in found.traces.errors.items()})
