@@ -45,12 +45,15 @@ class RunawayInTimeError(RunawayError):
         self.time = time
 
 
-class UndershootError(NumericsError):
-    """A transient that from some ``time`` (s) on is so cold somewhere that its resistivity is not positive: in few
-    fields a response that is uneven undershoots."""
+class BeyondLawError(NumericsError):
+    """A state, over time that from some ``time`` (s) on, at which a resistivity that is linear in the temperature is
+    not positive though it need not be: in few fields, and on a coarse mesh, what is uneven overshoots."""
 
-    def __init__(self, time: float) -> None:
-        super().__init__("the resistivity is not positive at the temperatures that are reached")
+    def __init__(self, time: float = 0.0) -> None:
+        super().__init__(
+            "a temperature coefficient makes the resistivity zero or less at the temperatures that are reached: give "
+            "the resistivity there as a table, or by an exponent"
+        )
         self.time = time
 
 

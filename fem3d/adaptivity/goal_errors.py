@@ -24,7 +24,7 @@ from fem3d.results.study import Study
 from fem3d.solution.steady import SteadyState
 from meshes.symmetry import Symmetry
 from scenes import physics
-from scenes.errors import NumericsError
+from scenes.errors import BeyondLawError, NumericsError
 
 # Every temperature's stated error is at least this fraction of the worst one, relative to their scales: what is far
 # smaller is so by chance (`validate stress`: "constants").
@@ -74,6 +74,8 @@ def examined(study: Study, given: Problems, fine: Solution, judge: Estimator) ->
     # Low degrees follow a current's pattern badly: only where the fine solution does is there an error in that.
     try:
         low = solution(study, given, 1, fine.state.follows_pattern)
+    except BeyondLawError:
+        raise
     except NumericsError:
         return None
     judge = judge.bending(given.bent())

@@ -30,7 +30,7 @@ from fem3d.solution.steady import SteadyState
 from fem3d.solution.transient import Base, Krylov, Transient
 from fem3d.spaces.bricks import BrickSpace
 from scenes import laws
-from scenes.errors import RunawayInTimeError, UndershootError
+from scenes.errors import BeyondLawError, RunawayInTimeError
 from scenes.laws import Table
 from scenes.model import bends
 
@@ -192,7 +192,7 @@ class Rounds:
         """The response up to the end, or to where it is about to run away, and when it does (s)."""
         try:
             return self._marched(reduced, self.end, share), np.inf
-        except (RunawayInTimeError, UndershootError) as stop:
+        except (BeyondLawError, RunawayInTimeError) as stop:
             return self._marched(reduced, transient_base.BEFORE * stop.time, share), stop.time
 
     def _marched(self, reduced: Reduced, end: float, share: float) -> Transient:

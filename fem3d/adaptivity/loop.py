@@ -24,7 +24,7 @@ from fem3d.results.study import Study
 from fem3d.solution import newton, transient
 from fem3d.solution.steady import SteadyState
 from fem3d.solution.transient import Base, Transient
-from scenes.errors import RunawayError, RunawayInTimeError
+from scenes.errors import BeyondLawError, RunawayError, RunawayInTimeError
 
 # A voltage above that of the fold runs away on any mesh if it lies further above it than this many times the change of
 # the fold's voltage from the mesh before: what all further changes add up to, each at most 2/3 of the one before.
@@ -36,8 +36,8 @@ Progress = Callable[[str], None]
 class Verdict(NamedTuple):
     """What is to be done after a level: "accept" its ``answer``; "refine" the mesh for what its ``goals`` miss, which
     ``falls`` with the degree (`estimate.falling`), or for as much more as the ``worst`` of the ``relative`` errors
-    says; "raise" it, as a lower space has no steady state although the fine one has; or see whether another mesh
-    confirms the ``runaway``."""
+    says; "raise" it, as a lower space has no steady state although the fine one has, or as its states go ``beyond`` the
+    law of a resistivity; or see whether another mesh confirms the ``runaway``."""
 
     action: Literal["accept", "refine", "raise", "runaway"]
     answer: Answer | None = None
@@ -46,6 +46,7 @@ class Verdict(NamedTuple):
     falls: Spread | None = None
     relative: Mapping[str, float] = {}
     runaway: RunawayError | None = None
+    beyond: BeyondLawError | None = None
 
     @property
     def worst(self) -> float:
@@ -86,8 +87,8 @@ def solve(
         else:
             finer = mesh.raised()
         if finer is None:
-            if verdict.runaway is not None:
-                raise verdict.runaway
+            if failure := verdict.runaway or verdict.beyond:
+                raise failure
             if verdict.answer is None:
                 break
             return verdict.answer
@@ -146,6 +147,8 @@ class Search:
                 response = self._respond(mesh, problems, level)
         except RunawayError as runaway:
             return Verdict("runaway", runaway=runaway)
+        except BeyondLawError as beyond:
+            return Verdict("raise", beyond=beyond)
         errors = level.errors if level else {}
         answer = Answer(mesh, problems.heat, problems.conductor, fine, errors, response, number)
         relative = response.relative if response else level.relative if level else {}

@@ -17,7 +17,7 @@ from fem3d.solution import transient
 from fem3d.solution.faces_over_time import Between
 from fem3d.solution.reduced import Reduced
 from fem3d.solution.transient import Base, Krylov, Transient
-from scenes.errors import RunawayInTimeError, UndershootError
+from scenes.errors import BeyondLawError, RunawayInTimeError
 
 TIME_SHARE = 0.01  # part of the accuracy for time stepping
 SPACE_SHARE = 0.1  # part of the accuracy for the reduced space
@@ -103,7 +103,7 @@ def _linear(
         try:
             answer = transient.march(base, reduced, end, TIME_SHARE * accuracy)
             fewer = transient.march(base, reduced, end, 10 * TIME_SHARE * accuracy, dropped)
-        except (RunawayInTimeError, UndershootError) as stop:
+        except (BeyondLawError, RunawayInTimeError) as stop:
             # In more fields a runaway is one at the same time.
             same = isinstance(stop, RunawayInTimeError) and abs(stop.time - stopped) <= SAME_TIME * stop.time
             if same or count >= MOST_FIELDS:

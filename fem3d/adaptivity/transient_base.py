@@ -18,7 +18,7 @@ from fem3d.problems.current_fields import combined, independent
 from fem3d.problems.heat import HeatProblem
 from fem3d.solution import transient
 from fem3d.solution.transient import Base, Krylov, Transient
-from scenes.errors import RunawayInTimeError, UndershootError
+from scenes.errors import BeyondLawError, RunawayInTimeError
 
 ROUGH, GENERATIONS = 1e-3, 6  # accuracy and generations of fields of a response that only shows where to look
 ROUNDS = 5
@@ -130,7 +130,7 @@ def _rough(base: Base, shift: float, end: float) -> Transient:
     reduced = base.project(Krylov(base, shift).fields(GENERATIONS))
     try:
         return transient.march(base, reduced, end, ROUGH)
-    except (RunawayInTimeError, UndershootError) as stop:
+    except (BeyondLawError, RunawayInTimeError) as stop:
         return transient.march(base, reduced, BEFORE * stop.time, ROUGH)
 
 

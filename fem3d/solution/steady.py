@@ -18,7 +18,7 @@ from fem3d.problems.heat import HeatProblem
 from fem3d.solution import continuation
 from fem3d.solution.reduced import project
 from fem3d.solution.slight import Leaving
-from scenes.errors import ConvergenceError, NumericsError, RunawayError
+from scenes.errors import BeyondLawError, ConvergenceError, NumericsError, RunawayError
 
 MOST_STEPS = 60
 CONVERGED = 1e-3  # the iteration ends where a step changes the rise by less than this fraction of the accuracy
@@ -83,8 +83,9 @@ def coupled(
     patterns that there are for u_k, then K u = q(u_k, phi(u_k)) + f in full; its answer joins the fields. It ends where
     that answer is u_k. What leaves by faces beyond their films is a load too (`fem3d.solution.slight`).
 
-    Raises RunawayError where no steady state exists, ConvergenceError where the iteration fails, NumericsError where
-    faces take no slight part of the heat, which `fem3d.solution.newton` is for.
+    Raises RunawayError where no steady state exists, BeyondLawError where the mesh has one at which the resistivity is
+    not positive, ConvergenceError where the iteration fails, NumericsError where faces take no slight part of the heat,
+    which `fem3d.solution.newton` is for.
     """
     if heat.inputs.schedules:
         raise NumericsError("a scene whose conditions vary in time has no steady state")
@@ -99,10 +100,16 @@ def coupled(
     latest, patterns = cold, [conductor.pattern(cold)]
     follows, change, moved, limit = conductor.warms and follow is not False, 0.0, np.inf, 0.0
     leaving = Leaving(heat, lift + heat.whole(fields[:, 0]), follow is None)
+    beyond = np.zeros(heat.free)  # the last state that the resistivity is not positive at
     for step in range(1, MOST_STEPS + 1):
         reduced = leaving.beside(project(heat, conductor, fields, patterns))
         point = continuation.find(reduced)
-        start = _within_the_law(heat, conductor, reduced.basis @ point.a)
+        state = reduced.basis @ point.a
+        start = _within_the_law(heat, conductor, state)
+        if start is not state:
+            if _largest(state - beyond) <= CONVERGED * accuracy * _largest(state):
+                raise BeyondLawError
+            beyond = state
         rise = lift + heat.whole(start)
         if follows:
             hot = conductor.solve(rise, volts, latest.potential)

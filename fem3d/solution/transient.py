@@ -20,7 +20,7 @@ from fem3d.solution.exponential import Source, Trajectory, integrate
 from fem3d.solution.reduced import Reduced, project
 from fem3d.solution.slight import slight
 from fem3d.solution.steady import SteadyState
-from scenes.errors import UndershootError
+from scenes.errors import BeyondLawError
 
 State = tuple[np.ndarray, np.ndarray]
 """The rise (all nodes, K) of a state, and the values (channels,) of what drives the scene then."""
@@ -219,8 +219,8 @@ def march(
 class _Resistivity:
     """Whether the law of the resistivity holds in modal states: told by the vertices of the conductor's cells, and in
     cells with held ones alone by the points of the quadrature, as long as the resistivity is close to the cold one
-    there, else by all points of the quadrature. Raises UndershootError where a resistivity that rises with the
-    temperature is used up, as only a state that is too cold does."""
+    there, else by all points of the quadrature. Raises BeyondLawError where what is used up heats nothing on the way:
+    a resistivity that rises with the temperature, and any at a given current, whose heat falls with it."""
 
     def __init__(self, base: Base, modal: Reduced) -> None:
         heat, conductor = base.heat, base.conductor
@@ -271,8 +271,8 @@ class _Resistivity:
             return True
         rise = heat.whole(self._modal.basis @ state) + g @ heat.lifts
         used_up = (conductor.resistivity(rise) <= LEAST * conductor.cold).any(axis=1)
-        if (used_up & (conductor.warm[:, 0] > 0)).any():
-            raise UndershootError(time)
+        if (used_up & (by_current | (conductor.warm[:, 0] > 0))).any():
+            raise BeyondLawError(time)
         return not used_up.any()
 
 

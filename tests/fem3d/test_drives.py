@@ -11,7 +11,7 @@ from fem3d.problems.assembly import assemble
 from fem3d.runs import scene as scene_run
 from fem3d.spaces.domain import boxes
 from meshes import grading
-from scenes.errors import RunawayError, RunawayInTimeError
+from scenes.errors import BeyondLawError, RunawayError, RunawayInTimeError
 from scenes.free import from_dict
 from scenes.loading import load_free
 from scenes.model import Boundary, Box, Material, Probe, Scene, Schedule
@@ -156,6 +156,25 @@ def test_a_given_current_with_a_rising_resistance_has_a_largest_one():
     with pytest.raises(RunawayInTimeError) as late:
         scene_run.solve(driven(over * LIMIT, steady=False, end_time=100 / rate))
     assert 2 / rate < late.value.time < 12 / rate
+
+
+def test_a_given_current_that_takes_most_of_a_falling_resistance_leaves_the_hyperbolic_profile():
+    """With the rise u, k u'' + J^2 rho (1 - u/S) = 0 between cold ends: u = S (1 - cosh(m y)/cosh(m L/2))."""
+    span, current = 100.0, 70e-3
+    falling = replace(METAL, temperature_coefficient=-1 / span)
+    m = current / AREA * np.sqrt(METAL.resistivity / span / METAL.thermal_conductivity)
+    mean = span * (1 - np.tanh(m * SIZE[1] / 2) / (m * SIZE[1] / 2))
+    assert mean > 0.6 * span
+    found = scene_run.solve(driven(current, metal=falling)).steady["mean"]
+    assert abs(found.value - 293.0 - mean) < found.error < 1e-3 * span
+
+
+@pytest.mark.parametrize("steady", [True, False])
+def test_a_given_current_that_leaves_no_resistance_is_told_so_and_does_not_run_away(steady):
+    """Its heat falls with the resistance: what goes beyond no resistance is a state of the mesh alone."""
+    falling = replace(METAL, temperature_coefficient=-1e-2)
+    with pytest.raises(BeyondLawError, match="temperature coefficient makes the resistivity zero"):
+        scene_run.solve(driven(1.0, metal=falling, accuracy=1e-2, steady=steady, end_time=1e-3))
 
 
 def test_a_bar_in_one_brick_that_is_held_at_all_its_corners_runs_away_at_a_given_current():

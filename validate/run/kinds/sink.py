@@ -143,7 +143,7 @@ def _compared(
     if "fem3d" in request.models:
         with clock.stage("imports"):
             from fem3d.runs.sink import solve as solve_3d
-            from scenes.errors import NumericsError, RunawayError
+            from scenes.errors import BeyondLawError, NumericsError, RunawayError
             from scenes.validity import cause, farthest
         if extreme := farthest(sink):
             # Such a run may take minutes: its lines of progress say why.
@@ -152,9 +152,9 @@ def _compared(
         with clock.stage("fem3d"):
             try:
                 fem3d = solve_3d(sink, request, say) if earlier is None else solve_3d(sink, request, say, earlier)
+            except (RunawayError, BeyondLawError):
+                raise
             except NumericsError as error:
-                if isinstance(error, RunawayError):
-                    raise
                 hint = cause(sink, ", ask for less with --accuracy 1e-2, or see --only 1d")
                 raise NumericsError(f"{error}{hint}") from None
         solver_steps = tuple(fem3d.details["plan"])
