@@ -6,7 +6,7 @@ from __future__ import annotations
 import re
 import shlex
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 from operator import attrgetter
@@ -22,16 +22,18 @@ from scenes.kinds import Choice
 from scenes.model import AnyScene
 from scenes.moved import transferred
 from scenes.parameters import SECTION, Parameters
-from scenes.schema import nest, override
+from scenes.schema import locate, nest, override
 from scenes.sink import Sink
 from scenes.validity import check as check
 
 T = TypeVar("T")
 _EXPECTED = "checks.expect_differs"
 _LONGEST = 80  # Characters of the part of a folder's name that tells a scene apart; longer ones end in a hash.
-_LARGEST = 10
-"""MB of a scene file at most: some 100,000 boxes, far more than are solved."""
+_LARGEST, _MOST_TABLES = 1, 10_000
+"""MB of a scene file, and tables ([...] or [[...]]) in it, at most: what has more takes seconds to read and to refuse.
+The most boxes that are solved, with a material and a contact for each, are 0.5 MB in 6,000 tables."""
 _BOX = re.compile(r"^[ \t]*\[\[[ \t]*box[ \t]*\]\]", re.MULTILINE)
+_TABLE = re.compile(r"^[ \t]*\[", re.MULTILINE)
 _HERE = Path(__file__).parent
 
 
@@ -40,27 +42,27 @@ def load(source: Literal["sink"], overrides: Sequence[str] = ()) -> Sink: ...
 @overload
 def load(source: Literal["device"], overrides: Sequence[str] = ()) -> Device: ...
 @overload
-def load(source: str | Path, overrides: Sequence[str] = (), *, of: SceneType[T]) -> T: ...
+def load(source: str | Path, overrides: Sequence[str] = (), *, scene_type: SceneType[T]) -> T: ...
 @overload
 def load(source: str | Path, overrides: Sequence[str] = ()) -> Any: ...
-def load(source: str | Path, overrides: Sequence[str] = (), *, of: SceneType[Any] | None = None) -> Any:
+def load(source: str | Path, overrides: Sequence[str] = (), *, scene_type: SceneType[Any] | None = None) -> Any:
     """The scene of a name ("sink", "device", "bridge", "plate", "hotplate") or a TOML file, with overrides such as
     "sink.width=20um" or "boundary.left.voltage=2" put over it, checked: a Sink, a Device or a free scene, whichever
-    the file describes, or one of the type ``of``.
+    the file describes, or one of the ``scene_type``.
 
     What a file leaves out has its default, and a scene without a name is called after its file. The checks that a sink
     or a device expects to differ are a statement about that scene: an override of anything physical withdraws it
     (``expected_to_differ`` is then ``None``), unless an override says what is expected now. Raises SceneError.
     """
-    content, name, folder = document(source, (of.name,) if of else known_names())
-    if of is not None:
-        _check_kind(source, content, of)
-    of = of or type_of_file(content)
-    if of is None:
+    content, name, folder = document(source, (scene_type.name,) if scene_type else known_names())
+    if scene_type is not None:
+        _check_kind(source, content, scene_type)
+    scene_type = scene_type or type_of_file(content)
+    if scene_type is None:
         from scenes import free
 
         return free.from_dict(content, name, folder, overrides)
-    return _built({"scene.name": name} | of.schema.flatten(content), overrides, of)
+    return _built({"scene.name": name} | scene_type.schema.flatten(content), overrides, scene_type)
 
 
 def load_free(source: str | Path, overrides: Sequence[str] = ()) -> AnyScene:
@@ -75,17 +77,22 @@ def load_free(source: str | Path, overrides: Sequence[str] = ()) -> AnyScene:
 def _check_kind(source: str | Path, content: Mapping[str, Any], scene_type: SceneType[Any] | None) -> None:
     """SceneError where a document is plainly of another type than this one, ``None`` being a free scene's; a sink's
     may become a device's by its overrides."""
-    from scenes.free.tables import BOXES
-
     kind = type_of_file(content)
     if kind is None:
         wrong = scene_type is not None
     else:
-        of_its_own = set(kind.schema.sections[""]) - set(BOXES.sections[""])
-        wrong = bool(of_its_own & set(content)) and (scene_type is None or (scene_type is SINK and kind is DEVICE))
+        wrong = not says_nothing(content) and (scene_type is None or (scene_type is SINK and kind is DEVICE))
     if wrong:
         called, command = ("free scene", "solve") if kind is None else (f"{kind.name}'s scene", kind.name)
         raise SceneError(f"{quoted(Path(source))} is a {called}: validate {command} {shlex.quote(str(source))}")
+
+
+def says_nothing(content: Mapping[str, Any]) -> bool:
+    """Whether a document has nothing that tells its type: by default a sink, or a free scene without boxes."""
+    from scenes.free.tables import BOXES, LISTS
+
+    of_its_own = set(DEVICE.schema.sections[""]) - set(BOXES.sections[""])
+    return not {*LISTS, "mesh", *of_its_own} & set(content)
 
 
 def type_of_file(content: Mapping[str, Any]) -> SceneType[Any] | None:
@@ -137,7 +144,22 @@ def _built(flat: Mapping[str, Any], overrides: Sequence[str], scene_type: SceneT
         parameters, overrides, schema
     ):
         values[_EXPECTED] = None
-    return _checked(schema.apply(values, scene_type.default))
+    scene = _checked(schema.apply(values, scene_type.default))
+    refuse_unused((locate(text.partition("=")[0].strip(), None, schema, flat)[0] for text in overrides), scene)
+    return scene
+
+
+def refuse_unused(paths: Iterable[str], scene: Any) -> None:
+    """SceneError where one of the keys that were set, given by their paths, says nothing of what drives a sink or a
+    device: a file may have them side by side, as the built-in ones do, who sets one means it."""
+    by_controllers = scene.kind in (Device.kind, DeviceArray.kind)
+    given = {path for path in paths if path.startswith("drive.")}
+    for path in sorted(given if by_controllers else ()):
+        raise SceneError(f"{path} says nothing of a device, whose controllers drive it: leave it out, or see [control]")
+    if "drive.voltage" in given and scene.current is not None:
+        raise SceneError(
+            "drive.voltage says nothing of a sink that has a drive.current: give one of them, or drive.current = none"
+        )
 
 
 def _checked(scene: Any) -> Any:
@@ -152,10 +174,11 @@ def _checked(scene: Any) -> Any:
 @overload
 def from_dict(document: Mapping[str, Any]) -> Sink: ...
 @overload
-def from_dict(document: Mapping[str, Any], of: SceneType[T]) -> T: ...
-def from_dict(document: Mapping[str, Any], of: SceneType[Any] = SINK) -> Any:
+def from_dict(document: Mapping[str, Any], scene_type: SceneType[T]) -> T: ...
+def from_dict(document: Mapping[str, Any], scene_type: SceneType[Any] = SINK) -> Any:
     """The scene of nested sections such as ``as_dict`` returns, checked; raises SceneError."""
-    return _checked(of.schema.apply(of.schema.read(of.schema.flatten(document)), of.default))
+    schema = scene_type.schema
+    return _checked(schema.apply(schema.read(schema.flatten(document)), scene_type.default))
 
 
 def as_dict(scene: object) -> dict[str, Any]:
@@ -209,6 +232,8 @@ def toml(text: str, source: str | Path) -> dict[str, Any]:
 
     try:
         check_number(len(_BOX.findall(text)))  # before they are read, which takes seconds of 10,000
+        if (tables := len(_TABLE.findall(text))) > _MOST_TABLES:
+            raise SceneError(f"{tables:,} tables are more than any scene that is solved has: {_MOST_TABLES:,} at most")
         return parsed(text)
     except SceneError as error:
         raise SceneError(f"{quoted(Path(source))}: {error}") from None
@@ -221,7 +246,7 @@ def file_text(source: str | Path, known: Sequence[str]) -> str:
     shown, instead = quoted(Path(source)), " or ".join(known)
     try:
         # A byte order mark, which some editors write, is no part of the text.
-        return contents(Path(source), _LARGEST, shown, "1 MB holds 10,000 boxes, more than are solved").decode(
+        return contents(Path(source), _LARGEST, shown, "5,000 boxes fit into that, more than are solved").decode(
             "utf-8-sig"
         )
     except SceneError:

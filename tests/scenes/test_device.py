@@ -49,7 +49,7 @@ EXPECTED = Device(
 
 
 def device(*settings):
-    return load("device", settings, of=DEVICE)
+    return load("device", settings, scene_type=DEVICE)
 
 
 def test_the_built_in_device_is_the_default_one():
@@ -78,7 +78,7 @@ def test_every_key_reaches_its_own_attribute():
 def test_a_sinks_file_can_be_extended_to_a_devices(tmp_path):
     sections = builtin_text("sink").partition("[checks]")[0]
     (tmp_path / "mine.toml").write_text(sections.replace("1e-3 ", "1e-5 ") + '[control]\nsink_gain = "2 V"\n')
-    assert load(tmp_path / "mine.toml", of=DEVICE).control.sink_gain == 2.0
+    assert load(tmp_path / "mine.toml", scene_type=DEVICE).control.sink_gain == 2.0
     assert {path for path in SINK.schema.paths} <= set(DEVICE.schema.paths)
 
 
@@ -88,9 +88,15 @@ def test_the_dictionary_survives_json_and_rebuilds_an_equal_device(scene):
 
 
 def test_expectations_hold_only_for_the_device_that_declares_them():
-    assert device("accuracy=1e-4", "voltage=3", "tolerances.fig11_slow=0.1").expected_to_differ
+    assert device("accuracy=1e-4", "tolerances.fig11_slow=0.1").expected_to_differ
     assert device("sensor_gain=0.06").expected_to_differ is None
     assert device("gold.density=1e4").expected_to_differ is None
+
+
+@pytest.mark.parametrize("key", ["drive.voltage", "voltage", "drive.current", "drive.series_resistance"])
+def test_what_drives_a_sink_is_refused_where_it_is_set_of_a_device(key):
+    with pytest.raises(SceneError, match=r"^drive\.\w+ says nothing of a device, whose controllers drive it"):
+        device(f"{key}=1")
 
 
 def test_what_distinguishes_it():

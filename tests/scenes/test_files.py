@@ -39,12 +39,12 @@ def test_a_mesh_that_is_a_pipe_is_refused(pipe: Path) -> None:
         read(pipe, 1.0)
 
 
-def test_a_scene_file_is_read_up_to_ten_megabytes(tmp_path: Path) -> None:
+def test_a_scene_file_is_read_up_to_a_megabyte(tmp_path: Path) -> None:
     path = tmp_path / "large.toml"
-    path.write_bytes(b"# " + b"x" * 9_999_998)
+    path.write_bytes(b"# " + b"x" * 999_998)
     assert document(path, ())[0] == {}
-    path.write_bytes(b"# " + b"x" * 9_999_999)
-    with pytest.raises(SceneError, match="is larger than 10 MB: "):
+    path.write_bytes(b"# " + b"x" * 999_999)
+    with pytest.raises(SceneError, match="is larger than 1 MB: "):
         document(path, ())
 
 
@@ -62,6 +62,24 @@ def test_more_boxes_than_are_solved_are_refused_before_any_is_looked_at(
     path.write_text(text)
     with pytest.raises(SceneError, match="the scene has 2,001 boxes, and 2,000 are the most: "):
         load(path)
+
+
+def test_ten_thousand_tables_are_refused_before_any_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "junk.toml"
+    path.write_text("[s]\n" * 10_001)
+    monkeypatch.setattr("scenes.loading.parsed", None)
+    with pytest.raises(SceneError, match="10,001 tables are more than any scene that is solved has: 10,000 at most"):
+        load(path)
+
+
+def test_a_scene_of_as_many_boxes_and_contacts_as_are_solved_is_no_larger_than_is_read(tmp_path: Path) -> None:
+    box = '[[box]]\nname = "box {n}"\nmaterial = "material {n}"\nlower = ["{n} um", 0, 0]\nupper = ["{m} um", 1, 1]\n'
+    material = '[[material]]\nname = "material {n}"\nthermal_conductivity = "130.0 W/(m K)"\n'
+    contact = '[[contact]]\nbetween = ["box {n}", "box {m}"]\nthermal_resistance = "1e-7 m2 K/W"\n'
+    text = "".join(each.format(n=n, m=n + 1) for n in range(MOST_BOXES) for each in (box, material, contact))
+    path = tmp_path / "row.toml"
+    path.write_text(text)
+    assert [len(each) for each in document(path, ())[0].values()] == [MOST_BOXES] * 3
 
 
 def test_a_file_may_grow_while_it_is_read(tmp_path: Path) -> None:

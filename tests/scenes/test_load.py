@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from scenes.checks import DEFAULT_TOLERANCES
+from scenes.errors import SceneError
 from scenes.keys import SINK, TYPES
 from scenes.loading import as_dict, builtin_text, distinguishes, from_dict, load
 from scenes.model import Material
@@ -135,6 +136,14 @@ def test_the_tail_of_a_path_is_enough_a_later_override_wins_and_tolerances_add_u
     assert (denser.silicon.density, denser.oxide.density) == (3000.0, 2200.0)
     assert load("sink", ["voltage=2", "drive.voltage=3"]).voltage == 3.0
     assert load("sink", ["tolerances.eq12=1", "tolerances.eq13=2"]).tolerances == {"eq12": 1.0, "eq13": 2.0}
+
+
+@pytest.mark.parametrize("settings", [["drive.voltage=1", "current=3mA"], ["current=3mA", "voltage=2"]])
+def test_a_voltage_that_is_set_beside_a_given_current_is_refused_also_the_one_that_is_there_anyway(settings):
+    with pytest.raises(SceneError, match=r"^drive\.voltage .* give one of them"):
+        load("sink", settings)
+    assert load("sink", ["voltage=1", "current=none"]).current is None
+    assert load("sink", ["current=3mA"]).voltage == 1.0
 
 
 def test_expectations_hold_only_for_the_scene_that_declares_them(tmp_path):

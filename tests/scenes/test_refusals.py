@@ -13,7 +13,7 @@ from scenes.loading import load as load_any
 from scenes.model import Material
 from scenes.sink import OXIDE, SILICON, Sink
 
-load = partial(load_any, of=SINK)
+load = partial(load_any, scene_type=SINK)
 
 
 def refusal(call, *arguments):

@@ -100,7 +100,7 @@ def test_what_a_map_and_a_sample_are_made_of(mine: Path) -> None:
 
 def test_a_parameter_is_fitted(mine: Path) -> None:
     """Data of the paper's model at another conductivity of the oxide, without noise."""
-    sink, times = load(mine, of=SINK), np.linspace(2e-4, 0.02, 40)
+    sink, times = load(mine, scene_type=SINK), np.linspace(2e-4, 0.02, 40)
     truth = varied(sink, "parameters.k", 0.9)
     traces = solve(truth, times=times).over_time
     data = Data("mine.csv", "CSV", times, {"end_K": traces.values["end_K"]}, {"end_K": "x"})
@@ -117,7 +117,7 @@ def test_a_parameter_is_fitted(mine: Path) -> None:
 
 def test_a_room_that_is_a_parameter_moves_temperatures(mine: Path) -> None:
     """One that is 1 % warmer is 2.93 K warmer, whatever the rises are."""
-    sink, values = load(mine, of=SINK), {"peak_K": np.array([300.0])}
+    sink, values = load(mine, scene_type=SINK), {"peak_K": np.array([300.0])}
     none = {key: {"peak_K": np.zeros(1)} for key in ("parameters.T0", "parameters.w", "environment.room_temperature")}
     found = of_values(sink, values, none)
     assert [float(found[key]["peak_K"][0]) for key in none] == pytest.approx([293.0, 0.0, 293.0], rel=1e-9)

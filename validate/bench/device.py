@@ -55,7 +55,7 @@ def prepare(options: dict[str, Any]) -> tuple[Callable[[], np.ndarray], Callable
     from scenes.keys import DEVICE
     from scenes.loading import load
 
-    device = replace(load("device", [], of=DEVICE), end_time=options["end_time"])
+    device = replace(load("device", [], scene_type=DEVICE), end_time=options["end_time"])
 
     def solve() -> np.ndarray:
         if "scheme" in options:

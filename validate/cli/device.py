@@ -55,7 +55,7 @@ def run(arguments: argparse.Namespace) -> int:
 
     def loaded(in_3d: bool) -> Device:
         key = "run.accuracy_3d" if in_3d else "run.accuracy"
-        return load(arguments.scene or "device", common.settings(arguments, accuracy=key), of=DEVICE)
+        return load(arguments.scene or "device", common.settings(arguments, accuracy=key), scene_type=DEVICE)
 
     device = loaded(vars(arguments)["3d"])
     if device.sink.count > 1:

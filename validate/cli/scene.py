@@ -25,7 +25,7 @@ def run(arguments: argparse.Namespace) -> int:
         from scenes.keys import SINK
         from scenes.loading import load
 
-        show(as_toml(load(arguments.name, of=SINK).scene()).rstrip("\n"))
+        show(as_toml(load(arguments.name, scene_type=SINK).scene()).rstrip("\n"))
     else:
         show(builtin_text(arguments.name).rstrip("\n"))
     return FINE

@@ -57,7 +57,9 @@ def run(arguments: argparse.Namespace) -> int:
     from scenes.keys import SINK
     from scenes.loading import load
 
-    sink = load(arguments.scene or "sink", common.settings(arguments, ("drive.voltage", arguments.voltage)), of=SINK)
+    sink = load(
+        arguments.scene or "sink", common.settings(arguments, ("drive.voltage", arguments.voltage)), scene_type=SINK
+    )
     if sink.count > 1:
         return _run_array(arguments, sink)
     request = _request(arguments, sink)

@@ -128,9 +128,8 @@ def execute(
     from validate.sweep.store import Store
 
     base.at(())
-    fixed = {base.read(*(part.strip() for part in text.split("=", 1)))[0] for text in base.settings}
     for key in design.keys:
-        if fixed & set(key.split("+")):
+        if base.set & set(key.split("+")):
             raise SceneError(f"{key} is varied and set: give it one of the two")
     names, own_model = models_of(arguments, base)
     check = checked(base, arguments.check, steady, design.keys, names[0], own_model)

@@ -43,6 +43,12 @@ class Base:
     settings: tuple[str, ...] = ()
 
     @property
+    def set(self) -> frozenset[str]:
+        """The keys that are set, by their full names."""
+        read = [self.read(*(part.strip() for part in text.split("=", 1)))[0] for text in self.settings]
+        return frozenset(key for joined in read for key in joined.split("+"))
+
+    @property
     def schema(self) -> Schema:
         return SINK.schema if self.kind == "sink" else schema_of(self.document)
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from scenes import physics
 from scenes.errors import RunawayError, SceneError, did_you_mean, quoted
+from scenes.loading import refuse_unused
 from scenes.model import OVER_TIME
 from scenes.plan import Request
 from scenes.sink import Sink
@@ -146,6 +147,8 @@ def checked(
         raise SceneError(f"{quoted(given)} is no {what}: give {', '.join(known)}{did_you_mean(given, known)}")
     if free:
         return given or next(iter(known), "")
+    keys = {key for joined in varied for key in joined.split("+")}
+    refuse_unused(base.set | keys, replace(scene, current=1.0) if "drive.current" in keys else scene)
     check = given or "fig4"
     if check not in checks_of(scene) and "sink.spans" not in varied:
         allowed = "several spans, as sink.spans=3" if scene.spans == 1 else "a single span"

@@ -32,7 +32,7 @@ METERS = ("meter_resistance", "meter_power", "meter_rate")
 
 @pytest.fixture(scope="module")
 def found() -> dict[str, Check]:
-    device, request = load("device", of=DEVICE), Request()
+    device, request = load("device", scene_type=DEVICE), Request()
     return {c.id: c for c in checks.evaluate(device, request, simulated(device, request))}
 
 
@@ -53,7 +53,7 @@ def test_settling_is_that_of_the_polymer(found: dict[str, Check]) -> None:
 def test_a_step_that_changes_almost_nothing_is_held_to_the_change_from_cold(moved: float) -> None:
     """The sink's voltage, which the outer step leaves as it is in 1D and moves by 0.1 % in 3D: its settling is alike in
     both, and not that into 1 % of almost nothing."""
-    device = load("device", of=DEVICE)
+    device = load("device", scene_type=DEVICE)
     result = solve(device)
     time = settling(device, result, "sink_V")[-1].time
     after = replace(result.after, sink_V=result.after.sink_V * (1 + moved))

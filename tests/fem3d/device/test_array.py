@@ -115,7 +115,7 @@ def test_what_acts_on_the_plates_top_comes_through_the_plate_from_its_bottom(run
 @pytest.fixture(scope="module")
 def two() -> tuple[DeviceArray, Pair, Model]:
     """A pair of devices, both in one mesh, and the few states of one."""
-    pair = load("device", (SETTINGS[0], "array.columns=2", "array.pitch=200um"), of=DEVICE)
+    pair = load("device", (SETTINGS[0], "array.columns=2", "array.pitch=200um"), scene_type=DEVICE)
     assert isinstance(pair, DeviceArray)
     return pair, Pair(pair), model(pair.element, 1e-2)
 
@@ -235,7 +235,11 @@ def test_what_is_no_settled_array_is_warned_of(run: Any) -> None:
 )
 def test_what_is_no_array_is_refused(settings: tuple[str, ...], said: str) -> None:
     with pytest.raises(SceneError, match=said):
-        load("device", ("substrate.thickness=0.5mm", *settings) if "none" not in settings[-1] else settings, of=DEVICE)
+        load(
+            "device",
+            ("substrate.thickness=0.5mm", *settings) if "none" not in settings[-1] else settings,
+            scene_type=DEVICE,
+        )
 
 
 @pytest.mark.parametrize("option", [("--export", "m"), ("--left-out",), ("--sensitivities",), ("--figure", "9")])

@@ -133,7 +133,7 @@ def test_all_figures_are_drawn() -> None:
 def test_the_scene_is_printed_and_reads_back(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     assert main(["scene", "device"]) == 0
     (tmp_path / "copy.toml").write_text(capsys.readouterr().out)
-    assert load("copy.toml", of=DEVICE) == load("device", of=DEVICE)
+    assert load("copy.toml", scene_type=DEVICE) == load("device", scene_type=DEVICE)
 
 
 def test_a_sensor_without_gain_has_no_characteristic() -> None:
@@ -235,7 +235,7 @@ def test_the_report_has_names_and_units(full: tuple[str, Path]) -> None:
 @pytest.mark.long
 @pytest.mark.parametrize("setting", ["sample_time=50ms", "sensor_gain=0", "polymer_thickness=10mm"])
 def test_no_text_of_a_figure_touches_another(setting: str) -> None:
-    scene, request = load("device", ("sample_time=1ms", setting), of=DEVICE), Request()
+    scene, request = load("device", ("sample_time=1ms", setting), scene_type=DEVICE), Request()
     made = simulated(scene, request)
     outcome = Outcome(scene, request, (), checks=checks.evaluate(scene, request, made), simulated=made)
     draw = (own.power, own.flow, own.slow, own.responses, own.characteristic, ground_figure.shared)

@@ -68,6 +68,9 @@ REFUSED = {
     "sweep sink --vary sink.widht=10um:200um:3": 'did you mean "sink.width"?',
     "sweep sink --vary sink.width=1V:2V:3": "is a voltage, not a length",
     "sweep sink --vary sink.width=20um:10um:3": "from 20um to 10um is an empty range",
+    "sweep sink --vary drive.voltage=1,2 --set drive.current=3mA": "give one of them",
+    "sweep sink --vary drive.current=1mA,2mA --voltage 1": "give one of them",
+    "sink --voltage 1 --set current=3mA": "give one of them", "device --set voltage=1": "controllers drive it",
     "sweep sink --vary sink.spans=1:5:3": "takes whole numbers",
     "sweep sink --vary sink.width=10um,20um --steady --check islands_mean": "one of several spans",
     "sweep sink --vary environment.convection_coefficient=0:10:3:log": "has no logarithm",
@@ -131,15 +134,17 @@ REFUSED = {
     "view . --clip w --screenshot a.png": "x, y or z", "view . --clip y=2 --screenshot a.png": "--clip",
     "view . --size 9 --screenshot a.png": "1400x800", "view . --exaggerate none --screenshot a.png": "--exaggerate",
     "view . --time 3V --screenshot a.png": "--time",
+    "view empty.toml --screenshot a.png": "has no [[box]], so there is nothing to draw",
 }  # fmt: skip
 
 
 @pytest.mark.parametrize("command", REFUSED)
 def test_bad_input_is_one_sentence(command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    scenes = {"my bridge.toml": "bridge", "sink.toml": "sink", "device.toml": "device"}
+    scenes = {f"{name}.toml": builtin_text(name.rpartition(" ")[2]) for name in ("my bridge", "sink", "device")}
+    scenes["empty.toml"] = '[scene]\nname = "nothing"\n'
     (tmp_path / "file").write_text("")
     for name in (name for name in scenes if name in command):
-        (tmp_path / name).write_text(builtin_text(scenes[name]))
+        (tmp_path / name).write_text(scenes[name])
     names = {path.name for path in tmp_path.iterdir()}
     assert main(shlex.split(command)) == 2
     out, err = capsys.readouterr()
