@@ -354,7 +354,11 @@ def _outcome(scene: Any, request: Request, out: str | Path | None, data: Data | 
             raise SceneError("figures and fields need a folder to go to: give out=")
         from validate.run.pipeline import answer
 
-        return answer(scene, request, data=data)
-    from validate.report.output import run as kept
+        outcome = answer(scene, request, data=data)
+    else:
+        from validate.report.output import run as kept
 
-    return kept(scene, request, Path(out), data=data)
+        outcome = kept(scene, request, Path(out), data=data)
+    if outcome.failed is not None:
+        raise outcome.failed
+    return outcome

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from scenes.errors import SceneError, printable, quoted, reason
-from validate.cli.terminal import DIFFERS, FINE, INTERRUPTED, NUMERICS, complain, progress, show, style
+from validate.cli.terminal import BAD_INPUT, DIFFERS, FINE, INTERRUPTED, NUMERICS, complain, progress, show, style
 
 if TYPE_CHECKING:
     from compare.against import Data
@@ -230,7 +230,8 @@ def run(
     if outcome.runs_away:
         return complain(outcome.runs_away, NUMERICS)
     if outcome.failed:
-        return complain(outcome.failed, NUMERICS)
+        kept = f"{outcome.failed}; what 3D found is kept"
+        return complain(kept, BAD_INPUT if isinstance(outcome.failed, SceneError) else NUMERICS)
     if outcome.interrupted:
         return INTERRUPTED
     return DIFFERS if against else FINE

@@ -7,6 +7,8 @@ describe a circuit is refused; a Python file and an FMU are programs, which run 
 
 from __future__ import annotations
 
+import json
+import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
@@ -19,8 +21,8 @@ from scenes.errors import SceneError, quoted
 
 OF_THE_SCENE = "scene"
 _FORM = "give FILE.py:FUNCTION, FILE.cir, FILE.fmu, FILE.csv, network, or scene for the scene's own [model]"
-_KINDS = {".py": "function", ".cir": "spice", ".net": "spice", ".sp": "spice", ".fmu": "fmu", ".csv": "values"}
-_PROGRAMS = ("function", "spice", "fmu")
+_KINDS = {".py": "apart", ".cir": "spice", ".net": "spice", ".sp": "spice", ".fmu": "fmu", ".csv": "values"}
+_PROGRAMS = ("apart", "spice", "fmu")
 """Kinds of file that run code: never on the word of a scene that somebody sent."""
 
 
@@ -36,6 +38,9 @@ class Asked:
     parameters: Mapping[str, float]
     outputs: Mapping[str, str]
 
+
+LONGEST = 600.0
+"""s that a model may take for an answer, by the clock: a model is there to be faster than 3D, which takes minutes."""
 
 Answer = tuple[Mapping[str, Any], Mapping[str, float]]
 """Values by quantity, numbers or (n,) arrays, and the estimated errors of those that have one."""
@@ -95,8 +100,8 @@ def kind_of(given: str) -> str:
         return given
     file = given.rpartition(":")[0] if Path(given.rpartition(":")[0]).suffix == ".py" else given
     kind = _KINDS.get(Path(file).suffix.lower())
-    if kind is None or (kind == "function" and file == given):
-        why = "names no function" if kind == "function" else "is no model"
+    if kind is None or (kind == "apart" and file == given):
+        why = "names no function" if kind == "apart" else "is no model"
         raise SceneError(f"--model {quoted(given)} {why}: {_FORM}")
     return kind
 
@@ -123,3 +128,16 @@ def readable(given: str, folder: str, called: str) -> Path:
     if not path.is_file():
         raise SceneError(f"--model {quoted(given)}: {quoted(path)} is no file: give {called}")
     return path
+
+
+def command_of(function: str, *arguments: str) -> list[str]:
+    """The command that calls "module:function" with texts in a process of its own: with this one's path for imports,
+    so that no file of the folder that the user is in takes the place of a library's."""
+    module, _, name = function.partition(":")
+    start = f"import json, sys; sys.path[:] = json.loads(sys.argv.pop(1)); from {module} import {name}"
+    return [sys.executable, "-P", "-c", f"{start}; {name}(*sys.argv[1:])", json.dumps(sys.path), *arguments]
+
+
+def too_long(name: str) -> str:
+    """The sentence of a model that has been waited for long enough."""
+    return f"--model {name} has not answered within {LONGEST / 60:g} minutes, and was ended"

@@ -96,7 +96,7 @@ def solve(
     estimates: dict[str, Estimate] = {}
     traces = None
     if steady and question.steady:
-        answer, errors = _checked(model, model.steady(question), question.steady, None)
+        answer, errors = checked(model, model.steady(question), question.steady, None)
         estimates = {name: Estimate(float(value), errors.get(name, 0.0)) for name, value in answer.items()}
     if fem3d.traces is not None:
         traces = (_over_time if accuracy else _at_its_times)(model, question, fem3d.traces, accuracy)
@@ -113,7 +113,7 @@ def solve(
 
 def _at_its_times(model: Model, question: Asked, three: Traces, _: float) -> Traces:
     """The model's traces at the times of 3D's."""
-    values, errors = _checked(model, model.over_time(question, three.time), question.over_time, three.time)
+    values, errors = checked(model, model.over_time(question, three.time), question.over_time, three.time)
     return Traces(three.time, values, {name: errors.get(name, 0.0) for name in values})
 
 
@@ -158,7 +158,7 @@ class _Asking:
 
     def at(self, times: np.ndarray) -> tuple[dict[str, np.ndarray], Mapping[str, float]]:
         """Values (times,) by quantity, and errors."""
-        return _checked(self.model, self.model.over_time(self.question, times), self.question.over_time, times)
+        return checked(self.model, self.model.over_time(self.question, times), self.question.over_time, times)
 
 
 @dataclass
@@ -193,7 +193,7 @@ def _ascending(times: np.ndarray) -> tuple[np.ndarray, dict[float, float]]:
     return np.unique(once), instead
 
 
-def _checked(
+def checked(
     model: Model, given: Answer, known: Mapping[str, str], times: np.ndarray | None
 ) -> tuple[dict[str, np.ndarray], Mapping[str, float]]:
     """The values as numbers of the right shape. Raises SceneError."""

@@ -3,7 +3,7 @@
 The scene's values are put in as start values of its parameters and inputs. In the steady state it is run until its
 outputs rest; over time twice, with steps of different length, whose difference tells the error.
 
-Run as a program this is that process: it reads what to do from standard input, as JSON, and writes the outputs.
+That process reads what to do from standard input, as JSON, and writes the outputs.
 """
 
 from __future__ import annotations
@@ -25,7 +25,8 @@ from zipfile import BadZipFile, ZipFile
 import numpy as np
 
 from scenes.errors import SceneError, did_you_mean, listed, printable, quoted
-from validate.models import Answer, Asked, readable
+from scenes.formats import quantity
+from validate.models import LONGEST, Answer, Asked, command_of, readable, too_long
 
 STEPS = (500, 2000)
 """Numbers of steps of the two runs over time; an FMU integrated here has a relative tolerance of 0.01 over that."""
@@ -108,10 +109,13 @@ class Fmu:
 
     def _simulated(self, task: Mapping[str, Any]) -> list[dict[str, list[float]]]:
         """The columns that the process of the FMU writes; it ends when this one does, for it waits for its input."""
-        command = [sys.executable, "-m", "validate.models.fmu"]
+        command = command_of("validate.models.fmu:simulate")
         with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as child:
             try:
-                out, said = child.communicate(json.dumps(task).encode())
+                out, said = child.communicate(json.dumps(task).encode(), LONGEST)
+            except subprocess.TimeoutExpired:
+                child.kill()
+                raise SceneError(too_long(self.name)) from None
             except BaseException:
                 child.kill()
                 raise
@@ -120,6 +124,10 @@ class Fmu:
         except ValueError:
             lines = said.decode("utf-8", "replace").strip().splitlines() or [f"it ended with status {child.returncode}"]
             raise SceneError(f"--model {self.name} failed: {printable(lines[-1], 200)}") from None
+        for run, (end, steps) in zip(columns, task["runs"], strict=False):  # of those to a rest the last are not made
+            if run["time"][-1] < end - end / steps / 2:
+                until, asked = (quantity(time, "s") for time in (run["time"][-1], end))
+                raise SceneError(f"--model {self.name} stops at {until} of {asked}: a step of it says that it failed")
         return columns
 
 
@@ -153,7 +161,8 @@ def _rests(before: Mapping[str, float], now: Mapping[str, float]) -> bool:
     return bool(before) and all(abs(now[name] - before[name]) <= REST * abs(now[name]) for name in now)
 
 
-def _main() -> None:
+def simulate() -> None:
+    """What that process does."""
     from validate.models.spice import with_parent
 
     with_parent()
@@ -173,7 +182,3 @@ def _main() -> None:
             if task["rest"] and len(ends) == 2 and _rests(*ends):
                 break
     print("\n" + json.dumps(runs), end="", flush=True)
-
-
-if __name__ == "__main__":
-    _main()

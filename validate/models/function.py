@@ -1,7 +1,8 @@
 """A model that is a Python function: f(scene, times) -> {quantity: number or (n,) numbers}.
 
 ``scene`` is the scene's document in SI numbers, and ``times`` (n,) are in s, or None in the steady state. What the
-function prints goes to standard error, so that it is no part of what the command prints.
+function prints goes to standard error, so that it is no part of what the command prints. A callable is called here, the
+function of a file in a process of its own (`validate.models.apart`).
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ import sys
 import traceback
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, redirect_stdout
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -26,11 +27,12 @@ from validate.processes import TimeIsUpError
 
 @dataclass
 class Function:
-    """A callable as a model."""
+    """A callable as a model, perhaps of a ``file``; what its threads raise is ``in_threads``, and is its own then."""
 
     call: Callable[..., Any]
     name: str = ""
     file: Path | None = None
+    in_threads: list[BaseException] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.name = self.name or getattr(self.call, "__name__", type(self.call).__name__)
@@ -52,6 +54,8 @@ class Function:
             answer = self.call(document, times)
             if os.getpid() != process:
                 os._exit(0)  # a copy that the model made of this process: there is one run, and one that writes
+            if self.in_threads:
+                raise self.in_threads[0]
         if answer is None:
             return {}
         if not isinstance(answer, Mapping):
@@ -62,7 +66,7 @@ class Function:
         return answer
 
 
-def opened(given: str, folder: str) -> Function:
+def opened(given: str, folder: str, in_threads: list[BaseException]) -> Function:
     """The function of FILE.py:FUNCTION; the file is run for it, with its own folder on the path for its imports."""
     file, _, name = given.rpartition(":")
     path = readable(file, folder, "a Python file and a function in it, such as lumped.py:bridge")
@@ -81,7 +85,7 @@ def opened(given: str, folder: str) -> Function:
         what = f"has no function {quoted(name)}" if call is None else f"has {quoted(name)}, but not as a function"
         has = f"give {listed(functions)}" if functions else "it has none"
         raise SceneError(f"--model {quoted(given)}: {path.name} {what}: {has}{did_you_mean(name, functions)}")
-    return Function(call, f"{path.name}:{name}", path)
+    return Function(call, f"{path.name}:{name}", path, in_threads)
 
 
 @contextmanager

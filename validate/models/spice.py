@@ -21,7 +21,7 @@ import numpy as np
 
 from scenes.errors import SceneError, did_you_mean, printable, quoted
 from validate.against import raw
-from validate.models import Answer, Asked, readable
+from validate.models import LONGEST, Answer, Asked, readable, too_long
 
 _REFUSED = {
     ".control": "runs commands", ".endc": "runs commands", ".exec": "runs commands", ".include": "reads other files",
@@ -34,6 +34,7 @@ _PARAM = re.compile(r"([A-Za-z_]\w*)\s*=(?!=)")
 _OWN = (".op", ".tran", ".dc", ".ac", ".noise", ".tf", ".pz", ".disto", ".sens", ".sp", ".pss", ".print", ".plot",
         ".probe", ".save", ".width", ".meas", ".measure", ".four", ".end")  # fmt: skip
 """Analyses and output commands, which are replaced."""
+_BY_ZERO = 1e25  # what is larger is divided by zero: ngspice then divides by 1e-32
 _TOLERANCES = (1e-4, 1e-6)
 _STEPS = (500, 2000)
 """The least number of steps of each of the two runs over time, with the relative tolerances above."""
@@ -112,6 +113,11 @@ class Netlist:
             node = f"model_output_{n}" if name in question.outputs else _plain(name)
             if node in vectors:
                 quantities[name] = vectors[node]
+                if np.abs(vectors[node]).max(initial=0.0) > _BY_ZERO:
+                    largest = vectors[node][np.abs(vectors[node]).argmax()]
+                    raise SceneError(
+                        f"--model {self.name}: {quoted(name)} is {largest:.2g}: an expression divides by zero"
+                    )
         if set(quantities) <= {"time"}:
             nodes = ", ".join(sorted(v for v in vectors if not v.startswith(("time", "model_output"))))
             raise SceneError(
@@ -164,8 +170,10 @@ def _ngspice(name: str, folder: str) -> str:
     try:
         ran = subprocess.run(
             ["ngspice", "-n", "-b", "-r", "model.raw", "model.cir"], cwd=folder, stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False, preexec_fn=with_parent,
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False, preexec_fn=with_parent, timeout=LONGEST,
         )  # fmt: skip
+    except subprocess.TimeoutExpired:
+        raise SceneError(too_long(name)) from None
     except OSError as error:
         raise SceneError(f"--model {name}: ngspice can't be started ({error})") from None
     return ran.stdout.decode("utf-8", "replace")

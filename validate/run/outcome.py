@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
+from scenes.errors import NumericsError, SceneError
 from scenes.plan import Request, Step
 
 if TYPE_CHECKING:
@@ -50,7 +51,7 @@ class Outcome(Generic[S]):
     what both models leave out (``left_out``) and a
     user's own traces (``against``); of any the few-state model (``exported``), and what inputs do; of a
     device its runs and a designer's answers. ``own_model`` is the user's; ``interrupted`` says that the user's own
-    model was, and what stands here is without it, and ``failed`` why that has no answer. Of a free scene over time
+    model was, and what stands here is without it, and ``failed`` is why that has no answer. Of a free scene over time
     ``shown``: the time (s) whose field is drawn, and whether it is then above the initial temperature; ``runs_away``
     says when its heating does, and that it is solved until shortly before, ``scene`` ending then.
     """
@@ -85,7 +86,7 @@ class Outcome(Generic[S]):
     shown: tuple[float, bool] | None = None
     runs_away: str = ""
     interrupted: bool = False
-    failed: str = ""
+    failed: SceneError | NumericsError | None = None
     own_model: Model | None = None
 
     @property
@@ -95,10 +96,13 @@ class Outcome(Generic[S]):
             raise ValueError("this run has no 3D model")
         return self.fem3d
 
-    def without_model(self, name: str) -> Outcome[S]:
-        """What there is where the user interrupts a model of theirs while it is asked."""
-        said = f"{name} was interrupted: what 3D found is kept, and nothing is compared with it"
-        return replace(self, warnings=(*self.warnings, said), interrupted=True)
+    def without_model(self, name: str, failed: SceneError | NumericsError | None = None) -> Outcome[S]:
+        """What there is where a model of the user's has ``failed`` as it was asked, or else was interrupted."""
+        if isinstance(failed, NumericsError):
+            failed = NumericsError(f"{name} has no answer: {failed}")
+        why = f"{name} was interrupted" if failed is None else str(failed)
+        said = f"{why}; what 3D found is kept, and nothing is compared with it"
+        return replace(self, warnings=(*self.warnings, said), interrupted=failed is None, failed=failed)
 
     @property
     def runs(self) -> Runs:

@@ -39,12 +39,13 @@ def rises(times: np.ndarray | None) -> dict[str, Any]:
     return {"tip": 300 + rise, "heat out": -2e-5 * rise}
 
 
-def fmu(folder: Path) -> Path:
-    """The same as an FMU."""
+def fmu(folder: Path, until: float = np.inf) -> Path:
+    """The same as an FMU, whose steps say that they fail from ``until`` (s) on."""
     from pythonfmu.builder import FmuBuilder
 
     script = folder / "lump.py"
     script.write_text(
+        f"UNTIL = {min(until, 1e9)}\n"
         """import math
 from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, Real
 
@@ -63,7 +64,7 @@ class Lump(Fmi2Slave):
     def do_step(self, current_time, step_size):
         self.rise = self.top + (self.rise - self.top) * math.exp(-step_size / self.tau)
         self.tip, self.heat_out = 300 + self.rise, -2e-5 * self.rise
-        return True
+        return current_time < UNTIL
 """
     )
     FmuBuilder.build_FMU(script, dest=folder)
@@ -166,10 +167,10 @@ def test_degrees_and_rises_are_told_from_kelvins(steady: Path, transient: Path) 
 
 
 def test_the_command_writes_both_models_beside_each_other(
-    transient: Path, model: Path, tmp_path: Path, capsys: Any
+    transient: Path, model: Path, tmp_path: Path, capfd: Any
 ) -> None:
     assert main(["solve", str(transient), "--model", f"{model}:bar", "--out", str(tmp_path / "o"), "--no-figures"]) == 0
-    said = capsys.readouterr()
+    said = capfd.readouterr()
     assert said.out.startswith("lumped.py:bar is ")
     assert 'says nothing of "bar mean"' in said.out.replace("\n  ", " ")
     assert "asked" in said.err
@@ -217,6 +218,15 @@ def test_an_fmu_without_a_number_is_not_said_to_move_for_ever(monkeypatch: pytes
     assert np.isnan(values["tip"])
 
 
+def test_an_fmu_whose_step_says_that_it_failed_has_no_answer(transient: Path, tmp_path: Path, capsys: Any) -> None:
+    """Its last values were taken to hold from then on."""
+    given = ["solve", str(transient), "--model", str(fmu(tmp_path, until=1e-4)), "--no-figures", "--quiet"]
+    parameters = ["--set", "model.parameters.top=100", "--set", "model.parameters.tau=1.6e-4"]
+    assert main([*given, *parameters, "--out", str(tmp_path / "o")]) == 2
+    assert "stops at 102.0 us of 1.000 ms: a step of it says that it failed" in capsys.readouterr().err
+    assert (tmp_path / "o/summary.json").exists()
+
+
 def test_an_fmu_that_would_fill_a_disk_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with ZipFile(tmp_path / "bomb.fmu", "w", ZIP_DEFLATED) as archive:
         archive.writestr("resources/zeros", bytes(100_000))
@@ -241,16 +251,16 @@ def test_a_function_imports_what_lies_beside_it(steady: Path, tmp_path: Path) ->
     assert sys.path == before
 
 
-def test_a_scene_runs_no_program_by_itself(steady: Path, model: Path, tmp_path: Path, capsys: Any) -> None:
+def test_a_scene_runs_no_program_by_itself(steady: Path, model: Path, tmp_path: Path, capfd: Any) -> None:
     with steady.open("a") as file:
         file.write('\n[model]\nfile = "lumped.py:bar"\n')
     out = ["--out", str(tmp_path / "o"), "--no-figures"]
     assert main(["solve", str(steady), *out]) == 0
-    said = capsys.readouterr()
+    said = capfd.readouterr()
     assert "asked" not in said.err
     assert "--model scene" in said.out
     assert main(["solve", str(steady), "--model", "scene", *out]) == 0
-    assert "asked" in capsys.readouterr().err
+    assert "asked" in capfd.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,5 @@
-"""What is no model, or no answer of one, ends in one sentence with status 2, and nothing is written; a model that never
-answers is ended by Ctrl-C, and what 3D found is kept."""
+"""What is no model ends in one sentence with status 2, and nothing is written; where a model fails as it is asked, or
+is ended, what 3D found is kept."""
 
 from __future__ import annotations
 
@@ -23,6 +23,8 @@ NETLISTS = {
     "control.cir": "commands\nV1 tip 0 350\n.control\nquit\n.endc\n.end\n",
     "unknown.cir": "a name that stands nowhere\n.param G={1/nope}\nV1 tip 0 350\nR1 tip 0 {G}\n.end\n",
     "loop.cir": "two sources side by side\nV1 tip 0 350\nV2 tip 0 360\n.end\n",
+    "zero.cir": "an expression that divides by zero\nV1 a 0 0\nB1 tip 0 V=300/V(a)\nR1 tip 0 1\n.end\n",
+    "nought.cir": "a parameter that does\n.param R={1/0}\nV1 tip 0 350\nR1 tip 0 {R}\n.end\n",
     "other.cir": "another file\n.include somewhere.cir\n.end\n",
     "fine.cir": "a circuit\n.param R=1\nV1 tip 0 350\nR1 tip 0 {R}\n.end\n",
 }
@@ -31,7 +33,10 @@ TABLES = {
     "traces.csv": "time (s),tip (K)\n0,300\n1e-3,301\n1,302\n",
     "course.csv": "tip (K),mean (K)\n300,300\n301,301\n", "rough.csv": "\0\1\2", "empty.csv": "",
 }  # fmt: skip
-PYTHON = {"syntax.py": "def bar(scene, times)\n", "raises.py": "import nothing_of_this_name\n", "none.py": ""}
+PYTHON = {
+    "exits.py": "import os\n\nos._exit(0)\n", "syntax.py": "def bar(scene, times)\n",
+    "raises.py": "import nothing_of_this_name\n", "none.py": "",
+}  # fmt: skip
 
 REFUSED = [
     ("", "names no model"),
@@ -39,6 +44,26 @@ REFUSED = [
     ("lumped.py:", "names no function"),
     ("lumped.py:barr", 'did you mean "bar"'),
     ("lumped.py:number", 'lumped.py has "number", but not as a function: give'),
+    ("syntax.py:bar", "syntax.py, line 1: SyntaxError"),
+    ("raises.py:bar", "raises.py, line 1: ModuleNotFoundError"),
+    ("none.py:bar", "it has none"),
+    ("nowhere.py:bar", "is no file"),
+    ("nowhere.cir", "is no file"),
+    ("model.txt", "is no model"),
+    ("model", "is no model"),
+    ("scene", "has no [model]"),
+    ("control.cir", "runs commands"),
+    ("other.cir", "reads other files"),
+    ("twice.csv", "stands twice"),
+    ("course.csv", "no column of times"),
+    ("rough.csv", "binary"),
+    ("empty.csv", "no rows"),
+    ("nowhere.csv", "is no file"),
+    ("broken.fmu", "no FMU that can be read"),
+    ("nowhere.fmu", "is no file"),
+    ("exits.py:bar", "exits.py:bar failed: it ended its process, with status 0"),
+]
+FAILED = [
     ("lumped.py:wrong", "lumped.py, line 23: ZeroDivisionError"),
     ("lumped.py:leaves", "SystemExit"),
     ("lumped.py:silent", "says nothing of"),
@@ -51,53 +76,85 @@ REFUSED = [
     ("lumped.py:mute", "lumped.py, line 73: Mute"),
     ("lumped.py:yes", "no real numbers"),
     ("lumped.py:tuple_", 'returned "tuple"'),
-    ("syntax.py:bar", "syntax.py, line 1: SyntaxError"),
-    ("raises.py:bar", "raises.py, line 1: ModuleNotFoundError"),
-    ("none.py:bar", "it has none"),
-    ("nowhere.py:bar", "is no file"),
-    ("nowhere.cir", "is no file"),
-    ("model.txt", "is no model"),
-    ("model", "is no model"),
-    ("scene", "has no [model]"),
     ("nodes.cir", "no node called as a probe"),
     ("broken.cir", "matrix singular: give"),
     ("floats.cir", "matrix singular, at tip"),
-    ("control.cir", "runs commands"),
     ("unknown.cir", "Undefined parameter [nope]"),
     ("loop.cir", "no voltage sources in a loop"),
-    ("other.cir", "reads other files"),
+    ("zero.cir", '"tip" is 3e+34: an expression divides by zero'),
+    ("nought.cir", "unknown parameter (inf)"),
     ("word.csv", "tip"),
-    ("twice.csv", "stands twice"),
     ("stranger.csv", "not asked for"),
     ("unit.csv", "is not in K"),
     ("traces.csv", "in the steady state, which alone is solved"),
-    ("course.csv", "no column of times"),
-    ("rough.csv", "binary"),
-    ("empty.csv", "no rows"),
-    ("nowhere.csv", "is no file"),
-    ("broken.fmu", "no FMU that can be read"),
-    ("nowhere.fmu", "is no file"),
+    ("odd.py:gone", "odd.py:gone failed: it ended its process, with status 0"),
+    ("odd.py:killed", "odd.py:killed failed: it ended its process, with the signal SIGKILL"),
+    ("odd.py:in_thread", "odd.py, line 16: ValueError: in vain"),
+    ("odd.py:endless", "odd.py:endless has not answered within 0.01 minutes, and was ended"),
 ]
+ODD = '''import os
+import signal
+import threading
+import time
+
+
+def gone(scene, times):
+    os._exit(0)
+
+
+def killed(scene, times):
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def raises():
+    raise ValueError("in vain")
+
+
+def in_thread(scene, times):
+    thread = threading.Thread(target=raises)
+    thread.start()
+    thread.join()
+    return {"tip": 400.0}
+
+
+def endless(scene, times):
+    while True:
+        pass
+
+
+def careless(scene, times):
+    """Goes elsewhere, says much, and leaves a thread and a process behind."""
+    os.chdir("/")
+    os.write(1, b"to standard output\\n")
+    threading.Thread(target=time.sleep, args=(1000,)).start()
+    if not os.fork():
+        time.sleep(1000)
+    return {"tip": 400.0}
+'''
 
 
 @pytest.fixture
 def here(steady: Path, model: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The folder of the scene and of all these files."""
-    for name, text in {**NETLISTS, **TABLES, **PYTHON, "broken.fmu": "PK", "model.txt": "tip,350\n"}.items():
+    others = {"odd.py": ODD, "broken.fmu": "PK", "model.txt": "tip,350\n"}
+    for name, text in {**NETLISTS, **TABLES, **PYTHON, **others}.items():
         (tmp_path / name).write_text(text)
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
 
-def refused(arguments: list[str], why: str, capsys: Any) -> None:
-    assert main(["solve", "bar.toml", *arguments, "--out", "o"]) == 2
+def refused(arguments: list[str], why: str, capsys: Any, kept: bool = False) -> None:
+    assert main(["solve", "bar.toml", *arguments, "--no-figures", "--out", "o"]) == 2
     said = capsys.readouterr()
-    sentence = [line for line in said.err.splitlines() if line != "asked"]
-    assert len(sentence) == 1, sentence
-    assert sentence[0].startswith("validate: ")
-    assert why in sentence[0]
-    assert not said.out
-    assert not Path("o").exists()
+    assert said.err.startswith("validate: ")
+    assert said.err.count("\n") == 1
+    assert why in said.err
+    assert bool(said.out) == kept == Path("o").exists()
+    if kept:
+        assert said.err.endswith("; what 3D found is kept\n")
+        found = json.loads(Path("o/summary.json").read_text())
+        assert found["fem3d"]["steady"]["tip"]["value"] == pytest.approx(400.0, rel=1e-3)
+        assert not found.get("reduced1d")
 
 
 @pytest.mark.long
@@ -119,14 +176,50 @@ def test_what_is_no_model_is_one_sentence(given: str, why: str, capsys: Any) -> 
 
 
 @pytest.mark.usefixtures("here")
+@pytest.mark.parametrize(("given", "why"), FAILED)
+def test_where_a_model_fails_what_3d_found_is_kept(
+    given: str, why: str, capsys: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if given.endswith("endless"):
+        monkeypatch.setattr("validate.models.LONGEST", 0.6)
+        monkeypatch.setattr("validate.models.apart.LONGEST", 0.6)
+    refused(["--model", given], why, capsys, kept=True)
+
+
+@pytest.mark.usefixtures("here")
+def test_a_model_may_go_elsewhere_print_and_leave_threads_and_processes(capfd: Any) -> None:
+    started = time.monotonic()
+    assert main(["solve", "bar.toml", "--model", "odd.py:careless", "--quiet", "--no-figures", "--out", "o"]) == 0
+    assert Path("o/summary.json").exists()
+    said = capfd.readouterr()
+    assert "to standard output" not in said.out
+    assert "to standard output" in said.err
+    assert time.monotonic() - started < 500  # it waits for none of them
+
+
+@pytest.mark.usefixtures("here")
+def test_a_folder_with_files_called_as_those_of_python_is_no_matter(capsys: Any) -> None:
+    for name in ("json.py", "numpy.py", "random.py", "socket.py"):
+        Path(name).write_text("raise ImportError('of the user')\n")
+    Path("elsewhere").mkdir()
+    Path("elsewhere/own.py").write_text("def bar(scene, times):\n    return {'tip': 400.0}\n")
+    assert main(["solve", "bar.toml", "--model", "elsewhere/own.py:bar", "--quiet", "--no-figures", "--out", "o"]) == 0
+
+
+@pytest.mark.usefixtures("here")
+def test_a_setting_that_a_netlist_has_no_parameter_for_leaves_3d(capsys: Any) -> None:
+    refused(["--model", "fine.cir", "--set", "model.parameters.Q=3"], "has no .param", capsys, kept=True)
+    outputs = 'model.outputs={"bar mean" = "`touch escaped`"}'
+    refused(["--model", "fine.cir", "--set", outputs], "starts programs or reads files", capsys, kept=True)
+
+
+@pytest.mark.usefixtures("here")
 @pytest.mark.parametrize(
     ("setting", "why"),
     [
-        ("model.parameters.Q=3", "has no .param"),
         ("model.parameters.R=box.bar.upper.w", "neither a quantity nor a key"),
         ("model.parameters.R=true", "not a value"),
         ("model.outputs.top=v(tip)", "is not a probe"),
-        ('model.outputs={"bar mean" = "`touch escaped`"}', "starts programs or reads files"),
         ("checks.tolerances.top=0.1", "is not a check"),
         ("model.colour=3", "[model] takes file, parameters, outputs"),
     ],

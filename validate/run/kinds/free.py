@@ -117,15 +117,15 @@ def _opened(scene: AnyScene, request: Request) -> tuple[Model, Asked] | None:
 
 
 def _judged(run: Run, outcome: Outcome[AnyScene], model: Model, question: Asked) -> Outcome[AnyScene]:
-    """With the user's own model held against 3D; where that is interrupted, what 3D found as it is."""
+    """With the user's own model held against 3D; where that is interrupted or fails, what 3D found as it is."""
     from compare.probe_answer import answered
 
     scene, three = outcome.scene, outcome.solved
     try:
         with run.clock.stage("reduced1d"):
             both = held(scene, three, model, question, run.say)
-    except NumericsError as error:
-        return replace(outcome, failed=f"{model.name} has no answer: {error}; what 3D found is kept")
+    except (NumericsError, SceneError) as error:
+        return outcome.without_model(model.name, error)
     except KeyboardInterrupt:
         return outcome.without_model(model.name)
     with run.clock.stage("checks"):

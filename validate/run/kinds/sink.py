@@ -8,7 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from scenes.array import ONE_SINK
-from scenes.errors import SceneError, listed
+from scenes.errors import BeyondLawError, NumericsError, RunawayError, SceneError, listed
 from scenes.formats import sink_text
 from scenes.model import AnyScene, Probe
 from scenes.physics import nonlinear, refuse_terminals
@@ -143,7 +143,6 @@ def _compared(
     if "fem3d" in request.models:
         with clock.stage("imports"):
             from fem3d.runs.sink import solve as solve_3d
-            from scenes.errors import BeyondLawError, NumericsError, RunawayError
             from scenes.validity import cause, farthest
         if extreme := farthest(sink):
             # Such a run may take minutes: its lines of progress say why.
@@ -165,9 +164,10 @@ def _compared(
             elif fem3d is not None:
                 try:
                     reduced1d = asked.solve(model, asked.of_sink(sink, fem3d), fem3d, 0.0, True, say)
-                except KeyboardInterrupt:
+                except (KeyboardInterrupt, NumericsError, SceneError) as error:
                     request = replace(request, models=("fem3d",), model="")
-                    outcome, model = replace(outcome, request=request).without_model(model.name), None
+                    why = None if isinstance(error, KeyboardInterrupt) else error
+                    outcome, model = replace(outcome, request=request).without_model(model.name, why), None
     if fem3d is not None:
         from compare.checks import evaluate, varied
 
@@ -206,7 +206,6 @@ def _levels(sink: Sink, request: Request) -> Levels | None:
 def _reduction(sink: Sink, request: Request, fem3d: Result | None, levels: Levels | None) -> Result:
     """The 1D model, at the times of the 3D model's traces where there are any."""
     from reduced1d.ladder import solve as solve_1d
-    from scenes.errors import RunawayError
 
     times = fem3d.traces.time if fem3d is not None and fem3d.traces is not None else None
     try:
