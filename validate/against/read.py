@@ -168,8 +168,8 @@ def _check_times(time: np.ndarray, end: float, shown: str) -> None:
     if len(time) < 3 or inside < 3:
         covered = " to ".join(quantity(float(t), "s", 3) for t in (time[0], time[-1]))
         raise SceneError(
-            f"--against {shown} covers {covered} with {inside} times up to the run's end, "
-            f"{quantity(end, 's')}: three are the least to compare curves by (times in another unit: "
+            f"--against {shown} covers {covered} with {inside} {'time' if inside == 1 else 'times'} up to the run's "
+            f"end, {quantity(end, 's')}: three are the least to compare curves by (times in another unit: "
             '--column "time (ms)=NAME"; a longer run: --set end_time=T)'
         )
 

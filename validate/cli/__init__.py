@@ -22,6 +22,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     if not sys.flags.dev_mode:
         # What overflows ends in a sentence; numpy's own words about it would stand above that.
         warnings.filterwarnings("ignore", category=RuntimeWarning)
+        # A picture has a box for a sign that its font lacks.
+        warnings.filterwarnings("ignore", r"Glyph \d+ .* missing from")
     try:
         if signal.getsignal(signal.SIGINT) is signal.SIG_DFL:  # as `validate.__main__` leaves it
             signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -41,8 +41,8 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
     """The arguments as ``command`` and its options; raises SceneError for any that are wrong."""
     joined: list[str] = []
     for argument in argv:
-        # argparse takes what has a dash and is no number for an option.
-        if joined and joined[-1] in ("--voltage", "--accuracy") and re.match(r"-[\d.]", argument):
+        # argparse takes what has a dash and is no number, as -1K, for an option.
+        if joined and re.fullmatch(r"--[\w-]+", joined[-1]) and re.match(r"-[\d.]", argument):
             joined[-1] += f"={argument}"
         else:
             joined.append(argument)

@@ -122,7 +122,7 @@ class Netlist:
             nodes = ", ".join(sorted(v for v in vectors if not v.startswith(("time", "model_output"))))
             raise SceneError(
                 f"--model {self.name} has no node called as a probe ({', '.join(wanted)}; blanks as _): it has "
-                f"{nodes}; "
+                f"{nodes or 'none'}; "
                 'say which is which in the scene, [model.outputs] probe = "v(node)"'
             )
         return quantities

@@ -169,7 +169,7 @@ def test_ltspices_export_and_savetxt(tmp_path: Path) -> None:
         ((MILLISECONDS, ("peak (degC)", RISES)), r'19\.85 K below .* --column "peak rise=peak \(degC\)"'),
         ((MILLISECONDS, ("peak rise (K)", 293 + RISES)), "293 K above"),
         ((MILLISECONDS, ("peak (K)", 300 + RISES)), "7 K above .* --set room_temperature=300"),
-        ((("Time (s)", TIMES), ("peak (K)", 293 + RISES)), r"1 times up to .* --column \"time \(ms\)="),
+        ((("Time (s)", TIMES), ("peak (K)", 293 + RISES)), r"1 time up to .* --column \"time \(ms\)="),
     ],
 )
 def test_what_is_of_another_scene_is_refused(

@@ -127,6 +127,7 @@ REFUSED = {
     "stress --quick --scenes 0": "--scenes", "stress --quick --seed x": "--seed", "stress --quick --jobs -1": "--jobs",
     "bench --rounds 0": '--rounds is "0"', "bench --part sink": "invalid choice",
     "bench --json nowhere/a.json": 'there is no folder "nowhere"', "bench --from missing.json": "could not be read",
+    "sink --states -1": "--states -1 is of the model",
     # the viewer
     "view nowhere --screenshot a.png": "does not exist", "view . --screenshot a.png": "no fields",
     "view . --off-screen": "--screenshot", "view . --screenshot a.txt": ".png",

@@ -218,6 +218,17 @@ def test_refused(text: str, more: list[str], said: str, transient: Path, capsys:
     assert not out.exists()
 
 
+def test_data_of_which_few_rows_can_be_compared_are_told_so(tmp_path: Path) -> None:
+    """Four of the five rows of a square wave are at its jumps, or at the start."""
+    file = tmp_path / "mine.csv"
+    file.write_text("time (ms),heater (K)\n0,293\n1,300\n2,302\n3,310\n4,297\n")
+    with_few = compare.solve("hotplate", against=file, accuracy=1e-2).outcome.warnings
+    assert any("mine.csv: 1 of 5 rows are compared" in text for text in with_few)
+    file.write_text("time (ms),heater (K)\n0,293\n0.9,343\n1.9,297\n2.9,343\n4,297\n")
+    with_most = compare.solve("hotplate", against=file, accuracy=1e-2).outcome.warnings
+    assert not any("rows are compared" in text for text in with_most)
+
+
 def test_a_steady_scene_wants_values_at_rest(steady: Path) -> None:
     file = written(steady.parent / "mine.csv", TIMES, K)
     with pytest.raises(SceneError, match="no list of values of the steady state"):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+import warnings
 from dataclasses import replace
 from pathlib import Path
 from typing import cast
@@ -13,7 +14,7 @@ import pytest
 from matplotlib.image import imread
 
 from scenes.errors import SceneError
-from scenes.loading import load
+from scenes.loading import builtin_text, load
 from scenes.model import Scene
 from scenes.plan import Request
 from validate.cli import main
@@ -280,6 +281,18 @@ def test_every_key_that_does_something_is_listed() -> None:
 
 
 @pytest.mark.long
+def test_a_sign_that_the_font_lacks_is_no_matter(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    scene = tmp_path / "plate.toml"
+    scene.write_text(
+        builtin_text("plate").replace('name = "plate"', 'name = "plate \N{CJK UNIFIED IDEOGRAPH-4E2D}"', 1)
+    )
+    with warnings.catch_warnings(record=True) as raised:
+        warnings.simplefilter("always")
+        assert main(["view", str(scene), "--screenshot", str(tmp_path / "a.png")]) == 0
+    assert not raised
+    assert not capsys.readouterr().err
+
+
 def test_the_window_of_a_scene_has_its_names_beside_it(tmp_path: Path) -> None:
     """Drawn without a display: ink of every kind of name in the margins, and the materials' colours between them."""
     scene = cast(Scene, load("bridge"))

@@ -97,6 +97,7 @@ def held_against(run: Run, outcome: Outcome[Any], data: Data | None, fit: Fit | 
     data or inputs are known to, the validation."""
     if data is None or outcome.fem3d is None:
         return outcome
+    from compare import quantities
     from compare.against import evaluate
     from validate.inputs import propagation, validation
 
@@ -109,6 +110,11 @@ def held_against(run: Run, outcome: Outcome[Any], data: Data | None, fit: Fit | 
         beside = kind.beside(outcome, sensitivities)
         checks = propagation.judged_against(checks, scene, data, three, uncertain, beside)
     warnings = (*(f"{data.name}: {text}" for text in data.warnings), *(fit.warnings() if fit else ()))
+    sure = quantities.of(scene, three).sure(data.time)
+    if 2 * sure.sum() < len(sure):
+        compared = f"{sure.sum()} of {len(sure)} rows are compared"
+        why = "the others are outside of the run, too soon after its start or a jump of a drive, or at one"
+        warnings = (*warnings, f"{data.name}: {compared}: {why}")
     outcome = replace(
         outcome, checks=(*outcome.checks, *checks), warnings=(*outcome.warnings, *warnings), against=data, fit=fit
     )
