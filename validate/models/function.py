@@ -80,7 +80,8 @@ def opened(given: str, folder: str, in_threads: list[BaseException]) -> Function
     with _sentences(path.name, path, ""), _beside(path):
         spec.loader.exec_module(module)
     call = getattr(module, name, None)
-    functions = [n for n, each in vars(module).items() if callable(each) and not n.startswith("_")]
+    defined = {n: each for n, each in vars(module).items() if getattr(each, "__module__", None) == spec.name}
+    functions = [n for n, each in defined.items() if callable(each) and not n.startswith("_")]
     if not callable(call):
         what = f"has no function {quoted(name)}" if call is None else f"has {quoted(name)}, but not as a function"
         has = f"give {listed(functions)}" if functions else "it has none"

@@ -35,6 +35,7 @@ TABLES = {
 }  # fmt: skip
 PYTHON = {
     "exits.py": "import os\n\nos._exit(0)\n", "syntax.py": "def bar(scene, times)\n",
+    "imports.py": "from math import sqrt\nfrom pathlib import Path\n\ndef other(scene, times):\n    return {}\n",
     "raises.py": "import nothing_of_this_name\n", "none.py": "",
 }  # fmt: skip
 
@@ -43,6 +44,7 @@ REFUSED = [
     ("lumped.py", "names no function"),
     ("lumped.py:", "names no function"),
     ("lumped.py:barr", 'did you mean "bar"'),
+    ("imports.py:bar", 'imports.py has no function "bar": give "other"'),
     ("lumped.py:number", 'lumped.py has "number", but not as a function: give'),
     ("syntax.py:bar", "syntax.py, line 1: SyntaxError"),
     ("raises.py:bar", "raises.py, line 1: ModuleNotFoundError"),
