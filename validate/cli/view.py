@@ -78,16 +78,20 @@ def is_scene(path: str) -> bool:
 
 def _scene(arguments: argparse.Namespace) -> int:
     """A scene that isn't solved yet: its picture, or a window with it."""
-    from scenes.loading import document, known_names, load, says_nothing
+    from scenes.loading import document, known_names, load, says_nothing, type_of_file
     from validate.viewer.boxes import of_boxes, parts
     from validate.viewer.window import start
 
     values = vars(arguments)
     for name in ("show", "time", "exaggerate", "clip", "probe", "edges", "movie"):
         refuse((values[name], f"--{name} is for fields, and {quoted(Path(arguments.path))} is a scene: leave it out"))
-    if says_nothing(document(arguments.path, known_names())[0]) and not arguments.set:
+    content = document(arguments.path, known_names())[0]
+    if says_nothing(content) and not arguments.set:
         raise SceneError(f"{quoted(Path(arguments.path))} has no [[box]], so there is nothing to draw: add some")
-    size, scene = _size(arguments.size or "1400x800"), of_boxes(load(arguments.path, arguments.set))
+    # What is looked at needs not to say yet how long it is solved for.
+    said = "run" in content or any(text.startswith(("run.", "end_time", "steady")) for text in arguments.set)
+    steady = ["run.steady=true"] if type_of_file(content) is None and not said else []
+    size, scene = _size(arguments.size or "1400x800"), of_boxes(load(arguments.path, [*steady, *arguments.set]))
     if arguments.screenshot:
         from validate.report.figures.scene_picture import save
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 import warnings
 from dataclasses import replace
@@ -280,7 +281,22 @@ def test_every_key_that_does_something_is_listed() -> None:
     assert "play" not in keys_text(replace(VIEW, steps=1), 4)
 
 
-@pytest.mark.long
+@pytest.mark.parametrize(
+    "settings", [[], ["parameters.L=300um"], ["run.end_time=1ms", "material.polysilicon.density=1"]]
+)
+def test_a_scene_is_drawn_that_does_not_say_yet_how_long_it_runs(
+    settings: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    scene, picture = tmp_path / "mine.toml", tmp_path / "a.png"
+    scene.write_text(re.sub(r"\[run\].*?\n\n", "", builtin_text("bridge"), flags=re.DOTALL))
+    assert "[run]" not in scene.read_text()
+    given = [part for text in settings for part in ("--set", text)]
+    status = main(["view", str(scene), *given, "--screenshot", str(picture)])
+    assert (status, picture.exists()) == ((2, False) if "run.end_time=1ms" in settings else (0, True))
+    # A transient needs the heat capacity of all materials, which the bridge does not give.
+    assert ("specific_heat is missing" in capsys.readouterr().err) == (status == 2)
+
+
 def test_a_sign_that_the_font_lacks_is_no_matter(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     scene = tmp_path / "plate.toml"
     scene.write_text(
@@ -293,6 +309,7 @@ def test_a_sign_that_the_font_lacks_is_no_matter(tmp_path: Path, capsys: pytest.
     assert not capsys.readouterr().err
 
 
+@pytest.mark.long
 def test_the_window_of_a_scene_has_its_names_beside_it(tmp_path: Path) -> None:
     """Drawn without a display: ink of every kind of name in the margins, and the materials' colours between them."""
     scene = cast(Scene, load("bridge"))
