@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import ctypes
 import os
 import signal
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from threading import Lock, Timer, get_ident
 
 ONE_THREAD = dict.fromkeys(
@@ -29,6 +30,13 @@ def _said() -> bool:
 
 def processors() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def with_parent() -> None:
+    """On Linux: a signal when the process that waits for this one is gone, however it ended."""
+    with suppress(OSError, AttributeError):
+        set_death_signal, kill = 1, 9
+        ctypes.CDLL(None).prctl(set_death_signal, kill)
 
 
 class TimeIsUpError(BaseException):
@@ -81,8 +89,6 @@ def within(seconds: float | None) -> Iterator[None]:
     if seconds is None:
         yield
         return
-    import ctypes
-
     thread, raise_in = ctypes.c_ulong(get_ident()), ctypes.pythonapi.PyThreadState_SetAsyncExc
     lock, over = Lock(), False
 

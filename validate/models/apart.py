@@ -25,6 +25,7 @@ import numpy as np
 
 from scenes.errors import SceneError, printable
 from validate.models import LONGEST, Answer, Asked, command_of, too_long
+from validate.processes import with_parent
 
 LOOK = 0.1  # s from one look at whether the process is still there to the next, while its answer is waited for
 
@@ -94,17 +95,17 @@ class Apart:
 def opened(given: str, folder: str) -> Apart:
     """The function of FILE.py:FUNCTION, loaded; the same as before where that still serves. Raises SceneError."""
     path = Path(folder, given.rpartition(":")[0]).resolve()
-    saved = path.stat().st_mtime_ns if path.is_file() else None
-    model = _loaded(given, folder, str(path), saved)
+    key = given, folder, str(path), path.stat().st_mtime_ns if path.is_file() else None, os.getcwd()
+    model = _loaded(*key)
     if model.over or model.process.poll() is not None:
         _loaded.cache_clear()
-        model = _loaded(given, folder, str(path), saved)
+        model = _loaded(*key)
     return model
 
 
 @lru_cache(maxsize=1)
-def _loaded(given: str, folder: str, path: str, saved: int | None) -> Apart:
-    """The function of a file that is ``saved`` then (ns)."""
+def _loaded(given: str, folder: str, path: str, saved: int | None, cwd: str) -> Apart:
+    """The function of a file that was ``saved`` then (ns), in the folder that this process is in."""
     channel, its_own = Pipe()
     with its_own:
         process = subprocess.Popen(
@@ -129,6 +130,7 @@ def serve(number: str, given: str, folder: str) -> None:
     from validate.models.asked import checked
     from validate.models.function import opened as loaded
 
+    with_parent()
     os.set_inheritable(int(number), False)
     warnings.filterwarnings("ignore", category=RuntimeWarning)  # of numpy, where a sentence says what is not finite
     channel, questions = Connection(int(number)), SimpleQueue[Any]()

@@ -27,6 +27,7 @@ import numpy as np
 from scenes.errors import SceneError, did_you_mean, listed, printable, quoted
 from scenes.formats import quantity
 from validate.models import LONGEST, Answer, Asked, command_of, readable, too_long
+from validate.processes import with_parent
 
 STEPS = (500, 2000)
 """Numbers of steps of the two runs over time; an FMU integrated here has a relative tolerance of 0.01 over that."""
@@ -163,8 +164,6 @@ def _rests(before: Mapping[str, float], now: Mapping[str, float]) -> bool:
 
 def simulate() -> None:
     """What that process does."""
-    from validate.models.spice import with_parent
-
     with_parent()
     task = json.loads(sys.stdin.read())
     from fmpy import extract, simulate_fmu

@@ -8,12 +8,10 @@ programs. No start-up file of ngspice's is read.
 
 from __future__ import annotations
 
-import ctypes
 import re
 import shutil
 import subprocess
 import tempfile
-from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -22,6 +20,7 @@ import numpy as np
 from scenes.errors import SceneError, did_you_mean, printable, quoted
 from validate.against import raw
 from validate.models import LONGEST, Answer, Asked, readable, too_long
+from validate.processes import with_parent
 
 _REFUSED = {
     ".control": "runs commands", ".endc": "runs commands", ".exec": "runs commands", ".include": "reads other files",
@@ -177,13 +176,6 @@ def _ngspice(name: str, folder: str) -> str:
     except OSError as error:
         raise SceneError(f"--model {name}: ngspice can't be started ({error})") from None
     return ran.stdout.decode("utf-8", "replace")
-
-
-def with_parent() -> None:
-    """On Linux: a signal when the process that waits for this one is gone, however it ended."""
-    with suppress(OSError, AttributeError):
-        set_death_signal, kill = 1, 9
-        ctypes.CDLL(None).prctl(set_death_signal, kill)
 
 
 def _complaint(said: str) -> str:
