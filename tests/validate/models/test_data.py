@@ -218,6 +218,7 @@ def test_refused(text: str, more: list[str], said: str, transient: Path, capsys:
     assert not out.exists()
 
 
+@pytest.mark.long
 def test_data_of_which_few_rows_can_be_compared_are_told_so(tmp_path: Path) -> None:
     """Four of the five rows of a square wave are at its jumps, or at the start."""
     file = tmp_path / "mine.csv"
