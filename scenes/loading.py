@@ -9,6 +9,7 @@ import zlib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
+from itertools import islice
 from operator import attrgetter
 from pathlib import Path
 from typing import Any, Literal, TypeVar, overload
@@ -255,7 +256,8 @@ def file_text(source: str | Path, known: Sequence[str]) -> str:
         if source in known_names():
             command = source if source in TYPES else f"solve {source}"
             raise SceneError(f"{shown} is a scene of another command: validate {command}") from None
-        hint = did_you_mean(str(source), known)
+        beside = map(str, islice(Path(source).parent.glob("*.toml"), 100))
+        hint = did_you_mean(str(source), (*known, *beside))
         raise SceneError(f"{shown} is no file: give a TOML file, or the built-in {instead}{hint}") from None
     except IsADirectoryError:
         raise SceneError(f"{shown} is a directory: give a TOML file, or the built-in {instead}") from None

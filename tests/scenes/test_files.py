@@ -64,6 +64,15 @@ def test_more_boxes_than_are_solved_are_refused_before_any_is_looked_at(
         load(path)
 
 
+@pytest.mark.parametrize("given", ["mine", "Mine.TOML", "mien.toml"])
+def test_a_file_that_is_nearly_called_so_is_named(given: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("mine.toml").write_text("")
+    for path in (given, str(tmp_path / given)):
+        with pytest.raises(SceneError, match=r'is no file: .*, did you mean ".*mine\.toml"\?'):
+            document(path, ("bridge", "hotplate"))
+
+
 def test_ten_thousand_tables_are_refused_before_any_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "junk.toml"
     path.write_text("[s]\n" * 10_001)
