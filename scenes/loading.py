@@ -23,7 +23,7 @@ from scenes.kinds import Choice
 from scenes.model import AnyScene
 from scenes.moved import transferred
 from scenes.parameters import SECTION, Parameters
-from scenes.schema import locate, nest, override
+from scenes.schema import nest, override
 from scenes.sink import Sink
 from scenes.validity import check as check
 
@@ -141,12 +141,11 @@ def _read(scene: Any, flat: Mapping[str, Any], overrides: Sequence[str]) -> Any:
 def _built(flat: Mapping[str, Any], overrides: Sequence[str], scene_type: SceneType[Any]) -> Any:
     schema, parameters = scene_type.schema, {path: given for path, given in flat.items() if path == SECTION}
     before, values = schema.read(flat), schema.read(override(flat, overrides, schema))
-    if _physical(before, scene_type) != _physical(values, scene_type) and _EXPECTED not in override(
-        parameters, overrides, schema
-    ):
+    given = override(parameters, overrides, schema)
+    if _physical(before, scene_type) != _physical(values, scene_type) and _EXPECTED not in given:
         values[_EXPECTED] = None
     scene = _checked(schema.apply(values, scene_type.default))
-    refuse_unused((locate(text.partition("=")[0].strip(), None, schema, flat)[0] for text in overrides), scene)
+    refuse_unused(given, scene)
     return scene
 
 

@@ -138,7 +138,9 @@ def test_the_tail_of_a_path_is_enough_a_later_override_wins_and_tolerances_add_u
     assert load("sink", ["tolerances.eq12=1", "tolerances.eq13=2"]).tolerances == {"eq12": 1.0, "eq13": 2.0}
 
 
-@pytest.mark.parametrize("settings", [["drive.voltage=1", "current=3mA"], ["current=3mA", "voltage=2"]])
+@pytest.mark.parametrize(
+    "settings", [["drive.voltage=1", "current=3mA"], ["current=3mA", "voltage=2"], ["current=3mA", "drive={voltage=1}"]]
+)
 def test_a_voltage_that_is_set_beside_a_given_current_is_refused_also_the_one_that_is_there_anyway(settings):
     with pytest.raises(SceneError, match=r"^drive\.voltage .* give one of them"):
         load("sink", settings)
