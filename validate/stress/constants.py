@@ -1,49 +1,102 @@
 """What constants of the 3D engine are good for: how much the element leaves of an edge, against what its estimator says
 is left (`fem3d.adaptivity.estimate.lag`); how many unknowns random scenes take with other values of those that place
-cells, and how long scenes with laws at other values of those that iterations take steps by; and how true errors compare
-with stated ones at other values of those that errors are made with."""
+cells, and how long scenes with laws with other values of those that iterations take steps by; and how true errors
+compare with stated ones with other values of those that errors are made with."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass
+from contextlib import contextmanager, nullcontext
+from dataclasses import dataclass, replace
 from functools import partial
 from importlib import import_module
 from time import process_time
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from validate.pool import side_by_side
 from validate.processes import TimeIsUpError, limited
+from validate.stress.random_scenes import Drawn
 from validate.stress.report import Row
 
 GROUP = "constants"
 DEGREES = ((4, 4), (5, 5), (6, 6), (5, 4), (4, 3), (4, 2), (5, 3), (6, 3))  # along x and y
 ASPECTS = ((1.0, 1.0), (4.0, 1.0), (4.0, 4.0))  # lengths along x, before and behind the edge, of cells 1 wide
-PLACING = {
+Values = dict[str, tuple[float, float]]
+"""Constants by module and name, with other values than those in use."""
+PLACING: Values = {
     "meshes.grading.LAYERS": (25.0, 225.0), "meshes.grading.FAR": (30.0, np.inf), "meshes.grading.AT_ONCE": (1, 6),
-    "fem3d.adaptivity.brick_mesh.AIM": (0.25, 1.0),
+    "meshes.edgewise.FALLS": (3.0, 30.0), "fem3d.adaptivity.brick_mesh.AIM": (0.25, 1.0),
+    "fem3d.adaptivity.brick_mesh.MANY": (2e3, np.inf), "fem3d.adaptivity.reach.MANY": (300, 3e3),
 }  # fmt: skip
-STEPPING = {
+PLACING_TETRAHEDRA: Values = {
+    "fem3d.adaptivity.tetrahedra.FIRST": (0.1, 0.5), "fem3d.adaptivity.tetrahedra.FALLS": (2 / 3, 2.0),
+    "fem3d.adaptivity.tetrahedra.SECOND_GROWTH": (1.1, 1.5),
+}  # fmt: skip
+STEPPING: Values = {
     "fem3d.solution.newton.SLOW": (0.03, 0.3), "fem3d.solution.newton.SECANTS": (1, 10),
     "fem3d.solution.newton.AROUND": (0.02, 0.1), "fem3d.solution.newton.NEXT_TO": (1e-3, 1e-1),
     "fem3d.solution.newton.WORSE": (1.1, 3.0), "fem3d.solution.slight.SLIGHT": (0.0, 0.1),
+    "fem3d.solution.slight.QUADRATURE": (3e-3, 0.3), "fem3d.problems.following.ALIKE": (0.1, 0.6),
     "fem3d.adaptivity.suited.LOWER": (1, 3), "fem3d.adaptivity.suited.SHARE": (0.1, 1.0),
 }  # fmt: skip
-STATING = {
+STATING: Values = {
     "fem3d.adaptivity.estimate.LEAST_SEEN": (0.0, 1.0), "fem3d.adaptivity.estimate.LENGTHY": (1.0, np.inf),
     "fem3d.adaptivity.goal_errors.OF_WORST": (0.0, 0.5),
 }  # fmt: skip
-"""Constants by module and name, with other values than those in use."""
-COUNT = 12  # random scenes: each is solved some thirty times
-LONGEST, PATIENCE = 10, 5  # s that a scene with laws may take here, and times that by the clock
+STATING_OVER_TIME: Values = {
+    "fem3d.adaptivity.trace_errors.FURTHER": (1.0, 5.0), "fem3d.adaptivity.trace_errors.ALIKE": (2.0, 10.0),
+    "fem3d.adaptivity.law_response.ALIKE": (0.03, 0.3), "fem3d.adaptivity.law_response.FALLS": (0.1, 0.5),
+}  # fmt: skip
+STATING_TETRAHEDRA: Values = {
+    "fem3d.adaptivity.estimate.LATER": (1.0, 3.0), "fem3d.adaptivity.effectivity.FELL": (0.5, 1.0),
+}  # fmt: skip
+LONGEST, PATIENCE = 15, 5  # s that a scene may take here, with a finer solution if need be, and times that by the clock
+FINER = 4.0  # times that the finer solutions are
 COSTLIER = 1.25  # the value in use may take at most this factor times what any other value takes
 
 Angular = Callable[[np.ndarray], np.ndarray]
-Measure = Callable[[range], dict[int, Any]]
-Case = tuple[Measure, str, float]  # what is measured, with which constant of which value; "": with those in use
+Kind = Literal["boxes", "laws", "plates"]
+Measure = Callable[[Drawn], Any]
+
+
+@dataclass(frozen=True)
+class Group:
+    """Constants that are measured alike, on the scenes of a kind, at rest or over time, of ``count`` seeds."""
+
+    measure: Measure
+    kind: Kind
+    over_time: bool
+    count: int
+    constants: Values
+    first: int = 0
+
+    @property
+    def scenes(self) -> str:
+        """What the scenes are, for a row."""
+        kind = {"boxes": "scenes", "laws": "scenes with laws", "plates": "plates with pads"}[self.kind]
+        rest = "over time" if self.over_time else "at rest"
+        return f"{kind} {rest}, seeds {self.first} to {self.first + self.count - 1}"
+
+    def measured(self) -> dict[int, Any]:
+        """What is measured of each of the scenes that are solved soon, by seed."""
+        from scenes.errors import NumericsError
+        from validate.stress import random_effects, random_plates, random_scenes
+
+        draw = {"boxes": random_scenes.draw, "laws": random_effects.draw, "plates": random_plates.draw}[self.kind]
+        known = {}
+        for seed in range(self.first, self.first + self.count):
+            try:
+                with limited(LONGEST, PATIENCE * LONGEST):
+                    if (drawn := draw(seed)).scene.steady != self.over_time:
+                        known[seed] = self.measure(drawn)
+            except (NumericsError, TimeIsUpError):
+                continue
+        return known
+
+
+Case = tuple[Group, str, float]  # what is measured, with which constant of which value; "": with those in use
 
 
 @dataclass(frozen=True)
@@ -67,28 +120,34 @@ def rows(quick: bool, first: int = 0, jobs: int = 1) -> Iterator[Row]:
                   said=f"worst: degrees {worst[0]}, lengths {worst[1]}")  # fmt: skip
     if quick:
         return
-    seeds = range(first, first + COUNT)
-    groups: tuple[tuple[Measure, dict[str, tuple[float, float]]], ...] = (
-        (unknowns, PLACING), (seconds, STEPPING), (errors, STATING)
-    )  # fmt: skip
-    cases: list[Case] = []
-    for measure, constants in groups:
-        cases += [(measure, "", 0.0), *((measure, name, v) for name, values in constants.items() for v in values)]
-    measured = dict(side_by_side(partial(_measured, cases, seeds), range(len(cases)), jobs))
-    usual = {cases[i][0]: seen for i, seen in measured.items() if not cases[i][1]}
-    for i, (measure, name, value) in enumerate(cases):
-        if measure is errors:
-            yield _stated(seeds, measured[i], name, value)
+    cases: list[Case] = [
+        (group, name, value)
+        for group in (replace(each, first=first) for each in groups())
+        for name, values in {"": (0.0,), **group.constants}.items()
+        for value in values
+    ]
+    measured = dict(side_by_side(partial(_measured, cases), range(len(cases)), jobs))
+    usual = {(cases[i][0].measure, cases[i][0].scenes): seen for i, seen in measured.items() if not cases[i][1]}
+    for i, (group, name, value) in enumerate(cases):
+        if group.measure is errors:
+            yield _stated(group, measured[i], name, value)
         elif name:
-            yield _compared(seeds, measure, usual[measure], measured[i], f"{name} of {value:g}")
+            yield _compared(group, usual[group.measure, group.scenes], measured[i], f"{name} of {value:g}")
 
 
-def _measured(cases: list[Case], seeds: range, number: int) -> dict[int, Any]:
-    measure, name, value = cases[number]
-    if not name:
-        return measure(seeds)
-    with other(name, value):
-        return measure(seeds)
+def groups() -> list[Group]:
+    """All of them; scenes are solved once for each value of each constant, so there are few."""
+    return [
+        Group(unknowns, "boxes", False, 12, PLACING), Group(unknowns, "plates", False, 3, PLACING_TETRAHEDRA),
+        Group(seconds, "laws", False, 12, STEPPING), Group(errors, "boxes", False, 12, STATING),
+        Group(errors, "laws", True, 12, STATING_OVER_TIME), Group(errors, "plates", False, 3, STATING_TETRAHEDRA),
+    ]  # fmt: skip
+
+
+def _measured(cases: list[Case], number: int) -> dict[int, Any]:
+    group, name, value = cases[number]
+    with other(name, value) if name else nullcontext():
+        return group.measured()
 
 
 @contextmanager
@@ -104,24 +163,21 @@ def other(name: str, value: float) -> Iterator[None]:
         setattr(module, constant, before)
 
 
-def _compared(seeds: range, measure: Measure, usual: dict[int, Any], others: dict[int, Any], what: str) -> Row:
+def _compared(group: Group, usual: dict[int, Any], others: dict[int, Any], what: str) -> Row:
     """The row of what scenes take with the value in use, over what they take with another one."""
     both = [s for s in usual if s in others]
     ratio = sum(usual[s] for s in both) / max(sum(others[s] for s in both), 1e-300)
-    unit = "unknowns of all levels" if measure is unknowns else "processor time"
-    kind = "steady scenes" if measure is unknowns else "steady scenes with laws"
-    return Row(GROUP, what, f"{len(both)} {kind}, seeds {seeds[0]} to {seeds[-1]}",
-               f"{unit} with the value in use over that with this", ratio, COSTLIER,
-               said=f"{len(usual)} solved, {len(others)} with this")  # fmt: skip
+    unit = "unknowns of all levels" if group.measure is unknowns else "processor time"
+    return Row(GROUP, what, f"{len(both)} {group.scenes}", f"{unit} with the value in use over that with this", ratio,
+               COSTLIER, said=f"{len(usual)} solved, {len(others)} with this")  # fmt: skip
 
 
-def _stated(seeds: range, seen: dict[int, tuple[float, float]], name: str, value: float) -> Row:
+def _stated(group: Group, seen: dict[int, tuple[float, float]], name: str, value: float) -> Row:
     """The row of the errors stated with a value of a constant, or with those in use."""
-    violations, paddings = zip(*seen.values(), strict=True)
+    violations, paddings = zip(*seen.values(), strict=True) if seen else ((np.inf,), ())
     known = [padding for padding in paddings if padding < np.inf]
-    return Row(GROUP, f"{name} of {value:g}" if name else "the values in use",
-               f"{len(seen)} steady scenes, seeds {seeds[0]} to {seeds[-1]}", "true over stated error, largest",
-               max(violations), 1.0, not name,
+    return Row(GROUP, f"{name} of {value:g}" if name else f"the values in use, {group.kind}",
+               f"{len(seen)} {group.scenes}", "true over stated error, largest", max(violations), 1.0, not name,
                said=f"stated over true error where that is least: {np.median(known):.3g} in the median")  # fmt: skip
 
 
@@ -215,54 +271,26 @@ def off(edge: Edge, degrees: tuple[int, int], lengths: tuple[float, float]) -> f
     return (energy - float(load @ solved[-1])) / said
 
 
-def unknowns(seeds: range) -> dict[int, int]:
-    """For each steady scene that is solved the unknowns of all levels."""
+def unknowns(drawn: Drawn) -> int:
+    """The unknowns of all levels of a scene."""
     from fem3d.runs.scene import solve
-    from scenes.errors import NumericsError
-    from validate.stress.random_scenes import draw
 
-    taken = {}
-    for seed in seeds:
-        said: list[str] = []
-        if (scene := draw(seed).scene).steady:
-            try:
-                solve(scene, said.append)
-            except NumericsError:
-                continue
-            taken[seed] = sum(int(line.split()[-2]) for line in said if line.endswith(" unknowns"))
-    return taken
+    said: list[str] = []
+    solve(drawn.scene, said.append)
+    return sum(int(line.split()[-2]) for line in said if line.endswith(" unknowns"))
 
 
-def seconds(seeds: range) -> dict[int, float]:
-    """For each steady scene with laws that is solved soon the processor time (s)."""
+def seconds(drawn: Drawn) -> float:
+    """The processor time (s) of a scene."""
     from fem3d.runs.scene import solve
-    from scenes.errors import NumericsError
-    from validate.stress.random_effects import draw
 
-    taken = {}
-    for seed in seeds:
-        try:
-            with limited(LONGEST, PATIENCE * LONGEST):
-                if (scene := draw(seed).scene).steady:
-                    started = process_time()
-                    solve(scene)
-                    taken[seed] = process_time() - started
-        except (NumericsError, TimeIsUpError):
-            continue
-    return taken
+    started = process_time()
+    solve(drawn.scene)
+    return process_time() - started
 
 
-def errors(seeds: range) -> dict[int, tuple[float, float]]:
-    """For each steady scene that is solved `invariants.compared` with one ten times finer."""
-    from scenes.errors import NumericsError
+def errors(drawn: Drawn) -> tuple[float, float]:
+    """`invariants.compared` with a finer solution."""
     from validate.stress import invariants
-    from validate.stress.random_scenes import draw
 
-    seen = {}
-    for drawn in map(draw, seeds):
-        if drawn.scene.steady:
-            try:
-                seen[drawn.seed] = invariants.compared(drawn, invariants.solve(drawn.scene), 10.0)
-            except NumericsError:
-                continue
-    return seen
+    return invariants.compared(drawn, invariants.solve(drawn.scene), FINER)

@@ -1,6 +1,7 @@
 """Random scenes, their invariants and the table; each invariant sees the fault that it is there for."""
 
 from dataclasses import replace
+from importlib import import_module
 
 import numpy as np
 import pytest
@@ -208,15 +209,24 @@ def test_what_the_element_leaves_of_an_edge_is_what_its_lag_says(monkeypatch):
 
 @pytest.mark.long
 def test_another_value_of_a_constant_is_in_force_for_its_scenes_alone():
-    usual = constants.unknowns(range(2, 5))
+    group = constants.Group(constants.unknowns, "boxes", False, 3, {}, first=2)
+    usual = group.measured()
     with constants.other("meshes.grading.LAYERS", 1.0):
-        assert constants.unknowns(range(2, 5)) != usual
-    assert constants.unknowns(range(2, 5)) == usual
-    usual = constants.errors(range(6, 9))
+        assert group.measured() != usual
+    assert group.measured() == usual
+    group = constants.Group(constants.errors, "boxes", False, 3, {}, first=6)
+    usual = group.measured()
     with constants.other("fem3d.adaptivity.goal_errors.OF_WORST", 1.0):
-        more = constants.errors(range(6, 9))
+        more = group.measured()
     assert all(padding >= usual[seed][1] for seed, (_, padding) in more.items())
     assert more != usual
+
+
+def test_every_constant_that_rows_are_about_is_there_and_has_another_value():
+    for group in constants.groups():
+        for name, values in group.constants.items():
+            module, constant = name.rsplit(".", 1)
+            assert getattr(import_module(module), constant) not in values, name
 
 
 @pytest.mark.long
