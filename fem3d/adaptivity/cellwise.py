@@ -20,15 +20,15 @@ from fem3d.spaces.split import Interface
 from scenes.model import bends
 
 Tested = Callable[[np.ndarray], np.ndarray]
-"""From a dual solution (functions,) to the absolute product of each cell, in parts for the three axes (3, cells)."""
+"""From a dual solution (functions,) to the product of each cell, in parts of its sign for the three axes (3, cells)."""
 
 
 def _parts(products: np.ndarray, besides: np.ndarray | float = 0.0) -> np.ndarray:
-    """(3, cells): the absolute sums of products (3, cells) of slopes along the axes, and of others, in parts as large
-    as those of the slopes."""
+    """(3, cells): the sums of products (3, cells) of slopes along the axes, and of others, in parts that are to one
+    another as the absolute values of those of the slopes."""
     sizes = np.abs(products)
     total = np.maximum(sizes.sum(axis=0), 1e-300)
-    parts: np.ndarray = np.abs(products.sum(axis=0) + besides) * np.where(total > 1e-300, sizes / total, 1 / 3)
+    parts: np.ndarray = (products.sum(axis=0) + besides) * np.where(total > 1e-300, sizes / total, 1 / 3)
     return parts
 
 

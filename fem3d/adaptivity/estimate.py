@@ -39,11 +39,14 @@ SLOWEST = 1.0  # slowest rate a that is assumed next to an edge, unless theory h
 # distances to powers s from 0.13 to 0.67 about an edge, in one layer of cells up to four times longer than wide, it
 # leaves no more than (p + lag)^-4s has it (`validate stress`: "constants").
 LAG, LAG_OVER_EXPONENT = 3.0, 0.6
-# Times what all degrees after p add in theory to an error like p^-4s, next to edges on a mesh: where a meander and gold
-# pads lie on a membrane (an exponent of 0.52), the current and the mean at 38,000 unknowns are 0.9 and 1.3 times as far
-# from those at 309,000 as degree 3 changed them, the latter 1.7 times that; among metal, vias and oxide (2/3) half as
-# far.
-LATER = 1.7
+# Times what degrees after p add in theory to an error like p^-4s, next to edges on tetrahedra: what they are expected
+# to add, and the most. Between meshes of 12 random plates with pads (exponents of 0.5) it is 1.2, of a stack with vias
+# (2/3) 1.1, and 1.2 to 1.7 of an L-shaped conductor (2/3), whose current is known.
+EXPECTED, LATER = 1.2, 1.7
+# Smallest exponent of edges at which that was seen; at others nothing is expected, and the most may be.
+KNOWN_FROM = 0.4
+# Of what degree 3 added away from edges all later ones add at most this: 0.1 to 0.3 on the same plates.
+AWAY = 0.5
 # An interval next to an edge that is longer than this times the narrowest distance of two planes along another axis may
 # hold what happens over that distance alone, as beside a film. Where its last degree took away more than the one
 # before, no faster a rate a than the second number is assumed (`validate stress`: "constants").
@@ -63,14 +66,14 @@ Spread = list[np.ndarray]
 
 class Parts(NamedTuple):
     """What degree p - 1 took away of an error ``before``, p as the ``last``, and how the size of the part of p - 1
-    compares to that of two degrees lower (``every_second``); the ``sum`` of the last ones with their signs, and which
-    fraction of what is left is ``seen``."""
+    compares to that of two degrees lower (``every_second``); which fraction of what is left is ``seen``; and on cells
+    of any shape what p added there, with its sign (cells,)."""
 
     before: Spread
     last: Spread
     every_second: Spread
-    sum: float = 0.0
     seen: float = 1.0
+    signed: np.ndarray = np.zeros(1)
 
 
 def left(p: np.ndarray, a: np.ndarray) -> np.ndarray:
@@ -115,19 +118,21 @@ class Estimator:
 
     def __init__(
         self, degrees: Spread, cap: Spread, least: Spread, fall: Spread, near: Spread, last: Spread, lengthy: Spread,
-        later: np.ndarray | float = 1.0, of_edges: Grid | None = None,
+        later: tuple[np.ndarray, np.ndarray] | None = None, of_edges: Grid | None = None,
     ) -> None:  # fmt: skip
         self._degrees, self._cap, self._least, self._fall, self._near = degrees, cap, least, fall, near
         self._last, self._lengthy, self._later, self._of_edges = last, lengthy, later, of_edges
 
     @classmethod
     def of_mesh(cls, exponents: np.ndarray, degree: int) -> Estimator:
-        """That of cells of one degree that touch edges of some ``exponents`` (cells,), infinite where they touch none.
-        What is smooth, and falls fast, hides what an edge in the same cell causes: of the last part nothing faster than
-        the slowest rate is believed."""
-        p, cap, fall, lengthy = (np.full(len(exponents), x) for x in (degree, FASTEST, 0.0, False))
-        least = np.minimum(at_edge(p, exponents), SLOWEST)
-        later = np.maximum(LATER * left(p, np.minimum(4 * exponents, FASTEST)), 1.0)
+        """That of cells of one degree that touch edges of some ``exponents`` (2, cells), of heat and of current,
+        infinite where they touch none. What is smooth, and falls fast, hides what an edge in the same cell causes: of
+        the last part nothing faster than the slowest rate is believed."""
+        p, cap, fall, lengthy = (np.full(exponents.shape[1], x) for x in (degree, FASTEST, 0.0, False))
+        least = np.minimum(at_edge(p, exponents.min(axis=0)), SLOWEST)
+        theory = left(p, np.minimum(4 * exponents, FASTEST))
+        expected = np.where((exponents >= KNOWN_FROM) & np.isfinite(exponents), EXPECTED * theory, 0.0)
+        later = expected, np.where(np.isfinite(exponents), LATER * theory, AWAY)
         return cls([p] * 3, [cap] * 3, [least] * 3, [fall] * 3, [], [least] * 3, [lengthy] * 3, later)
 
     @classmethod
@@ -215,10 +220,12 @@ class Estimator:
             return remaining
         return edgewise.shared(self._of_edges, remaining, [x + y for x, y in zip(*parts[:2], strict=True)])
 
-    def later(self, parts: Parts) -> float:
-        """What degrees after the last will change of a reading over what that one did, at least once that: a mean over
-        the cells that the reading's error comes from."""
-        return total([self._later * each for each in parts.last]) / max(total(parts.last), 1e-300) or 1.0
+    def later(self, changed: np.ndarray, electric: bool) -> tuple[float, float]:
+        """What degrees after the last are expected to change of a reading of which that one ``changed`` so much on each
+        cell, by the heat or by the current, and by how much more or less they may."""
+        assert self._later is not None
+        expected, most = (each[int(electric)] for each in self._later)
+        return float((expected * changed).sum()), float(((most - expected) * np.abs(changed)).sum())
 
     def left_at_times(self, parts: Mapping[str, Parts]) -> dict[str, Spread]:
         """What is left of each goal over time, as if nothing cancelled: at another instant signs may be the same."""

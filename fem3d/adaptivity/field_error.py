@@ -60,7 +60,7 @@ def improved(study: Study, answer: Answer, level: Level, progress: Callable[[str
         level = finer
         progress(f"level {number}, for the field: {problems.heat.size} unknowns")
         if level.worst <= study.accuracy and (error := mesh.field_error(level)) < best.field:
-            best = Answer(mesh, problems.heat, problems.conductor, fine, level.errors, None, number, error)
+            best = Answer(mesh, problems.heat, problems.conductor, level.fine, level.errors, None, number, error)
     return best
 
 

@@ -7,13 +7,13 @@ leading parts of its own. `fem3d.adaptivity.estimate` makes errors of what each 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from fem3d.adaptivity import cellwise, estimate
+from fem3d.adaptivity import cellwise, estimate, later
 from fem3d.adaptivity.estimate import Estimator, Parts, Spread
 from fem3d.adaptivity.nested import Problems, Solution, free_functions, parts_of, solution
 from fem3d.problems.heat import HeatProblem
@@ -47,9 +47,11 @@ class Level:
     errors: dict[str, float]
     goals: dict[str, Spread]
     falls: Spread
-    least: dict[str, float]
-    """No error is smaller, whatever other meshes say: what the last degree changed in heat and in current, one not
-    making up for the other, or what degrees after it will change at edges; and what the coupled iteration leaves."""
+    least: dict[str, float] = field(default_factory=dict)
+    """On cells of any shape no error is smaller, whatever other meshes say: what isn't known of the change by degrees
+    after the last (`fem3d.adaptivity.later`), and what the coupled iteration leaves."""
+    extrapolated: bool = False
+    """Whether the quantities of the fine solution have what is known of that change."""
 
     @property
     def relative(self) -> dict[str, float]:
@@ -85,7 +87,8 @@ def examined(study: Study, given: Problems, fine: Solution, judge: Estimator) ->
     parts = steady_parts(study, given, fine, low, part_scales, duals)
     goals = {name: judge.remains(each) for name, each in parts.items()}
     rest = tail(goals, parts, judge.most)
-    goals = summed(goals, at_contradictions(study.goals, given, fine.state.rise, part_scales, None, duals, judge))
+    torn = at_contradictions(study.goals, given, fine.state.rise, part_scales, None, duals, judge)
+    goals = summed(goals, torn)
     power = judge.remains(given.electric_parts)
     joule = joule_parts(study.goals, given, _warmed(given, fine.state), part_scales, duals)
     electric = given.electric_parts
@@ -95,12 +98,19 @@ def examined(study: Study, given: Problems, fine: Solution, judge: Estimator) ->
     falls = how_fast(given, goals, parts, joule)
     unsettled = fine.state.unsettled + low.state.unsettled + ROUNDING
     errors = _errors(study, fine, low, scales, goals, told, estimate.total(power), unsettled, rest)
-    least = {name: abs(float(value - low.quantities[name])) for name, value in fine.quantities.items()}
-    for name, each in parts.items():
-        thermal, current = each.sum * scales[name], joule[name].sum * scales[name] if name in joule else 0.0
-        least[name] = max(judge.later(each) * least[name], abs(thermal) + abs(current))
-    least = {name: e + unsettled * scales[name] for name, e in least.items()}
-    return Level(given, fine, low, scales, errors, goals, falls, least)
+    level = Level(given, fine, low, scales, errors, goals, falls)
+    if not given.domain.space.by_cells:
+        return level
+    expected, doubts = later.changes(fine, low, scales, parts, joule, electric, judge)
+    values, extrapolated = fine.quantities, study.extrapolated and not given.follows and given.heat.about is None
+    if extrapolated:
+        fine = replace(fine, quantities={name: value + expected[name] for name, value in values.items()})
+    else:
+        changed = {name: abs(float(value - low.quantities[name])) for name, value in values.items()}
+        doubts = {name: max(doubt + abs(expected[name]), changed[name]) for name, doubt in doubts.items()}
+    doubts |= {name: doubts[name] + estimate.total(spread) * scales[name] for name, spread in torn.items()}
+    least = _with_others(study, fine, scales, doubts, unsettled)
+    return replace(level, fine=fine, least=least, extrapolated=extrapolated)
 
 
 def of_part(part: Symmetry, goals: Mapping[str, str], scales: Mapping[str, float]) -> dict[str, float]:
@@ -149,11 +159,17 @@ def _errors(
     unsettled: float,
     rest: float,
 ) -> dict[str, float]:
-    """Estimated error of each quantity of the fine solution, in its unit: what space leaves, ``unsettled`` (relative)
-    of the coupled iteration, and the doubt of an extreme's place; then what quantities say of one another. ``told`` and
-    ``rest`` as of `_by_goals`."""
+    """Estimated error of each quantity of the fine solution, in its unit. ``told`` and ``rest`` as of `_by_goals`."""
     changed = {name: abs(float(value - low.quantities[name])) for name, value in fine.quantities.items()}
     space = _by_goals(changed, scales, goals, told, rest) | _by_difference(changed, scales, goals, electric, rest)
+    return _with_others(study, fine, scales, space, unsettled)
+
+
+def _with_others(
+    study: Study, fine: Solution, scales: dict[str, float], space: Mapping[str, float], unsettled: float
+) -> dict[str, float]:
+    """The errors of what ``space`` leaves of each quantity, ``unsettled`` (relative) of the coupled iteration, and the
+    doubt of an extreme's place; and what quantities say of one another."""
     doubts = {name: float(fine.out.get(f"doubt:{study.goals.get(name)}", 0.0)) for name in space}
     errors = {name: space[name] + unsettled * scales[name] + doubts[name] for name in fine.quantities}
     errors |= _no_rise_far_better(study, errors, scales)

@@ -150,7 +150,8 @@ class Search:
         except BeyondLawError as beyond:
             return Verdict("raise", beyond=beyond)
         errors = level.errors if level else {}
-        answer = Answer(mesh, problems.heat, problems.conductor, fine, errors, response, number)
+        told = level.fine if level else fine
+        answer = Answer(mesh, problems.heat, problems.conductor, told, errors, response, number)
         relative = response.relative if response else level.relative if level else {}
         if response.accepted if response else max(relative.values(), default=0.0) <= self.enough:
             return Verdict("accept", answer, level)

@@ -120,7 +120,7 @@ class Problems:
         if space.by_cells:
             # What the power loses is the square of what the potential does.
             before, last = (
-                [*(sum((current(conductor, c)(c) for c in phi - lower), np.zeros((3, len(self.domain.body)))) / power)]
+                [*np.abs(np.sum([current(conductor, c)(c) for c in phi - lower], axis=0) / power)]
                 for (lower, phi), power in zip(pairwise(potentials), powers, strict=True)
             )
             return Parts(before, last, [np.zeros_like(x) for x in last])
@@ -240,9 +240,10 @@ def parts_of(
         before, last = (space.spread(at, product) for at, product in zip(new, products, strict=True))
         ratios = estimate.every_second(space, free[-1], sizes[free[-1]])
         return Parts(before, last, ratios, seen=1.0 if space.by_cells else max(map(estimate.seen, products)))
-    spreads, signed = [], float(duals[-1][new[-1]] @ residuals[-1][new[-1]])
+    products = []
     for at, dual, of_change in zip(new, duals, tested, strict=True):
         added = np.zeros(len(dual))
         added[at] = dual[at]
-        spreads.append([*of_change(added)])
-    return Parts(spreads[0], spreads[1], [np.zeros_like(x) for x in spreads[0]], signed)
+        products.append(of_change(added))
+    before, last = ([*np.abs(product)] for product in products)
+    return Parts(before, last, [np.zeros_like(x) for x in last], signed=products[-1].sum(axis=0))

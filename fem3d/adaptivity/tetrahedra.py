@@ -36,8 +36,9 @@ from scenes.plan import Step
 AIM = 0.5  # of what is enough, at which a refinement aims, as on bricks
 # Unknowns: a transient may have the fewer, and a steady state that needs more than the fewer has these first, as they
 # take a fifth of the time and a third of the memory of the most. Half as many more than a mesh has are little use, but
-# after the first one, as the second also tells how far estimates are too large (`fem3d.adaptivity.effectivity`).
-FEWER, MOST_UNKNOWNS, LEAST_GROWTH, SECOND_GROWTH = 60_000, 150_000, 1.5, 1.25
+# after the first one, as the second also tells how far estimates are too large (`fem3d.adaptivity.effectivity`): from
+# twice as many on they fall by as much as that takes.
+FEWER, MOST_UNKNOWNS, LEAST_GROWTH, SECOND_GROWTH, TELLS = 60_000, 150_000, 1.5, 1.25, 2.0
 MOST_GROWTH = 3.0  # times the cells of a level that the next one may have
 # A cell is halved along the longest, and others longer than half of that, of those axes for which what is missing along
 # them times the cell's size is at least this fraction of the most. Across an edge both are larger than along it, where
@@ -131,7 +132,7 @@ class Tetrahedra:
 
     @cached_property
     def _exponents(self) -> np.ndarray:
-        """(cells,): of the edges that each touches."""
+        """(2, cells): of the edges that each touches, for heat and for current."""
         return edge_exponents.of_cells(self.domain)
 
     @cached_property
@@ -161,7 +162,7 @@ class Tetrahedra:
         missing = by_axis.sum(axis=0)
         missing *= max(worst / max(float(missing.sum()), 1e-300), 1.0)
         excess = missing / max(grading.share_of(missing, AIM * enough), 1e-300)
-        falls_like = np.minimum(2 * self._exponents, FALLS)
+        falls_like = np.minimum(2 * self._exponents.min(axis=0), FALLS)
         often = np.ceil(np.log2(np.maximum(excess, 1.0)) / falls_like).clip(max=self.laid.most).astype(int)
         times = np.where(self._long(by_axis), often, 0)
         order = np.argsort(-missing)
@@ -169,7 +170,7 @@ class Tetrahedra:
         order = order[often[order] > 0]
         best, least = None, None
         to_fewer = FEWER / self.size.unknowns
-        room = min(self._limit, MOST_GROWTH, to_fewer if to_fewer >= LEAST_GROWTH else np.inf) - 1
+        room = min(self._limit, MOST_GROWTH, to_fewer if to_fewer >= TELLS else np.inf) - 1
         alone = np.cumsum(2.0 ** times.sum(axis=0)[order] - 1) / times.shape[1]
         fit = min(int(np.searchsorted(alone, FIRST * room)) + 1, len(order))
         for _ in range(TRIALS):

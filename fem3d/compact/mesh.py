@@ -48,7 +48,11 @@ def problem(
         return {name: max(scale, scales[name]) for name, scale in probe_quantities.scales(mixed_scene, out, {}).items()}
 
     study = replace(
-        probe_quantities.study(mixed_scene, mixed_part), field=None, steady_scales=largest, trace_scales=largest
+        probe_quantities.study(mixed_scene, mixed_part),
+        field=None,
+        extrapolated=False,
+        steady_scales=largest,
+        trace_scales=largest,
     )
     mesh: Any = loop.solve(study, not scene.steady, mesh=start, with_steady=scene.steady).mesh
     given = mesh.on(replace(part.scene, accuracy=accuracy)).problems()

@@ -21,6 +21,7 @@ class Study:
     of the outputs (those of the steady state where it is known) what an error of each is relative to. ``goals`` and
     ``trace_goals`` name the probe that a steady quantity, or a trace, is; ``ratios`` quantities with the goal whose
     relative error they share. ``rises`` and ``trace_rises`` are the temperatures among the quantities.
+    ``extrapolated``: whether what later degrees would change, where that is known, is part of the steady quantities.
     ``field``: the largest error of the steady field at any point, over its largest rise, that needs no finer mesh; None
     where nobody looks at the field. Times in s: the ``end``, the ``earliest`` from which on
     traces hold their accuracy, and ``instants`` that must be among the rows. ``voltage`` names the drive in messages.
@@ -42,3 +43,4 @@ class Study:
     steady_scales: Callable[[Outputs], dict[str, float]]
     trace_scales: Callable[[Outputs], dict[str, float]]
     field: float | None = None
+    extrapolated: bool = True

@@ -22,31 +22,33 @@ _BESIDE = np.array([[[set(f) == {*edge, c} for f in RefTet.facets].index(True) f
 
 
 def of_cells(domain: Domain) -> np.ndarray:
-    """(cells,): the smallest exponent of the temperature or the potential at an edge that a cell touches; infinite
-    where all are regular. Of a contact the smaller counts of those with it and without, as `meshes.singular` says."""
+    """(2, cells): the smallest exponents of the temperature and of the potential at an edge that a cell touches;
+    infinite where all are regular. Of a contact the smaller counts of those with it and without, as `meshes.singular`
+    says."""
     mesh: Any = domain.space.mesh
-    every = [np.full(mesh.edges.shape[1], np.inf)]
+    regular = np.full(mesh.edges.shape[1], np.inf)
+    thermal, electric = [regular], [regular]
     if physics.heat(domain.scene):
         k, given, torn = (
             _mean(domain.per_cell("thermal_conductivity")),
             _given(domain, "temperature"),
             domain.space.torn,
         )
-        every.append(_at_edges(mesh, k, given))
+        thermal.append(_at_edges(mesh, k, given))
         if len(torn):
             largest = max(joint.contact.thermal_resistance for joint in domain.contacts)
             fine = RESOLVED * np.linalg.norm(np.diff(mesh.p[:, mesh.edges], axis=1), axis=0).min()
-            every.append(_at_edges(mesh, np.where(k * largest > fine, k, 0.0), given, torn))
+            thermal.append(_at_edges(mesh, np.where(k * largest > fine, k, 0.0), given, torn))
     if domain.live.any():
         resistivity = domain.per_cell("resistivity")
         sigma = np.where(domain.live, 1 / _mean(np.where(domain.live, resistivity, 1.0)), 0.0)
         given, torn = _given(domain, "voltage"), domain.electric.space.torn
-        every += [_at_edges(mesh, sigma, given, facets) for facets in ([None, torn] if len(torn) else [None])]
-    exponents = np.min(every, axis=0)
-    at_vertices = np.full(mesh.p.shape[1], np.inf)
-    for end in mesh.edges:
-        np.minimum.at(at_vertices, end, exponents)
-    smallest: np.ndarray = at_vertices[mesh.t].min(axis=0)
+        electric += [_at_edges(mesh, sigma, given, facets) for facets in ([None, torn] if len(torn) else [None])]
+    at_vertices = np.full((2, mesh.p.shape[1]), np.inf)
+    for at, exponents in zip(at_vertices, (np.min(thermal, axis=0), np.min(electric, axis=0)), strict=True):
+        for end in mesh.edges:
+            np.minimum.at(at, end, exponents)
+    smallest: np.ndarray = at_vertices[:, mesh.t].min(axis=1)
     return smallest
 
 

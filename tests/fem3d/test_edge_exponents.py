@@ -65,7 +65,8 @@ def test_the_smallest_exponent_is_that_of_the_edge_between_bricks(
 
 def test_cells_that_touch_no_edge_have_none() -> None:
     domain = halved((BASE, PAD))
-    mesh, exponents = domain.space.mesh, edge_exponents.of_cells(domain)
+    mesh, (exponents, electric) = domain.space.mesh, edge_exponents.of_cells(domain)
+    assert np.isinf(electric).all()
     foot = (np.abs(mesh.p[2] - 1.0) < 1e-9) & (np.abs(mesh.p[:2] - 1.5).max(axis=0) < 0.5 + 1e-9)
     touches = (foot & (np.abs(np.abs(mesh.p[:2] - 1.5).max(axis=0) - 0.5) < 1e-9))[mesh.t].any(axis=0)
     assert np.array_equal(np.isfinite(exponents), touches)
@@ -107,5 +108,5 @@ def test_errors_of_a_first_mesh_hold_where_a_good_conductor_ends_at_a_held_edge(
         return max(abs(e.value - known[n].value) / (e.error + known[n].error) for n, e in found.steady.items())
 
     assert off() < 1.0
-    monkeypatch.setattr(edge_exponents, "of_cells", lambda domain: np.full(len(domain.body), np.inf))
+    monkeypatch.setattr(edge_exponents, "of_cells", lambda domain: np.full((2, len(domain.body)), np.inf))
     assert off() > 2.0

@@ -60,6 +60,8 @@ def levels(finer: Finer, most: int) -> list[tuple[int, float]]:
     scene = Scene("L", boxes, ends, probes, accuracy=1e-9, steady=True, mesh="tetrahedra")
     exact = WIDTH / 1e-6 / (2 * ARM + 1 - 2 * np.log(2) / np.pi)
     study, mesh = scene_run.start(scene)
+    # What the mesh itself leaves, without what is known of that.
+    study = replace(study, extrapolated=False)
     search, levels = Search(study, True, False, lambda _: None), list[tuple[int, float]]()
     while mesh is not None and (not levels or levels[-1][0] < most):
         verdict = search.judge(mesh, len(levels))
