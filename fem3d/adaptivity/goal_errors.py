@@ -101,7 +101,9 @@ def examined(study: Study, given: Problems, fine: Solution, judge: Estimator) ->
     level = Level(given, fine, low, scales, errors, goals, falls)
     if not given.domain.space.by_cells:
         return level
-    expected, doubts = later.changes(fine, low, scales, parts, joule, electric, judge)
+    heat = {name: each for name, each in parts.items() if name in duals}
+    current = joule | {name: each for name, each in parts.items() if name not in duals}
+    expected, doubts = later.changes(fine, low, scales, heat, current, electric, judge)
     values, extrapolated = fine.quantities, study.extrapolated and not given.follows and given.heat.about is None
     if extrapolated:
         fine = replace(fine, quantities={name: value + expected[name] for name, value in values.items()})
