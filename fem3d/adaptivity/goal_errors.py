@@ -7,7 +7,7 @@ leading parts of its own. `fem3d.adaptivity.estimate` makes errors of what each 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
 
@@ -98,21 +98,14 @@ def examined(study: Study, given: Problems, fine: Solution, judge: Estimator) ->
     falls = how_fast(given, goals, parts, joule)
     unsettled = fine.state.unsettled + low.state.unsettled + ROUNDING
     errors = _errors(study, fine, low, scales, goals, told, estimate.total(power), unsettled, rest)
-    level = Level(given, fine, low, scales, errors, goals, falls)
     if not given.domain.space.by_cells:
-        return level
-    heat = {name: each for name, each in parts.items() if name in duals}
+        return Level(given, fine, low, scales, errors, goals, falls)
+    thermal = {name: each for name, each in parts.items() if name in duals}
     current = joule | {name: each for name, each in parts.items() if name not in duals}
-    expected, doubts = later.changes(fine, low, scales, heat, current, electric, judge)
-    values, extrapolated = fine.quantities, study.extrapolated and not given.follows and given.heat.about is None
-    if extrapolated:
-        fine = replace(fine, quantities={name: value + expected[name] for name, value in values.items()})
-    else:
-        changed = {name: abs(float(value - low.quantities[name])) for name, value in values.items()}
-        doubts = {name: max(doubt + abs(expected[name]), changed[name]) for name, doubt in doubts.items()}
+    fine, doubts = later.extrapolated(study, given, fine, low, scales, thermal, current, judge)
     doubts |= {name: doubts[name] + estimate.total(spread) * scales[name] for name, spread in torn.items()}
     least = _with_others(study, fine, scales, doubts, unsettled)
-    return replace(level, fine=fine, least=least, extrapolated=extrapolated)
+    return Level(given, fine, low, scales, errors, goals, falls, least, later.known(study, given))
 
 
 def of_part(part: Symmetry, goals: Mapping[str, str], scales: Mapping[str, float]) -> dict[str, float]:

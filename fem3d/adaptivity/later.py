@@ -9,11 +9,40 @@ Analysis, Wiley 1991, section 4.3). Each cell has its own exponent, and its own 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from fem3d.adaptivity.estimate import Estimator, Parts
-from fem3d.adaptivity.nested import Solution
+from fem3d.adaptivity.nested import Problems, Solution
+from fem3d.results.study import Study
+
+
+def known(study: Study, given: Problems) -> bool:
+    """Whether quantities are to have what later degrees change of them: not those that are to be the fields' own, nor
+    where a law of the temperature makes errors that edges don't."""
+    return study.extrapolated and not given.follows and given.heat.about is None
+
+
+def extrapolated(
+    study: Study,
+    given: Problems,
+    fine: Solution,
+    low: Solution,
+    scales: Mapping[str, float],
+    heat: Mapping[str, Parts],
+    current: Mapping[str, Parts],
+    judge: Estimator,
+) -> tuple[Solution, dict[str, float]]:
+    """The fine solution with quantities that have what later degrees are expected to change of them, where that is
+    `known`, and how far they may be off; elsewhere as it is, and by how much it may change at most, at least as much as
+    the last degree changed. ``heat`` and ``current`` as of `changes`."""
+    values = fine.quantities
+    expected, doubts = changes(fine, low, scales, heat, current, given.electric_parts, judge)
+    if known(study, given):
+        return replace(fine, quantities={name: value + expected[name] for name, value in values.items()}), doubts
+    changed = {name: abs(float(value - low.quantities[name])) for name, value in values.items()}
+    return fine, {name: max(doubt + abs(expected[name]), changed[name]) for name, doubt in doubts.items()}
 
 
 def changes(
