@@ -328,14 +328,14 @@ def steady_table(
     tangent = Tangent(study, state, known.rows)
     fine = tangent.table(known.values, by)
     scene, level = study.part.scene, len(state.heat.domain.space.nested) - 2
-    heat = (state.heat.exact or state.heat).lower(level)
+    lower = state.heat.lower(level)
+    heat = lower.exact or lower
     conductor = state.conductor and state.conductor.lower(level, heat)
     if state.heat.exact is None:
         thermal = physics.heat(scene)
         below = steady.coupled(heat, conductor, thermal, study.voltage, study.accuracy, state.follows_pattern)
     else:
-        start = heat.take(state.heat.field(state.rise))
-        below = newton.coupled(heat, conductor, study.voltage, study.accuracy, start, finer=False)
+        below = newton.within(state, lower, conductor, study.voltage, study.accuracy)
     low = Tangent(study, below, known.rows).table(known.values, by)
     rest = 1.0
     if isinstance(scene, Scene):

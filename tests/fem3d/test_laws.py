@@ -308,7 +308,7 @@ def test_a_law_keeps_to_its_slope_where_a_state_is_colder_than_anything(law):
 
 def test_a_state_is_found_although_rounding_goes_on_making_steps(monkeypatch):
     """Noise of 1e-6 in what enters each function: no step leads nearer than that, and none so small is the end."""
-    document = bar(POWER, volts=1.0, accuracy=1e-2)
+    document = bar(POWER, volts=1.0, accuracy=1e-4)
     expected, at, drawn = solve(from_dict(document)).steady, newton.Newton.at, np.random.default_rng(0)
 
     def noisy(self, *given):
