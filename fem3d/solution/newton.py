@@ -124,7 +124,7 @@ class Newton:
             longer = max(1.0, sizes[-1] / (_largest(tangent.solve_steady(point.residual)) or 1.0))
             nearer = self._along(point, tangent, direction, drive)
             if nearer is None:
-                return point if self.ahead < ROUNDED * self.enough else None
+                return point if self.ahead < min(ROUNDED * self.enough, ON_THE_WAY) else None
             point = nearer
             if tangent is not known and sizes[-1] < NEXT_TO * _largest(point.rise):
                 self.least = self.off

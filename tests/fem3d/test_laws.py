@@ -125,6 +125,7 @@ RISING = {"value": RHO, "at": COLD, "exponent": 1.0}
         (K, RISING),
         (K, {**RISING, "exponent": 1.7}),
         (K, {"temperatures": [400.0, 700.0], "values": [RHO, 3 * RHO]}),
+        (TABLE, {"temperatures": [400.0, 700.0], "values": [RHO, 3 * RHO]}),
         ({**POWER, "exponent": 1.0}, RHO),
         (POWER, RISING),
     ],
