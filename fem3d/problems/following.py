@@ -57,8 +57,8 @@ class OfCells:
         bodies = domain.body[cells]
         self._start = domain.scene.initial_temperature
         self._axes = any(isinstance(given[b], tuple) for b in np.unique(bodies))
-        by_body = {b: given[b] for b in np.unique(bodies).tolist()}
-        self._parts = [(np.flatnonzero(bodies == b), each) for b, each in by_body.items()]
+        kinds, self._kind = np.unique(bodies, return_inverse=True)
+        self._parts = [(np.flatnonzero(bodies == b), given[b]) for b in kinds.tolist()]
 
     def value(self, rise: np.ndarray) -> np.ndarray:
         """The property at a rise (K)."""
@@ -73,7 +73,7 @@ class OfCells:
         """(cells, points), or with axes in front: what is ``made`` of the property at a field u (functions,), itself by
         default, as `Cells.averaged` has it."""
         made = made or OfCells.value
-        return cells.averaged(u, lambda places, rise: made(self.of(places), rise))
+        return cells.averaged(u, lambda at, rise: made(self if isinstance(at, slice) else self.of(at), rise))
 
     def above(self, rise: np.ndarray) -> np.ndarray:
         """Its integral over the temperature, from the initial one to a rise (K) above."""
@@ -94,10 +94,11 @@ class OfCells:
                 change[at] += laws.towards(given, target, temperature[at])
         return change
 
-    def of(self, cells: np.ndarray) -> OfCells:
+    def of(self, cells: slice | np.ndarray) -> OfCells:
         """That of some of the cells, by their places among them, each as often as it is there."""
         some = copy(self)
-        some._parts = [(np.flatnonzero(np.isin(cells, at)), given) for at, given in self._parts]
+        some._kind = self._kind[cells]
+        some._parts = [(np.flatnonzero(some._kind == k), given) for k, (_, given) in enumerate(self._parts)]
         return some
 
     def bends(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:

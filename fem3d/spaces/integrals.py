@@ -198,10 +198,10 @@ class Cells:
         values: np.ndarray = u[..., self.dofs[cell]] @ self._rule.values[point]
         return values
 
-    def averaged(self, u: np.ndarray, evaluate: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> np.ndarray:
+    def averaged(self, u: np.ndarray, evaluate: Callable[[slice | np.ndarray, np.ndarray], np.ndarray]) -> np.ndarray:
         """(..., cells, points): what is made of a function u (functions,): by ``evaluate`` of some cells, by their
         places, and its values (of them, points) there. Of cells that are cut it is the field of `Cut.within`."""
-        field = evaluate(np.arange(len(self.dofs)), self.value(u))
+        field = evaluate(slice(None), self.value(u))
         if self.cut is not None:
             field[..., self.cut.places, :] = self.cut.within(evaluate(self.cut.owner, self.cut.value(u)))
         return field
