@@ -20,10 +20,13 @@ from scipy.sparse import csc_array
 from fem3d.spaces.cut import Boxes, joined
 from fem3d.spaces.domain import Domain
 from fem3d.spaces.integrals import Cells, Faces
-from scenes import laws
+from scenes import laws, physics
 from scenes.laws import Property, Table
 
 COLDEST = 1.0  # K: a state on the way to the solution may lie below, where no law says anything
+# Of the coldest temperature that a scene may have: polynomials swing below it beside steep rises, and a law that is
+# followed there makes equations of a coarse mesh that have no solution. One that is known to a half is nowhere so cold.
+SWING = 0.5
 # Of the span of the points of a quadrature, which a cell may go on beyond them: two points leave 1/4 (1/sqrt(3) - 1/2
 # on either side over 1/sqrt(3)), more of them less.
 OUTSIDE = 0.37
@@ -56,6 +59,7 @@ class OfCells:
         given = [m.law(key) for m in domain.materials]
         bodies = domain.body[cells]
         self._start = domain.scene.initial_temperature
+        self._coldest = max(COLDEST, SWING * physics.coldest(domain.scene))
         self._axes = any(isinstance(given[b], tuple) for b in np.unique(bodies))
         kinds, self._kind = np.unique(bodies, return_inverse=True)
         self._parts = [(np.flatnonzero(bodies == b), given[b]) for b in kinds.tolist()]
@@ -67,7 +71,7 @@ class OfCells:
     def slope(self, rise: np.ndarray) -> np.ndarray:
         """Its derivative (per K): none where the value is that of the coldest temperature."""
         slopes = self._made(rise, lambda law, t: law.slope(t) if callable(law) else np.zeros_like(t))
-        return np.asarray(np.where(self._start + rise < COLDEST, 0.0, slopes))
+        return np.asarray(np.where(self._start + rise < self._coldest, 0.0, slopes))
 
     def on(self, cells: Cells, u: np.ndarray, made: Made | None = None) -> np.ndarray:
         """(cells, points), or with axes in front: what is ``made`` of the property at a field u (functions,), itself by
@@ -85,7 +89,7 @@ class OfCells:
         """What the property at a rise (K) changes by on the way to that of a scene that differs by its numbers, the
         initial temperature among them, to first order."""
         change = self.slope(rise) * (other._start - self._start)
-        temperature = np.maximum(self._start + rise, COLDEST)
+        temperature = np.maximum(self._start + rise, self._coldest)
         for (at, given), (_, target) in zip(self._parts, other._parts, strict=True):
             if self._axes:
                 for d, pair in enumerate(zip(laws.along(given), laws.along(target), strict=True)):
@@ -121,7 +125,7 @@ class OfCells:
         return np.flatnonzero(self.bends(low - beyond, high + beyond))
 
     def _made(self, rise: np.ndarray, evaluate: Callable[[Property, np.ndarray], np.ndarray]) -> np.ndarray:
-        temperature = np.maximum(self._start + rise, COLDEST)
+        temperature = np.maximum(self._start + rise, self._coldest)
         values = np.empty((*((3,) if self._axes else ()), *rise.shape))
         for at, given in self._parts:
             if self._axes:
