@@ -53,7 +53,7 @@ def coldest(scene: AnyScene) -> float:
         return 0.0
     given = [b.value for b in scene.boundaries if b.kind == "temperature"]
     given += [b.ambient for b in scene.boundaries if b.kind in ("convection", "radiation")]
-    return min(scene.initial_temperature, *(v for value in given for v in values(value)))
+    return min([scene.initial_temperature, *(v for value in given for v in values(value))])
 
 
 def jumps(given: Iterable[Value]) -> tuple[float, ...]:

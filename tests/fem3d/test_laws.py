@@ -258,6 +258,7 @@ def test_the_coldest_temperature_is_that_of_what_a_scene_is_next_to():
     cold, hot = scene.boundaries
     ambient = replace(hot, kind="convection", value=10.0, ambient=Schedule((0.0, 1.0), (280.0, 220.0)))
     assert physics.coldest(replace(scene, boundaries=(cold, ambient))) == 220.0
+    assert physics.coldest(replace(scene, boundaries=())) == COLD
     # What takes heat out makes things colder than all that.
     assert physics.coldest(replace(scene, boundaries=(cold, replace(hot, kind="heat_flux", value=-1.0)))) == 0.0
     assert physics.coldest(replace(scene, boxes=(replace(scene.boxes[0], heat_source=-1.0),))) == 0.0
