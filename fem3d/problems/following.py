@@ -15,11 +15,11 @@ from functools import cached_property
 from typing import Protocol
 
 import numpy as np
-from scipy.sparse import csc_array
+from scipy.sparse import coo_array, csc_array
 
 from fem3d.spaces.cut import Boxes, joined
 from fem3d.spaces.domain import Domain
-from fem3d.spaces.integrals import Cells, Faces
+from fem3d.spaces.integrals import Cells, Faces, halves
 from scenes import laws, physics
 from scenes.laws import Property, Table
 
@@ -211,27 +211,26 @@ class Conduction:
 
     def tangent(self, u: np.ndarray) -> tuple[csc_array, csc_array]:
         """(functions, functions) twice: the integrals of (k - k0) grad w . grad v and of k' w grad u . grad v."""
-        both = []
+        # Both have one pattern, so both travel through one conversion as a complex number.
+        entries = []
         for on, law, cold, _ in self.parts:
             k = law.on(on, u)
             ratio = (k.max(axis=-1) / k.min(axis=-1)).reshape(-1, len(on.dofs)).max(axis=0)
             one, other = on.tangent(k - cold, law.on(on, u, OfCells.slope) * on.gradient(u), ratio)
-            both.append((one.ravel(), other.ravel()))
-        pattern, places = self._pattern
-        matrices = (np.bincount(places, np.concatenate(data), pattern.nnz) for data in zip(*both, strict=True))
-        symmetric, rest = (csc_array((d, pattern.indices, pattern.indptr), pattern.shape) for d in matrices)
-        return symmetric, rest
+            entries.append((one + 1j * other).ravel())
+        size = self.domain.space.size
+        return halves(csc_array(coo_array((np.concatenate(entries), self._places), shape=(size, size))))
 
     @cached_property
-    def _pattern(self) -> tuple[csc_array, np.ndarray]:
-        """The pattern of the matrices, and which of its entries each entry of a cell's block adds to."""
-        size, keys = self.domain.space.size, []
+    def _places(self) -> tuple[np.ndarray, np.ndarray]:
+        """The rows and the columns of the entries of all cells' blocks."""
+        rows, columns = [], []
         for on, _, _, _ in self.parts:
-            numbers = on.dofs.astype(np.int64)
-            keys.append((numbers[:, None, :] * size + numbers[:, :, None]).ravel())
-        every, places = np.unique(np.concatenate(keys), return_inverse=True)
-        starts = np.searchsorted(every, np.arange(size + 1, dtype=np.int64) * size)
-        return csc_array((np.zeros(len(every)), every % size, starts), (size, size)), places
+            dofs = on.dofs.astype(np.int32)
+            shape = (*dofs.shape, dofs.shape[1])
+            rows.append(np.broadcast_to(dofs[:, :, None], shape).ravel())
+            columns.append(np.broadcast_to(dofs[:, None], shape).ravel())
+        return np.concatenate(rows), np.concatenate(columns)
 
     def bent(self, u: np.ndarray) -> np.ndarray:
         """(3, all cells): by how much a field u changes along each axis of the cells where a law bends between its
