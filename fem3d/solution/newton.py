@@ -81,6 +81,8 @@ class Newton:
     off: float = np.inf
     tangent: HeatProblem | None = field(default=None, repr=False)
     least: float = 0.0
+    vanished: bool = False
+    """Whether a resistivity was not positive at the rise that was looked at last."""
 
     def at(self, rise: np.ndarray, drive: float, near: np.ndarray | None = None) -> Point | None:
         """The point of a rise, ``near`` being the potential of a similar one at this drive; None where no law says
@@ -90,9 +92,10 @@ class Newton:
         if not np.isfinite(rise).all() or hottest > HOTTEST:
             return None
         source, potential = drive * heat.loads[0], None
+        self.vanished = conductor is not None and not conductor.conducts(rise)
+        if self.vanished:
+            return None
         if conductor is not None:
-            if not conductor.conducts(rise):
-                return None
             potential = conductor.solve(rise, drive * conductor.voltages[0], near)
             source = source + conductor.joule_load(potential.density, rise)
         return Point(rise, potential, source, (source - heat.outflow(rise))[: heat.free])
@@ -264,7 +267,8 @@ def _driven(newton: Newton, voltage: float, limit: float | None = None) -> Point
             steep = before is not None and _power(before, (drive, rise)) > STEEP
             given_current = newton.conductor is not None and newton.conductor.by_current
             may = physics.may_run_away(heat.domain.scene, given_current)
-            raise _runaway(newton, voltage, drive, rise, steep and may)
+            # Where a resistivity falls to zero there is a last state without a fold.
+            raise _runaway(newton, voltage, drive, rise, may and (steep or newton.vanished))
 
 
 def _accelerated(rises: list[np.ndarray], steps: list[np.ndarray]) -> np.ndarray:

@@ -276,6 +276,17 @@ def test_where_a_coarse_mesh_swings_far_below_what_is_coldest_its_state_is_found
 
 
 @pytest.mark.long
+def test_a_resistivity_that_falls_to_zero_runs_away(monkeypatch):
+    """Not by a fold: a line of -0.0033 per kelvin ends 304 K above the cold end, in one box of two in series."""
+    scene = random_effects.draw(3064).scene
+    with pytest.raises(RunawayError, match="thermal runaway"):
+        solve(scene)
+    monkeypatch.setattr(physics, "may_run_away", lambda *_: False)
+    with pytest.raises(RunawayError, match="need not be a runaway"):
+        solve(scene)
+
+
+@pytest.mark.long
 def test_a_sharp_fall_of_the_conductivity_is_not_called_a_runaway():
     """At a wall of 100 within 1e-7 K the iteration ends, and the heat of a voltage would leave at some temperature."""
     law = {"temperatures": [COLD, COLD + 1e-7], "values": [130, 1.3]}
