@@ -44,6 +44,18 @@ def driving(scene: AnyScene) -> tuple[Value, ...]:
     )
 
 
+def coldest(scene: AnyScene) -> float:
+    """What no temperature (K) of a scene falls below: the coldest one that it starts at, is held at or is next to; 0
+    where heat is taken out of it."""
+    supplied = [value for _, value in heat_sources(scene)]
+    supplied += [b.value for b in scene.boundaries if b.kind == "heat_flux"]
+    if any(v < 0 for value in supplied for v in values(value)):
+        return 0.0
+    given = [b.value for b in scene.boundaries if b.kind == "temperature"]
+    given += [b.ambient for b in scene.boundaries if b.kind in ("convection", "radiation")]
+    return min([scene.initial_temperature, *(v for value in given for v in values(value))])
+
+
 def jumps(given: Iterable[Value]) -> tuple[float, ...]:
     """The times (s) after the start at which any of the values jumps."""
     varying = (value.times for value in given if isinstance(value, Schedule))

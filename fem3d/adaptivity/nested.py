@@ -185,13 +185,13 @@ def solution(
 
 
 def _nonlinear(study: Study, given: Problems, space: int, before: Before) -> SteadyState:
-    """The steady state of a nonlinear problem in a space by its number: from that on other bricks, or in the
-    lowest space; where the problems are linearized about the state of the highest space, from that."""
+    """The steady state of a nonlinear problem in a space by its number: from that on other bricks, or about
+    that in the lowest space; where the problems are linearized about the state of the highest space, from that."""
     if space in given.states:
         return given.states[space]
-    heat, conductor, top = given.heats[space], given.conductors[space], len(given.heats) - 1
+    heat, conductor = given.heats[space], given.conductors[space]
     if heat.about is not None:
-        fine = given.states[top]
+        fine = given.states[len(given.heats) - 1]
         if fine.conductor is not None and fine.conductor is not given.conductor:
             assert heat.exact is not None
             conductor = fine.conductor.lower(space, heat.exact)
@@ -200,12 +200,11 @@ def _nonlinear(study: Study, given: Problems, space: int, before: Before) -> Ste
         start = _of(before.state, heat)
         if start is None and space:
             try:
-                lowest = _nonlinear(study, given, 0, before)
+                lowest = newton.rough(given.heats[0], given.conductors[0], study.voltage, before.limit)
                 start = heat.take(lowest.heat.field(lowest.rise))
             except NumericsError:
                 pass
-        given_by = study.voltage, study.accuracy, start, space == top, before.limit, before.error
-        state = newton.coupled(heat, conductor, *given_by)
+        state = newton.coupled(heat, conductor, study.voltage, study.accuracy, start, before.limit, before.error)
     given.states[space] = state
     return state
 

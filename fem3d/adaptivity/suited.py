@@ -29,7 +29,6 @@ from scenes.model import Scene
 # comes of it. What others take over random
 # scenes with laws is in `validate stress`: "constants".
 LOWER = 2  # degrees by which those of the rough state are lower
-ROUGH = 1.0  # its accuracy, to which its iteration is solved
 SHARE = 0.5  # of the accuracy: what d^p may be, as of the last degree some is left
 MOST_PIECES = 4  # of an interval
 MOST_GROWTH = 2.0  # of the unknowns
@@ -44,7 +43,7 @@ def suited(scene: Scene, grid: Grid, study: Study) -> tuple[Grid, SteadyState | 
     rough = grid.with_axes(grid.breaks, [np.maximum(d - LOWER, 1) for d in grid.degrees])
     heat = assemble(boxes(scene, rough))
     try:
-        state = newton.coupled(heat, conductors.find(heat, nested.SOLVED), study.voltage, ROUGH, finer=False)
+        state = newton.rough(heat, conductors.find(heat, nested.SOLVED * newton.ROUGH), study.voltage)
     except RunawayError:
         raise
     except NumericsError:

@@ -15,13 +15,13 @@ from scipy.sparse import csc_array
 from scipy.sparse.linalg import LinearOperator, cg
 
 from fem3d.problems.cholesky import Factors, Ordering, part
-from fem3d.problems.following import FINEST, OfCells, cut
+from fem3d.problems.following import FINER, OfCells, finer
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.kept import Kept
 from fem3d.problems.paths import OfPaths, Paths
 from fem3d.problems.terminals import Terminal, packed, unpacked
-from fem3d.spaces.integrals import Faces
-from fem3d.spaces.quadrature import WHOLE, Pieces
+from fem3d.spaces.cut import Boxes
+from fem3d.spaces.integrals import Cells, Faces
 from scenes.errors import NumericsError
 
 # Error of a potential over that of its first guess, in the energy norm, unless a looser one is asked for.
@@ -79,7 +79,7 @@ class Conductor:
     resistivity counts and the heat does not. ``names`` (rows,) are those of bodies and contacts. ``following``: the
     resistivity (ohm m) where one is a law, which ``cold`` and ``warm`` leave out. Resistivities are those along x, and
     current densities (3, rows, points) those that go with them (`fem3d.problems.paths`), by a quadrature with ``more``
-    points along each axis than the space asks for, on ``pieces`` of each cell.
+    points along each axis than the space asks for, and ``boxes`` of cells in which a law bends.
     """
 
     heat: HeatProblem
@@ -99,13 +99,19 @@ class Conductor:
     solved: float = SOLVED
     terminals: tuple[Terminal, ...] = ()
     following: OfCells | OfPaths | None = None
-    pieces: Pieces = WHOLE
+    boxes: Boxes | None = None
     more: int = 0
     kept: Kept = field(init=False, default_factory=Kept)
 
     def lower(self, level: int, heat: HeatProblem) -> Conductor:
         """The problem in a lower space, for the heat problem there."""
         return replace(self, heat=heat, free=self.free[self.space.nested[level][self.free]])
+
+    @property
+    def warmed(self) -> Cells:
+        """Integrals over the cells by the temperature's functions."""
+        cells: Cells = self.on.warmed if isinstance(self.on, Paths) else self.on
+        return cells
 
     @property
     def space(self) -> Any:
@@ -116,34 +122,34 @@ class Conductor:
         """(cells, points) in ohm m at a rise (all nodes of the heat problem)."""
         if not self.warms:
             return np.broadcast_to(self.cold, self.on.weights.shape)
-        at = self.on.value(self.heat.field(rise))
-        return self.cold + self.warm * at if self.following is None else self.stands_for * self.following.value(at)
+        return self.resistivity_of(self.heat.field(rise))
+
+    def resistivity_of(self, u: np.ndarray) -> np.ndarray:
+        """(cells, points) in ohm m at a field u (functions,) of the heat problem's space."""
+        if self.following is None:
+            return self.cold + self.warm * self.on.value(u)
+        # Matrices have the conductivity in them: it is that which is averaged.
+        return self.stands_for / self.following.on(self.on, u, lambda law, at: 1 / law.value(at))
 
     def steepness(self, rise: np.ndarray) -> np.ndarray:
         """(cells, points): the derivative of the resistivity's logarithm (1/K) at a rise (all nodes)."""
         if self.following is None:
             return self.warm / self.resistivity(rise)
-        at = self.on.value(self.heat.field(rise))
-        return self.following.slope(at) / self.following.value(at)
+        return self.following.on(self.on, self.heat.field(rise), lambda law, at: law.slope(at) / law.value(at))
 
     def finer(self, u: np.ndarray) -> Conductor:
         """By a quadrature that is finer for a field u (functions,), where a table of the resistivity bends between its
-        temperatures: by `cut` pieces of each cell; else itself."""
+        temperatures; else itself."""
         if self.following is None:
             return self
-        at = self.following.bent(self.on, u)
-        if not len(at):
+        boxes, stuck = finer(self.following.of(np.arange(len(self.cells))), self.warmed, self.cells, [u])
+        if not len(stuck) and len(boxes.cells) == (0 if self.boxes is None else len(self.boxes.cells)):
             return self
-        warmed = self.on.warmed if isinstance(self.on, Paths) else self.on
-        changes = warmed.within(warmed.gradient(u))[:, at].max(axis=1, keepdims=True)
-        pieces, more = cut(np.array(self.pieces)[:, None], changes)[:, 0], self.more
-        if pieces.prod() > FINEST:
-            pieces, more = np.array(self.pieces), more + 2
-        x, y, z = pieces.tolist()
-        on: Any = self.heat.domain.space.on(self.cells, more, (x, y, z))
+        more = self.more + FINER * bool(len(stuck))
+        on: Any = self.heat.domain.space.on(self.cells, more, boxes)
         if isinstance(self.on, Paths):
-            on = self.on.finer(on, self.space.on(self.cells, more, (x, y, z)))
-        return replace(self, on=on, pieces=(x, y, z), more=more)
+            on = self.on.finer(on, self.space.on(self.cells, more))
+        return replace(self, on=on, boxes=boxes, more=more)
 
     def taken(self, density: np.ndarray, dissipated: float) -> float:
         """Of what drives a current the part that the conductor takes, which ``dissipated`` so much (W): the rest is

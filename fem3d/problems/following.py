@@ -8,29 +8,30 @@ the integral of k'(T) w grad u . grad v, which is not. A term of another kind ha
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
 
 import numpy as np
-from scipy.sparse import csc_array
+from scipy.sparse import coo_array, csc_array
 
+from fem3d.spaces.cut import Boxes, joined
 from fem3d.spaces.domain import Domain
-from fem3d.spaces.integrals import Cells, Faces
-from scenes import laws
+from fem3d.spaces.integrals import Cells, Faces, halves
+from scenes import laws, physics
 from scenes.laws import Property, Table
 
 COLDEST = 1.0  # K: a state on the way to the solution may lie below, where no law says anything
+# Of the coldest temperature that a scene may have: polynomials swing below it beside steep rises, and a law that is
+# followed there makes equations of a coarse mesh that have no solution. One that is known to a half is nowhere so cold.
+SWING = 0.5
 # Of the span of the points of a quadrature, which a cell may go on beyond them: two points leave 1/4 (1/sqrt(3) - 1/2
 # on either side over 1/sqrt(3)), more of them less.
 OUTSIDE = 0.37
-FINEST = 64  # pieces of a cell
-# Of the largest change of a field over a piece: one along another axis that is less bends an isotherm so little that
-# what the axis's own points miss is less than what the pieces do.
-ALIKE = 0.25
 MORE = 1  # points along each axis beyond those of the linear problem: see `fem3d.solution.newton` for what they leave
+FINER = 2  # points along each axis more, where boxes don't help
 
 
 class Term(Protocol):
@@ -58,9 +59,10 @@ class OfCells:
         given = [m.law(key) for m in domain.materials]
         bodies = domain.body[cells]
         self._start = domain.scene.initial_temperature
+        self._coldest = max(COLDEST, SWING * physics.coldest(domain.scene))
         self._axes = any(isinstance(given[b], tuple) for b in np.unique(bodies))
-        by_body = {b: given[b] for b in np.unique(bodies).tolist()}
-        self._parts = [(np.flatnonzero(bodies == b), each) for b, each in by_body.items()]
+        kinds, self._kind = np.unique(bodies, return_inverse=True)
+        self._parts = [(np.flatnonzero(bodies == b), given[b]) for b in kinds.tolist()]
 
     def value(self, rise: np.ndarray) -> np.ndarray:
         """The property at a rise (K)."""
@@ -69,7 +71,13 @@ class OfCells:
     def slope(self, rise: np.ndarray) -> np.ndarray:
         """Its derivative (per K): none where the value is that of the coldest temperature."""
         slopes = self._made(rise, lambda law, t: law.slope(t) if callable(law) else np.zeros_like(t))
-        return np.asarray(np.where(self._start + rise < COLDEST, 0.0, slopes))
+        return np.asarray(np.where(self._start + rise < self._coldest, 0.0, slopes))
+
+    def on(self, cells: Cells, u: np.ndarray, made: Made | None = None) -> np.ndarray:
+        """(cells, points), or with axes in front: what is ``made`` of the property at a field u (functions,), itself by
+        default, as `Cells.averaged` has it."""
+        made = made or OfCells.value
+        return cells.averaged(u, lambda at, rise: made(self if isinstance(at, slice) else self.of(at), rise))
 
     def above(self, rise: np.ndarray) -> np.ndarray:
         """Its integral over the temperature, from the initial one to a rise (K) above."""
@@ -81,7 +89,7 @@ class OfCells:
         """What the property at a rise (K) changes by on the way to that of a scene that differs by its numbers, the
         initial temperature among them, to first order."""
         change = self.slope(rise) * (other._start - self._start)
-        temperature = np.maximum(self._start + rise, COLDEST)
+        temperature = np.maximum(self._start + rise, self._coldest)
         for (at, given), (_, target) in zip(self._parts, other._parts, strict=True):
             if self._axes:
                 for d, pair in enumerate(zip(laws.along(given), laws.along(target), strict=True)):
@@ -90,10 +98,11 @@ class OfCells:
                 change[at] += laws.towards(given, target, temperature[at])
         return change
 
-    def of(self, cells: np.ndarray) -> OfCells:
+    def of(self, cells: slice | np.ndarray) -> OfCells:
         """That of some of the cells, by their places among them, each as often as it is there."""
         some = copy(self)
-        some._parts = [(np.flatnonzero(np.isin(cells, at)), given) for at, given in self._parts]
+        some._kind = self._kind[cells]
+        some._parts = [(np.flatnonzero(some._kind == k), given) for k, (_, given) in enumerate(self._parts)]
         return some
 
     def bends(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
@@ -116,7 +125,7 @@ class OfCells:
         return np.flatnonzero(self.bends(low - beyond, high + beyond))
 
     def _made(self, rise: np.ndarray, evaluate: Callable[[Property, np.ndarray], np.ndarray]) -> np.ndarray:
-        temperature = np.maximum(self._start + rise, COLDEST)
+        temperature = np.maximum(self._start + rise, self._coldest)
         values = np.empty((*((3,) if self._axes else ()), *rise.shape))
         for at, given in self._parts:
             if self._axes:
@@ -127,12 +136,37 @@ class OfCells:
         return values
 
 
-def cut(pieces: np.ndarray, changes: np.ndarray) -> np.ndarray:
-    """(3, cells): more pieces of cells that fields change in by ``changes`` (3, cells) along their axes: four times as
-    many along the axis where a piece has most of it, twice as many along each of several where it has about as much."""
-    each = changes / pieces
-    along = (each > ALIKE * each.max(axis=0)) & (each > 0)
-    return np.where(along, np.where(along.sum(axis=0) > 1, 2, 4) * pieces, pieces)
+Made = Callable[[OfCells, np.ndarray], np.ndarray]
+
+
+def finer(law: OfCells, on: Cells, cells: np.ndarray, fields: Sequence[np.ndarray]) -> tuple[Boxes, np.ndarray]:
+    """The boxes of those ``cells`` in which a law bends between the temperatures of any of some fields (functions,),
+    cut further where it does; and the cells (k,) in which it does and which may have no more boxes."""
+    boxes, changes = _bent(law, on, cells, fields)
+    bent = np.asarray(changes.any(axis=0))
+    smaller = boxes.of(bent).cut(changes[:, bent])
+    counts = np.bincount(np.concatenate([boxes.cells[~bent], smaller.cells]), minlength=cells.max(initial=0) + 1)
+    few = counts <= on.most_boxes
+    boxes, stuck = boxes.of(~bent | ~few[boxes.cells]), np.unique(boxes.cells[bent & ~few[boxes.cells]])
+    boxes = joined([boxes, smaller.of(few[smaller.cells])])
+    return boxes.of(boxes.sides.min(axis=0) < 1), stuck
+
+
+def _bent(law: OfCells, on: Cells, cells: np.ndarray, fields: Sequence[np.ndarray]) -> tuple[Boxes, np.ndarray]:
+    """All boxes of some cells, those that are not cut as one each; and by how much fields change along the axes of each
+    (3, boxes), zero where the law doesn't bend between their temperatures."""
+    boxes, changes = Boxes.whole(cells), np.zeros((3, len(cells)))
+    for u in fields:
+        if len(bent := law.bent(on, u)):
+            changes[:, bent] = np.maximum(changes[:, bent], on.within(on.gradient(u))[:, bent])
+    if on.cut is None:
+        return boxes, changes
+    of_boxes, law = np.zeros((3, len(on.cut.owner))), law.of(on.cut.owner)
+    for u in fields:
+        low, high = on.cut.extremes(u)
+        of_boxes = np.maximum(of_boxes, law.bends(low, high) * on.cut.changes(u))
+    rest = np.setdiff1d(np.arange(len(cells)), on.cut.places)
+    return joined([boxes.of(rest), on.cut.boxes]), np.concatenate([changes[:, rest], of_boxes], axis=1)
 
 
 def following(domain: Domain, key: str) -> np.ndarray:
@@ -143,23 +177,23 @@ def following(domain: Domain, key: str) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class Conduction:
-    """The conductivity beyond that of the initial temperature, on the cells where it follows; ``more`` points along
-    each axis than is their due, on so many ``pieces`` (3, all cells) where a law bends inside."""
+    """The conductivity beyond that of the initial temperature, on the cells where it follows; with so many ``more``
+    points (all cells,) along each axis than else, and the ``boxes`` that cells are cut into where a law bends."""
 
     domain: Domain
-    more: int = MORE
-    pieces: np.ndarray | None = None
+    more: np.ndarray | None = None
+    boxes: Boxes | None = None
 
     @cached_property
     def parts(self) -> list[tuple[Cells, OfCells, np.ndarray, np.ndarray]]:
         """Cells with a quadrature, the law and its value at the initial temperature there, and their numbers."""
         parts, space = [], self.domain.space
         for alike in space.alike(following(self.domain, "thermal_conductivity")):
-            pieces = np.ones((3, len(alike)), int) if self.pieces is None else self.pieces[:, alike]
-            kinds, kind = np.unique(pieces, axis=1, return_inverse=True)
-            for k, (x, y, z) in enumerate(kinds.T.tolist()):
-                cells = alike[kind.ravel() == k]
-                on, law = space.on(cells, self.more, (x, y, z)), OfCells(self.domain, "thermal_conductivity", cells)
+            more = np.zeros(len(alike), int) if self.more is None else self.more[alike]
+            for number in np.unique(more).tolist():
+                cells = alike[more == number]
+                on = space.on(cells, MORE + number, self.boxes)
+                law = OfCells(self.domain, "thermal_conductivity", cells)
                 parts.append((on, law, law.value(np.zeros((len(cells), 1))), cells))
         return parts
 
@@ -172,33 +206,31 @@ class Conduction:
         flow = np.zeros(self.domain.space.size)
         for on, law, cold, _ in self.parts:
             if w[on.dofs].any():
-                flow += on.flow((law.value(on.value(u)) - cold) * on.gradient(w))
+                flow += on.flow((law.on(on, u) - cold) * on.gradient(w))
         return flow
 
     def tangent(self, u: np.ndarray) -> tuple[csc_array, csc_array]:
         """(functions, functions) twice: the integrals of (k - k0) grad w . grad v and of k' w grad u . grad v."""
-        both = []
+        # Both have one pattern, so both travel through one conversion as a complex number.
+        entries = []
         for on, law, cold, _ in self.parts:
-            rise = on.value(u)
-            k = law.value(rise)
+            k = law.on(on, u)
             ratio = (k.max(axis=-1) / k.min(axis=-1)).reshape(-1, len(on.dofs)).max(axis=0)
-            one, other = on.tangent(k - cold, law.slope(rise) * on.gradient(u), ratio)
-            both.append((one.ravel(), other.ravel()))
-        pattern, places = self._pattern
-        matrices = (np.bincount(places, np.concatenate(data), pattern.nnz) for data in zip(*both, strict=True))
-        symmetric, rest = (csc_array((d, pattern.indices, pattern.indptr), pattern.shape) for d in matrices)
-        return symmetric, rest
+            one, other = on.tangent(k - cold, law.on(on, u, OfCells.slope) * on.gradient(u), ratio)
+            entries.append((one + 1j * other).ravel())
+        size = self.domain.space.size
+        return halves(csc_array(coo_array((np.concatenate(entries), self._places), shape=(size, size))))
 
     @cached_property
-    def _pattern(self) -> tuple[csc_array, np.ndarray]:
-        """The pattern of the matrices, and which of its entries each entry of a cell's block adds to."""
-        size, keys = self.domain.space.size, []
+    def _places(self) -> tuple[np.ndarray, np.ndarray]:
+        """The rows and the columns of the entries of all cells' blocks."""
+        rows, columns = [], []
         for on, _, _, _ in self.parts:
-            numbers = on.dofs.astype(np.int64)
-            keys.append((numbers[:, None, :] * size + numbers[:, :, None]).ravel())
-        every, places = np.unique(np.concatenate(keys), return_inverse=True)
-        starts = np.searchsorted(every, np.arange(size + 1, dtype=np.int64) * size)
-        return csc_array((np.zeros(len(every)), every % size, starts), (size, size)), places
+            dofs = on.dofs.astype(np.int32)
+            shape = (*dofs.shape, dofs.shape[1])
+            rows.append(np.broadcast_to(dofs[:, :, None], shape).ravel())
+            columns.append(np.broadcast_to(dofs[:, None], shape).ravel())
+        return np.concatenate(rows), np.concatenate(columns)
 
     def bent(self, u: np.ndarray) -> np.ndarray:
         """(3, all cells): by how much a field u changes along each axis of the cells where a law bends between its
@@ -211,13 +243,14 @@ class Conduction:
         return changes
 
     def finer(self, *fields: np.ndarray) -> Conduction:
-        """By `cut` pieces of the cells where a law bends between the temperatures of a field u; without such cells, or
-        where they are cut finely, by two more points along each axis."""
-        pieces = np.ones((3, len(self.domain.body)), int) if self.pieces is None else self.pieces
-        finer = cut(pieces, np.max([self.bent(u) for u in fields], axis=0))
-        if 1 < finer.prod(axis=0).max() <= FINEST:
-            return Conduction(self.domain, self.more, finer)
-        return Conduction(self.domain, self.more + 2, self.pieces)
+        """By smaller boxes where a law bends between the temperatures of a field u; by `FINER` more points along each
+        axis where these don't help, and without any bend in all cells."""
+        cut = [finer(law, on, cells, fields) for on, law, _, cells in self.parts]
+        boxes, stuck = joined([b for b, _ in cut]), np.concatenate([s for _, s in cut])
+        more = np.zeros(len(self.domain.body), int) if self.more is None else self.more.copy()
+        before = 0 if self.boxes is None else len(self.boxes.cells)
+        more[stuck if len(stuck) or len(boxes.cells) > before else slice(None)] += FINER
+        return Conduction(self.domain, more, boxes)
 
 
 @dataclass(frozen=True, eq=False)

@@ -79,23 +79,37 @@ class OfPaths:
 
     def value(self, rise: np.ndarray) -> np.ndarray:
         """(rows, points) at a rise (rows, points) in K."""
-        return self._with(self.cells.value, rise, self.crossings)
+        count = len(rise) - len(self.crossings)
+        behind = np.broadcast_to(self.crossings, (len(self.crossings), rise.shape[1]))
+        return np.concatenate([self.cells.value(rise[:count]), behind])
 
-    def slope(self, rise: np.ndarray) -> np.ndarray:
-        """Its derivative (per K)."""
-        return self._with(self.cells.slope, rise, np.zeros_like(self.crossings))
-
-    def bent(self, on: Paths, u: np.ndarray) -> np.ndarray:
-        """As of the cells."""
-        return self.cells.bent(on.warmed, u)
+    def on(self, paths: Paths, u: np.ndarray, made: Callable[[OfCells | Still, np.ndarray], np.ndarray]) -> np.ndarray:
+        """(rows, points): what is ``made`` of it at a field u (functions,), as `OfCells.on`."""
+        value = paths.value(u)
+        in_cells = self.cells.on(paths.warmed, u, made)
+        rows, points = in_cells.shape
+        every = np.concatenate([made(self.cells, value[:rows]), made(Still(self.crossings), value[rows:])])
+        every[:rows, :points] = in_cells
+        return every
 
     def of(self, cells: np.ndarray) -> OfCells:
         """As of the cells."""
         return self.cells.of(cells)
 
-    def _with(self, integral: Callable[[np.ndarray], np.ndarray], rise: np.ndarray, behind: np.ndarray) -> np.ndarray:
-        count = len(rise) - len(behind)
-        return np.concatenate([integral(rise[:count]), np.broadcast_to(behind, (len(behind), rise.shape[1]))])
+
+@dataclass(frozen=True, eq=False)
+class Still:
+    """What follows nothing, as `OfCells`."""
+
+    values: np.ndarray
+
+    def value(self, rise: np.ndarray) -> np.ndarray:
+        """(rows, points)."""
+        return np.broadcast_to(self.values, rise.shape)
+
+    def slope(self, rise: np.ndarray) -> np.ndarray:
+        """None."""
+        return np.zeros(rise.shape)
 
 
 class Paths:

@@ -67,12 +67,11 @@ class _Parts:
 
 @dataclass(frozen=True, eq=False)
 class _ByLaw:
-    """Some ``cells`` with a conductivity by a law, at the points (cells, points) that integrals are ``on``: the rise
-    (K), the conductivity there, and the ``slopes`` (3, cells, points) of the rise times the weights."""
+    """Some ``cells`` with a conductivity by a law, at the points (cells, points) that integrals are ``on``: the
+    conductivity there, and the ``slopes`` (3, cells, points) of the rise times the weights."""
 
     on: Any
     cells: np.ndarray
-    rise: np.ndarray
     conductivity: np.ndarray
     slopes: np.ndarray
 
@@ -188,20 +187,24 @@ class Tangent:
         exact, parts = self.state.heat.exact, []
         for term in exact.terms if exact else ():
             for on, law, _, cells in term.parts if isinstance(term, Conduction) else ():
-                rise, slopes = on.value(self.linearized.rise), on.weights * on.gradient(self.linearized.rise)
-                parts.append(_ByLaw(on, cells, rise, law.value(rise), slopes))
+                slopes = on.weights * on.gradient(self.linearized.rise)
+                parts.append(_ByLaw(on, cells, law.on(on, self.linearized.rise), slopes))
         return parts
 
     def _bent(self, by: Motion) -> _Bent:
         """What a motion changes of properties by laws."""
         domain, conductor = self.domain, self.state.conductor
-        conductivity, resistivity = [], None
+        conductivity, resistivity, u = [], None, self.linearized.rise
+
+        def change(key: str, on: Any, cells: np.ndarray) -> np.ndarray:
+            changed: np.ndarray = on.averaged(u, lambda at, rise: by.of_law(domain, key, cells[at], rise))
+            return changed
+
         if self._by_law and by.bends(domain, K):
-            conductivity = [by.of_law(domain, K, law.cells, law.rise) for law in self._by_law]
+            conductivity = [change(K, law.on, law.cells) for law in self._by_law]
         if conductor is not None and conductor.following is not None and by.bends(domain, RHO):
-            n = len(conductor.cells)
-            rise = conductor.on.value(self.linearized.rise)[:n]
-            resistivity = conductor.stands_for[:n] * by.of_law(domain, RHO, conductor.cells, rise)
+            warmed, copies = conductor.warmed, conductor.stands_for[: len(conductor.cells)]
+            resistivity = copies * change(RHO, warmed, conductor.cells)
         return _Bent(conductivity, resistivity)
 
     @cached_property
@@ -325,14 +328,14 @@ def steady_table(
     tangent = Tangent(study, state, known.rows)
     fine = tangent.table(known.values, by)
     scene, level = study.part.scene, len(state.heat.domain.space.nested) - 2
-    heat = (state.heat.exact or state.heat).lower(level)
+    lower = state.heat.lower(level)
+    heat = lower.exact or lower
     conductor = state.conductor and state.conductor.lower(level, heat)
     if state.heat.exact is None:
         thermal = physics.heat(scene)
         below = steady.coupled(heat, conductor, thermal, study.voltage, study.accuracy, state.follows_pattern)
     else:
-        start = heat.take(state.heat.field(state.rise))
-        below = newton.coupled(heat, conductor, study.voltage, study.accuracy, start, finer=False)
+        below = newton.within(state, lower, conductor, study.voltage, study.accuracy)
     low = Tangent(study, below, known.rows).table(known.values, by)
     rest = 1.0
     if isinstance(scene, Scene):

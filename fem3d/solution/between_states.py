@@ -10,7 +10,7 @@ import numpy as np
 
 from fem3d.problems.current import Conductor, Pattern
 from fem3d.problems.faces import Surface
-from fem3d.problems.following import Conduction, Storage
+from fem3d.problems.following import Conduction, OfCells, Storage
 from fem3d.problems.heat import HeatProblem
 from fem3d.solution import joule_tensors
 from fem3d.solution.interpolated import Conducted, Interpolation, Laws
@@ -56,11 +56,16 @@ def with_laws(
 def _conducted(
     term: Conduction | Storage | Surface, fields: np.ndarray, r: int, states: np.ndarray, tolerance: float
 ) -> Conducted:
-    excess, scales = [], []
+    excess, averaged, scales = [], [], []
     for on, law, cold, _ in term.parts:
         each = np.stack([law.value(rise) for rise in on.value(states)]) - cold
         excess.append(each)
+        if isinstance(law, OfCells) and on.cut is not None:
+            averaged.append(np.stack([law.on(on, u) for u in states]) - cold)
+        else:
+            averaged.append(each)
         scales.append(np.broadcast_to(cold, each.shape[1:]).ravel())
+    # What is known at points is interpolated, and integrated as what it is in all of a cell.
     flat = np.concatenate([e.reshape(len(states), -1) for e in excess], axis=1)
     chosen, points = choose(flat / np.concatenate(scales), tolerance)
     starts = np.cumsum([0, *(s.size for s in scales)])
@@ -83,7 +88,7 @@ def _conducted(
         return values
 
     matrices, through = np.zeros((len(chosen), r, len(fields))), dict[str, np.ndarray]()
-    for number, ((on, _, _, density), each) in enumerate(zip(term.parts, excess, strict=True)):
+    for number, ((on, _, _, density), each) in enumerate(zip(term.parts, averaged, strict=True)):
         slopes = isinstance(term, Conduction)
         tested = np.array([on.gradient(u) for u in fields]) if slopes else on.value(fields)[:, None]
         weights = on.weights if slopes else on.weights * density
@@ -151,7 +156,8 @@ def _resisting(
 
     flat = excess.reshape(len(states), -1)
     inverse = np.linalg.inv(flat[np.ix_(chosen, points)]) if chosen else np.empty((0, 0))
-    tensors = [joule_tensors.of_pairs(conductor, basis, patterns, excess[s]) for s in chosen]
+    averaged = (conductor.resistivity_of(u) - conductor.cold - conductor.warm * on.value(u) for u in states[chosen])
+    tensors = [joule_tensors.of_pairs(conductor, basis, patterns, each) for each in averaged]
     return Interpolation(np.array(rows).reshape(len(points), len(fields)), at_points, inverse), tensors
 
 

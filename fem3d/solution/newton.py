@@ -15,18 +15,20 @@ import numpy as np
 from fem3d.problems.current import Conductor, Potential
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.linearized import at_films, linearized
-from fem3d.solution.steady import CONVERGED, SteadyState
+from fem3d.solution.steady import SteadyState
 from scenes import physics
 from scenes.errors import NumericsError, RunawayError
 
 MOST_STEPS = 30  # of Newton's method at one drive
 # So many steps shrink to half at least: those from far above to a face that radiates shrink to (3/4)^5.
 STALLED = 5
-# SLOW, SECANTS, AROUND, NEXT_TO and WORSE decide how many steps it takes, not which state it ends at: found on the sink
-# from 1 to 12 V and on 21 random scenes with laws; what other values take is in `validate stress`: "constants".
-ENDS = 1e-6  # of the accuracy: what the next step would be, relatively, with which a state counts as found
-# The same where no step leads nearer, as rounding goes on making one: it stands in the errors, as part of the accuracy.
-ROUNDED = 1e-3
+# SLOW, SECANTS, AROUND, ROUGH, NEXT_TO, WORSE and OFF decide how many steps it takes, not which state it ends at, and
+# BETTER how good quadratures are where a mesh is refined: found on the sink from 1 to 12 V and on 21 random scenes with
+# laws; what other values take is in `validate stress`: "constants".
+ENDS = 1e-4  # of the accuracy: what the next step would be, relatively, with which a state counts as found
+# Times the size of the next step with which a state counts as found: up to that it does where no step leads nearer, as
+# rounding and what potentials are solved to go on making one. It stands in the errors.
+ROUNDED = 10.0
 INNER = 1e-4  # to which each step's linear system is solved, relatively
 # Where a step is more than this part of the last one, as the current's pattern moves with the heat, secants of so many
 # earlier ones serve too (Anderson, J. ACM 12, 1965).
@@ -42,12 +44,11 @@ HOTTEST = 1e5  # K, beyond any solid: a state that hot counts as none
 # Of the accuracy: what a finer quadrature may change of the rise; and of the error of the mesh before, so much of which
 # may be left on this one, which is refined then: for an answer quadratures are made finer on the same mesh.
 TOLD, BETTER = 0.03, 0.3
-# Of what a finer quadrature may change: the next step to a state whose quadrature isn't known to do.
-UNTIL_TOLD = 0.1
 MOST_FINER = 6
+ROUGH = 2e-2  # relative size of the next step to a state that another space begins from
 NEXT_TO = 1e-2  # size of a step, relative to the rise, after which a new tangent would be the same
 WORSE = 1.5  # factor on what such a step leaves, up to which the tangent serves
-OFF = 0.03  # of a step: what the next one by the same tangent may be of it, if that is to serve again
+OFF = 0.1  # of a step: what the next one by the same tangent may be of it, if that is to serve again
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,18 +68,21 @@ class Point:
 
 @dataclass
 class Newton:
-    """The states of a nonlinear problem at fractions of what drives it: how many ``steps`` they took, the relative size
-    ``ahead`` of the one that would be next, and a ``tangent``, by which that is ``off`` times the last one, and was
-    ``least`` times that where the tangent was new and the step small."""
+    """The states of a nonlinear problem at fractions of what drives it, which count as found with a relative size
+    ``enough`` of the step that would be next: how many ``steps`` they took, that size ``ahead``, and a ``tangent``, by
+    which a step is ``off`` times the last one, and was ``least`` times that where the tangent was new and the step
+    small."""
 
     heat: HeatProblem
     conductor: Conductor | None
-    accuracy: float
+    enough: float
     steps: int = 0
     ahead: float = np.inf
     off: float = np.inf
     tangent: HeatProblem | None = field(default=None, repr=False)
     least: float = 0.0
+    vanished: bool = False
+    """Whether a resistivity was not positive at the rise that was looked at last."""
 
     def at(self, rise: np.ndarray, drive: float, near: np.ndarray | None = None) -> Point | None:
         """The point of a rise, ``near`` being the potential of a similar one at this drive; None where no law says
@@ -88,9 +92,10 @@ class Newton:
         if not np.isfinite(rise).all() or hottest > HOTTEST:
             return None
         source, potential = drive * heat.loads[0], None
+        self.vanished = conductor is not None and not conductor.conducts(rise)
+        if self.vanished:
+            return None
         if conductor is not None:
-            if not conductor.conducts(rise):
-                return None
             potential = conductor.solve(rise, drive * conductor.voltages[0], near)
             source = source + conductor.joule_load(potential.density, rise)
         return Point(rise, potential, source, (source - heat.outflow(rise))[: heat.free])
@@ -98,9 +103,8 @@ class Newton:
     def solve(
         self, drive: float, start: np.ndarray, near: np.ndarray | None, enough: float = 0.0, off: float = np.inf
     ) -> Point | None:
-        """The state at a fraction of the drive, from a rise near it, until the next step would be ``enough`` or as
-        small as the accuracy asks for; None where the iteration leads nowhere. ``off`` is what the tangent that there
-        is is off by there."""
+        """The state at a fraction of the drive, from a rise near it, or one that is near ``enough`` for what is asked
+        of it; None where the iteration leads nowhere. ``off`` is what the tangent that there is is off by there."""
         heat = self.heat
         start = np.concatenate([start[: heat.free], drive * heat.given[0]])
         point, self.off, self.ahead = self.at(start, drive, near), off, np.inf
@@ -123,12 +127,12 @@ class Newton:
             longer = max(1.0, sizes[-1] / (_largest(tangent.solve_steady(point.residual)) or 1.0))
             nearer = self._along(point, tangent, direction, drive)
             if nearer is None:
-                return point if self.ahead < ROUNDED * self.accuracy else None
+                return point if self.ahead < min(ROUNDED * self.enough, ON_THE_WAY) else None
             point = nearer
             if tangent is not known and sizes[-1] < NEXT_TO * _largest(point.rise):
                 self.least = self.off
             self.ahead = longer * self.off * sizes[-1] / (_largest(point.rise) or 1.0)
-            if self.ahead < max(ENDS * self.accuracy, enough):
+            if self.ahead < max(self.enough, enough):
                 return point
         return None
 
@@ -140,10 +144,11 @@ class Newton:
             self.least = 0.0
         return self.tangent
 
-    def finer(self, u: np.ndarray) -> Newton:
-        """The same problem by quadratures that are finer for a field u (functions,)."""
+    def finer(self, point: Point) -> Newton:
+        """The same problem, with its tangent, by quadratures that are finer for a point."""
+        u = self.heat.field(point.rise)
         heat = replace(self.heat, terms=tuple(term.finer(u) for term in self.heat.terms))
-        return Newton(heat, self.conductor and self.conductor.finer(u), self.accuracy)
+        return replace(self, heat=heat, conductor=self.conductor and self.conductor.finer(u))
 
     def missed(self, point: Point, better: Newton) -> float:
         """What a better quadrature would change of the rise of a point, relatively, seen through the tangent."""
@@ -176,44 +181,36 @@ def coupled(
     voltage: float,
     accuracy: float,
     start: np.ndarray | None = None,
-    finer: bool = True,
     limit: float | None = None,
     error: float = 0.0,
 ) -> SteadyState:
     """The steady state at constant inputs; ``start`` is a rise (all nodes) that may be near it. The heat problem of the
-    state is the one linearized about it, by a quadrature that is made ``finer`` until its error hardly counts, as far
-    as that goes. ``voltage`` (V) names the drive in messages; of another, coarser mesh ``limit`` is the fraction of the
+    state is the one linearized about it, by a quadrature that is made finer until its error hardly counts, as far as
+    that goes. ``voltage`` (V) names the drive in messages; of another, coarser mesh ``limit`` is the fraction of the
     drive from which on it had no state, and ``error`` the relative one of its state.
 
     Raises RunawayError where no steady state exists, NumericsError where the iteration fails.
     """
-    if heat.inputs.schedules:
-        raise NumericsError("a scene whose conditions vary in time has no steady state")
-    if not heat.anchored:
-        raise NumericsError("a part of the scene has no exit for heat: it has no steady state")
-    newton = Newton(heat, conductor, accuracy)
-    most = TOLD * max(accuracy, BETTER * min(error, 1.0))
+    newton = _newton(heat, conductor, ENDS * accuracy)
     point = None if start is None else newton.solve(1.0, start, None)
     point = point or _driven(newton, voltage, limit)
-    off, enough = 0.0, 0.0
+    most, off = TOLD * max(accuracy, BETTER * min(error, 1.0)), np.inf
     for _ in range(MOST_FINER):
-        if finer:
-            better = newton.finer(heat.field(point.rise))
-            off = newton.missed(point, better)
-        if off <= most:
-            break
-        before, enough = (newton.heat, newton.conductor, newton.ahead), UNTIL_TOLD * most
-        newton.heat, newton.conductor = better.heat, better.conductor
-        again = newton.solve(1.0, point.rise, point.volts, enough, newton.off)
+        better = newton.finer(point)
+        off = newton.missed(point, better)
+        again = None if off <= most else better.solve(1.0, point.rise, point.volts, off=newton.off)
         if again is None:
-            newton.heat, newton.conductor, newton.ahead = before
-            break
-        point = again
-    # A finer mesh may do better; what is left stands in the errors.
-    if enough:
-        ahead, again = newton.ahead, newton.solve(1.0, point.rise, point.volts, off=newton.off)
-        point, newton.ahead = (point, ahead) if again is None else (again, newton.ahead)
+            break  # it does, or a finer mesh may do better: what is left stands in the errors
+        newton, point = better, again
     return _state(newton, point, off)
+
+
+def rough(heat: HeatProblem, conductor: Conductor | None, voltage: float, limit: float | None = None) -> SteadyState:
+    """About the steady state, for another space to begin from. Arguments, and what is raised, as of `coupled`."""
+    newton = _newton(heat, conductor, ROUGH)
+    point = _driven(newton, voltage, limit)
+    newton.off = 0.0  # nobody asks for what is linearized about it
+    return _state(newton, point, 0.0)
 
 
 def within(
@@ -222,10 +219,18 @@ def within(
     """The steady state in a space that the one of a state ``near`` it holds: of the problem of which ``tangent`` is the
     one linearized about that state. Raises as `coupled` does."""
     assert tangent.exact is not None
-    newton = Newton(tangent.exact, conductor, accuracy, tangent=tangent)
+    newton = Newton(tangent.exact, conductor, ENDS * accuracy, tangent=tangent)
     start = tangent.take(near.heat.field(near.rise))
-    point = newton.solve(1.0, start, near.potential, CONVERGED * accuracy, 0.0)
+    point = newton.solve(1.0, start, near.potential, off=0.0)
     return _state(newton, point or _driven(newton, voltage), 0.0)
+
+
+def _newton(heat: HeatProblem, conductor: Conductor | None, enough: float) -> Newton:
+    if heat.inputs.schedules:
+        raise NumericsError("a scene whose conditions vary in time has no steady state")
+    if not heat.anchored:
+        raise NumericsError("a part of the scene has no exit for heat: it has no steady state")
+    return Newton(heat, conductor, enough)
 
 
 def _driven(newton: Newton, voltage: float, limit: float | None = None) -> Point:
@@ -262,7 +267,8 @@ def _driven(newton: Newton, voltage: float, limit: float | None = None) -> Point
             steep = before is not None and _power(before, (drive, rise)) > STEEP
             given_current = newton.conductor is not None and newton.conductor.by_current
             may = physics.may_run_away(heat.domain.scene, given_current)
-            raise _runaway(newton, voltage, drive, rise, steep and may)
+            # Where a resistivity falls to zero there is a last state without a fold.
+            raise _runaway(newton, voltage, drive, rise, may and (steep or newton.vanished))
 
 
 def _accelerated(rises: list[np.ndarray], steps: list[np.ndarray]) -> np.ndarray:

@@ -18,15 +18,14 @@ from skfem.assembly.dofs import Dofs
 from skfem.refdom import RefHex
 
 from fem3d.spaces import varying as coefficient
+from fem3d.spaces.cut import Boxes, Cut
 from fem3d.spaces.element import Degrees, ElementHexTrunk, active, factors, gauss, heights, line, local, modes
 from fem3d.spaces.entities import entities
 from fem3d.spaces.integrals import Space, halves
-from fem3d.spaces.quadrature import WHOLE, Lines, Pieces, Rule, Side, rule, side
+from fem3d.spaces.quadrature import Rule, Side, rule, side
 from meshes import edgewise
 from meshes.grid import Grid
 from scenes.model import Point
-
-FEW = 5  # points of a piece of a brick, and those more: for what bends inside, more pieces help and points hardly do
 
 
 class BrickSpace(Space):
@@ -214,10 +213,21 @@ class BrickSpace(Space):
                 matrices[at] = sum(c @ terms for c, terms in zip(modes, table, strict=True)).reshape(-1, n, n)
         return both[0], both[1]
 
-    def rule(self, cells: np.ndarray, more: int, pieces: Pieces = WHOLE) -> Rule:
+    def rule(self, cells: np.ndarray, more: int) -> Rule:
         """Gauss's rule of as many points along each axis as the highest degree of the cells there plus one."""
+        return _rule(self.p, self._highest(cells), more)
+
+    most_boxes = 64
+
+    def cut(self, cells: np.ndarray, more: int, boxes: Boxes) -> Cut | None:
+        degrees = self._highest(cells)
+        functions, (x, y, z) = np.flatnonzero(active(self.p, degrees)), (d + 1 + more for d in degrees)
+        dofs = self.dofs[np.ix_(functions, cells)]
+        return Cut.of(cells, boxes, dofs, modes(self.p)[functions].T, (x, y, z), more)
+
+    def _highest(self, cells: np.ndarray) -> Degrees:
         x, y, z = self.degrees[:, cells].max(axis=1, initial=1).tolist()
-        return _rule(self.p, (x, y, z), more, pieces)
+        return x, y, z
 
     def side(self, number: int, more: int = 0) -> Side:
         return _side(self.p, number, more)
@@ -347,22 +357,11 @@ def _values(p: int, X: np.ndarray, along: int | None = None) -> np.ndarray:
 
 
 @lru_cache(maxsize=32)
-def _rule(p: int, degrees: Degrees, more: int, pieces: Pieces) -> Rule:
-    (x, u), (y, v), (z, w) = (_composite(d + 1, more, n) for d, n in zip(degrees, pieces, strict=True))
+def _rule(p: int, degrees: Degrees, more: int) -> Rule:
+    (x, u), (y, v), (z, w) = (gauss(d + 1 + more) for d in degrees)
     points = np.array(np.meshgrid(x, y, z, indexing="ij")).reshape(3, -1)
     weights, functions = np.einsum("i,j,k->ijk", u, v, w).ravel(), np.flatnonzero(active(p, degrees))
-    if pieces == WHOLE:
-        return rule(points, weights, partial(_values, p), functions)
-    tables = [np.array(line(p, along)) for along in (x, y, z)]
-    lines = Lines((tables[0], tables[1], tables[2]), modes(p)[functions].T)
-    return Rule(points, weights, functions, None, lines)
-
-
-def _composite(points: int, more: int, pieces: int) -> tuple[np.ndarray, np.ndarray]:
-    """Gauss's rule of some points and ``more`` on each of some equal pieces of (0, 1); on many, of few: they are for
-    what bends inside."""
-    x, w = gauss((points if pieces == 1 else min(points, FEW)) + more)
-    return ((np.arange(pieces)[:, None] + x) / pieces).ravel(), np.tile(w / pieces, pieces)
+    return rule(points, weights, partial(_values, p), functions)
 
 
 @lru_cache(maxsize=64)

@@ -23,7 +23,7 @@ from skfem.refdom import RefHex, RefTet
 from fem3d.spaces.element import gauss
 from fem3d.spaces.entities import entities
 from fem3d.spaces.integrals import Space, halves
-from fem3d.spaces.quadrature import WHOLE, Pieces, Rule, Side, rule, side
+from fem3d.spaces.quadrature import Rule, Side, rule, side
 
 LARGEST_ORDER, LARGEST_OF_TRIANGLE = 8, 19  # of scikit-fem's rules of the tetrahedron and of its sides
 AT_ONCE = 2_000  # curved cells whose matrices are made together, which bounds the memory
@@ -139,10 +139,10 @@ class MappedSpace(Space):
         rows, columns = (np.broadcast_to(d, blocks.shape).ravel() for d in (dofs[:, :, None], dofs[:, None]))
         return csc_array(coo_array((blocks.ravel(), (rows, columns)), shape=(self.size, self.size)))
 
-    def rule(self, cells: np.ndarray, more: int, pieces: Pieces = WHOLE) -> Rule:
+    def rule(self, cells: np.ndarray, more: int) -> Rule:
         """scikit-fem's, of twice the degree of the mass matrix, one more for a coefficient on hexahedra, and two more
-        for each point; as many more for each factor of two in ``pieces``, into which these cells aren't cut."""
-        return _rule(self._simplex, _order(self._simplex) + 2 * (more + int(np.log2(np.prod(pieces)))))
+        for each point."""
+        return _rule(self._simplex, _order(self._simplex) + 2 * more)
 
     def side(self, number: int, more: int = 0) -> Side:
         return _side(self._simplex, number, more)
