@@ -104,7 +104,7 @@ def nearest(word: str, known: Iterable[str]) -> str | None:
 def did_you_mean(word: str, known: Iterable[str]) -> str:
     """The end of a message, ', did you mean "..."?', with the nearest known word, or nothing."""
     near = nearest(word, known)
-    return f", did you mean {quoted(near)}?" if near else ""
+    return f', did you mean "{printable(near, _LONGEST_REASON)}"?' if near else ""
 
 
 def listed(names: Sequence[str], most: int = _MOST) -> str:
