@@ -178,9 +178,10 @@ def _stated(group: Group, seen: dict[int, tuple[float, float]], name: str, value
     """The row of the errors stated with a value of a constant, or with those in use."""
     violations, paddings = zip(*seen.values(), strict=True) if seen else ((np.inf,), ())
     known = [padding for padding in paddings if padding < np.inf]
+    said = f"stated over true error where that is least: {np.median(known):.3g} in the median" if known else ""
     return Row(GROUP, f"{name} of {value:g}" if name else f"the values in use, {group.kind}",
                f"{len(seen)} {group.scenes}", "true over stated error, largest", max(violations), 1.0, not name,
-               said=f"stated over true error where that is least: {np.median(known):.3g} in the median")  # fmt: skip
+               said=said)  # fmt: skip
 
 
 def edges() -> list[Edge]:
