@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from fem3d.adaptivity import estimate, goal_errors
+from fem3d.adaptivity import estimate, goal_errors, goal_parts
 from fem3d.adaptivity.estimate import Estimator, Parts, Spread
 from fem3d.adaptivity.goal_errors import Level
 from fem3d.adaptivity.marched import SPACE_SHARE, TIME_SHARE, Marched, beside, by_laws, distance, marched, spread
@@ -200,8 +200,8 @@ def _of_joule_heat(study: Study, given: Problems, march: Marched) -> dict[str, P
     potentials = [given.heat.inputs.largest(study.end) @ phi for phi in given.cold_potentials]
     (last,) = march.answer.rises(np.array([study.end]))
     scales = goal_errors.of_part(study.part, study.trace_goals, march.scales)
-    duals = goal_errors.duals_of(study.trace_goals, given, last, study.end)
-    return goal_errors.joule_parts(study.trace_goals, given, potentials, scales, duals)
+    duals = goal_parts.duals_of(study.trace_goals, given, last, study.end)
+    return goal_parts.joule_parts(study.trace_goals, given, potentials, scales, duals)
 
 
 def _errors(
@@ -268,11 +268,11 @@ def _remains(
         # Without the lowest space, as if each degree took away as much as the last.
         lowest = rises[2][i] if len(rises) > 2 else 2 * low - fine
         apart = [heat.stiffness @ u + heat.mass @ u / time for u in (low - lowest, fine - low)]
-        duals = goal_errors.duals_of(goals, given, fine, time)
-        parts = goal_errors.thermal_parts(given, fine, tuple(apart), own_scales, time, duals)
+        duals = goal_parts.duals_of(goals, given, fine, time)
+        parts = goal_parts.thermal_parts(given, fine, tuple(apart), own_scales, time, duals)
         smooth = judge.left_at_times(parts)
-        at_edges = goal_errors.at_contradictions(goals, given, fine, own_scales, time, duals, judge)
-        for name, remains in goal_errors.summed(smooth, at_edges).items():
+        at_edges = goal_parts.at_contradictions(goals, given, fine, own_scales, time, duals, judge)
+        for name, remains in goal_parts.summed(smooth, at_edges).items():
             if name not in spreads or estimate.total(remains) > estimate.total(spreads[name]):
                 spreads[name], worst[name] = remains, parts[name]
     return spreads, worst

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from fem3d.adaptivity import transient_base
-from fem3d.adaptivity.goal_errors import goal_row
+from fem3d.adaptivity.goal_parts import goal_row
 from fem3d.compact import fields
 from fem3d.compact.judge import MOST_PLACES, Judge, Truth, first_time, rise_of
 from fem3d.compact.mesh import problem

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from fem3d.adaptivity.goal_errors import goal_row
+from fem3d.adaptivity.goal_parts import goal_row
 from fem3d.compact.tensors import Structure, Tensors, tensors
 from fem3d.runs.probe_quantities import EARLY, LATE, OF_FLOW
 from fem3d.solution.reduced import Reduced

@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fem3d.adaptivity import goal_errors, trace_errors
+from fem3d.adaptivity import goal_parts, trace_errors
 from fem3d.adaptivity.mesh import Answer
 from fem3d.adaptivity.nested import Solution
 from fem3d.problems.current_fields import combined
@@ -65,7 +65,7 @@ def _solution(study: Study, before: SteadyState, reduced: Reduced, factor: float
     source = conductor.joule_load(density, rise) + heat.loads[0]
     answer = lift + heat.whole(heat.solve_steady(source[:n]))
     probes = heat.domain.probes
-    goals = [goal_errors.goal_row(heat, probes[name], rise) for name in study.goals.values()]
+    goals = [goal_parts.goal_row(heat, probes[name], rise) for name in study.goals.values()]
     rows = [row for row in goals if row is not None]
     moved = max(abs(float(row[:n] @ (answer - rise)[:n]) / float(row[:n] @ answer[:n])) for row in rows)
     if moved > LEFT_OUT * study.accuracy:

@@ -19,7 +19,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from fem3d.adaptivity import goal_errors
+from fem3d.adaptivity import goal_parts
 from fem3d.problems.current import Conductor, Pattern
 from fem3d.problems.current_fields import independent
 from fem3d.problems.heat import HeatProblem
@@ -125,8 +125,7 @@ class _Widened:
         self._hottest = self._as_hot_as_it_gets()
         probes = {p.name: p for p in self.domain.scene.probes}
         rows = [
-            goal_errors.goal_row(heat, probes[name], self._hottest)
-            for name in dict.fromkeys(study.trace_goals.values())
+            goal_parts.goal_row(heat, probes[name], self._hottest) for name in dict.fromkeys(study.trace_goals.values())
         ]
         loads = [row for row in rows if row is not None and row[: heat.free].any()]
         if conductor is not None and conductor.warms:

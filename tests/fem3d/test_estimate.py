@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fem3d.adaptivity import estimate, goal_errors, nested, reach
+from fem3d.adaptivity import estimate, goal_errors, goal_parts, nested, reach
 from fem3d.adaptivity.estimate import SLOWEST, Estimator, Parts
 from fem3d.problems import conductors
 from fem3d.problems.current_fields import combined, independent
@@ -219,10 +219,10 @@ def test_what_a_goal_misses_of_the_joule_heat_is_seen_from_where_it_heats():
     given = nested.problems(boxes(study.part.scene, reach.first_grid(scene, 1e-3, grading.features(scene))), 1e-6)
     potentials = [phi[0] for phi in given.cold_potentials]
     (name, *_), heat, own = study.goals, given.heat, given.conductor
-    duals = goal_errors.duals_of({name: name}, given, np.zeros(heat.size), None)
-    (found,) = goal_errors.joule_parts({name: name}, given, potentials, {name: 1.0}, duals).values()
+    duals = goal_parts.duals_of({name: name}, given, np.zeros(heat.size), None)
+    (found,) = goal_parts.joule_parts({name: name}, given, potentials, {name: 1.0}, duals).values()
     z = heat.field(
-        heat.solve_steady(goal_errors.goal_row(heat, given.domain.probes[name], np.zeros(heat.size))[: heat.free])
+        heat.solve_steady(goal_parts.goal_row(heat, given.domain.probes[name], np.zeros(heat.size))[: heat.free])
     )
     seen = [(own.on.weights * own.on.value(z) * (own.on.gradient(phi) ** 2).sum(axis=0) / own.cold).sum()
             for phi in potentials]  # fmt: skip
