@@ -25,7 +25,8 @@ def suited(grid: Grid, scene: Scene, accuracy: float, highest: int) -> Grid:
     for b in scene.boundaries:
         if b.kind != "convection" or not isinstance(b.value, float | int) or b.value <= 0:
             continue
-        for box, across in _cooled(scene, b):
+        across = grid.flat(b.lower, b.upper)
+        for box in _cooled(scene, b, across):
             k = laws.along(box.material.at(scene.initial_temperature).thermal_conductivity)
             thickness = box.upper[across] - box.lower[across]
             if b.value * thickness > k[across]:  # the film of a contact, across which all of the rise falls
@@ -41,13 +42,13 @@ def suited(grid: Grid, scene: Scene, accuracy: float, highest: int) -> Grid:
 
 
 def _missed(a: float, p: int) -> float:
+    """What degree p misses of a reading, relatively, where the rise falls by e^2a over the interval."""
     return (a**p / prod(range(1, 2 * p, 2))) ** 2
 
 
-def _cooled(scene: Scene, film: Boundary) -> Iterator[tuple[Box, int]]:
-    """The boxes that a film lies on, with the axis across it."""
-    across = min(range(3), key=lambda d: film.upper[d] - film.lower[d])
+def _cooled(scene: Scene, film: Boundary, across: int) -> Iterator[Box]:
+    """The boxes that a film across an axis lies on."""
     for box in scene.boxes:
         touches = film.lower[across] in (box.lower[across], box.upper[across])
         if touches and all(film.lower[d] < box.upper[d] and film.upper[d] > box.lower[d] for d in {0, 1, 2} - {across}):
-            yield box, across
+            yield box
