@@ -15,6 +15,8 @@ from fem3d.spaces.domain import boxes
 from meshes import grading, symmetry
 from meshes.grid import Grid
 from scenes.model import Boundary, Box, Material, Probe, Scene
+from validate.stress import invariants
+from validate.stress.random_scenes import draw
 
 WIDE, THIN = 1e-4, 5e-7
 
@@ -126,3 +128,12 @@ def test_intervals_are_cut_towards_the_steep_end(plate):
     # The flux enters at x = 0.
     assert np.diff(finer.breaks[0])[0] <= 1.01 * grading.RATIO * np.diff(grid.breaks[0])[0]
     assert len(finer.breaks[1]) == len(grid.breaks[1])
+
+
+def test_a_field_beside_a_steep_decay_is_off_by_no_more_than_is_said():
+    """It falls below the cold face by 1.85 times what the last degree changes."""
+    drawn = draw(1726)
+    result = invariants.solve(drawn.scene)
+    assert invariants.undershoot(drawn, result) < 1
+    less = replace(result, details={**result.details, "field_error": 0.75 * result.details["field_error"]})
+    assert invariants.undershoot(drawn, less) > 1
