@@ -25,7 +25,7 @@ STALLED = 5
 # SLOW, SECANTS, AROUND, ROUGH, NEXT_TO, WORSE and OFF decide how many steps it takes, not which state it ends at, and
 # BETTER how good quadratures are where a mesh is refined: found on the sink from 1 to 12 V and on 21 random scenes with
 # laws; what other values take is in `validate stress`: "constants".
-ENDS = 1e-4  # of the accuracy: what the next step would be, relatively, with which a state counts as found
+ENDS = 1e-6  # of the accuracy: what the next step would be, relatively, with which a state counts as found
 # Times the size of the next step with which a state counts as found: up to that it does where no step leads nearer, as
 # rounding and what potentials are solved to go on making one. It stands in the errors.
 ROUNDED = 10.0

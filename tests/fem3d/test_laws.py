@@ -347,7 +347,7 @@ def test_a_law_keeps_to_its_slope_where_a_state_is_colder_than_anything(law):
 
 def test_a_state_is_found_although_rounding_goes_on_making_steps(monkeypatch):
     """Noise of 1e-6 in what enters each function: no step leads nearer than that, and none so small is the end."""
-    document = bar(POWER, volts=1.0, accuracy=1e-4)
+    document = bar(POWER, volts=1.0, accuracy=1e-2)
     expected, at, drawn = solve(from_dict(document)).steady, newton.Newton.at, np.random.default_rng(0)
 
     def noisy(self, *given):
@@ -425,3 +425,12 @@ def test_pictures_have_the_heat_of_the_law():
     heat = float(cells.snapshot(0).heat_source @ sides.prod(axis=1))
     assert heat == pytest.approx(0.5 * abs(result.steady["current"].value), rel=2e-3)
     assert heat < 0.95 * 0.5**2 / RHO / LENGTH * 2e-11
+
+
+@pytest.mark.parametrize("ends", [newton.ENDS, 1e-4])
+def test_a_roughly_asked_for_state_balances_its_heat_as_the_check_asks(ends, monkeypatch):
+    """Of the energy check, 1e-8 of the power; Newton's method that ends a hundred times sooner leaves 2.2e-8."""
+    monkeypatch.setattr(newton, "ENDS", ends)
+    silicon = replace(SILICON, thermal_conductivity=PowerLaw(130.0, 293.0, -1.3))
+    found = sinks.solve(Sink(accuracy=1e-2, voltage=4.0, silicon=silicon), Request(transient=False))
+    assert (found.details["energy_imbalance"] < 1e-8) is (ends < 1e-4)
