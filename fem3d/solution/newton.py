@@ -25,11 +25,11 @@ STALLED = 5
 # SLOW, SECANTS, AROUND, ROUGH, NEXT_TO, WORSE and OFF decide how many steps it takes, not which state it ends at, and
 # BETTER how good quadratures are where a mesh is refined: found on the sink from 1 to 12 V and on 21 random scenes with
 # laws; what other values take is in `validate stress`: "constants".
-ENDS = 1e-6  # of the accuracy: what the next step would be, relatively, with which a state counts as found
+ENDS = 1e-4  # of the accuracy: what the next step would be, relatively, with which a state counts as found
 # Times the size of the next step with which a state counts as found: up to that it does where no step leads nearer, as
 # rounding and what potentials are solved to go on making one. It stands in the errors.
 ROUNDED = 10.0
-INNER = 1e-4  # to which each step's linear system is solved, relatively
+INNER = 1e-2  # to which each step's linear system is solved, relatively
 # Where a step is more than this part of the last one, as the current's pattern moves with the heat, secants of so many
 # earlier ones serve too (Anderson, J. ACM 12, 1965).
 SLOW, SECANTS = 0.1, 5
@@ -151,13 +151,25 @@ class Newton:
         return replace(self, heat=heat, conductor=self.conductor and self.conductor.finer(u))
 
     def missed(self, point: Point, better: Newton) -> float:
-        """What a better quadrature would change of the rise of a point, relatively, seen through the tangent."""
+        """What a better quadrature would change, relatively: of the rise of a point, seen through the tangent, and of
+        the currents there and their heat."""
         change = better.heat.outflow(point.rise) - self.heat.outflow(point.rise)
-        if better.conductor is not None and better.conductor is not self.conductor:
+        electric = 0.0
+        if point.potential is not None and better.conductor is not None and better.conductor is not self.conductor:
             again = better.conductor.solve(point.rise, better.conductor.voltages[0], point.volts)
-            change -= better.conductor.joule_load(again.density, point.rise) + self.heat.loads[0] - point.source
+            joule = point.source - self.heat.loads[0]
+            more = better.conductor.joule_load(again.density, point.rise) - joule
+            change -= more
+            currents, others = (
+                np.array([*better.conductor.pattern(potential).currents.values()])
+                for potential in (point.potential, again)
+            )
+            unit = self.heat.unit
+            electric = max(
+                _largest(others - currents) / (_largest(currents) or 1.0), abs(unit @ more / (unit @ joule or 1.0))
+            )
         seen = self.tangent_at(point).solve_steady(change[: self.heat.free])
-        return _largest(seen) / (_largest(point.rise) or 1.0)
+        return max(_largest(seen) / (_largest(point.rise) or 1.0), electric)
 
     def _along(self, point: Point, tangent: HeatProblem, direction: np.ndarray, drive: float) -> Point | None:
         """The point at the end of a step, which is halved until it is nearer, as the tangent sees it."""
@@ -333,7 +345,8 @@ def _state(newton: Newton, point: Point, off: float) -> SteadyState:
             heat, None, rise, source, {}, {}, 0.0, None, fields, [], 0.0, False, newton.steps,
             unsettled=unsettled,
         )  # fmt: skip
-    pattern, joule = conductor.pattern(potential), conductor.joule(density, rise)
+    # The heat of the source that the rise answers, and not that of a rise one step on: so they balance.
+    pattern, joule = conductor.pattern(potential), conductor.joule(density, point.rise)
     return SteadyState(
         heat, conductor, rise, source, joule, pattern.currents, float(sum(joule.values())), potential.potential,
         fields, [pattern], 0.0, True, newton.steps, unsettled=unsettled, density=density,

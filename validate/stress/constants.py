@@ -38,7 +38,7 @@ STEPPING: Values = {
     "fem3d.solution.newton.SLOW": (0.03, 0.3), "fem3d.solution.newton.SECANTS": (1, 10),
     "fem3d.solution.newton.AROUND": (0.02, 0.1), "fem3d.solution.newton.NEXT_TO": (1e-3, 1e-1),
     "fem3d.solution.newton.WORSE": (1.1, 3.0), "fem3d.solution.newton.OFF": (0.03, 0.3),
-    "fem3d.solution.newton.ROUGH": (1e-3, 0.1), "fem3d.solution.newton.BETTER": (0.1, 1.0),
+    "fem3d.solution.newton.ROUGH": (1e-3, 0.1), "fem3d.solution.newton.INNER": (1e-4, 0.1), "fem3d.solution.newton.BETTER": (0.1, 1.0),
     "fem3d.solution.slight.SLIGHT": (0.0, 0.1), "fem3d.solution.slight.QUADRATURE": (3e-3, 0.3),
     "fem3d.spaces.cut.ALIKE": (0.1, 0.6),
     "fem3d.adaptivity.suited.LOWER": (1, 3), "fem3d.adaptivity.suited.SHARE": (0.1, 1.0),
