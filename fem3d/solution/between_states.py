@@ -19,6 +19,9 @@ from fem3d.solution.reduced import Reduced
 MOST = 60  # states
 LOOKED_AT = 8192  # points: so many of a million take some tenths of a second to choose from
 AT_ONCE = 4096  # points whose products of fields are kept: 30 MB of 30 fields
+# States times axes up to which the products of fields are made for each anew: with 30 and with 75 fields that takes as
+# long as making them once, and with a third of them a quarter to a half as long.
+FEW = 45
 
 
 def with_laws(
@@ -41,12 +44,11 @@ def with_laws(
     faces = tuple(law for law in leaving if law is not conduction)
     resistivity = None
     if conductor is not None and conductor.following is not None:
-        resistivity, tensors = _resisting(conductor, fields, reduced.basis, patterns, rises, tolerance)
-        reduced = replace(reduced, **joule_tensors.beside(reduced, tensors))
-        none = np.zeros((len(tensors), len(patterns)))
+        resistivity, heats = _resisting(conductor, fields, reduced.basis, patterns, rises, tolerance)
+        behind = [(0, len(heats.cold)), (0, 0)]
         reduced = replace(
-            reduced, supply=np.vstack([reduced.supply, none]),
-            given=np.pad(reduced.given, [(0, len(tensors)), (0, 0)]),
+            reduced, **joule_tensors.beside(reduced, heats), supply=np.pad(reduced.supply, behind),
+            given=np.pad(reduced.given, behind),
         )  # fmt: skip
     storage = heat.storage
     capacity = None if storage is None else _conducted(storage, fields, reduced.states, rises, tolerance)
@@ -104,8 +106,11 @@ def _conducted(
 
 def _products(weights: np.ndarray, tested: np.ndarray, r: int) -> np.ndarray:
     """(k, r, fields): sums over the points of weights (k, axes or 1, points) times the products of the first ``r``
-    fields with all of them (fields, axes, points), which serve all k."""
-    fields = len(tested)
+    fields with all of them (fields, axes, points), which serve all k where these are many."""
+    fields, axes = tested.shape[:2]
+    if len(weights) * axes <= FEW * weights.shape[1]:
+        flat = tested.reshape(fields, -1)
+        return np.array([(tested[:r] * weight).reshape(r, -1) @ flat.T for weight in weights]).reshape(-1, r, fields)
     # The products of two of the first fields are there once.
     upper = np.flatnonzero(np.arange(fields) >= np.arange(r)[:, None])
     sums = np.zeros((len(weights), len(upper)))
@@ -116,9 +121,9 @@ def _products(weights: np.ndarray, tested: np.ndarray, r: int) -> np.ndarray:
             # Where the weights are those of all axes, so is the sum of the products.
             these = at if weights.shape[1] == 1 else at[:, axis : axis + 1]
             sums += weight @ (these[..., :r].transpose(0, 2, 1) @ these).reshape(len(at), -1)[:, upper]
-    flat = np.zeros((len(weights), r * fields))
-    flat[:, upper] = sums
-    whole = flat.reshape(len(weights), r, fields)
+    every = np.zeros((len(weights), r * fields))
+    every[:, upper] = sums
+    whole = every.reshape(len(weights), r, fields)
     whole[:, :, :r] += np.triu(whole[:, :, :r], 1).transpose(0, 2, 1)
     return whole
 
@@ -130,7 +135,7 @@ def _resisting(
     patterns: Sequence[Pattern],
     states: np.ndarray,
     tolerance: float,
-) -> tuple[Interpolation, list[joule_tensors.JouleHeat]]:
+) -> tuple[Interpolation, joule_tensors.JouleHeat]:
     law, on = conductor.following, conductor.on
     assert law is not None
 
@@ -156,9 +161,9 @@ def _resisting(
 
     flat = excess.reshape(len(states), -1)
     inverse = np.linalg.inv(flat[np.ix_(chosen, points)]) if chosen else np.empty((0, 0))
-    averaged = (conductor.resistivity_of(u) - conductor.cold - conductor.warm * on.value(u) for u in states[chosen])
-    tensors = [joule_tensors.of_pairs(conductor, basis, patterns, each) for each in averaged]
-    return Interpolation(np.array(rows).reshape(len(points), len(fields)), at_points, inverse), tensors
+    averaged = [conductor.resistivity_of(u) - conductor.cold - conductor.warm * on.value(u) for u in states[chosen]]
+    heats = joule_tensors.of_pairs(conductor, basis, patterns, np.array(averaged).reshape(-1, *on.weights.shape))
+    return Interpolation(np.array(rows).reshape(len(points), len(fields)), at_points, inverse), heats
 
 
 def choose(excess: np.ndarray, tolerance: float) -> tuple[list[int], list[int]]:

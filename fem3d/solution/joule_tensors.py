@@ -3,7 +3,7 @@ made of."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -43,58 +43,53 @@ def nothing(channels: int, m: int, r: int, held: Iterable[str] = ()) -> JouleHea
     return JouleHeat(zeros((channels, m, m)), zeros((m, m, r)), *loads, {}, at_held, {})
 
 
-def beside(heats: JouleHeat, others: Sequence[JouleHeat]) -> dict[str, Any]:
-    """The parts of ``heats`` by name, with what is cold of some ``others`` as channels behind its own."""
-
-    def cold(select: Callable[[JouleHeat], np.ndarray]) -> np.ndarray:
-        return np.concatenate([select(heats), *(select(other)[:1] for other in others)])
+def beside(heats: JouleHeat, more: JouleHeat) -> dict[str, Any]:
+    """The parts of ``heats`` by name, with the channels of what is cold of ``more`` behind their own."""
 
     def splits(name: str) -> dict[str, Split]:
-        def cold_part(key: str) -> np.ndarray:
-            return cold(lambda h: getattr(h, name)[key][0])
-
-        return {key: (cold_part(key), warm) for key, (_, warm) in getattr(heats, name).items()}
-
-    def drop(probe: str) -> np.ndarray:
-        return cold(lambda h: h.potentials[probe][1])
+        behind = getattr(more, name)
+        return {
+            key: (np.concatenate([cold, behind[key][0]]), warm) for key, (cold, warm) in getattr(heats, name).items()
+        }
 
     potentials = {
-        probe: (np.pad(shares, (0, len(others))), drop(probe), warm)
-        for probe, (shares, _, warm) in heats.potentials.items()
+        probe: (np.pad(shares, (0, len(more.cold))), np.concatenate([drop, more.potentials[probe][1]]), warm)
+        for probe, (shares, drop, warm) in heats.potentials.items()
     }
     return {
-        "cold": cold(lambda h: h.cold), "cold_load": cold(lambda h: h.cold_load), "in_box": splits("in_box"),
-        "at_held": splits("at_held"), "potentials": potentials,
+        "cold": np.concatenate([heats.cold, more.cold]), "in_box": splits("in_box"), "at_held": splits("at_held"),
+        "cold_load": np.concatenate([heats.cold_load, more.cold_load]), "potentials": potentials,
     }  # fmt: skip
 
 
 def of_pairs(
     conductor: Conductor, basis: np.ndarray, patterns: Sequence[Pattern], excess: np.ndarray | None = None
 ) -> JouleHeat:
-    """The sums of `JouleHeat` for temperature fields (free nodes, r) and some current fields; those of a part of the
-    resistivity alone that is an ``excess`` (rows, points), as the cold ones.
+    """The sums of `JouleHeat` for temperature fields (free nodes, r) and some current fields; or those of some parts
+    (k, rows, points) of the resistivity alone, its ``excess``, each as the cold ones of a channel.
 
     With J_i the current densities, v_k the temperature fields, l_c the lift of channel c and rho = cold + warm times
     the rise, the heat of the pair i, j at the point x of a body is J_i . J_j (cold + warm (sum_c g_c l_c + a . v)).
     """
     heat, on = conductor.heat, conductor.on
     densities, m, r = np.array([p.density for p in patterns]), len(patterns), basis.shape[1]
-    channels = heat.inputs.count
-    heats = nothing(channels, m, r, heat.held)
+    weights, warm_weights = on.weights / conductor.stands_for, np.zeros_like(on.weights)
+    if excess is None:
+        warm_weights = weights * conductor.warm
+        channels = np.zeros((heat.inputs.count, *on.weights.shape))
+        channels[0] = weights * conductor.cold
+        for c, lift in enumerate(heat.lifts):
+            if lift.any():
+                channels[c] += warm_weights * on.value(heat.field(lift))
+    else:
+        channels = weights * excess
+    heats = nothing(len(channels), m, r, heat.held)
     fields = np.array([on.value(u) for u in heat.field(basis.T)]).reshape(r, *on.weights.shape)
-    lifts = {c: on.value(heat.field(lift)) for c, lift in enumerate(heat.lifts) if lift.any()}
     held = {name: v for name, u in heat.held_fields.items() if (v := on.value(heat.field(u))).any()}
-    names, shape = conductor.names, on.weights.shape
-    resistivity = np.broadcast_to(conductor.cold if excess is None else excess, shape)
-    change = np.broadcast_to(conductor.warm if excess is None else 0.0, shape)
+    names = conductor.names
     for name in dict.fromkeys(names.tolist()):
         cells = slice(None) if (names == name).all() else names == name
-        body = _Body(
-            fields[:, cells].reshape(r, on.weights[cells].size),
-            {c: lift[cells].ravel() for c, lift in lifts.items()}, channels,
-            (on.weights * resistivity / conductor.stands_for)[cells].ravel(),
-            (on.weights * change / conductor.stands_for)[cells].ravel(),
-        )  # fmt: skip
+        body = _Body(*(x[..., cells, :].reshape(*x.shape[:-2], -1) for x in (fields, channels, warm_weights)))
         copies = float(conductor.stands_for[cells].flat[0])
         currents = densities[:, :, cells].reshape(m, densities.shape[1], -1)
         products = np.einsum("idx,jdx->ijx", currents, currents)
@@ -108,7 +103,7 @@ def of_pairs(
                 total += part
         for probe, (shares, density, _) in conductor.influences.items():
             cold, warm = body.heat(np.einsum("idx,dx->ix", currents, density[:, cells].reshape(len(density), -1)))
-            none = shares, np.zeros((channels, m)), np.zeros((m, r))
+            none = shares, np.zeros((len(channels), m)), np.zeros((m, r))
             _, drop, warm_drop = heats.potentials.setdefault(probe, none)
             drop += copies * cold
             warm_drop += copies * warm
@@ -122,36 +117,27 @@ def of_pairs(
 
 
 class _Body(NamedTuple):
-    """The cells of one conducting body, their points in a row: temperature fields (r, points), lifts (points,) by
-    channel, and the weights of the quadrature times the resistivity and its change per kelvin."""
+    """The cells of one conducting body, their points in a row: temperature fields (r, points), and the weights of the
+    quadrature times the resistivity of each channel (channels, points) and times its change per kelvin (points,)."""
 
     fields: np.ndarray
-    lifts: dict[int, np.ndarray]
-    channels: int
     cold: np.ndarray
     warm: np.ndarray
 
     def heat(self, products: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(channels, ...) and (..., r): the heat of products of current densities (..., points), per channel and per
         temperature field."""
-        cold = np.zeros((self.channels, *products.shape[:-1]))
-        cold[0] = products @ self.cold
-        warming = products * self.warm
-        for c, lift in self.lifts.items():
-            cold[c] += warming @ lift
-        return cold, warming @ self.fields.T
+        return np.moveaxis(products @ self.cold.T, -1, 0), (products * self.warm) @ self.fields.T
 
     def load(self, products: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(channels, m, m, r) and (m, m, r, r): the same of products (m, m, points), tested with each field."""
         m, r = len(products), len(self.fields)
-        cold, warm = np.zeros((self.channels, m, m, r)), np.zeros((m, m, r, r))
-        cold[0] = (products * self.cold) @ self.fields.T
+        cold, warm = np.zeros((len(self.cold), m, m, r)), np.zeros((m, m, r, r))
         for i, j in zip(*np.tril_indices(m), strict=True):
-            if not self.warm.any() or not products[i, j].any():
+            if not products[i, j].any():
                 continue  # the currents of different bodies
-            weighted = self.fields * (products[i, j] * self.warm)
-            warm[i, j] = warm[j, i] = weighted @ self.fields.T
-            for c, lift in self.lifts.items():
-                cold[c, i, j] += weighted @ lift
-                cold[c, j, i] = cold[c, i, j]
+            weighted = self.fields * products[i, j]
+            cold[:, i, j] = cold[:, j, i] = self.cold @ weighted.T
+            if self.warm.any():
+                warm[i, j] = warm[j, i] = (weighted * self.warm) @ self.fields.T
         return cold, warm

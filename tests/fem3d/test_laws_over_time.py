@@ -194,8 +194,10 @@ def test_of_very_many_points_some_are_looked_at(monkeypatch):
     assert 1e-12 < np.abs(shares @ table[states] - table).max() < 2e-4
 
 
-def test_integrals_of_products_of_fields():
-    """What is made once of a pair of fields is that of both orders."""
+@pytest.mark.parametrize("few", [0, 100])
+def test_integrals_of_products_of_fields(few, monkeypatch):
+    """What is made once of a pair of fields is that of both orders; of few states they are made for each."""
+    monkeypatch.setattr(between_states, "FEW", few)
     rng = np.random.default_rng(1)
     weights, tested = rng.random((3, 2, 50)), rng.random((6, 2, 50))
     direct = np.einsum("sap,rap,fap->srf", weights, tested[:4], tested)
