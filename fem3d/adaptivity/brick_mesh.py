@@ -13,6 +13,7 @@ from fem3d.adaptivity.goal_errors import Level
 from fem3d.adaptivity.nested import Problems, Solution
 from fem3d.adaptivity.reach import not_reached
 from fem3d.adaptivity.suited import suited
+from fem3d.adaptivity.tetrahedra import less_accurate
 from fem3d.adaptivity.trace_errors import Response
 from fem3d.problems.heat import HeatProblem
 from fem3d.results.fields.fields import Fields
@@ -55,6 +56,7 @@ class Bricks:
     marks: Features
     edges: reach.Edges
     aim: Grid | None = None
+    as_far_as_it_goes: bool = False
 
     @staticmethod
     def of(study: Study, over_time: bool = False) -> Bricks:
@@ -97,7 +99,11 @@ class Bricks:
     ) -> Response:
         return trace_errors.respond(study, given, bases, shift, self._judge, steady, generations)
 
-    def refined(self, goals: Collection[Spread], falls: Spread | None, worst: float, enough: float) -> Bricks:
+    def refined(self, goals: Collection[Spread], falls: Spread | None, worst: float, enough: float) -> Bricks | None:
+        finer = self._refined(goals, falls, worst, enough)
+        return finer if reach.fits(foreseen(self.scene, finer.grid)) or not self.as_far_as_it_goes else None
+
+    def _refined(self, goals: Collection[Spread], falls: Spread | None, worst: float, enough: float) -> Bricks:
         missing = estimate.worst(goals)
         known = max(estimate.total(missing), 1e-300)
         missing = [m * max(worst / known, 1.0) for m in missing]
@@ -155,4 +161,4 @@ class Bricks:
         return grids.statistics(self.grid)
 
     def warnings(self, study: Study, relative: dict[str, float]) -> list[str]:
-        return []
+        return less_accurate(study, relative, f"as many bricks as the memory has room for; {reach.ADVICE}")

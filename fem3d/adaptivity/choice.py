@@ -7,21 +7,22 @@ accuracy. Planes that align with nothing make a grid grow with the square of the
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from fem3d.adaptivity import reach
+from fem3d.adaptivity import loop, reach
 from fem3d.adaptivity.brick_mesh import LARGE, Bricks
-from fem3d.adaptivity.mesh import Mesh
+from fem3d.adaptivity.mesh import Answer, Mesh
 from fem3d.adaptivity.tetrahedra import Tetrahedra
 from fem3d.results.study import Study
 from fem3d.spaces.box_cells import BoxCells, box_cells
 from fem3d.spaces.size import Size, foreseen
 from meshes import connected
 from meshes.columns import Columns
-from scenes.errors import TooLargeError
+from scenes.errors import NumericsError, TooLargeError
 from scenes.free.crowding import crowding
 from scenes.model import Scene
 from scenes.plan import Step
@@ -39,7 +40,7 @@ class OnBoxes:
     columns: Columns
     why: str
 
-    advice = "ask for a larger accuracy, let more planes coincide, or leave out what does not matter"
+    advice = reach.ADVICE
     most = 2
 
     @property
@@ -87,14 +88,14 @@ def of(study: Study, whole: Study, over_time: bool = False) -> tuple[Study, Mesh
         return study, Bricks.of(study, over_time)
     grid, free = reach.least(scene), not scene.mesh
     if free and _suits(grid, LARGE):
-        bricks = Bricks.of(study, over_time)
+        bricks = _bricks(study, over_time)
         grid = foreseen(scene, bricks.grid)
         if _suits(grid, LARGE):
             return study, bricks
     laid = on_tetrahedra(whole.part.scene, grid)
     enough = factor(scene.accuracy) * laid.size.unknowns
     if free and _suits(grid, enough):
-        bricks = bricks or Bricks.of(study, over_time)
+        bricks = bricks or _bricks(study, over_time)
         if _suits(foreseen(scene, bricks.grid), enough):
             return study, bricks
     if laid.size.memory > reach.MOST_MEMORY:
@@ -102,16 +103,45 @@ def of(study: Study, whole: Study, over_time: bool = False) -> tuple[Study, Mesh
     return whole, laid
 
 
-def instead(mesh: Any, whole: Study, error: TooLargeError) -> tuple[Study, Mesh]:
-    """What a scene is solved on where the bricks that it was begun on became too many, and the study of it. Raises the
-    ``error`` of the bricks where the scene insists on them, or tetrahedra take too much memory too, TooLargeError."""
-    scene = whole.part.scene
-    if mesh.whole or scene.mesh:
-        raise error
-    laid = on_tetrahedra(scene, foreseen(scene, mesh.grid))
-    if laid.size.memory > reach.MOST_MEMORY:
-        raise error
-    return whole, laid
+def solve(
+    study: Study, mesh: Mesh, whole: Callable[[], Study], with_transient: bool, progress: Callable[[str], None]
+) -> tuple[Study, Answer]:
+    """The answer on a mesh that `of` has chosen, and the study of it. Where the memory has no room for all bricks that
+    an accuracy takes, the scene is solved on tetrahedra too, and the answer of the smaller error is taken. Raises as
+    `loop.solve` does."""
+    known, left = None, np.inf
+    try:
+        known = loop.solve(study, with_transient, progress, mesh, not with_transient)
+        left = max(known.relative(study).values(), default=0.0)
+    except TooLargeError:
+        if not _may_change(mesh):
+            raise
+    if known is not None and (left <= study.accuracy or not _may_change(mesh)):
+        return study, known
+    every, last = whole(), mesh if known is None else known.mesh
+    assert isinstance(last, Bricks)
+    laid = replace(on_tetrahedra(every.part.scene, foreseen(last.scene, last.grid)), below=left)
+    try:
+        if laid.size.memory > reach.MOST_MEMORY:
+            raise too_large(every.part.scene, laid.size)
+        progress("begun anew on tetrahedra: bricks would be too many")
+        answer = loop.solve(every, with_transient, progress, laid, not with_transient)
+    except NumericsError:
+        if known is None:
+            raise
+        return study, known
+    if known is not None and left <= max(answer.relative(every).values(), default=0.0):
+        return study, known
+    return every, answer
+
+
+def _may_change(mesh: Mesh) -> bool:
+    """Whether tetrahedra may take the place of bricks that become too many."""
+    return isinstance(mesh, Bricks) and mesh.as_far_as_it_goes
+
+
+def _bricks(study: Study, over_time: bool) -> Bricks:
+    return replace(Bricks.of(study, over_time), as_far_as_it_goes=True)
 
 
 def _suits(grid: Size, most: float) -> bool:

@@ -92,3 +92,11 @@ class Answer:
         """The steady solution that is there."""
         assert self.steady is not None
         return self.steady
+
+    def relative(self, study: Study) -> dict[str, float]:
+        """The errors of all that a study asks for, over what they are relative to."""
+        if self.response is not None:
+            errors, scales = self.response.errors, self.response.scales
+        else:
+            errors, scales = self.errors, study.steady_scales(self.fine.out)
+        return {name: error / scales[name] for name, error in errors.items()}

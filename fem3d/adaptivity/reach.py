@@ -17,6 +17,7 @@ from scenes.free.crowding import crowding
 from scenes.model import Scene
 
 MOST_MEMORY = 4e9  # bytes of a run: what a laptop has to spare
+ADVICE = "ask for a larger accuracy, let more planes coincide, or leave out what does not matter"
 # Cells, some 13,000 unknowns, beyond which a first grid is that of a larger accuracy, with half of the cells: it takes
 # a quarter of the time, all of which is saved where most features are seen by no quantity. Of 700 random scenes none
 # has as many, an actuator of ten boxes over films of 0.1 um has 5,000.
@@ -65,8 +66,13 @@ def check_size(scene: Scene, grid: Grid, accuracy: float, marks: Features) -> No
     _check(scene, foreseen(scene, grid), f"at an accuracy of {accuracy:g}", because(marks))
 
 
+def fits(size: Size) -> bool:
+    """Whether the memory has room for a mesh."""
+    return size.memory <= MOST_MEMORY
+
+
 def _check(scene: Scene, size: Size, when: str, why: str = "") -> None:
-    if size.memory > MOST_MEMORY:
+    if not fits(size):
         unknowns, planes = float(f"{size.unknowns:.2g}"), connected.coarsest(scene).breaks
         raise TooLargeError(
             f"the scene takes {unknowns:,.0f} unknowns and {size.memory / 1e9:.3g} GB {when}, and "

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import pairwise
 from typing import Any, Protocol
 
 import numpy as np
@@ -94,12 +95,16 @@ class Laid(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Tetrahedra:
-    """A scene on tetrahedra, to be solved for an accuracy, refined ``levels`` times."""
+    """A scene on tetrahedra, to be solved for an accuracy, refined ``levels`` times. They are refined no more where the
+    errors of the levels ``before`` (unknowns, largest relative error) foretell that as many as are made don't leave
+    less than an error that another mesh leaves: come ``below`` that."""
 
     laid: Laid
     accuracy: float
     levels: int = 0
     told: Told = field(default_factory=Told)
+    below: float = np.inf
+    before: tuple[tuple[int, float], ...] = ()
 
     whole = True
 
@@ -156,7 +161,8 @@ class Tetrahedra:
     ) -> Tetrahedra | None:
         """Finer where cells miss more than their share, those that miss most first, as far as `MOST_GROWTH` goes, or
         further where even a few are followed by more, as on a mesh of few cells."""
-        if self._last:
+        so_far = (*self.before, (self.size.unknowns, worst))
+        if self._last or self._foreseen(so_far) > self.below:
             return None
         by_axis = np.array(estimate.worst(goals))
         missing = by_axis.sum(axis=0)
@@ -176,7 +182,7 @@ class Tetrahedra:
         for _ in range(TRIALS):
             if not fit:
                 break
-            finer = self._finer(_of(times, order[:fit]))
+            finer = replace(self._finer(_of(times, order[:fit])), before=so_far)
             grown = finer.laid.cells.t.shape[1] / self.laid.cells.t.shape[1] - 1
             if grown <= room:
                 best = finer
@@ -186,6 +192,12 @@ class Tetrahedra:
                 break
             fit = min(max(int(fit * SURELY * room / grown), 1), len(order) if grown < room else fit - 1)
         return best or least
+
+    def _foreseen(self, levels: tuple[tuple[int, float], ...]) -> float:
+        """The largest error on as many tetrahedra as are made, if it falls with the unknowns as it fell between two of
+        the last three levels; zero before there are three."""
+        rates = [np.log(e / f) / np.log(m / n) for (n, e), (m, f) in pairwise(levels[-3:])]
+        return 0.0 if len(rates) < 2 else float(levels[-1][1] * self._limit ** -max(rates))
 
     def begun(self, study: Study, with_steady: bool) -> tuple[Tetrahedra, None, None]:
         return self, None, None
@@ -202,7 +214,7 @@ class Tetrahedra:
         return size > SHORTER * size.max(axis=0)
 
     def _finer(self, times: np.ndarray) -> Tetrahedra:
-        return Tetrahedra(self.laid.finer(times), self.accuracy, self.levels + 1, self.told)
+        return replace(self, laid=self.laid.finer(times), levels=self.levels + 1)
 
     def field_error(self, level: Level) -> float:
         return field_error.relative(*self._sampled(level))

@@ -19,7 +19,6 @@ from fem3d.runs import currents, probe_quantities, readouts
 from meshes import connected, symmetry
 from meshes.symmetry import Symmetry
 from scenes import physics
-from scenes.errors import TooLargeError
 from scenes.free import structure
 from scenes.model import AnyScene, MeshScene, Point, Scene
 from scenes.plan import Step
@@ -41,16 +40,15 @@ def solve(scene: AnyScene, progress: Callable[[str], None] | None = None, whole:
         return currents.over_time(scene, lambda alone: solve(alone, progress), plan(scene))
     study, mesh = start(scene, whole)
     say = progress or (lambda _: None)
-    try:
+    if isinstance(scene, MeshScene):
         answer = loop.solve(study, not scene.steady, say, mesh, scene.steady)
-    except TooLargeError as error:
-        if isinstance(scene, MeshScene):
-            raise
+    else:
         from fem3d.adaptivity import choice
 
-        study, mesh = choice.instead(mesh, probe_quantities.study(scene, part_of(scene, True)), error)
-        say("begun anew on tetrahedra: bricks would be too many")
-        answer = loop.solve(study, not scene.steady, say, mesh, scene.steady)
+        def every() -> Study:
+            return probe_quantities.study(scene, part_of(scene, True))
+
+        study, answer = choice.solve(study, mesh, every, not scene.steady, say)
     response, on = answer.response, answer.mesh
     details, errors = described(study, answer), answer.errors if response is None else response.errors
     details["plan"] = plan(scene, not study.part.planes, on)
@@ -64,7 +62,7 @@ def solve(scene: AnyScene, progress: Callable[[str], None] | None = None, whole:
         details |= {"scales": response.scales, "transient": response.transient}
     if isinstance(scene, Scene):
         details["warnings"] += structure.remarks(scene)
-    details["warnings"] += on.warnings(study, {n: e / details["scales"][n] for n, e in errors.items()})
+    details["warnings"] += on.warnings(study, answer.relative(study))
     if response is not None:
         jumps = tuple(answer.heat.jumps(study.end).tolist())
         traces = Traces(response.times, response.traces, response.errors, study.earliest, jumps)

@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 from fem3d.adaptivity import estimate, reach
+from fem3d.adaptivity.mesh import Answer
+from fem3d.results.study import Study
 from fem3d.runs import scene as runs
 from fem3d.runs.scene_sensitivity import of_scene
 from meshes import connected
@@ -177,6 +179,27 @@ def test_bricks_that_become_too_many_give_way_to_tetrahedra(monkeypatch: pytest.
     assert off(on_bricks, result) < 1.0
     with pytest.raises(TooLargeError, match="too many"):
         runs.solve(replace(heated(), mesh="bricks"))
+
+
+@pytest.mark.parametrize(("worse", "kind"), [(1.0, None), (100.0, "tetra")])
+def test_where_memory_ends_bricks_the_better_answer_is_taken(
+    worse: float, kind: str | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Two grids leave 3e-5, to which tetrahedra don't come; to a hundred times that they do."""
+    relative, said = Answer.relative, list[str]()
+
+    def larger(self: Answer, study: Study) -> dict[str, float]:
+        factor = 1.0 if self.mesh.whole else worse  # type: ignore[attr-defined]
+        return {name: factor * error for name, error in relative(self, study).items()}
+
+    monkeypatch.setattr(reach, "MOST_MEMORY", 4e8)
+    monkeypatch.setattr(Answer, "relative", larger)
+    result = runs.solve(replace(heated(), accuracy=1e-5), said.append)
+    assert any("begun anew on tetrahedra" in line for line in said)
+    assert result.details["mesh"].get("cell_type") == kind
+    why = "as many tetrahedra" if kind else "as many bricks as the memory has room for"
+    assert any(why in warning for warning in result.details["warnings"])
+    assert off(solved("bricks"), result) < 1.0
 
 
 def test_what_an_accuracy_out_of_reach_leaves_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
