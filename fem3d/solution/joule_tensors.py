@@ -89,9 +89,10 @@ def of_pairs(
     names = conductor.names
     for name in dict.fromkeys(names.tolist()):
         cells = slice(None) if (names == name).all() else names == name
-        body = _Body(*(x[..., cells, :].reshape(*x.shape[:-2], -1) for x in (fields, channels, warm_weights)))
+        points = on.weights[cells].size
+        body = _Body(*(x[..., cells, :].reshape(*x.shape[:-2], points) for x in (fields, channels, warm_weights)))
         copies = float(conductor.stands_for[cells].flat[0])
-        currents = densities[:, :, cells].reshape(m, densities.shape[1], -1)
+        currents = densities[:, :, cells].reshape(m, densities.shape[1], points)
         products = np.einsum("idx,jdx->ijx", currents, currents)
         cold, warm = heats.in_box[name] = body.heat(products)
         for total, part in zip((heats.cold, heats.warm), (cold, warm), strict=True):
