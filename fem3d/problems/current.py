@@ -122,7 +122,12 @@ class Conductor:
         """(cells, points) in ohm m at a rise (all nodes of the heat problem)."""
         if not self.warms:
             return np.broadcast_to(self.cold, self.on.weights.shape)
-        return self.resistivity_of(self.heat.field(rise))
+        # That of the last rise is asked for again by its current, its heat and whether it conducts at all.
+        last, known = self.kept.get("resistivity", lambda: (None, None))
+        if last is None or not np.array_equal(last, rise):
+            known = self.resistivity_of(self.heat.field(rise))
+            self.kept.tell(resistivity=(rise.copy(), known))
+        return np.asarray(known)
 
     def resistivity_of(self, u: np.ndarray) -> np.ndarray:
         """(cells, points) in ohm m at a field u (functions,) of the heat problem's space."""
