@@ -11,6 +11,7 @@ from scenes.errors import SceneError, listed, quoted
 from scenes.model import ELECTRIC, AnyScene, Boundary, GroupBoundary, Material, Schedule, Value, bends, is_zero, values
 
 HEAT_KEYS = ("thermal_conductivity", "density", "specific_heat")
+NITROGEN = 77.0  # K: what liquid nitrogen cools to; hardly anything is built for less
 
 
 def materials(scene: AnyScene) -> tuple[Material, ...]:
@@ -54,6 +55,17 @@ def coldest(scene: AnyScene) -> float:
     given = [b.value for b in scene.boundaries if b.kind == "temperature"]
     given += [b.ambient for b in scene.boundaries if b.kind in ("convection", "radiation")]
     return min([scene.initial_temperature, *(v for value in given for v in values(value))])
+
+
+def frozen(scene: AnyScene) -> list[str]:
+    """What is to be said of a temperature that looks like one in degrees Celsius without its unit."""
+    lowest = coldest(scene)
+    if not 0 < lowest < NITROGEN:
+        return []
+    return [
+        f"a temperature of {lowest:g} K is given, which is {lowest - 273.15:.4g} degC: a number without a unit is in "
+        f'kelvin, for degrees Celsius write "{lowest:g} degC"'
+    ]
 
 
 def jumps(given: Iterable[Value]) -> tuple[float, ...]:

@@ -144,7 +144,7 @@ def described(study: Study, answer: Answer) -> dict[str, Any]:
     return {
         "unknowns": heat.free if physics.heat(heat.domain.scene) else electric, "electric_unknowns": electric,
         "levels": answer.levels, "symmetry": study.part.part,
-        "warnings": [*_of_rows(study, response), *beyond],
+        "warnings": [*physics.frozen(study.part.scene), *_of_rows(study, response), *beyond],
         "fields": mesh.fields(heat, study.part, state, transient), "mesh": mesh.statistics(heat),
         "steps": 0 if transient is None else len(transient.trajectory.steps),
         "energy_imbalance": over_time if answer.steady is None else outputs.unbalanced(answer.steady.out)[1],

@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from scenes import physics
 from scenes.checks import DEFAULT_TOLERANCES
 from scenes.errors import SceneError
 from scenes.keys import SINK, TYPES
@@ -234,3 +235,9 @@ def test_different_sizes_have_different_safe_texts(a, b):
     one, other = distinguishes(Sink(width=a)), distinguishes(Sink(width=b))
     assert SAFE.fullmatch(one)
     assert (one == other) == (a == b)
+
+
+@pytest.mark.parametrize(("kelvin", "said"), [(20.0, "-253.1 degC"), (77.0, "")])
+def test_degrees_without_their_unit_are_remarked_on(kelvin: float, said: str) -> None:
+    remarks = physics.frozen(Sink(room_temperature=kelvin).scene())
+    assert [said in remark for remark in remarks] == [True] * bool(said)

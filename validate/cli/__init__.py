@@ -6,6 +6,7 @@ import signal
 import sys
 import warnings
 from collections.abc import Sequence
+from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
 
@@ -27,6 +28,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         if signal.getsignal(signal.SIGINT) is signal.SIG_DFL:  # as `validate.__main__` leaves it
             signal.signal(signal.SIGINT, signal.default_int_handler)
+        if signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:  # kill, or a batch system whose time is up
+            with suppress(ValueError):  # another thread than the main one
+                signal.signal(signal.SIGTERM, signal.default_int_handler)
         fill_streams()
         from validate.cli.arguments import parse
         from validate.processes import one_thread

@@ -24,18 +24,21 @@ from importlib.abc import MetaPathFinder
 class Interrupting(MetaPathFinder):
     def find_spec(self, name, path=None, target=None):
         if name == "{module}":
-            os.kill(os.getpid(), signal.SIGINT)
+            os.kill(os.getpid(), signal.{name})
 
 sys.meta_path.insert(0, Interrupting())
 from validate.__main__ import command
 sys.exit(command())
 """
-"""The command, with Ctrl-C where it begins to import a module."""
+"""The command, with Ctrl-C or a kill where it begins to import a module."""
 
 
-@pytest.mark.parametrize("module", ["validate.cli", "scenes.errors", "scipy"])
-def test_an_interrupt_while_it_starts_is_no_traceback(module: str, tmp_path: Path) -> None:
-    code = INTERRUPTED.format(module=module)
+@pytest.mark.parametrize(
+    ("module", "name"),
+    [("validate.cli", "SIGINT"), ("scenes.errors", "SIGINT"), ("scipy", "SIGINT"), ("scipy", "SIGTERM")],
+)
+def test_an_interrupt_while_it_starts_is_no_traceback(module: str, name: str, tmp_path: Path) -> None:
+    code = INTERRUPTED.format(module=module, name=name)
     command = [sys.executable, "-c", code, "sink", "--steady", "--no-figures", "--out", "run"]
     found = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, check=False)
     assert found.returncode in (130, -2)  # a shell shows both as 130
