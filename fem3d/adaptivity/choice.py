@@ -112,7 +112,7 @@ def solve(
     known, left = None, np.inf
     try:
         known = loop.solve(study, with_transient, progress, mesh, not with_transient)
-        left = max(known.relative(study).values(), default=0.0)
+        left = 0.0 if with_transient else max(known.relative(study).values(), default=0.0)
     except TooLargeError:
         if not _may_change(mesh):
             raise
@@ -137,11 +137,12 @@ def solve(
 
 def _may_change(mesh: Mesh) -> bool:
     """Whether tetrahedra may take the place of bricks that become too many."""
-    return isinstance(mesh, Bricks) and mesh.as_far_as_it_goes
+    return isinstance(mesh, Bricks) and not mesh.scene.mesh
 
 
 def _bricks(study: Study, over_time: bool) -> Bricks:
-    return replace(Bricks.of(study, over_time), as_far_as_it_goes=True)
+    """Those to start with. A response over time has its rows on a grid that is fine enough alone."""
+    return replace(Bricks.of(study, over_time), as_far_as_it_goes=not over_time)
 
 
 def _suits(grid: Size, most: float) -> bool:

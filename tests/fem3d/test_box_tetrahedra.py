@@ -202,6 +202,22 @@ def test_where_memory_ends_bricks_the_better_answer_is_taken(
     assert off(solved("bricks"), result) < 1.0
 
 
+@pytest.mark.long
+def test_bricks_over_time_that_become_too_many_give_way_to_tetrahedra(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Traces have rows on a mesh alone that is fine enough, or as fine as it may be: nothing is kept of bricks."""
+    scene = replace(heated(), accuracy=1e-3, steady=False, end_time=1e-5, output_times=(5e-6, 1e-5))
+    scene = replace(scene, probes=tuple(p for p in scene.probes if p.reduce == "mean"))
+    on_bricks = runs.solve(scene).traces
+    monkeypatch.setattr(reach, "MOST_MEMORY", 3e8)
+    result = runs.solve(scene)
+    assert result.details["mesh"]["cell_type"] == "tetra"
+    assert result.traces is not None
+    assert on_bricks is not None
+    for name, error in result.traces.errors.items():
+        gap = abs(result.traces.values[name][-1] - on_bricks.values[name][-1])
+        assert gap <= error + on_bricks.errors[name]
+
+
 def test_what_an_accuracy_out_of_reach_leaves_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("fem3d.adaptivity.tetrahedra.MOST_UNKNOWNS", 1_000)
     result = runs.solve(replace(heated(), mesh="tetrahedra", accuracy=1e-5))
