@@ -202,14 +202,22 @@ def test_where_memory_ends_bricks_the_better_answer_is_taken(
     assert off(solved("bricks"), result) < 1.0
 
 
-@pytest.mark.long
 def test_bricks_over_time_that_become_too_many_give_way_to_tetrahedra(monkeypatch: pytest.MonkeyPatch) -> None:
     """Traces have rows on a mesh alone that is fine enough, or as fine as it may be: nothing is kept of bricks."""
-    scene = replace(heated(), accuracy=1e-3, steady=False, end_time=1e-5, output_times=(5e-6, 1e-5))
+    scene = replace(heated(), accuracy=1e-2, steady=False, end_time=1e-5, output_times=(5e-6, 1e-5))
     scene = replace(scene, probes=tuple(p for p in scene.probes if p.reduce == "mean"))
-    on_bricks = runs.solve(scene).traces
-    monkeypatch.setattr(reach, "MOST_MEMORY", 3e8)
-    result = runs.solve(scene)
+    on_bricks, checked = runs.solve(scene).traces, list[int]()
+
+    def small(*_: Any) -> None:
+        checked.append(1)
+        if len(checked) > 2:  # the grid that is aimed at, and the first one
+            raise TooLargeError("the scene takes too many unknowns")
+
+    monkeypatch.setattr(reach, "check_size", small)
+    said = list[str]()
+    result = runs.solve(scene, said.append)
+    assert said[0].startswith("level 1:")
+    assert any("begun anew on tetrahedra" in line for line in said)
     assert result.details["mesh"]["cell_type"] == "tetra"
     assert result.traces is not None
     assert on_bricks is not None
