@@ -98,7 +98,7 @@ def of(study: Study, whole: Study, over_time: bool = False) -> tuple[Study, Mesh
         bricks = bricks or _bricks(study, over_time)
         if _suits(foreseen(scene, bricks.grid), enough):
             return study, bricks
-    if laid.size.memory > reach.MOST_MEMORY:
+    if not reach.fits(laid.size):
         raise too_large(whole.part.scene, laid.size)
     return whole, laid
 
@@ -122,7 +122,7 @@ def solve(
     assert isinstance(last, Bricks)
     laid = replace(on_tetrahedra(every.part.scene, foreseen(last.scene, last.grid)), below=left)
     try:
-        if laid.size.memory > reach.MOST_MEMORY:
+        if not reach.fits(laid.size):
             raise too_large(every.part.scene, laid.size)
         progress("begun anew on tetrahedra: bricks would be too many")
         answer = loop.solve(every, with_transient, progress, laid, not with_transient)
@@ -147,7 +147,7 @@ def _bricks(study: Study, over_time: bool) -> Bricks:
 
 def _suits(grid: Size, most: float) -> bool:
     """Whether a grid has no more than so many unknowns, and fits the memory."""
-    return grid.unknowns <= most and grid.memory <= reach.MOST_MEMORY
+    return grid.unknowns <= most and reach.fits(grid)
 
 
 def too_large(scene: Scene, size: Size) -> TooLargeError:
