@@ -133,7 +133,7 @@ def rows(quick: bool, first: int = 0, jobs: int = 1) -> Iterator[Row]:
     usual = {(cases[i][0].measure, cases[i][0].scenes): seen for i, seen in measured.items() if not cases[i][1]}
     for i, (group, name, value) in enumerate(cases):
         if group.measure is errors:
-            if measured[i] or not name:  # no row of a value that no scene is in time with
+            if measured[i] or not name:  # no scene may be in time
                 yield _stated(group, measured[i], name, value)
         elif name:
             yield _compared(group, usual[group.measure, group.scenes], measured[i], f"{name} of {value:g}")
