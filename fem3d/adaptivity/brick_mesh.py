@@ -48,8 +48,8 @@ LARGE = 30_000  # unknowns of a grid beyond which tetrahedra are looked at (`fem
 class Bricks:
     """A grid of bricks for an accuracy, the features of its scene, and what is known of its singular edges: errors from
     the last two degrees, refined where these say that something is missing. One in rough degrees tells which of those
-    of the grid that is its ``aim`` each edge needs. Where the memory has no room for a finer one, the accuracy is refused
-    or, with ``as_far_as_it_goes``, the grid is taken as it is."""
+    of the grid that is its ``aim`` each edge needs. Where the memory has no room for a finer one, the accuracy is
+    refused or, with ``as_far_as_it_goes``, the grid is taken as it is."""
 
     scene: Scene
     grid: Grid
