@@ -166,7 +166,8 @@ class Newton:
             )
             unit = self.heat.unit
             electric = max(
-                _largest(others - currents) / (_largest(currents) or 1.0), abs(unit @ more / (unit @ joule or 1.0))
+                _largest(others - currents) / (_largest(currents) or 1.0),
+                abs(float(unit @ more)) / (float(unit @ joule) or 1.0),
             )
         seen = self.tangent_at(point).solve_steady(change[: self.heat.free])
         return max(_largest(seen) / (_largest(point.rise) or 1.0), electric)
