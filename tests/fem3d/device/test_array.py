@@ -195,7 +195,8 @@ def test_it_is_told_and_kept(run: Any) -> None:
     assert "the others make the plate under element 1" in said
     assert "3, idle" in said
     assert "in 1D" in text
-    assert found["reduced1d"]["array"]["closed"]["sensor_power_change_W"] == [0.0, 0.0, 0.0]
+    # Rounding of what a sensor takes, some microwatts, is left of it on some machines.
+    assert found["reduced1d"]["array"]["closed"]["sensor_power_change_W"] == pytest.approx([0.0, 0.0, 0.0], abs=1e-18)
     off = found["array"]["sinks_off"]["sensor_power_change_W"]["value"]
     # 1D has no pads in the film's way to the plate and no way along the layers: its shielding is 5 % less in both.
     assert found["reduced1d"]["array"]["sinks_off"]["sensor_power_change_W"] == pytest.approx(off, rel=0.1)
