@@ -4,8 +4,8 @@ over each stand prisms between the heights that are needed there, each cut into 
 No plane crosses more than what it bounds, and a film, however thin, is one layer of cells. Each vertex of the plan has
 the heights that any tile around it needs. Over a triangle the three chains of nodes are climbed in the order of
 (height, vertex), and each step adds the tetrahedron of its node and the three that were reached: two triangles climb
-the chains of their common edge alike, so that what stands on them fits. Refined, tiles are halved along either axis,
-and chains get more nodes.
+the chains of their common edge alike, so that what stands on them fits. Refined, tiles are cut along either axis, and
+chains get more nodes: in the middle, or near an end at which edges are sharp (`meshes.tiles.NEAR`).
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import numpy as np
 
 from meshes import connected
 from meshes.grid import VOID, Grid
-from meshes.tiles import UNIT, Tiles
+from meshes.tiles import UNIT, Tiles, share
 from scenes.model import Scene
 
 # How much higher a node may be than the nearest one on a chain beside it, over their distance: that keeps angles of the
@@ -138,28 +138,38 @@ class Columns:
         metres: np.ndarray = np.interp(self.heights, np.arange(len(breaks)) * float(UNIT), breaks)
         return metres
 
-    def _of_tiles(self, times: np.ndarray) -> np.ndarray:
-        """(tiles, 2): how many times each is to be halved for its cells, ``times`` (3, cells)."""
-        most = np.zeros(self.tiles.low.shape, int)
-        for e, d in enumerate(self._plan):
-            np.maximum.at(most[:, e], self._cells[1], times[d])
-        return most
+    def _sharp_ends(self, d: int, sharp: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+        """(2, cells): whether a cell has a vertex where ``low`` or ``high`` is (cells,), in m along an axis, at which
+        edges across that axis are ``sharp`` (3, vertices)."""
+        mesh = self.mesh
+        others = [e for e in range(3) if e != d]
+        at, across = mesh.p[d][mesh.t], sharp[others][:, mesh.t].any(axis=0)
+        return np.array([((at == end) & across).any(axis=0) for end in (low, high)])
 
-    def refined(self, times: np.ndarray) -> Columns:
-        """With the cells so many ``times`` (3, cells) halved along the axes."""
-        _, under, ends = self._cells
-        tiles, parents = self.tiles.finer(self._of_tiles(times))
-        columns, heights = [under[:0]], [self.heights[:0]]
-        for count in range(1, int(times[self.up].max(initial=0)) + 1):
-            which = np.flatnonzero(times[self.up] >= count)
-            low, high = ends[which].T
-            for k in range(1, 1 << count, 2):
-                columns.append(under[which])
-                heights.append(low + (high - low) * k // (1 << count))
-        every = np.union1d(self.heights, np.concatenate(heights))
+    def refined(self, shorter: np.ndarray, sharp: np.ndarray) -> Columns:
+        """With cells cut that are to be ``shorter`` (3, cells) along some axes, near where edges along an axis are
+        ``sharp`` (3, vertices)."""
+        mesh, under, ends = self._cells
+        cut = np.zeros(self.tiles.low.shape, bool)
+        near = np.zeros((*self.tiles.low.shape, 2), bool)
+        for e, d in enumerate(self._plan):
+            np.logical_or.at(cut[:, e], under, shorter[d])
+            low, high = (self.tiles.metres(e, each[:, e])[under] for each in (self.tiles.low, self.tiles.high))
+            np.logical_or.at(near[:, e], under, self._sharp_ends(d, sharp, low, high).T)
+        tiles, parents = self.tiles.finer(cut, near)
+        # All cells of a column between the same heights get the same one in between.
+        of_cells = np.column_stack([under, ends])
+        spans, number = np.unique(of_cells, axis=0, return_inverse=True)
+        upright, beside = np.zeros(len(spans), bool), np.zeros((len(spans), 2), bool)
+        at = mesh.p[self.up][mesh.t]
+        np.logical_or.at(upright, number, shorter[self.up])
+        np.logical_or.at(beside, number, self._sharp_ends(self.up, sharp, at.min(axis=0), at.max(axis=0)).T)
+        column, low, high = spans[upright].T
+        heights = low + ((high - low) * share(beside[upright])).astype(np.int64)
+        every = np.union1d(self.heights, heights)
         more = np.zeros((len(self.more), len(every)), bool)
         more[:, np.searchsorted(every, self.heights)] = self.more
-        more[np.concatenate(columns), np.searchsorted(every, np.concatenate(heights))] = True
+        more[column, np.searchsorted(every, heights)] = True
         return Columns(self.scene, self.up, tiles, every, more[parents])
 
 

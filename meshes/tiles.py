@@ -23,6 +23,10 @@ THIN = 4.0
 MOST_ROUNDS = 200  # of cuts that follow from others
 # A tile is cut at a corner of another one on its side, if that is at least this fraction of its length from its ends.
 MIDDLE = 0.25
+# What has a sharp edge at one end is cut so far from that end, over its length: on the part beside the edge degree 3
+# leaves as much of a power of the distance as on the other one, so that half as many cuts reach as near
+# (`validate stress`: "constants").
+NEAR = 0.25
 UNIT = 1 << 36  # from one plane to the next: coordinates are whole numbers, of which equal ones are the same
 ROUGHLY = UNIT >> 10  # multiples of which the middles of tiles are that several planes cross
 FLAT = 1e-9  # area of a triangle over that of its tile that counts as none
@@ -65,7 +69,7 @@ class Tiles:
                 cut = k + 1 + _middle(shares[1])
                 rest += [(i, j, k, cut), (i, j, cut, m)]
         corners = np.array(tiles, np.int64).reshape(-1, 2, 2) * UNIT
-        return Tiles(breaks, corners[:, 0], corners[:, 1]).finer(np.zeros((len(corners), 2), int))[0]
+        return Tiles(breaks, corners[:, 0], corners[:, 1]).finer(np.zeros((len(corners), 2), bool))[0]
 
     def metres(self, axis: int, at: np.ndarray) -> np.ndarray:
         """Coordinates in m."""
@@ -109,25 +113,27 @@ class Tiles:
         at = np.array([[a * len(values[axis]) + e for e in ends] for a in across])
         return np.moveaxis(np.searchsorted(keys[axis], at) + np.array([1, 0])[:, None], 2, 0)
 
-    def _cut(self, axis: int, which: np.ndarray, middle_part: float) -> tuple[Tiles, np.ndarray]:
-        """The tiles with some of them (n,) cut across an axis, and (tiles,) of which each is a part: at the corner on
-        its sides that is next to its middle, if one is in the ``middle_part`` of it, else in the middle."""
+    def _cut(self, axis: int, which: np.ndarray, at: np.ndarray, part: float) -> tuple[Tiles, np.ndarray]:
+        """The tiles with some of them (n,) cut across an axis, and (tiles,) of which each is a part: so far from the
+        low side as ``at`` says (n,), over the length, or at the corner on its sides that is next to there, if one is
+        nearer than a ``part`` of the way to either end."""
         values, keys, _ = self._corners
         count = len(values[axis])
         ends = np.array([self.metres(axis, each[which, axis]) for each in (self.low, self.high)])
-        middle = ends.mean(axis=0)
+        middle = ends[0] + at * (ends[1] - ends[0])
         whole = self.low[which, axis] // UNIT == (self.high[which, axis] - 1) // UNIT
         number = np.interp(middle, self.breaks[axis], np.arange(len(self.breaks[axis])))
         rough = (np.round(number * (UNIT // ROUGHLY)) * ROUGHLY).astype(np.int64)
         rough = rough.clip(self.low[which, axis] + 1, self.high[which, axis] - 1)
-        best = np.where(whole, (self.low[which, axis] + self.high[which, axis]) // 2, rough)
-        off = middle_part / 2 * (ends[1] - ends[0])
+        within = self.low[which, axis] + ((self.high[which, axis] - self.low[which, axis]) * at).astype(np.int64)
+        best = np.where(whole, within, rough)
+        off = part * np.minimum(at, 1 - at) * (ends[1] - ends[0])
         place = np.searchsorted(values[axis], best)
         for side in self._on_sides(axis)[which].swapaxes(0, 1):
             line = np.minimum(side[:, 0] - 1, len(keys[axis]) - 1)
             start = keys[axis][line] // count * count
-            at = np.searchsorted(keys[axis], start + place)
-            for near in (at - 1, at):
+            beside = np.searchsorted(keys[axis], start + place)
+            for near in (beside - 1, beside):
                 valid = (near >= side[:, 0]) & (near < side[:, 1])
                 value = values[axis][keys[axis][near.clip(0, len(keys[axis]) - 1)] % count]
                 distance = np.where(valid, np.abs(self.metres(axis, value) - middle), np.inf)
@@ -139,18 +145,16 @@ class Tiles:
         parents = np.concatenate([np.arange(len(low)), which])
         return Tiles(self.breaks, np.concatenate([low, second]), np.concatenate([high, self.high[which]])), parents
 
-    def finer(self, times: np.ndarray) -> tuple[Tiles, np.ndarray]:
-        """With each tile so many ``times`` (tiles, 2) halved along each axis, and those that must follow; and of which
-        tile each is a part."""
+    def finer(self, cut: np.ndarray, near: np.ndarray | None = None) -> tuple[Tiles, np.ndarray]:
+        """With some tiles ``cut`` (tiles, 2) along each axis, ``near`` either end (tiles, 2, 2) or in the middle, and
+        those that must follow; and of which tile each is a part."""
         tiles, parents = self, np.arange(len(self.low))
-        while times.any():
-            for axis in range(2):
-                which = np.flatnonzero(times[:, axis])
-                if len(which):
-                    times = times.copy()
-                    times[which, axis] -= 1
-                    tiles, parent = tiles._cut(axis, which, 1 - 2 * MIDDLE)
-                    times, parents = times[parent], parents[parent]
+        at = np.full(cut.shape, 0.5) if near is None else share(near)
+        for axis in range(2):
+            which = np.flatnonzero(cut[parents, axis])
+            if len(which):
+                tiles, parent = tiles._cut(axis, which, at[parents[which], axis], 1 - 2 * MIDDLE)
+                parents = parents[parent]
         for _ in range(MOST_ROUNDS):
             wrong = tiles._wrong()
             if not (wrong >= 0).any():
@@ -159,7 +163,7 @@ class Tiles:
                 which = np.flatnonzero(wrong == axis)
                 if len(which):
                     wrong[which] = -1
-                    tiles, parent = tiles._cut(axis, which, 1.0)
+                    tiles, parent = tiles._cut(axis, which, np.full(len(which), 0.5), 1.0)
                     wrong, parents = wrong[parent], parents[parent]
         raise NumericsError(
             "the outlines of boxes lie so close to one another that no triangles are found between them"
@@ -206,6 +210,13 @@ class Tiles:
         order = np.argsort(rings < 0, axis=1, kind="stable")
         rings = np.take_along_axis(rings, order, axis=1)
         return _clipped(self.points, rings)
+
+
+def share(near: np.ndarray) -> np.ndarray:
+    """(...): how far from its low end something is cut, over its length: `NEAR` one end or the other (..., 2), or in
+    the middle where neither or both ask for it."""
+    low, high = near[..., 0], near[..., 1]
+    return np.where(low == high, 0.5, np.where(low, NEAR, 1 - NEAR))
 
 
 def _middle(shares: np.ndarray) -> int:

@@ -41,7 +41,6 @@ class OnBoxes:
     why: str
 
     advice = reach.ADVICE
-    most = 2
 
     @property
     def scene(self) -> Scene:
@@ -57,9 +56,9 @@ class OnBoxes:
         """What the boxes are made of."""
         return box_cells(self.scene, self.cells)
 
-    def finer(self, times: np.ndarray) -> OnBoxes:
-        """On columns that are finer there."""
-        return replace(self, columns=self.columns.refined(times))
+    def finer(self, shorter: np.ndarray, sharp: np.ndarray) -> OnBoxes:
+        """On columns that are finer there, above all beside what is sharp."""
+        return replace(self, columns=self.columns.refined(shorter, sharp))
 
     def of(self, scene: Any) -> OnBoxes:
         """Another scene on the mesh."""

@@ -74,7 +74,6 @@ class OnFile:
     placed: Placed
 
     advice = FINER
-    most = 1
 
     @property
     def scene(self) -> MeshScene:
@@ -90,9 +89,9 @@ class OnFile:
         """What the groups are on."""
         return groups(self.placed)
 
-    def finer(self, times: np.ndarray) -> OnFile:
-        """With the groups on the parts of cells: three bisections make one half as long."""
-        return OnFile(replace(self.placed, mesh=refine(self.placed.mesh, 3 * times.max(axis=0))))
+    def finer(self, shorter: np.ndarray, sharp: np.ndarray) -> OnFile:
+        """With the groups on the parts of cells: three bisections make one half as long, wherever edges are sharp."""
+        return OnFile(replace(self.placed, mesh=refine(self.placed.mesh, np.where(shorter.any(axis=0), 3, 0))))
 
     def of(self, scene: MeshScene) -> OnFile:
         """Another scene, with the same groups, on the mesh."""

@@ -34,7 +34,7 @@ from meshes.symmetry import Symmetry
 from scenes.model import AnyScene
 from scenes.plan import Step
 
-AIM = 0.5  # of what is enough, at which a refinement aims, as on bricks
+AIM = 0.7  # of what is enough, at which a refinement aims
 # Unknowns: a transient may have the fewer, and a steady state that needs more than the fewer has these first, as they
 # take a fifth of the time and a third of the memory of the most. Half as many more than a mesh has are little use, but
 # after the first one, as the second also tells how far estimates are too large (`fem3d.adaptivity.effectivity`): from
@@ -49,10 +49,8 @@ VARIES, SHORTER = 0.05, 0.5
 # What must follow when cells are halved only the mesh tells: so many are tried, for at least this part of the growth
 # that there is room for, each for a little less than that.
 TRIALS, LEAST_ROOM, SURELY = 5, 0.5, 0.9
-# The mesh grows three to eight times as much as by the halves alone: so much of the room these take first.
+# The mesh grows three to twenty times as much as by the cells that are cut alone: so much of the room these take first.
 FIRST = 0.25
-# An error falls like this power of the size of the cells that cause it, or twice the exponent of a sharper edge.
-FALLS = 4 / 3
 # Of what is missing, what the cells hold that are refined: the others are many, and miss little each.
 MARKED = 0.9
 
@@ -74,11 +72,9 @@ class Laid(Protocol):
     def domain(self) -> Domain:
         """Its cells and facets with what is on them."""
 
-    most: int
-    """How many times shorter by two cells may become at once."""
-
-    def finer(self, times: np.ndarray) -> Laid:
-        """On the mesh with each cell so many ``times`` (3, cells) shorter by two along the axes."""
+    def finer(self, shorter: np.ndarray, sharp: np.ndarray) -> Laid:
+        """On the mesh with cells cut so that they are ``shorter`` (3, cells) along some axes; at edges along an axis
+        that end at the ``sharp`` (3, vertices) of them, gradients are infinite."""
 
     def of(self, scene: Any) -> Laid:
         """Another scene, with the same parts, on the mesh."""
@@ -136,13 +132,13 @@ class Tetrahedra:
         return nested.problems(self.domain, self.accuracy)
 
     @cached_property
-    def _exponents(self) -> np.ndarray:
-        """(2, cells): of the edges that each touches, for heat and for current."""
-        return edge_exponents.of_cells(self.domain)
+    def _at_vertices(self) -> np.ndarray:
+        """(2, 3, vertices): the exponents of edges, for heat and for current."""
+        return edge_exponents.at_vertices(self.domain)
 
     @cached_property
     def _judge(self) -> Estimator:
-        return Estimator.of_mesh(self._exponents, self.domain.space.p)
+        return Estimator.of_mesh(edge_exponents.of_cells(self.laid.cells, self._at_vertices), self.domain.space.p)
 
     def examined(self, study: Study, given: Problems, fine: Solution) -> Level | None:
         level = goal_errors.examined(study, given, fine, self._judge)
@@ -167,22 +163,20 @@ class Tetrahedra:
         by_axis = np.array(estimate.worst(goals))
         missing = by_axis.sum(axis=0)
         missing *= max(worst / max(float(missing.sum()), 1e-300), 1.0)
-        excess = missing / max(grading.share_of(missing, AIM * enough), 1e-300)
-        falls_like = np.minimum(2 * self._exponents.min(axis=0), FALLS)
-        often = np.ceil(np.log2(np.maximum(excess, 1.0)) / falls_like).clip(max=self.laid.most).astype(int)
-        times = np.where(self._long(by_axis), often, 0)
+        too_much = missing > grading.share_of(missing, AIM * enough)
+        shorter = self._long(by_axis) & too_much
         order = np.argsort(-missing)
         order = order[: np.searchsorted(np.cumsum(missing[order]), MARKED * missing.sum()) + 1]
-        order = order[often[order] > 0]
+        order = order[too_much[order]]
         best, least = None, None
         to_fewer = FEWER / self.size.unknowns
         room = min(self._limit, MOST_GROWTH, to_fewer if to_fewer >= TELLS else np.inf) - 1
-        alone = np.cumsum(2.0 ** times.sum(axis=0)[order] - 1) / times.shape[1]
+        alone = np.cumsum(2.0 ** shorter.sum(axis=0)[order] - 1) / shorter.shape[1]
         fit = min(int(np.searchsorted(alone, FIRST * room)) + 1, len(order))
         for _ in range(TRIALS):
             if not fit:
                 break
-            finer = replace(self._finer(_of(times, order[:fit])), before=so_far)
+            finer = replace(self._finer(_of(shorter, order[:fit])), before=so_far)
             grown = finer.laid.cells.t.shape[1] / self.laid.cells.t.shape[1] - 1
             if grown <= room:
                 best = finer
@@ -203,7 +197,7 @@ class Tetrahedra:
         return self, None, None
 
     def raised(self) -> Tetrahedra | None:
-        return None if self._last else self._finer(self._long().astype(int))
+        return None if self._last else self._finer(self._long())
 
     def _long(self, by_axis: np.ndarray | None = None) -> np.ndarray:
         """(3, cells): along which axes each cell is to be halved, for what is missing along each (3, cells)."""
@@ -213,8 +207,9 @@ class Tetrahedra:
             size[varies < VARIES * varies.max(axis=0)] = 0.0
         return size > SHORTER * size.max(axis=0)
 
-    def _finer(self, times: np.ndarray) -> Tetrahedra:
-        return replace(self, laid=self.laid.finer(times), levels=self.levels + 1)
+    def _finer(self, shorter: np.ndarray) -> Tetrahedra:
+        sharp = self._at_vertices.min(axis=0) < 1
+        return replace(self, laid=self.laid.finer(shorter, sharp), levels=self.levels + 1)
 
     def field_error(self, level: Level) -> float:
         return field_error.relative(*self._sampled(level))
@@ -222,8 +217,7 @@ class Tetrahedra:
     def refined_for_field(self, level: Level) -> Tetrahedra | None:
         gaps, _ = self._sampled(level)
         worst = gaps.max(axis=1)
-        times = (worst >= field_error.CAUSES * worst.max()).astype(int)
-        return None if self._last else self._finer(np.where(self._long(), times, 0))
+        return None if self._last else self._finer(self._long() & (worst >= field_error.CAUSES * worst.max()))
 
     def _sampled(self, level: Level) -> tuple[np.ndarray, np.ndarray]:
         """(cells, points) twice: how far degrees 2 and 3 are apart in each cell, and the fine field."""
@@ -258,10 +252,10 @@ class Tetrahedra:
         ]
 
 
-def _of(times: np.ndarray, which: np.ndarray) -> np.ndarray:
-    """The ``times`` (3, cells) of some cells (n,), and none of the others."""
-    some = np.zeros_like(times)
-    some[:, which] = times[:, which]
+def _of(shorter: np.ndarray, which: np.ndarray) -> np.ndarray:
+    """What is to be ``shorter`` (3, cells) of some cells (n,), and nothing of the others."""
+    some = np.zeros_like(shorter)
+    some[:, which] = shorter[:, which]
     return some
 
 

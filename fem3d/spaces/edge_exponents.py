@@ -1,5 +1,5 @@
-"""How singular a solution is in the cells of a mesh of tetrahedra: the exponents (`meshes.singular`) of the edges that
-they touch, whatever the angles there."""
+"""How singular a solution is at the vertices of a mesh of tetrahedra: the exponents (`meshes.singular`) of the edges
+that end there, whatever the angles."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ _BESIDE = np.array([[[set(f) == {*edge, c} for f in RefTet.facets].index(True) f
                     for edge, others in zip(RefTet.edges, _OTHERS.tolist(), strict=True)])  # fmt: skip
 
 
-def of_cells(domain: Domain) -> np.ndarray:
-    """(2, cells): the smallest exponents of the temperature and of the potential at an edge that a cell touches;
-    infinite where all are regular. Of a contact the smaller counts of those with it and without, as `meshes.singular`
-    says."""
+def at_vertices(domain: Domain) -> np.ndarray:
+    """(2, 3, vertices): the smallest exponents of the temperature and of the potential at the edges that end at each
+    vertex, by the axis that these run along most; infinite where all are regular. Of a contact the smaller counts of
+    those with it and without, as `meshes.singular` says."""
     mesh: Any = domain.space.mesh
     regular = np.full(mesh.edges.shape[1], np.inf)
     thermal, electric = [regular], [regular]
@@ -44,12 +44,18 @@ def of_cells(domain: Domain) -> np.ndarray:
         sigma = np.where(domain.live, 1 / _mean(np.where(domain.live, resistivity, 1.0)), 0.0)
         given, torn = _given(domain, "voltage"), domain.electric.space.torn
         electric += [_at_edges(mesh, sigma, given, facets) for facets in ([None, torn] if len(torn) else [None])]
-    at_vertices = np.full((2, mesh.p.shape[1]), np.inf)
-    for at, exponents in zip(at_vertices, (np.min(thermal, axis=0), np.min(electric, axis=0)), strict=True):
+    axis = np.abs(mesh.p[:, mesh.edges[1]] - mesh.p[:, mesh.edges[0]]).argmax(axis=0)
+    smallest = np.full((2, 3, mesh.p.shape[1]), np.inf)
+    for at, exponents in zip(smallest, (np.min(thermal, axis=0), np.min(electric, axis=0)), strict=True):
         for end in mesh.edges:
-            np.minimum.at(at, end, exponents)
-    smallest: np.ndarray = at_vertices[:, mesh.t].min(axis=1)
+            np.minimum.at(at, (axis, end), exponents)
     return smallest
+
+
+def of_cells(mesh: Any, smallest: np.ndarray) -> np.ndarray:
+    """(2, cells): the smallest of exponents `at_vertices` (2, 3, vertices) at an edge that a cell touches."""
+    at: np.ndarray = smallest.min(axis=1)[:, mesh.t].min(axis=1)
+    return at
 
 
 def _mean(k: np.ndarray) -> np.ndarray:

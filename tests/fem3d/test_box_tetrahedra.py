@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fem3d.adaptivity import estimate, reach
+from fem3d.adaptivity import estimate, reach, tetrahedra
 from fem3d.adaptivity.mesh import Answer
 from fem3d.results.study import Study
 from fem3d.runs import scene as runs
@@ -117,7 +117,8 @@ def test_cells_fill_the_boxes_and_nothing_else(seed: int) -> None:
             inner = np.moveaxis(beside, d, 0)[:, 1:-1, 1:-1]
             faces += float((inner * np.multiply.outer(*across)).sum())
         assert area == pytest.approx(faces, rel=1e-9)
-        columns = columns.refined((draw.uniform(size=len(volumes)) < 0.2).astype(int))
+        cut, sharp = (draw.uniform(size=(3, n)) < 0.2 for n in (len(volumes), mesh.nvertices))
+        columns = columns.refined(cut, sharp)
 
 
 def test_what_a_grid_suits_stays_on_it() -> None:
@@ -181,11 +182,11 @@ def test_bricks_that_become_too_many_give_way_to_tetrahedra(monkeypatch: pytest.
         runs.solve(replace(heated(), mesh="bricks"))
 
 
-@pytest.mark.parametrize(("worse", "kind"), [(1.0, None), (100.0, "tetra")])
+@pytest.mark.parametrize(("worse", "kind"), [(0.1, None), (1.0, "tetra")])
 def test_where_memory_ends_bricks_the_better_answer_is_taken(
     worse: float, kind: str | None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Two grids leave 3e-5, to which tetrahedra don't come; to a hundred times that they do."""
+    """Two grids leave 3e-5, to which tetrahedra come too; to a tenth of that they don't."""
     relative, said = Answer.relative, list[str]()
 
     def larger(self: Answer, study: Study) -> dict[str, float]:
@@ -194,7 +195,7 @@ def test_where_memory_ends_bricks_the_better_answer_is_taken(
 
     monkeypatch.setattr(reach, "MOST_MEMORY", 4e8)
     monkeypatch.setattr(Answer, "relative", larger)
-    result = runs.solve(replace(heated(), accuracy=1e-5), said.append)
+    result = runs.solve(replace(heated(), accuracy=1e-6), said.append)
     assert any("begun anew on tetrahedra" in line for line in said)
     assert result.details["mesh"].get("cell_type") == kind
     why = "as many tetrahedra" if kind else "as many bricks as the memory has room for"
@@ -245,17 +246,22 @@ def test_a_first_mesh_with_little_room_is_refined_once_and_no_more(monkeypatch: 
         assert off(solved("bricks"), result) < 1.0
 
 
-def test_no_mesh_is_laid_out_on_trial_that_is_surely_too_large(monkeypatch: pytest.MonkeyPatch) -> None:
-    """All cells that miss more than their share, tried first, are a quarter of them, and what follows many more."""
+@pytest.mark.parametrize(("first", "small"), [(0.25, True), (100.0, False)])
+def test_no_mesh_is_laid_out_on_trial_that_is_surely_too_large(
+    first: float, small: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where the mesh may grow by half, few cells are cut. The twin tries all that miss more than their share first."""
     laid, finer = [], Columns.refined
 
-    def counted(self: Columns, times: np.ndarray) -> Columns:
-        laid.append(np.count_nonzero(times.any(axis=0)) / times.shape[1])
-        return finer(self, times)
+    def counted(self: Columns, shorter: np.ndarray, sharp: np.ndarray) -> Columns:
+        laid.append(shorter.any(axis=0).mean())
+        return finer(self, shorter, sharp)
 
     monkeypatch.setattr(Columns, "refined", counted)
-    assert runs.solve(replace(heated(), mesh="tetrahedra", accuracy=5e-4)).details["levels"] > 2
-    assert max(laid) < 0.2
+    monkeypatch.setattr(tetrahedra, "MOST_GROWTH", 1.5)
+    monkeypatch.setattr(tetrahedra, "FIRST", first)
+    runs.solve(replace(heated(), mesh="tetrahedra", accuracy=5e-4))
+    assert (max(laid) < 0.2) == small
 
 
 @pytest.mark.long

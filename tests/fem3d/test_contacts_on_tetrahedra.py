@@ -14,7 +14,6 @@ from fem3d.problems import conductors
 from fem3d.problems.assembly import assemble
 from fem3d.runs.scene import solve
 from fem3d.runs.scene_sensitivity import of_scene
-from fem3d.spaces import edge_exponents
 from fem3d.spaces.box_cells import box_cells
 from fem3d.spaces.file_domain import groups
 from meshes.columns import Columns
@@ -25,6 +24,7 @@ from scenes.free import from_dict
 from scenes.free.writing import as_dict
 from scenes.model import Contact, MeshScene, Probe, Scene
 from scenes.result import Estimate, Result
+from tests.fem3d.sharp_edges import exponents, halved
 from tests.fem3d.test_contacts import CAPACITY, CASES, LENGTH, RESISTANCE, SIDE, _rim, exact, pair, with_law
 from tests.meshes.grouped import boxes
 from validate.verify.series import Layer, step_response
@@ -192,13 +192,12 @@ def test_what_contacts_pass_is_told_of_the_cells_beside_them() -> None:
 def test_a_contact_that_ends_inside_has_the_exponent_of_a_crack() -> None:
     for resistance, known in ((RESISTANCE, 0.5), (0.0, np.inf), (1e-12, np.inf)):
         scene = replace(_rim(resistance), mesh="tetrahedra")
-        columns = Columns.of(scene)
-        domain = box_cells(scene, columns.refined(np.ones((3, columns.mesh.t.shape[1]), int)).mesh)
-        exponents = edge_exponents.of_cells(domain)
-        assert exponents.min() == pytest.approx(known, rel=1e-6)
+        domain = halved(scene)
+        smallest = exponents(domain)
+        assert smallest.min() == pytest.approx(known, rel=1e-6)
         if resistance == RESISTANCE:
             at_rim = np.isclose(domain.space.mesh.p[0], LENGTH) & np.isclose(domain.space.mesh.p[2], LENGTH)
-            assert np.array_equal(np.isfinite(exponents).any(axis=0), at_rim[domain.space.mesh.t].any(axis=0))
+            assert np.array_equal(np.isfinite(smallest).any(axis=0), at_rim[domain.space.mesh.t].any(axis=0))
 
 
 def test_functions_are_doubled_at_contacts_alone(tmp_path: Path) -> None:

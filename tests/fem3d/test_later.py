@@ -61,8 +61,8 @@ def test_a_current_around_a_corner_is_nearer_with_what_later_degrees_change() ->
     for (off, stated), (without, more) in zip(known, solved, strict=False):
         assert 3 * off < without < more
         assert stated < more
-    (_, stated), (without, _) = known[1], solved[1]
-    assert without > 2 * stated
+    for (_, stated), (without, _) in zip(known[1:], solved[1:], strict=False):
+        assert without > stated
 
 
 def level(values: dict[str, float], estimates: dict[str, float], least: dict[str, float]) -> Level:

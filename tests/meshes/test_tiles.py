@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from meshes.tiles import UNIT, WIDEST, Tiles
 
@@ -47,16 +48,29 @@ def test_every_part_of_a_plan_is_made_of_tiles() -> None:
 def test_a_tile_is_halved_along_the_axis_asked_for_and_stays_as_long_along_the_other() -> None:
     tiles = Tiles.of(BREAKS, RECTANGLES[:1])
     assert len(tiles.low) == 1
-    finer, parents = tiles.finer(np.array([[0, 3]]))
+    for _ in range(3):
+        tiles, parents = tiles.finer(np.tile([False, True], (len(tiles.low), 1)))
+        assert set(np.bincount(parents).tolist()) == {2}
+    checked(tiles)
+    assert len(tiles.low) == 8
+    assert np.allclose(tiles.sizes, [40.0, 9.0 / 8], rtol=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("ends", "sizes"), [((0, 0), (20, 20)), ((1, 0), (10, 30)), ((0, 1), (30, 10)), ((1, 1), (20, 20))]
+)
+def test_a_tile_is_cut_near_the_end_that_has_a_sharp_edge(ends: tuple[int, int], sizes: tuple[float, float]) -> None:
+    tiles = Tiles.of(BREAKS, RECTANGLES[:1])
+    near = np.zeros((1, 2, 2), bool)
+    near[0, 0] = ends
+    finer, _ = tiles.finer(np.array([[True, False]]), near)
     checked(finer)
-    assert len(finer.low) == 8
-    assert (parents == 0).all()
-    assert np.allclose(finer.sizes, [40.0, 9.0 / 8], rtol=2e-3)
+    assert np.allclose(finer.sizes[finer.low[:, 0].argsort()], [[x, 9.0] for x in sizes], rtol=1e-2)
 
 
 def test_tiles_that_get_corners_from_others_are_cut_until_no_angle_is_wide() -> None:
     tiles, random = Tiles.of(BREAKS, RECTANGLES), np.random.default_rng(1)
     for _ in range(3):
-        tiles, parents = tiles.finer((random.random((len(tiles.low), 2)) < 0.2) * 2)
+        tiles, parents = tiles.finer(random.random((len(tiles.low), 2)) < 0.4)
         assert parents.max() < len(tiles.low)
         checked(tiles)

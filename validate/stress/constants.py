@@ -31,8 +31,8 @@ PLACING: Values = {
     "fem3d.adaptivity.brick_mesh.MANY": (2e3, np.inf), "fem3d.adaptivity.reach.MANY": (300, 3e3),
 }  # fmt: skip
 PLACING_TETRAHEDRA: Values = {
-    "fem3d.adaptivity.tetrahedra.FIRST": (0.1, 0.5), "fem3d.adaptivity.tetrahedra.FALLS": (2 / 3, 2.0),
-    "fem3d.adaptivity.tetrahedra.SECOND_GROWTH": (1.1, 1.5),
+    "fem3d.adaptivity.tetrahedra.FIRST": (0.1, 0.5), "fem3d.adaptivity.tetrahedra.AIM": (0.5, 0.9),
+    "fem3d.adaptivity.tetrahedra.SECOND_GROWTH": (1.1, 1.5), "meshes.tiles.NEAR": (0.15, 0.5),
 }  # fmt: skip
 STEPPING: Values = {
     "fem3d.solution.newton.SLOW": (0.03, 0.3), "fem3d.solution.newton.SECANTS": (1, 10),

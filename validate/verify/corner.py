@@ -39,8 +39,9 @@ def rows() -> Iterator[Row]:
 
 
 def halved(mesh: Tetrahedra) -> Tetrahedra:
-    """The mesh with all cells halved along all axes."""
-    return replace(mesh, laid=mesh.laid.finer(np.ones((3, mesh.size.cells), int)), levels=mesh.levels + 1)
+    """The mesh with all cells halved along all axes, as if no edge were sharp."""
+    nowhere = np.zeros((3, mesh.laid.cells.nvertices), bool)
+    return replace(mesh, laid=mesh.laid.finer(np.ones((3, mesh.size.cells), bool), nowhere), levels=mesh.levels + 1)
 
 
 def levels(finer: Finer, most: int) -> list[tuple[int, float]]:
