@@ -138,34 +138,30 @@ class Columns:
         metres: np.ndarray = np.interp(self.heights, np.arange(len(breaks)) * float(UNIT), breaks)
         return metres
 
-    def _sharp_ends(self, d: int, sharp: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-        """(2, cells): whether a cell has a vertex where ``low`` or ``high`` is (cells,), in m along an axis, at which
-        edges across that axis are ``sharp`` (3, vertices)."""
-        mesh = self.mesh
-        others = [e for e in range(3) if e != d]
-        at, across = mesh.p[d][mesh.t], sharp[others][:, mesh.t].any(axis=0)
-        return np.array([((at == end) & across).any(axis=0) for end in (low, high)])
-
     def refined(self, shorter: np.ndarray, sharp: np.ndarray) -> Columns:
         """With cells cut that are to be ``shorter`` (3, cells) along some axes, near where edges along an axis are
         ``sharp`` (3, vertices)."""
         mesh, under, ends = self._cells
-        cut = np.zeros(self.tiles.low.shape, bool)
-        near = np.zeros((*self.tiles.low.shape, 2), bool)
-        for e, d in enumerate(self._plan):
-            np.logical_or.at(cut[:, e], under, shorter[d])
-            low, high = (self.tiles.metres(e, each[:, e])[under] for each in (self.tiles.low, self.tiles.high))
-            np.logical_or.at(near[:, e], under, self._sharp_ends(d, sharp, low, high).T)
-        tiles, parents = self.tiles.finer(cut, near)
+
+        def asked(d: int, group: np.ndarray, lows: np.ndarray, highs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            """Of groups of cells (cells,) between ``lows`` and ``highs`` (groups,), in m along an axis, which are to be
+            cut (groups,), and whether edges across the axis are sharp at either end (groups, 2)."""
+            cut, near = np.zeros(len(lows), bool), np.zeros((len(lows), 2), bool)
+            np.logical_or.at(cut, group, shorter[d])
+            at, across = mesh.p[d][mesh.t], sharp[[e for e in range(3) if e != d]][:, mesh.t].any(axis=0)
+            for end, places in enumerate((lows, highs)):
+                np.logical_or.at(near[:, end], group, ((at == places[group]) & across).any(axis=0))
+            return cut, near
+
+        low, high = ([self.tiles.metres(e, side[:, e]) for e in range(2)] for side in (self.tiles.low, self.tiles.high))
+        plan = [asked(d, under, low[e], high[e]) for e, d in enumerate(self._plan)]
+        tiles, parents = self.tiles.finer(*(np.stack(each, axis=1) for each in zip(*plan, strict=True)))
         # All cells of a column between the same heights get the same one in between.
-        of_cells = np.column_stack([under, ends])
-        spans, number = np.unique(of_cells, axis=0, return_inverse=True)
-        upright, beside = np.zeros(len(spans), bool), np.zeros((len(spans), 2), bool)
-        at = mesh.p[self.up][mesh.t]
-        np.logical_or.at(upright, number, shorter[self.up])
-        np.logical_or.at(beside, number, self._sharp_ends(self.up, sharp, at.min(axis=0), at.max(axis=0)).T)
-        column, low, high = spans[upright].T
-        heights = low + ((high - low) * share(beside[upright])).astype(np.int64)
+        spans, number = np.unique(np.column_stack([under, ends]), axis=0, return_inverse=True)
+        lowest, highest = self._metres[np.searchsorted(self.heights, spans[:, 1:].T)]
+        cut, near = asked(self.up, number, lowest, highest)
+        column, below, above = spans[cut].T
+        heights = below + ((above - below) * share(near[cut])).astype(np.int64)
         every = np.union1d(self.heights, heights)
         more = np.zeros((len(self.more), len(every)), bool)
         more[:, np.searchsorted(every, self.heights)] = self.more

@@ -138,7 +138,9 @@ class Tetrahedra:
 
     @cached_property
     def _judge(self) -> Estimator:
-        return Estimator.of_mesh(edge_exponents.of_cells(self.laid.cells, self._at_vertices), self.domain.space.p)
+        cells = self.laid.cells
+        exponents = edge_exponents.of_cells(cells, self._at_vertices)
+        return Estimator.of_mesh(exponents, edge_exponents.flatness(cells), self.domain.space.p)
 
     def examined(self, study: Study, given: Problems, fine: Solution) -> Level | None:
         level = goal_errors.examined(study, given, fine, self._judge)

@@ -58,6 +58,17 @@ def of_cells(mesh: Any, smallest: np.ndarray) -> np.ndarray:
     return at
 
 
+def flatness(mesh: Any) -> np.ndarray:
+    """(cells,): the longest edge of each over its smallest height, at least 1.2."""
+    corners = mesh.p[:, mesh.t]
+    a, b, c = (corners[:, i] - corners[:, 0] for i in (1, 2, 3))
+    longest = np.linalg.norm(corners[:, _EDGES[:, 1]] - corners[:, _EDGES[:, 0]], axis=0).max(axis=0)
+    sides = np.cross([a, b, c, b - a], [b, c, a, c - a], axis=1)
+    volume = np.abs((a * np.cross(b, c, axis=0)).sum(axis=0))
+    flat: np.ndarray = longest * np.linalg.norm(sides, axis=1).max(axis=0) / volume
+    return flat
+
+
 def _mean(k: np.ndarray) -> np.ndarray:
     """(cells,): a property of each cell; of one that differs along the axes (3, cells) the geometric mean."""
     return k if k.ndim == 1 else np.exp(np.log(k).mean(axis=0))

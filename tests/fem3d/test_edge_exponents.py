@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from skfem import MeshTet
 
 from fem3d.runs.scene import solve
 from fem3d.spaces import edge_exponents
@@ -63,6 +64,14 @@ def test_cells_that_touch_no_edge_have_none() -> None:
     touches = (foot & (np.abs(np.abs(mesh.p[:2] - 1.5).max(axis=0) - 0.5) < 1e-9))[mesh.t].any(axis=0)
     assert np.array_equal(np.isfinite(thermal), touches)
     assert 0 < touches.sum() < len(thermal)
+
+
+def test_a_cell_is_so_many_times_longer_than_thick() -> None:
+    regular = np.array([[0.0, 1.0, 0.5, 0.5], [0.0, 0.0, 0.75**0.5, 0.75**0.5 / 3], [0.0, 0.0, 0.0, (2 / 3) ** 0.5]])
+    flat = np.array([[0.0, 10.0, 0.0, 0.0], [0.0, 0.0, 10.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
+    for corners, known in ((regular, 1.5**0.5), (flat, 200**0.5 * (1 + 2 / 100) ** 0.5)):
+        mesh = MeshTet(corners, np.array([[0], [1], [2], [3]]))
+        assert edge_exponents.flatness(mesh) == pytest.approx([known], rel=1e-9)
 
 
 def test_angles_are_those_of_the_solid_however_it_lies() -> None:

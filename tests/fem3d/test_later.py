@@ -11,12 +11,13 @@ import pytest
 
 from fem3d.adaptivity import estimate, later
 from fem3d.adaptivity.effectivity import AS_IT_IS, CAUTION, Told
-from fem3d.adaptivity.estimate import AWAY, EXPECTED, KNOWN_FROM, LATER, Estimator, Parts
+from fem3d.adaptivity.estimate import AWAY, EXPECTED, FLAT, KNOWN_FROM, LATER, LATER_IN_FLAT, Estimator, Parts
 from fem3d.adaptivity.goal_errors import Level
 from fem3d.adaptivity.loop import Search
 from fem3d.runs import scene as runs
 from scenes.model import Boundary, Box, Material, Probe, Scene
 from tests.fem3d.meander import meander
+from validate.stress import random_plates
 
 WIDTH, ARM = 1e-5, 4  # m; in widths
 EXACT = 1.0 / (2 * ARM + 1 - 2 * np.log(2) / np.pi)  # of an L one thick and a conductor of its width, of 1 V
@@ -92,7 +93,7 @@ def test_a_reading_that_moves_by_more_than_is_doubtful_makes_all_less_certain() 
 
 def test_each_cell_goes_on_as_its_edge_does_and_what_comes_by_way_of_others_as_all() -> None:
     heat = np.array([0.5, 0.25, np.inf])
-    judge = Estimator.of_mesh(np.array([heat, [np.inf, np.inf, 2 / 3]]), 3)
+    judge = Estimator.of_mesh(np.array([heat, [np.inf, np.inf, 2 / 3]]), np.array([2.0, 5.0, 1.0]), 3)
     after = estimate.left(np.full(3, 3.0), 4 * np.array([0.5, 0.25, 2 / 3]))
     thermal, joule = np.array([4.0, -1.0, 0.5]), np.array([0.3, 0.0, -0.2])
 
@@ -132,3 +133,22 @@ def test_a_meander_among_pads_reaches_an_accuracy(pads: int, accuracy: float, mo
         other = {"peak": (473.238, 0.124), "mean": (354.382, 0.010), "current": (0.02191135, 3.3e-6)}
         for name, (value, apart) in other.items():
             assert abs(result.steady[name].value - value) < result.steady[name].error + apart, name
+
+
+def test_what_a_flat_cell_at_an_edge_leaves_is_more_doubtful() -> None:
+    judge = Estimator.of_mesh(np.array([[0.5, 0.5, np.inf], [np.inf] * 3]), np.array([2.0, 2 * FLAT, 2 * FLAT]), 3)
+    after = float(estimate.left(np.array([3.0]), np.array([2.0]))[0])
+    doubts = [judge.later(each, False)[1] for each in np.eye(3)]
+    assert doubts == pytest.approx([(LATER - EXPECTED) * after, (LATER_IN_FLAT - EXPECTED) * after, AWAY])
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("flat", [FLAT, np.inf])
+def test_errors_hold_on_a_film_whose_cells_are_much_longer_than_thick(
+    flat: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A plate of 1 um among pads, 370 um wide; 131,000 unknowns know its mean to 0.14 K. The twin knows of no flat
+    cells."""
+    monkeypatch.setattr(estimate, "FLAT", flat)
+    mean = runs.solve(random_plates.draw(634).scene).steady["mean of the plate"]
+    assert (abs(mean.value - 503.545) < mean.error) == (flat == FLAT)

@@ -53,7 +53,8 @@ STATING_OVER_TIME: Values = {
     "fem3d.adaptivity.law_response.ALIKE": (0.03, 0.3), "fem3d.adaptivity.law_response.FALLS": (0.1, 0.5),
 }  # fmt: skip
 STATING_TETRAHEDRA: Values = {
-    "fem3d.adaptivity.estimate.LATER": (1.0, 3.0), "fem3d.adaptivity.effectivity.FELL": (0.5, 1.0),
+    "fem3d.adaptivity.estimate.LATER": (1.0, 3.0), "fem3d.adaptivity.estimate.LATER_IN_FLAT": (1.7, 5.0),
+    "fem3d.adaptivity.estimate.FLAT": (6.0, 24.0), "fem3d.adaptivity.effectivity.FELL": (0.5, 1.0),
 }  # fmt: skip
 LONGEST, PATIENCE = 30, 5  # s that a scene may take here, with a finer solution if need be, and times that by the clock
 FINER = 4.0  # times that the finer solutions are
