@@ -139,8 +139,8 @@ class Columns:
         return metres
 
     def refined(self, shorter: np.ndarray, sharp: np.ndarray) -> Columns:
-        """With cells cut that are to be ``shorter`` (3, cells) along some axes, near where edges along an axis are
-        ``sharp`` (3, vertices)."""
+        """With cells cut that are to be ``shorter`` along an axis (3, cells): near an end with vertices that are
+        ``sharp`` (3, vertices), where an edge across that axis ends at which gradients are infinite."""
         mesh, under, ends = self._cells
 
         def asked(d: int, group: np.ndarray, lows: np.ndarray, highs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

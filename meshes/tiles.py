@@ -21,7 +21,8 @@ MOST_CORNERS = 2
 # longer than wide: then cuts through its whole length are fewer.
 THIN = 4.0
 MOST_ROUNDS = 200  # of cuts that follow from others
-# A tile is cut at a corner of another one on its side, if that is at least this fraction of its length from its ends.
+# A tile is cut at a corner of another one on its side, if that is at least this fraction of its length from its ends;
+# half of that where it is cut near an end.
 MIDDLE = 0.25
 # What has a sharp edge at one end is cut so far from that end, over its length: on the part beside the edge degree 3
 # leaves as much of a power of the distance as on the other one, so that half as many cuts reach as near
@@ -113,10 +114,10 @@ class Tiles:
         at = np.array([[a * len(values[axis]) + e for e in ends] for a in across])
         return np.moveaxis(np.searchsorted(keys[axis], at) + np.array([1, 0])[:, None], 2, 0)
 
-    def _cut(self, axis: int, which: np.ndarray, at: np.ndarray, part: float) -> tuple[Tiles, np.ndarray]:
+    def _cut(self, axis: int, which: np.ndarray, at: np.ndarray | float, part: float) -> tuple[Tiles, np.ndarray]:
         """The tiles with some of them (n,) cut across an axis, and (tiles,) of which each is a part: so far from the
-        low side as ``at`` says (n,), over the length, or at the corner on its sides that is next to there, if one is
-        nearer than a ``part`` of the way to either end."""
+        low side as ``at`` says (n,), or for all, over the length, or at the corner on its sides that is next to there,
+        if one is nearer than a ``part`` of the way to either end."""
         values, keys, _ = self._corners
         count = len(values[axis])
         ends = np.array([self.metres(axis, each[which, axis]) for each in (self.low, self.high)])
@@ -163,7 +164,7 @@ class Tiles:
                 which = np.flatnonzero(wrong == axis)
                 if len(which):
                     wrong[which] = -1
-                    tiles, parent = tiles._cut(axis, which, np.full(len(which), 0.5), 1.0)
+                    tiles, parent = tiles._cut(axis, which, 0.5, 1.0)
                     wrong, parents = wrong[parent], parents[parent]
         raise NumericsError(
             "the outlines of boxes lie so close to one another that no triangles are found between them"

@@ -45,7 +45,8 @@ LAG, LAG_OVER_EXPONENT = 3.0, 0.6
 EXPECTED, LATER = 1.2, 1.7
 # The most in a cell at an edge that is flatter than this: it holds what happens over the thickness of a film alone, of
 # which degree 3 sees little. Four plates of 1 um, 400 um wide, with pads were up to 1.3 times as far off as stated
-# without, and are no more than 0.75 with (random plates 630, 634, 635, 643; rows "constants" of `validate stress`).
+# without, and are no more than 0.75 with (random plates 630, 634, 635, 643, which `validate stress --seed 630 --scenes
+# 336` draws).
 FLAT, LATER_IN_FLAT = 12.0, 2.5
 # Smallest exponent of edges at which that was seen; at others nothing is expected, and the most may be.
 KNOWN_FROM = 0.4

@@ -34,7 +34,7 @@ from meshes.symmetry import Symmetry
 from scenes.model import AnyScene
 from scenes.plan import Step
 
-AIM = 0.7  # of what is enough, at which a refinement aims
+AIM = 0.7  # of what is enough, at which a refinement aims (`validate stress`: "constants")
 # Unknowns: a transient may have the fewer, and a steady state that needs more than the fewer has these first, as they
 # take a fifth of the time and a third of the memory of the most. Half as many more than a mesh has are little use, but
 # after the first one, as the second also tells how far estimates are too large (`fem3d.adaptivity.effectivity`): from
@@ -73,8 +73,8 @@ class Laid(Protocol):
         """Its cells and facets with what is on them."""
 
     def finer(self, shorter: np.ndarray, sharp: np.ndarray) -> Laid:
-        """On the mesh with cells cut so that they are ``shorter`` (3, cells) along some axes; at edges along an axis
-        that end at the ``sharp`` (3, vertices) of them, gradients are infinite."""
+        """On the mesh with cells cut that are to be ``shorter`` along an axis (3, cells). Vertices are ``sharp`` (3,
+        vertices) where an edge along an axis ends at which gradients are infinite."""
 
     def of(self, scene: Any) -> Laid:
         """Another scene, with the same parts, on the mesh."""

@@ -171,8 +171,8 @@ def _ranges(starts: np.ndarray, sizes: np.ndarray) -> np.ndarray:
 
 
 def _add(front: np.ndarray, unknowns: np.ndarray, update: np.ndarray, place: np.ndarray) -> None:
-    """Adds the upper triangle of a matrix of some unknowns to a larger one, where these have a ``place``."""
-    # Neighbours stay neighbours: whole runs move at once.
+    """Adds the upper triangle of a matrix of some unknowns to a larger one, where these have a ``place``, each a later
+    one than the unknown before it."""
     at = place[unknowns]
     starts = [0, *(np.flatnonzero(np.diff(at) != 1) + 1).tolist()]
     if SHORT * len(starts) > len(at):
@@ -183,6 +183,7 @@ def _add(front: np.ndarray, unknowns: np.ndarray, update: np.ndarray, place: np.
             spread[:, at[first:] - left] = update[rows, first:]
             front[at[rows], left:] += spread
         return
+    # Neighbours stay neighbours: whole runs move at once.
     ends = [*starts[1:], len(at)]
     runs = [(slice(i, j), slice(k, k + j - i)) for i, j, k in zip(starts, ends, at[starts].tolist(), strict=True)]
     for last, (columns, across) in enumerate(runs):
@@ -217,8 +218,8 @@ def dissection(
     def cut(nodes: np.ndarray, along: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> Cut | None:
         order = np.argsort(along, kind="stable")
         number[nodes[order]] = np.arange(len(nodes))
-        found = narrowest(along[order], sizes[nodes[order]], number[rows], number[columns])
-        return found and Cut(found.size, nodes[order[found.joins]], nodes[order[found.right]])
+        row = narrowest(along[order], sizes[nodes[order]], number[rows], number[columns])
+        return row and Cut(row.size, nodes[order[row.joins]], nodes[order[row.right]])
 
     # A function that knows itself by name holds itself, and all that it knows, in memory: it is told itself.
     def split(again: Any, nodes: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> list[int]:

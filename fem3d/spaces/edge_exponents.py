@@ -1,5 +1,5 @@
 """How singular a solution is at the vertices of a mesh of tetrahedra: the exponents (`meshes.singular`) of the edges
-that end there, whatever the angles."""
+that end there, whatever the angles; and how flat its cells are, whose functions see little of a film's edge."""
 
 from __future__ import annotations
 

@@ -11,7 +11,9 @@ from skfem import MeshTet
 
 from fem3d.runs.scene import solve
 from fem3d.spaces import edge_exponents
+from fem3d.spaces.box_cells import box_cells
 from fem3d.spaces.mapped import MappedSpace
+from meshes.columns import Columns
 from meshes.singular import exponent
 from scenes.model import Boundary, Box, Material, Probe, Scene
 from tests.fem3d.sharp_edges import exponents, halved
@@ -64,6 +66,21 @@ def test_cells_that_touch_no_edge_have_none() -> None:
     touches = (foot & (np.abs(np.abs(mesh.p[:2] - 1.5).max(axis=0) - 0.5) < 1e-9))[mesh.t].any(axis=0)
     assert np.array_equal(np.isfinite(thermal), touches)
     assert 0 < touches.sum() < len(thermal)
+
+
+@pytest.mark.parametrize(
+    ("knows", "x", "z"), [(True, (0.75, 1.5, 2.5), (0.75, 1.25)), (False, (0.5, 1.5, 3.0), (0.5, 1.5))]
+)
+def test_tetrahedra_are_cut_near_the_foot_of_a_pad(knows: bool, x: tuple[float, ...], z: tuple[float, ...]) -> None:
+    """On the base from 0 to 4 a pad stands from 1 to 2: towards it the tiles beside it are sharp, at either end those
+    under it, and up and down what is above and below its foot."""
+    scene = held((BASE, PAD))
+    columns = Columns.of(scene)
+    mesh = columns.mesh
+    sharp = (edge_exponents.at_vertices(box_cells(scene, mesh)).min(axis=0) < 1) & knows
+    finer = columns.refined(np.ones((3, mesh.t.shape[1]), bool), sharp).mesh
+    for axis, new in ((0, x), (2, z)):
+        assert np.setdiff1d(finer.p[axis].round(6), mesh.p[axis].round(6)) == pytest.approx(new, rel=1e-2)
 
 
 def test_a_cell_is_so_many_times_longer_than_thick() -> None:

@@ -26,9 +26,8 @@ SHARES: dict[Kind, int] = {"boxes": 1, "laws": 6, "plates": 24}
 FINER: dict[Kind, float] = {"boxes": 10.0, "laws": 3.0, "plates": 4.0}
 """How many times finer each scene is solved again: tetrahedra don't reach a tenth of 1e-2 within the unknowns that they
 may have, and with laws that takes too long. The finer solve's own error is added to what is allowed."""
-PADDED: dict[Kind, float] = {"boxes": 5.0, "laws": 10.0, "plates": 10.0}
-"""How many times the true error the stated one may be, in the median; with laws quadratures and rounds add theirs, and
-on tetrahedra all that is doubtful counts."""
+PADDED: dict[Kind, float] = {"boxes": 5.0, "laws": 10.0, "plates": 5.0}
+"""How many times the true error the stated one may be, in the median; with laws quadratures and rounds add theirs."""
 SOON = 1.0  # s after which a scene that is out of reach should be refused
 LATE_REFUSALS = 1.5e-3  # of all scenes, that may be refused later
 LIMIT, PATIENCE = 60, 20  # s of computing a scene with its invariants may take, and times that by the clock
