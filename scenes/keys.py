@@ -11,11 +11,10 @@ from dataclasses import dataclass, replace
 from typing import Any, Generic, TypeVar
 
 from scenes import units as d
-from scenes.array import DeviceArray, SinkArray
 from scenes.checks import DEVICE_CHECKS, SLOPE_TOLERANCES, Differing, tolerances
 from scenes.device import Device
 from scenes.following import Following
-from scenes.kinds import NAME, Choice, Count, Insulator, Kind, Numbered, Numbers, Quantity, Switch
+from scenes.kinds import NAME, Choice, Count, Insulator, Kind, Numbers, Quantity, Switch
 from scenes.schema import Key, Schema
 from scenes.sink import Sink
 
@@ -73,9 +72,6 @@ _PHYSICAL = (
         for name, kind in (
             ("thickness", Quantity(d.LENGTH, 1e-9, 1.0, word="none")), ("length", SIZE), ("width", SIZE),
         )
-    ),
-    *_section(
-        "array", columns=Count(1, 100), pitch=SIZE, rows=Count(1, 100), row_pitch=SIZE, driven=Numbered("all", 10_000),
     ),
     *_material("silicon", CONDUCTOR),
     *_material("oxide", INSULATOR),
@@ -147,13 +143,11 @@ SINK = SceneType("sink", _SINK, Sink(), "drive.voltage")
 DEVICE = SceneType("device", _DEVICE, Device(), "external.final_temperature")
 
 TYPES: dict[str, SceneType[Any]] = {kind.name: kind for kind in (SINK, DEVICE)}
-OF_KIND = {**TYPES, SinkArray.kind: SINK, DeviceArray.kind: DEVICE}
-"""What type of scene each kind is of: rows of sinks stand in the file of one."""
 
 
 def type_of(scene: object) -> SceneType[Any]:
     """The type of a scene; TypeError for what is none."""
-    kind = OF_KIND.get(getattr(scene, "kind", ""))
+    kind = TYPES.get(getattr(scene, "kind", ""))
     if kind is None:
         raise TypeError(f"{type(scene).__name__} is not a scene")
     return kind

@@ -116,30 +116,6 @@ class Count(Kind):
 
 
 @dataclass(frozen=True)
-class Numbered(Kind):
-    """A list of numbers from 1 on, each once, ascending; one text with commas between is a list as well. ``word`` is
-    what a file says for ``None``, all of them."""
-
-    word: str
-    most: int
-
-    def read(self, path: str, given: object) -> tuple[int, ...] | None:
-        if given == self.word:
-            return None
-        items = given.strip("[] ").split(",") if isinstance(given, str) else given
-        items = [items] if isinstance(items, int) and not isinstance(items, bool) else items
-        if not isinstance(items, (list, tuple)) or not items:
-            raise SceneError(f'{path} = {quoted(given)} must be "{self.word}" or a list of numbers such as [1, 3]')
-        return tuple(sorted({Count(1, self.most).read(f"{path}[{i}]", item) for i, item in enumerate(items, 1)}))
-
-    def write(self, value: Any) -> Any:
-        return self.word if value is None else list(value)
-
-    def show(self, value: Any) -> str:
-        return self.word if value is None else ", ".join(map(str, value))
-
-
-@dataclass(frozen=True)
 class Insulator(Kind):
     """A resistivity that is checked and then left out, for a material that the model takes for an insulator."""
 

@@ -14,11 +14,10 @@ from operator import attrgetter
 from pathlib import Path
 from typing import Any, Literal, TypeVar, overload
 
-from scenes.array import DeviceArray, SinkArray
 from scenes.device import Device
 from scenes.errors import SceneError, did_you_mean, quoted, reason
 from scenes.files import contents, parsed
-from scenes.keys import DEVICE, OF_KIND, SINK, TYPES, SceneType, type_of
+from scenes.keys import DEVICE, SINK, TYPES, SceneType, type_of
 from scenes.kinds import Choice
 from scenes.model import AnyScene
 from scenes.moved import transferred
@@ -112,7 +111,7 @@ def overridden(scene: T, overrides: Sequence[str]) -> T:
     """A scene with "KEY=VALUE" overrides as `load` has them, checked; parameters move all. Raises SceneError."""
     changed: Any = scene
     if not overrides:
-        return check(changed) if changed.kind in OF_KIND else changed
+        return check(changed) if changed.kind in TYPES else changed
     if changed.parameters is None:
         return _read(changed, _flat(changed), overrides)
     flat = changed.parameters.flat
@@ -122,7 +121,7 @@ def overridden(scene: T, overrides: Sequence[str]) -> T:
 
 def _flat(scene: Any) -> dict[str, Any]:
     """What a file of the scene would say, by path."""
-    if scene.kind in OF_KIND:
+    if scene.kind in TYPES:
         return type_of(scene).schema.write(scene)
     from scenes import free
 
@@ -131,7 +130,7 @@ def _flat(scene: Any) -> dict[str, Any]:
 
 def _read(scene: Any, flat: Mapping[str, Any], overrides: Sequence[str]) -> Any:
     """What a flat scene says with overrides over it, as a scene of the kind of another."""
-    if scene.kind in OF_KIND:
+    if scene.kind in TYPES:
         return _built(flat, overrides, type_of(scene))
     from scenes import free
 
@@ -144,7 +143,7 @@ def _built(flat: Mapping[str, Any], overrides: Sequence[str], scene_type: SceneT
     given = override(parameters, overrides, schema)
     if _physical(before, scene_type) != _physical(values, scene_type) and _EXPECTED not in given:
         values[_EXPECTED] = None
-    scene = _checked(schema.apply(values, scene_type.default))
+    scene = check(schema.apply(values, scene_type.default))
     refuse_unused(given, scene)
     return scene
 
@@ -152,7 +151,7 @@ def _built(flat: Mapping[str, Any], overrides: Sequence[str], scene_type: SceneT
 def refuse_unused(paths: Iterable[str], scene: Any) -> None:
     """SceneError where one of the keys that were set, given by their paths, says nothing of what drives a sink or a
     device: a file may have them side by side, as the built-in ones do, who sets one means it."""
-    by_controllers = scene.kind in (Device.kind, DeviceArray.kind)
+    by_controllers = scene.kind == Device.kind
     given = {path for path in paths if path.startswith("drive.")}
     for path in sorted(given if by_controllers else ()):
         raise SceneError(f"{path} says nothing of a device, whose controllers drive it: leave it out, or see [control]")
@@ -162,15 +161,6 @@ def refuse_unused(paths: Iterable[str], scene: Any) -> None:
         )
 
 
-def _checked(scene: Any) -> Any:
-    """The scene, checked; more than one sink, or sensor, on a substrate as the array that they are."""
-    if scene.kind == Sink.kind and scene.count > 1:
-        scene = SinkArray.of(scene)
-    elif scene.kind == Device.kind and scene.sink.count > 1:
-        scene = DeviceArray.of(scene)
-    return check(scene)
-
-
 @overload
 def from_dict(document: Mapping[str, Any]) -> Sink: ...
 @overload
@@ -178,7 +168,7 @@ def from_dict(document: Mapping[str, Any], scene_type: SceneType[T]) -> T: ...
 def from_dict(document: Mapping[str, Any], scene_type: SceneType[Any] = SINK) -> Any:
     """The scene of nested sections such as ``as_dict`` returns, checked; raises SceneError."""
     schema = scene_type.schema
-    return _checked(schema.apply(schema.read(schema.flatten(document)), scene_type.default))
+    return check(schema.apply(schema.read(schema.flatten(document)), scene_type.default))
 
 
 def as_dict(scene: object) -> dict[str, Any]:

@@ -58,9 +58,7 @@ class Sink:
     is at room temperature at its bottom and adiabatic elsewhere. ``contact_resistance`` (m2 K/W) is that of a contact
     at both faces of each block of oxide, ``None`` where these are perfect. ``gap_gas_conductivity`` in W/(m K) is of a
     gas that fills the gap, as high as the oxide, under beam and bare pads. With an ``emissivity`` all bare faces of
-    beam and pads radiate to room temperature. On the plate may stand ``columns`` of them
-    across, each ``pitch`` from the next, and ``rows`` along, each ``row_pitch`` from the next (middle to middle), of
-    which those with the ``driven`` numbers have a voltage, all for ``None`` (`scenes.array`). ``tolerances`` holds
+    beam and pads radiate to room temperature. ``tolerances`` holds
     those that are declared, by check id; ``expected_to_differ`` is ``None`` where nothing is declared about it.
     ``uncertainties`` are relative and standard, by key: what is typical of the materials.
     """
@@ -84,11 +82,6 @@ class Sink:
     substrate_length: float = 3e-3
     substrate_width: float = 3e-3
     substrate: Material = SUBSTRATE
-    columns: int = 1
-    pitch: float = 400e-6
-    rows: int = 1
-    row_pitch: float = 2e-3
-    driven: tuple[int, ...] | None = None
     voltage: float = 1.0
     current: float | None = None
     series_resistance: float = 0.0
@@ -150,21 +143,14 @@ class Sink:
 
     @property
     def absent(self) -> tuple[str, ...]:
-        """How the keys start that say nothing of this sink: those of a substrate or an array where there is none, and
-        the voltage where the current is given."""
+        """Prefixes of the keys that do not matter: of a substrate where there is none, the voltage beside a current."""
         none = () if self.substrate_thickness is not None else ("substrate.", "materials.substrate.")
-        none = none if self.count > 1 else (*none, "array.")
         return none if self.current is None else (*none, "drive.voltage")
 
     @property
     def contacts(self) -> float:
         """The resistance (m2 K/W) of the contacts above and below a block of oxide together."""
         return 2 * (self.contact_resistance or 0.0)
-
-    @property
-    def count(self) -> int:
-        """How many stand on the substrate."""
-        return self.columns * self.rows
 
     @property
     def row_length(self) -> float:

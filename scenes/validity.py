@@ -9,7 +9,6 @@ from operator import attrgetter
 from typing import Any, Literal, TypeVar
 
 from scenes import laws
-from scenes.array import ONE_SINK
 from scenes.device import Device
 from scenes.errors import SceneError, quoted
 from scenes.following import number_of
@@ -101,7 +100,6 @@ def _check_sizes(sink: Sink) -> None:
             f"anchor.pad_length - anchor.oxide_length = {_shown(room)}"
         )
     _check_substrate(sink)
-    _check_array(sink)
     _check_drive(sink)
     _check_gas(sink)
     if sink.spans > 1 and sink.island > sink.length * (1 + _ROUNDING):
@@ -119,8 +117,6 @@ def _check_gas(sink: Sink) -> None:
             f"sink.spans = {sink.spans} makes a row, and no gas is solved under a row: give sink.spans = 1, or leave "
             "out environment.gap_gas_conductivity"
         )
-    if sink.count > 1:
-        raise SceneError(ONE_SINK.format(sink, "environment.gap_gas_conductivity is of one sink"))
 
 
 def _check_drive(sink: Sink) -> None:
@@ -171,44 +167,6 @@ def _check_substrate(sink: Sink) -> None:
                 f"substrate.{side} = {_shown(size)} lets the oxide stick out of it: give at least "
                 f"{_shown(least)}, {extent}"
             )
-
-
-def _check_array(sink: Sink) -> None:
-    if sink.count == 1:
-        return
-    if sink.substrate_thickness is None:
-        raise SceneError(
-            f"array.columns = {sink.columns} and array.rows = {sink.rows} stand on one substrate: give its "
-            'substrate.thickness, such as "0.5 mm"'
-        )
-    if sink.emissivity:
-        raise SceneError(ONE_SINK.format(sink, "environment.emissivity is of one sink"))
-    wide, long = max(sink.pad_width, sink.width), sink.length + 2 * sink.pad_length
-    least = {
-        "pitch": (sink.columns, wide, "the wider of anchor.pad_width and sink.width"),
-        "row_pitch": (sink.rows, long, "sink.length + 2 anchor.pad_length"),
-    }
-    for key, (count, size, extent) in least.items():
-        if count > 1 and getattr(sink, key) <= size * (1 + _ROUNDING):
-            raise SceneError(
-                f"array.{key} = {_shown(getattr(sink, key))} lets pads touch: give more than {_shown(size)}, {extent}"
-            )
-    foot = sink.length + 2 * (sink.anchor_distance + sink.oxide_length)
-    needed = {
-        "width": (sink.columns - 1) * sink.pitch + sink.oxide_width,
-        "length": (sink.rows - 1) * sink.row_pitch + foot,
-    }
-    for side, size in needed.items():
-        extent = getattr(sink, f"substrate_{side}")
-        if extent < size * (1 - _ROUNDING):
-            raise SceneError(
-                f"substrate.{side} = {_shown(extent)} is smaller than the array on it: give at least {_shown(size)}"
-            )
-    if sink.driven is not None and sink.driven[-1] > sink.count:
-        raise SceneError(
-            f"array.driven = {list(sink.driven)} names element {sink.driven[-1]}, and the array has {sink.count}: give "
-            f'numbers from 1 to {sink.count}, or "all"'
-        )
 
 
 def _shown(length: float) -> str:

@@ -18,7 +18,7 @@ from scenes import laws, physics
 from scenes.condition_kinds import Surroundings, Varying
 from scenes.following import number_of
 from scenes.free.tables import CURRENT_CONTACT, HEAT_CONTACT, HEAT_SOURCE, LISTS, SERIES
-from scenes.keys import OF_KIND, type_of
+from scenes.keys import TYPES, type_of
 from scenes.kinds import KELVIN, Quantity
 from scenes.model import AnyScene, Material, Scene, Schedule, Value, values
 from scenes.moved import transferred
@@ -40,7 +40,7 @@ _POWER = Quantity(NUMBER, 0.0, inf, signed=True)
 
 def is_free(scene: object) -> bool:
     """Whether a scene is one of boxes or on a mesh, and none of the parametric ones."""
-    return getattr(scene, "kind", "") not in OF_KIND
+    return getattr(scene, "kind", "") not in TYPES
 
 
 def numbers(scene: Any) -> dict[str, float]:

@@ -13,10 +13,13 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import compare
 from fem3d.runs import scene as scene_run
+from scenes.errors import SceneError
+from scenes.loading import load
 from scenes.model import AnyScene
 from scenes.result import Result
 
@@ -39,6 +42,39 @@ def test_an_example_runs(
     assert all(text in said.out for text in SAID[name])
     # Nothing is left behind.
     assert list(tmp_path.iterdir()) == []
+
+
+def plate_series(source: tuple[float, float], target: tuple[float, float]) -> float:
+    """Sum the cosine series of a silicon plate, 3 x 3 x 0.5 mm, heated at a point: rise of another point in K/W.
+
+    The source is a Gaussian of 3 um, so that the series converges; the bottom is at room temperature.
+    """
+    a = np.pi * np.arange(1500) / 3e-3
+    g = np.maximum(np.hypot(a[:, None], a), 1e-30)
+    depth = np.tanh(g * 0.5e-3) / (130.0 * g) * np.exp(-((3e-6 * g) ** 2) / 2)
+    weight = np.where(a > 0, 2.0, 1.0)
+    x, y = (weight * np.cos(a * p) * np.cos(a * q) for p, q in zip(source, target, strict=True))
+    return float(x @ depth @ y) / 3e-3**2
+
+
+def test_crosstalk_of_an_array_agrees_with_plate_series() -> None:
+    example = runpy.run_path(str(ROOT / "examples" / "array.py"))
+    found = example["crosstalk"](load("sink", ["substrate.thickness=0.5mm"]), 2, 400e-6)
+    # The oxide blocks are 1150 um apart, at both ends of each beam; half of the heat leaves through each.
+    feet = [[(1.5e-3 + x, 1.5e-3 + y) for y in (-575e-6, 575e-6)] for x in (-200e-6, 200e-6)]
+    expected = np.mean([[plate_series(p, q) for p in feet[0]] for q in feet[1]])
+    assert found.error[0, 1] < 0.02 * expected
+    assert found.value[0, 1] == pytest.approx(expected, abs=found.error[0, 1])
+
+
+def test_array_takes_any_conductivity_and_refuses_overlap() -> None:
+    example = runpy.run_path(str(ROOT / "examples" / "array.py"))
+    anisotropic = ["substrate.thickness=0.5mm", "accuracy=1e-2", "materials.substrate.thermal_conductivity=[65,65,65]"]
+    plain = ["substrate.thickness=0.5mm", "accuracy=1e-2", "materials.substrate.thermal_conductivity=65"]
+    one, other = (example["crosstalk"](load("sink", settings), 2, 400e-6) for settings in (anisotropic, plain))
+    assert one.value == pytest.approx(other.value, rel=1e-9)
+    with pytest.raises(SceneError, match="lets pads touch"):
+        example["crosstalk"](load("sink", plain), 2, 100e-6)
 
 
 @pytest.mark.long

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from scenes import load, overridden
-from scenes.array import ONE_SINK
 from scenes.device import Device
 from scenes.errors import SceneError, did_you_mean, quoted
 from scenes.plan import Request
@@ -304,8 +303,6 @@ def device(
     for name in options:
         if name not in known:
             raise SceneError(f"device takes no {quoted(name)}: give {', '.join(known)}{did_you_mean(name, known)}")
-    if loaded.kind != Device.kind:
-        raise SceneError(ONE_SINK.format(loaded.sink, "fem3d.device.array.solve solves several devices"))
     options["uncertain"] = _uncertain(loaded, options.get("uncertain"))
     return DeviceRun(_outcome(loaded, Request(figures=figures, **options), out))
 

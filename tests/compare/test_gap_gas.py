@@ -88,7 +88,5 @@ def test_on_a_plate_that_hardly_resists_it_is_on_room_temperature_and_on_silicon
 def test_what_is_refused():
     with pytest.raises(SceneError, match="spans = 3 makes a row, and no gas is solved under a row"):
         load("sink", ["sink.spans=3", "gap_gas_conductivity=0.026"])
-    with pytest.raises(SceneError, match=r"columns = 2 and .*gap_gas_conductivity is of one sink"):
-        load("sink", ["array.columns=2", "substrate.thickness=0.5mm", "gap_gas_conductivity=0.026"])
     with pytest.raises(SceneError, match="gap_gas_conductivity"):
         load("sink", ["gap_gas_conductivity=-0.026"])

@@ -58,22 +58,7 @@ def run(arguments: argparse.Namespace) -> int:
         return load(arguments.scene or "device", common.settings(arguments, accuracy=key), scene_type=DEVICE)
 
     device = loaded(vars(arguments)["3d"])
-    if device.sink.count > 1:
-        return _run_array(arguments, loaded(True))
     return common.run(arguments, device, _request(arguments, device), arguments.set)
-
-
-def _run_array(arguments: argparse.Namespace, device: Device) -> int:
-    """The same of several on one substrate: in 3D, at rest and over time."""
-    from scenes.array import ONE_SINK
-
-    of_both = common.of_run("device", "", "").keys() | {"--3d"}
-    for option in OPTIONS.keys() - of_both:
-        name = option.split()[0]
-        if vars(arguments).get(name[2:].replace("-", "_")):
-            raise SceneError(ONE_SINK.format(device.sink, f"{name} is of one device"))
-    request = common.request(arguments, device, device.accuracy_3d, in_3d=True, scheme="accurate", about=())
-    return common.run(arguments, device, request, arguments.set)
 
 
 def _request(arguments: argparse.Namespace, device: Device) -> Request:

@@ -17,12 +17,10 @@ exit status: 0 every check came out as the scene declares, 1 one did not, 2 bad 
 from __future__ import annotations
 
 import argparse
-from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
 from reduced1d.ladder import REDUCTIONS
-from scenes.array import ONE_SINK
 from scenes.errors import SceneError, printable
 from validate.cli import common
 
@@ -60,8 +58,6 @@ def run(arguments: argparse.Namespace) -> int:
     sink = load(
         arguments.scene or "sink", common.settings(arguments, ("drive.voltage", arguments.voltage)), scene_type=SINK
     )
-    if sink.count > 1:
-        return _run_array(arguments, sink)
     request = _request(arguments, sink)
     data_arguments = [arguments.against, *arguments.column] if arguments.against else []
     if arguments.against is not None and (not request.transient or "fem3d" not in request.models):
@@ -74,18 +70,6 @@ def run(arguments: argparse.Namespace) -> int:
             check_apart(sink, tuple(request.uncertain.relative))
         sampled = partial(added, count=request.monte_carlo)
     return common.run(arguments, sink, request, arguments.set, data_arguments, data, sampled)
-
-
-def _run_array(arguments: argparse.Namespace, sink: Sink) -> int:
-    """The same of more than one sink on a substrate: their steady state in 3D."""
-    of_both = common.of_run("sink", "", "").keys() | {"--voltage V", "--steady", "--only {3d,1d}"}
-    for option in OPTIONS.keys() - of_both:
-        name = option.split()[0]
-        if vars(arguments).get(name[2:].replace("-", "_")):
-            raise SceneError(ONE_SINK.format(sink, f"{name} is of one sink"))
-    common.refuse((arguments.only == "1d", "--only 1d: the paper's model has no neighbours: leave it out"))
-    request = replace(_request(arguments, sink), models=("fem3d",), transient=False)
-    return common.run(arguments, sink, request, arguments.set)
 
 
 def _request(arguments: argparse.Namespace, sink: Sink) -> Request:

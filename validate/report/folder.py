@@ -25,7 +25,7 @@ RUN = Content(
     "a run of this program", "output", "--out",
     re.compile(
         r"scene\.png|summary\.json|(traces|sensitivities)\.csv|(figure\w+|islands|islands_runs|air|left_out|why|sensitivity"
-        r"|array|shielding|validation)\.(png|svg)|fem3d\.(pvd|vtkhdf(\.part)?)|fem3d_\w+\.vtu|report\.html"
+        r"|shielding|validation)\.(png|svg)|fem3d\.(pvd|vtkhdf(\.part)?)|fem3d_\w+\.vtu|report\.html"
     ),
     "summary.json", ("schema", "plan"), (PICTURE,),
 )  # fmt: skip
@@ -66,9 +66,7 @@ def folder_of(scene: Any, request: Request, settings: Sequence[str] = (), data: 
     model = ["model", getattr(request.model, "__name__", str(request.model).replace(":", "-"))] if request.model else []
     if scene.kind == "free":
         return _safe(scene.name, *_words(settings), *model, *["why"] * request.why, *options, *held, *fields, *against)
-    if scene.kind == "device_array":
-        words = []
-    elif scene.kind in ("sink", "array"):
+    if scene.kind == "sink":
         words = [request.reduction.replace(":", "")] * (request.reduction != "paper")
         words += ["3d"] * (request.models == ("fem3d",)) + ["1d"] * (request.models == ("reduced1d",))
         words += ["steady"] * (not request.transient) + ["why"] * request.why + ["air"] * request.air

@@ -13,7 +13,6 @@ from typing import Any, Literal
 import numpy as np
 
 from scenes import free
-from scenes.array import ONE_SINK
 from scenes.errors import SceneError, quoted
 from scenes.free import schema_of
 from scenes.keys import DEVICE, SINK
@@ -58,10 +57,7 @@ class Base:
             return free.from_dict(self.document, self.name, self.folder, (*self.settings, *settings))
         # What a scene expects of its checks is said of that scene alone.
         read = {"scene.name": self.name} | self._read(settings) | {"checks.expect_differs": None}
-        sink = check(SINK.schema.apply(read, SINK.default))
-        if sink.count > 1:
-            raise SceneError(ONE_SINK.format(sink, "sweeps and maps are of one sink"))
-        return sink
+        return check(SINK.schema.apply(read, SINK.default))
 
     def read(self, key: str, text: str) -> tuple[str, Value]:
         """The key by its full name, and a value of it in SI units, or as it stands where it is no number; of keys that

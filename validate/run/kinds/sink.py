@@ -7,7 +7,6 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from scenes.array import ONE_SINK
 from scenes.errors import BeyondLawError, NumericsError, RunawayError, SceneError, listed
 from scenes.formats import sink_text
 from scenes.model import AnyScene, Probe
@@ -51,8 +50,6 @@ def _refuse(sink: Sink, request: Request) -> None:
     """SceneError for a reduction, or sensitivities, that there are not of this sink."""
     from reduced1d.ladder import refuse
 
-    if sink.count > 1:
-        raise SceneError(ONE_SINK.format(sink, "rows of sinks are a scenes.array.SinkArray"))
     if "reduced1d" in request.models and not request.model:
         refuse(sink, request.reduction)
     if request.model == "network":
