@@ -68,7 +68,7 @@ def example():
         run = ["device", *SCENE, "--set", "run.end_time=60ms", "--figure", "9", "--no-figures", "--quiet"]
         if main([*run, "--out", str(place / "run"), "--export", str(place / "my-sensor")]):
             return 1
-        with (place / "run" / "traces.csv").open() as file:
+        with (place / "run" / "traces.csv").open(encoding="utf-8") as file:
             rows = list(csv.DictReader(file))
         traces = coupled(place / "my-sensor", 1e-3, len(rows), lambda t: 273.0 if t > 0.0295 else 293.0)
         for name, values in traces.items():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import signal
 import sys
 
@@ -21,6 +22,7 @@ from reduced1d import sink as reduction
 from scenes.plan import Request, Step
 from scenes.result import Estimate, Result, Traces
 from scenes.sink import Sink
+from tests import browser
 from tests.fin import solve_fin
 
 RESISTANCE = 2663.0
@@ -134,6 +136,15 @@ def pytest_configure(config: pytest.Config) -> None:
         sys.dont_write_bytecode, sys.pycache_prefix = False, str(config.rootpath / ".pytest_cache" / "bytecode")
         os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
         os.environ["PYTHONPYCACHEPREFIX"] = sys.pycache_prefix
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Skip a test whose marker ``needs`` names a program that is not on the path."""
+    needed = [program for mark in item.iter_markers("needs") for program in mark.args]
+    missing = [program for program in needed if not (browser.find() if program == "browser" else shutil.which(program))]
+    if missing:
+        pytest.skip(f"{', '.join(missing)} not installed")
 
 
 @pytest.fixture(scope="session")

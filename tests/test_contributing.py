@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-pytestmark = pytest.mark.long
+pytestmark = [pytest.mark.long, pytest.mark.needs("git")]
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("scenes", "meshes", "fem3d", "reduced1d", "compare", "validate")
 DIFFS = re.findall(r"```diff\n(.*?)```", (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8"), re.DOTALL)
@@ -35,11 +35,11 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for name in PACKAGES:
         shutil.copytree(ROOT / name, where / name, ignore=shutil.ignore_patterns("__pycache__"))
     for diff in DIFFS:
-        subprocess.run(["git", "apply", "-"], input=diff, cwd=where, text=True, check=True)
+        subprocess.run(["git", "apply", "-"], input=diff, cwd=where, encoding="utf-8", check=True)
     commands = [["sink", "--accuracy", "1e-2", "--out", name, *given.split()] for name, given in RUNS.items()]
     code = f"import sys; from validate.cli import main; sys.exit(max(main(command) for command in {commands}))"
     command, environment = [sys.executable, "-P", "-c", code], {**os.environ, "PYTHONPATH": str(where)}
-    subprocess.run(command, cwd=where, check=True, capture_output=True, text=True, env=environment)
+    subprocess.run(command, cwd=where, check=True, capture_output=True, encoding="utf-8", env=environment)
     return where
 
 

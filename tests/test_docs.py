@@ -96,7 +96,7 @@ def test_every_command_is_on_its_page() -> None:
 @pytest.mark.parametrize("page", ["README.md", "docs/index.md", "docs/theory/fem3d.md"])
 def test_how_often_the_stated_errors_hold_is_what_the_stress_page_says(page: str) -> None:
     """Of random scenes of every kind, steady and over time."""
-    lines = (ROOT / "docs" / "stress.md").read_text().splitlines()
+    lines = (ROOT / "docs" / "stress.md").read_text(encoding="utf-8").splitlines()
     rows = "".join(line for line in lines if "honoured by a finer solve" in line)
     of = sum(int(count) for count in re.findall(r"(\d+) of \d+ scenes", rows))
     broken = sum(int(count) for count in re.findall(r"violated by (\d+) of", rows))

@@ -135,7 +135,7 @@ def test_one_lumped_model_in_four_forms(tmp_path: Path, monkeypatch: pytest.Monk
 def test_what_is_solved_in_one_screen_is_what_the_toolkit_solves() -> None:
     """scikit-fem's own elements on one mesh against the toolkit's bricks: within 1 %, as the paper's model isn't."""
     plain = runpy.run_path(str(ROOT / "examples" / "plain_scikit_fem.py"))
-    assert len((ROOT / "examples" / "plain_scikit_fem.py").read_text().splitlines()) <= 80
+    assert len((ROOT / "examples" / "plain_scikit_fem.py").read_text(encoding="utf-8").splitlines()) <= 80
     run = compare.run("sink", voltage=1, steady=True)
     for name, value in (("peak_rise_K", plain["peak"]), ("mean_rise_K", plain["mean"]), ("power_W", plain["power"])):
         assert value == pytest.approx(run.fem3d.steady[name].value, rel=0.01)
@@ -147,11 +147,14 @@ def test_a_failing_assertion_reads_well(tmp_path: Path) -> None:
     """As a user would see it: both values, the difference, the tolerance, the numerical error, no line of this code."""
     (tmp_path / "test_mine.py").write_text(
         "import scenes\nfrom compare.testing import assert_reduction_agrees\n"
-        "def test_peak(): assert_reduction_agrees(scenes.load('sink'), peak=0.05)\n"
+        "def test_peak(): assert_reduction_agrees(scenes.load('sink'), peak=0.05)\n",
+        encoding="utf-8",
     )
     env = {**os.environ, "PYTHONPATH": str(ROOT)}
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "test_mine.py"]
-    found = subprocess.run(command, cwd=tmp_path, env=env, capture_output=True, text=True, timeout=120, check=False)
+    found = subprocess.run(
+        command, cwd=tmp_path, env=env, capture_output=True, encoding="utf-8", timeout=120, check=False
+    )
     assert found.returncode == 1
     for text in ("1D 18.99", "3D 20.33", "\N{PLUS-MINUS SIGN}", "difference -6.56", "tolerance of 5"):
         assert text in found.stdout

@@ -32,7 +32,9 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for name in ("pyproject.toml", "README.md", "LICENSE"):
         shutil.copy(ROOT / name, folder / "source")
     build = "import sys; from setuptools.build_meta import build_wheel; build_wheel(sys.argv[1])"
-    done = subprocess.run([sys.executable, "-c", build, folder], cwd=folder / "source", capture_output=True, text=True)
+    done = subprocess.run(
+        [sys.executable, "-c", build, folder], cwd=folder / "source", capture_output=True, encoding="utf-8"
+    )
     assert done.returncode == 0, done.stderr
     (wheel,) = folder.glob("*.whl")
     zipfile.ZipFile(wheel).extractall(folder / "site")
@@ -47,9 +49,14 @@ def test_a_run_of_the_wheel_alone(installed: Path, tmp_path: Path) -> None:
     where = os.pathsep.join([str(installed), str(Path(np.__file__).parents[1])])
     command = [sys.executable, "-S", "-m", "validate", "sink", "--no-figures", "--steady", "--quiet", "--out", "run"]
     done = subprocess.run(
-        command, cwd=tmp_path, env=os.environ | {"PYTHONPATH": where}, capture_output=True, text=True, timeout=120
+        command,
+        cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": where},
+        capture_output=True,
+        encoding="utf-8",
+        timeout=120,
     )
     assert done.returncode == 0, done.stderr
     assert "is to blame" in done.stdout
-    assert json.loads((tmp_path / "run" / "summary.json").read_text())["schema"] == 1
+    assert json.loads((tmp_path / "run" / "summary.json").read_text(encoding="utf-8"))["schema"] == 1
     assert (tmp_path / "run" / "report.html").stat().st_size > 10_000

@@ -58,7 +58,13 @@ class Command(SphinxDirective):
             return [nodes.literal_block(shown, f"$ {shown}", language="text")]
         words = [str(ROOT / word) if word.startswith("examples/") else word for word in words[1:]]
         process = subprocess.run(
-            [*command, *words], cwd=folder.name, env=env, capture_output=True, text=True, timeout=PATIENCE, check=False
+            [*command, *words],
+            cwd=folder.name,
+            env=env,
+            capture_output=True,
+            encoding="utf-8",
+            timeout=PATIENCE,
+            check=False,
         )
         if process.returncode != self.options.get("status", 0):
             logging.getLogger(__name__).warning(

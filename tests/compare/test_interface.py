@@ -99,7 +99,7 @@ def test_traces_of_a_file() -> None:
     time, three, _ = compare.run("sink").traces("peak_K")
     for name, values in (("good.csv", three), ("bad.csv", 293 + 0.9 * (three - 293))):
         rows = [f"{t!r},{v!r}\n" for t, v in zip(time.tolist(), values.tolist(), strict=True)]
-        Path(name).write_text("time_s,peak_K\n" + "".join(rows))
+        Path(name).write_text("time_s,peak_K\n" + "".join(rows), encoding="utf-8")
     assert_traces_agree("sink", "good.csv", peak=0.01)
     with pytest.raises(AssertionError, match=r"bad\.csv"):
         assert_traces_agree("sink", "bad.csv", peak=0.05)
@@ -110,7 +110,7 @@ def test_traces_of_a_file() -> None:
 def test_importing_costs_nothing() -> None:
     heavy = "{'numpy', 'scipy', 'skfem', 'matplotlib', 'pyvista'}"
     code = f"import sys, scenes, compare\nprint(sorted({heavy} & set(sys.modules)))"
-    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=True)
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, encoding="utf-8", cwd=ROOT, check=True)
     assert found.stdout.strip() == "[]"
 
 
@@ -181,7 +181,7 @@ def test_any_scene_loads_by_its_name_or_file() -> None:
 
     assert type(scenes.load("bridge")) is type(scenes.load("plate"))
     for name in ("sink", "device", "bridge"):
-        Path(f"{name}-2.toml").write_text(builtin_text(name))
+        Path(f"{name}-2.toml").write_text(builtin_text(name), encoding="utf-8")
         assert type(scenes.load(f"{name}-2.toml")) is type(scenes.load(name))
     with pytest.raises(SceneError, match=r"use compare\.solve"):
         compare.run("bridge")

@@ -97,14 +97,14 @@ voltage = 0
 name = "middle"
 at = ["25 um", "2.5 um", "1 um"]
 """
-    (tmp_path / "bar.toml").write_text(text)
+    (tmp_path / "bar.toml").write_text(text, encoding="utf-8")
     assert main(["solve", str(tmp_path / "bar.toml"), "--out", str(tmp_path / "out"), "--no-figures"]) == 3
     printed = capsys.readouterr()
     assert "the heating runs away at t = " in printed.err
     assert "middle" in printed.out
     rows = np.genfromtxt(tmp_path / "out" / "traces.csv", delimiter=",", names=True)
     assert rows["time_s"][-1] == pytest.approx(KEPT * RUNS_AWAY, rel=1e-2)
-    assert "runs away" in (tmp_path / "out" / "summary.json").read_text()
+    assert "runs away" in (tmp_path / "out" / "summary.json").read_text(encoding="utf-8")
 
 
 def test_no_potential_is_solved_for_where_the_resistivity_is_not_positive():

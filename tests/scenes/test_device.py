@@ -71,7 +71,9 @@ def test_every_key_reaches_its_own_attribute():
 
 def test_a_sinks_file_can_be_extended_to_a_devices(tmp_path):
     sections = builtin_text("sink").partition("[checks]")[0]
-    (tmp_path / "mine.toml").write_text(sections.replace("1e-3 ", "1e-5 ") + '[control]\nsink_gain = "2 V"\n')
+    (tmp_path / "mine.toml").write_text(
+        sections.replace("1e-3 ", "1e-5 ") + '[control]\nsink_gain = "2 V"\n', encoding="utf-8"
+    )
     assert load(tmp_path / "mine.toml", scene_type=DEVICE).control.sink_gain == 2.0
     assert {path for path in SINK.schema.paths} <= set(DEVICE.schema.paths)
 

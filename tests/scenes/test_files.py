@@ -59,7 +59,7 @@ def test_more_boxes_than_are_solved_are_refused_before_any_is_looked_at(
         monkeypatch.setattr("scenes.loading.parsed", None)  # nothing is read but how many there are
         text = "".join(" [[ box ]] \n" + box.format(n=n, s="\n") + "\n" for n in range(MOST_BOXES + 1))
     path = tmp_path / "row.toml"
-    path.write_text(text)
+    path.write_text(text, encoding="utf-8")
     with pytest.raises(SceneError, match="the scene has 2,001 boxes, and 2,000 are the most: "):
         load(path)
 
@@ -67,7 +67,7 @@ def test_more_boxes_than_are_solved_are_refused_before_any_is_looked_at(
 @pytest.mark.parametrize("given", ["mine", "Mine.TOML", "mien.toml"])
 def test_a_file_that_is_nearly_called_so_is_named(given: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    Path("mine.toml").write_text("")
+    Path("mine.toml").write_text("", encoding="utf-8")
     for path in (given, str(tmp_path / given)):
         with pytest.raises(SceneError, match=r'is no file: .*, did you mean ".*mine\.toml"\?'):
             document(path, ("bridge", "hotplate"))
@@ -75,7 +75,7 @@ def test_a_file_that_is_nearly_called_so_is_named(given: str, tmp_path: Path, mo
 
 def test_ten_thousand_tables_are_refused_before_any_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "junk.toml"
-    path.write_text("[s]\n" * 10_001)
+    path.write_text("[s]\n" * 10_001, encoding="utf-8")
     monkeypatch.setattr("scenes.loading.parsed", None)
     with pytest.raises(SceneError, match="10,001 tables are more than any scene that is solved has: 10,000 at most"):
         load(path)
@@ -87,7 +87,7 @@ def test_a_scene_of_as_many_boxes_and_contacts_as_are_solved_is_no_larger_than_i
     contact = '[[contact]]\nbetween = ["box {n}", "box {m}"]\nthermal_resistance = "1e-7 m2 K/W"\n'
     text = "".join(each.format(n=n, m=n + 1) for n in range(MOST_BOXES) for each in (box, material, contact))
     path = tmp_path / "row.toml"
-    path.write_text(text)
+    path.write_text(text, encoding="utf-8")
     assert [len(each) for each in document(path, ())[0].values()] == [MOST_BOXES] * 3
 
 
@@ -103,7 +103,7 @@ def test_a_key_of_thousands_of_parts_takes_no_memory(tmp_path: Path, joint: str)
     """The parser of the standard library would take 64 MB for one of 4,000, 9.6 GB for one of 50,000; a file is read
     through a buffer of 10 MB."""
     path = tmp_path / "deep.toml"
-    path.write_text("[scene]\n" + joint.join("a" * 4000) + " = 1\n")
+    path.write_text("[scene]\n" + joint.join("a" * 4000) + " = 1\n", encoding="utf-8")
     tracemalloc.start()
     try:
         with pytest.raises(SceneError, match=f"line 2 has more than {DEEPEST} names joined by dots"):

@@ -180,7 +180,7 @@ def test_the_dictionary_holds_every_key_in_si():
 
 def test_loading_imports_nothing_heavy():
     code = "import sys, scenes.loading as s; s.load('sink', ['voltage=2']); print('numpy' in sys.modules)"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, encoding="utf-8", check=True)
     assert done.stdout.strip() == "False"
 
 

@@ -70,7 +70,7 @@ SINK = {
 
 @pytest.fixture
 def bar(tmp_path: Path) -> Path:
-    (tmp_path / "bar.toml").write_text(BAR)
+    (tmp_path / "bar.toml").write_text(BAR, encoding="utf-8")
     return tmp_path / "bar.toml"
 
 
@@ -124,7 +124,7 @@ def test_a_neighbour_is_of_first_order_and_run_alike(tmp_path: Path) -> None:
     text = text.replace("steady = true", 'end_time = "1 s/n"').replace(
         "[[box]]", "density = 1\nspecific_heat = 1\n[[box]]"
     )
-    (tmp_path / "bar.toml").write_text(text)
+    (tmp_path / "bar.toml").write_text(text, encoding="utf-8")
     scene = load_free(tmp_path / "bar.toml")
     for step in (STEP, -STEP):
         there = neighbour(scene, "parameters.w", step)
@@ -142,7 +142,9 @@ def test_numbers_are_the_free_parameters_that_move_something(bar: Path) -> None:
     assert found == {"L", "w", "n", "rho", "T0", "U"}
     idle = load_free(bar, ["box.bar.upper.x=10um", "parameters.half=5um"])
     assert "parameters.half" in numbers(idle)
-    (bar.parent / "idle.toml").write_text(BAR.replace("[parameters]", '[parameters]\nidle = "1 um"\nzero = "0 um"'))
+    (bar.parent / "idle.toml").write_text(
+        BAR.replace("[parameters]", '[parameters]\nidle = "1 um"\nzero = "0 um"'), encoding="utf-8"
+    )
     assert not {"parameters.idle", "parameters.zero"} & set(numbers(load_free(bar.parent / "idle.toml")))
 
 
@@ -162,7 +164,9 @@ def test_a_sink_and_a_device_take_parameters() -> None:
 
 
 def test_what_a_sink_expects_is_withdrawn_by_a_parameter(tmp_path: Path) -> None:
-    (tmp_path / "sink.toml").write_text('checks.expect_differs = ["eq14"]\nsink.width = "w"\nparameters.w = "0.1 mm"\n')
+    (tmp_path / "sink.toml").write_text(
+        'checks.expect_differs = ["eq14"]\nsink.width = "w"\nparameters.w = "0.1 mm"\n', encoding="utf-8"
+    )
     assert load(tmp_path / "sink.toml").expected_to_differ == ("eq14",)
     assert load(tmp_path / "sink.toml", ["parameters.w=0.2mm"]).expected_to_differ is None
 
@@ -171,7 +175,7 @@ def test_times_and_tables_are_made_of_parameters(tmp_path: Path) -> None:
     text = BAR.replace('voltage = "U"', 'voltage = { times = ["tau", "2*tau"], values = [0, "U"] }')
     text = text.replace("steady = true", 'end_time = "5*tau"\noutput_times = ["tau", "3*tau"]')
     text = text.replace("[[box]]", "density = 1\nspecific_heat = 1\n[[box]]").replace("n = 2", 'n = 2\ntau = "1 ms"')
-    (tmp_path / "bar.toml").write_text(text)
+    (tmp_path / "bar.toml").write_text(text, encoding="utf-8")
     scene = load_free(tmp_path / "bar.toml", ["parameters.tau=2ms"])
     assert scene.boundaries[1].value == Schedule((2e-3, 4e-3), (0.0, 1.0))
     assert (scene.end_time, scene.output_times) == (10e-3, (2e-3, 6e-3))

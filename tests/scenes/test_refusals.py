@@ -146,7 +146,7 @@ def test_a_refused_override_says_what_is_allowed(setting, parts):
 )
 def test_a_refused_file_says_where_and_why(tmp_path, text, parts):
     path = tmp_path / "bad.toml"
-    path.write_text(text)
+    path.write_text(text, encoding="utf-8")
     message = refusal(load, path)
     for part in parts:
         assert part in message

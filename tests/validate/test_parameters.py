@@ -44,12 +44,12 @@ FACES = ("sink.width", "anchor.oxide_width")
 
 @pytest.fixture
 def mine(tmp_path: Path) -> Path:
-    (tmp_path / "mine.toml").write_text(TEXT)
+    (tmp_path / "mine.toml").write_text(TEXT, encoding="utf-8")
     return tmp_path / "mine.toml"
 
 
 def summary(folder: Path) -> Any:
-    return json.loads((folder / "summary.json").read_text())
+    return json.loads((folder / "summary.json").read_text(encoding="utf-8"))
 
 
 @pytest.mark.long
@@ -70,7 +70,7 @@ def test_slopes_and_uncertainties_of_a_sink(mine: Path, tmp_path: Path, capsys: 
     assert end["u_input"] == pytest.approx(
         0.02 * abs(by["parameters.w"]["end_rise_K"]["fem3d"]["value"]) * end["value"]
     )
-    assert "parameters" in (tmp_path / "run" / "report.html").read_text()
+    assert "parameters" in (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
 
 
 @pytest.mark.long
@@ -78,7 +78,7 @@ def test_a_sweep_over_a_parameter(tmp_path: Path, capsys: pytest.CaptureFixture[
     given = ["sweep", "bridge", "--vary", "parameters.gap=1um,3um", "--workers", "1", "--no-figures", "--quiet"]
     assert main([*given, "--out", str(tmp_path / "sweep")]) == 0
     assert "parameters.gap 1.00 um" in capsys.readouterr().out
-    with (tmp_path / "sweep" / "points.csv").open() as file:
+    with (tmp_path / "sweep" / "points.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert [float(row["parameters.gap"]) for row in rows] == [1e-6, 3e-6]
     assert main(["solve", "bridge", "--set", "parameters.gap=3um", "--accuracy", "1e-2", "--no-figures", "--quiet",

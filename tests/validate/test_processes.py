@@ -80,12 +80,15 @@ def test_what_takes_too_long_ends_in_any_thread_and_what_ends_in_time_goes_on() 
 
 def test_a_script_needs_no_guard_around_a_pool(tmp_path: Path) -> None:
     script = tmp_path / "script.py"
-    script.write_text("""import math
+    script.write_text(
+        """import math
 print("begins")
 from validate.pool import side_by_side
 print(sorted(side_by_side(math.factorial, [3, 4], 2)))
-""")
-    run = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=60)
+""",
+        encoding="utf-8",
+    )
+    run = subprocess.run([sys.executable, script], capture_output=True, encoding="utf-8", timeout=60)
     assert (run.stdout, run.stderr) == ("begins\n[(3, 6), (4, 24)]\n", "")
 
 

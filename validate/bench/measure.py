@@ -43,7 +43,7 @@ def once(entry: Entry, most: int = 0, patience: float = 0.0) -> dict[str, Any]:
     try:
         # One thread in every program, whatever the environment says of some of them.
         done = subprocess.run(
-            command, capture_output=True, text=True, timeout=TIME_LIMIT, env=os.environ | ONE_THREAD, check=False
+            command, capture_output=True, encoding="utf-8", timeout=TIME_LIMIT, env=os.environ | ONE_THREAD, check=False
         )
     except subprocess.TimeoutExpired:
         raise EntryError(f"{entry.tool} ({entry.label}) took more than {TIME_LIMIT:g} s") from None

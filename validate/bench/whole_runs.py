@@ -88,7 +88,9 @@ def start_up(count: int, progress: Callable[[str], None]) -> dict[str, Any]:
                     measurement["solved_s"] / measurement["import_s"],
                 )
                 add(f"second voltage at {accuracy:.0e} / first", measurement["again_s"] / measurement["solved_s"])
-        peak = subprocess.run([sys.executable, "-c", PEAK, *no_figures], check=True, capture_output=True, text=True)
+        peak = subprocess.run(
+            [sys.executable, "-c", PEAK, *no_figures], check=True, capture_output=True, encoding="utf-8"
+        )
     rows = [
         {"name": name, "median": statistics.median(each), "smallest": min(each), "largest": max(each)}
         for name, each in ratios.items()

@@ -130,8 +130,6 @@ class Netlist:
 def opened(given: str, folder: str) -> Netlist:
     """The netlist of a file. Raises SceneError for one that is more than a circuit, and where there is no ngspice."""
     path = readable(given, folder, "an ngspice netlist, such as bridge.cir")
-    if shutil.which("ngspice") is None:
-        raise SceneError(f"--model {quoted(given)} is run by ngspice, which is not on the path: install ngspice")
     text = path.read_bytes()[:10_000_000].decode("utf-8", "replace").replace("\r", "\n")
     # The first line is the title, whatever stands there.
     whole: list[str] = []
@@ -146,6 +144,8 @@ def opened(given: str, folder: str) -> Netlist:
         word = line.split()[0].lower()
         if word not in _OWN:
             kept.append(_circuit(path.name, line))
+    if shutil.which("ngspice") is None:
+        raise SceneError(f"--model {quoted(given)} is run by ngspice, which is not on the path: install ngspice")
     from_ic = any(re.search(r"^\.tran\b.*\buic\b|\bic\s*=", line, re.IGNORECASE) for line in whole)
     return Netlist(path.name, tuple(kept), from_ic)
 

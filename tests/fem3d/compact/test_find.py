@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shutil
 import subprocess
 import sys
 from dataclasses import replace
@@ -92,7 +91,7 @@ Traces = dict[str, Any]
 @pytest.fixture(scope="module")
 def bar(tmp_path_factory: pytest.TempPathFactory) -> Any:
     path = tmp_path_factory.mktemp("scene") / "bar.toml"
-    path.write_text(BAR)
+    path.write_text(BAR, encoding="utf-8")
     return load(str(path), [])
 
 
@@ -142,7 +141,7 @@ def in_python(document: dict[str, Any], folder: Path, times: np.ndarray) -> tupl
         "print(json.dumps([{n: v.tolist() for n, v in found.items()}, model.steady()]))"
     )
     command = [sys.executable, "-B", "-c", code, str(folder), json.dumps(times.tolist())]
-    done = subprocess.run(command, check=True, capture_output=True, text=True, cwd=folder)
+    done = subprocess.run(command, check=True, capture_output=True, encoding="utf-8", cwd=folder)
     over_time, steady = json.loads(done.stdout)
     return {n: np.array(v) for n, v in over_time.items()}, steady
 
@@ -156,9 +155,9 @@ def in_ngspice(document: dict[str, Any], folder: Path, times: np.ndarray) -> tup
     end = times[-1]
     circuit = ["* step", ".include model.cir", *held, call, ".options reltol=1e-5",
                f".tran {end / 400} {end} 0 {end / 400}", ".end"]  # fmt: skip
-    (folder / "step.cir").write_text("\n".join(circuit) + "\n")
+    (folder / "step.cir").write_text("\n".join(circuit) + "\n", encoding="utf-8")
     run = ["ngspice", "-b", "-r", "out.raw", "step.cir"]
-    done = subprocess.run(run, cwd=folder, capture_output=True, text=True, timeout=60, check=False)
+    done = subprocess.run(run, cwd=folder, capture_output=True, encoding="utf-8", timeout=60, check=False)
     assert (folder / "out.raw").exists(), done.stdout + done.stderr
     table = raw.read(folder / "out.raw", (folder / "out.raw").read_bytes())
     values = {column.name.lower(): column.values for column in table.columns}
@@ -167,8 +166,8 @@ def in_ngspice(document: dict[str, Any], folder: Path, times: np.ndarray) -> tup
     prints = [f"print v({node})" for node in names.values()]
     settled = [*circuit[: 4 + len(held)], ".control", "op", *prints, "quit", ".endc", ".end"]
     settled = [line.replace("PWL(0 0 1n 4)", "4") for line in settled]
-    (folder / "rest.cir").write_text("\n".join(settled) + "\n")
-    said = subprocess.run(["ngspice", "-b", "rest.cir"], cwd=folder, capture_output=True, text=True, timeout=60,
+    (folder / "rest.cir").write_text("\n".join(settled) + "\n", encoding="utf-8")
+    said = subprocess.run(["ngspice", "-b", "rest.cir"], cwd=folder, capture_output=True, encoding="utf-8", timeout=60,
                           check=False).stdout.lower()  # fmt: skip
     steady = {n: start[n] + float(said.split(f"v({node.lower()}) = ")[1].split()[0]) for n, node in names.items()}
     return found, steady
@@ -203,7 +202,8 @@ def test_temperature_and_potential_jump_at_a_contact(tmp_path: Path) -> None:
             'upper = ["400 um", "10 um", "10 um"]\n[[boundary]]',
             f'upper = ["200 um", "10 um", "10 um"]\n{half}\n{contact}[[boundary]]',
             1,
-        ).replace('at = ["200 um"', 'box = "rest"\nat = ["200 um"')
+        ).replace('at = ["200 um"', 'box = "rest"\nat = ["200 um"'),
+        encoding="utf-8",
     )
     halves = load(str(path), [])
     assert len(halves.boxes) == 2
@@ -221,7 +221,7 @@ def test_temperature_and_potential_jump_at_a_contact(tmp_path: Path) -> None:
     "run",
     [
         in_python,
-        pytest.param(in_ngspice, marks=pytest.mark.skipif(shutil.which("ngspice") is None, reason="no ngspice")),
+        pytest.param(in_ngspice, marks=pytest.mark.needs("ngspice")),
         pytest.param(in_an_fmu, marks=pytest.mark.skipif(not fmu.available(), reason="pythonfmu is not installed")),
     ],
 )
@@ -303,7 +303,7 @@ def test_currents_alone(bar: Any) -> None:
 @pytest.mark.long
 def test_a_mesh_file(tmp_path: Path) -> None:
     """With its given temperature stepped alone, of which no heat comes, as one of the runs."""
-    (tmp_path / "wire.toml").write_text(MESH_SCENE.replace("wire.msh", str(WIRE)))
+    (tmp_path / "wire.toml").write_text(MESH_SCENE.replace("wire.msh", str(WIRE)), encoding="utf-8")
     wire = load(str(tmp_path / "wire.toml"), [])
     found = CompactModel(compact(wire, None, 3e-2))
     other = {"cold.temperature": 293.4, "plus.voltage": -0.005, "minus.voltage": 0.002, "source-1.heat_source": 5e11}
@@ -321,9 +321,9 @@ def test_a_model_of_the_sink(tmp_path: Path, capsys: pytest.CaptureFixture[str])
     command = ["sink", "--steady", "--no-figures", "--accuracy", "1e-2", "--out", str(tmp_path / "run")]
     assert main([*command, "--export", str(tmp_path / "mine"), "--states", "3"]) == 0
     assert "Exported a compact model (3 states, within" in " ".join(capsys.readouterr().out.split())
-    model = CompactModel(json.loads((tmp_path / "mine" / "model.json").read_text()))
+    model = CompactModel(json.loads((tmp_path / "mine" / "model.json").read_text(encoding="utf-8")))
     assert (model.states, len(model.inputs)) == (3, 4)
-    run = json.loads((tmp_path / "run" / "summary.json").read_text())["fem3d"]["steady"]
+    run = json.loads((tmp_path / "run" / "summary.json").read_text(encoding="utf-8"))["fem3d"]["steady"]
     found = model.steady()
     assert found["current"] == pytest.approx(run["current_A"]["value"], rel=2e-2)
     assert 0 < model.document["error"]["the scene"]["steady"]["current"]["relative"] < 2e-2

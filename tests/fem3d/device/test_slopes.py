@@ -22,7 +22,7 @@ def summary(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     arguments = ["device", "--3d", "--sensitivities", "--figure", "9", "--no-figures", "--accuracy", "1e-2",
                  "--uncertain", "pdms.thermal_conductivity=5%"]  # fmt: skip
     assert main([*arguments, "--out", str(folder)]) in (0, 1)
-    found: dict[str, Any] = json.loads((folder / "summary.json").read_text())
+    found: dict[str, Any] = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     return found
 
 

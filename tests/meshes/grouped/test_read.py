@@ -137,7 +137,9 @@ TAIL = "thermal_conductivity=1\n[run]\nsteady=true\n"
 
 
 def test_a_mesh_lies_beside_its_scene(tmp_path: Path) -> None:
-    (tmp_path / "chip.toml").write_text('[mesh]\nfile="a.msh"\nunit="um"\n[[material]]\nname="a"\n' + TAIL)
+    (tmp_path / "chip.toml").write_text(
+        '[mesh]\nfile="a.msh"\nunit="um"\n[[material]]\nname="a"\n' + TAIL, encoding="utf-8"
+    )
     scene = load(tmp_path / "chip.toml", ["mesh.unit=mm"])
     assert isinstance(scene, MeshScene)
     assert (scene.path, scene.unit, scene.name) == (tmp_path / "a.msh", 1e-3, "chip")
@@ -287,7 +289,7 @@ def test_a_mesh_that_cannot_be_solved_on_is_refused(name: str, tmp_path: Path) -
 
 @pytest.mark.parametrize("suffix", [".msh", ".bdf", ".xyz", ".vtu"])
 def test_what_is_no_mesh_is_refused(suffix: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (tmp_path / f"m{suffix}").write_text("nothing of the kind\n")
+    (tmp_path / f"m{suffix}").write_text("nothing of the kind\n", encoding="utf-8")
     with pytest.raises(SceneError, match="cannot be read"):
         read(tmp_path / f"m{suffix}", 1.0)
     assert capsys.readouterr() == ("", "")

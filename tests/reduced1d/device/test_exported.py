@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import copy
 import importlib.util
-import shutil
 import subprocess
 import sys
 from dataclasses import replace
@@ -154,7 +153,7 @@ def test_both_fmus_coupled_give_the_traces(
     assert np.abs(np.array(late["sensor_K"]) - result.sensor_K).max() > errors(made)["sensor_K"]
 
 
-@pytest.mark.skipif(shutil.which("ngspice") is None, reason="ngspice is not installed")
+@pytest.mark.needs("ngspice")
 def test_the_subcircuit_at_rest(exported: tuple[Whole, dict[str, Any]], tmp_path: Path) -> None:
     _, made = exported
     files.write(made, tmp_path)
@@ -162,10 +161,11 @@ def test_the_subcircuit_at_rest(exported: tuple[Whole, dict[str, Any]], tmp_path
     pins = "a b o s out_a out_b ra rb ia ib pa pb"
     (tmp_path / "run.cir").write_text(
         f"* at rest\n.include model.cir\nVa a 0 1.2\nVb b 0 0.07\nVo o 0 -20\nVs s 0 0\nX1 {pins} compact_model\n"
-        ".op\n.control\nset numdgt=12\nop\nprint v(out_a) v(out_b) v(ra) v(rb) v(ia) v(pb) i(vb)\n.endc\n.end\n"
+        ".op\n.control\nset numdgt=12\nop\nprint v(out_a) v(out_b) v(ra) v(rb) v(ia) v(pb) i(vb)\n.endc\n.end\n",
+        encoding="utf-8",
     )
     said = subprocess.run(
-        ["ngspice", "-b", "run.cir"], cwd=tmp_path, capture_output=True, text=True, check=False, timeout=60
+        ["ngspice", "-b", "run.cir"], cwd=tmp_path, capture_output=True, encoding="utf-8", check=False, timeout=60
     )  # fmt: skip
     lines = [line.split(" = ") for line in said.stdout.splitlines() if line.startswith(("v(", "i("))]
     values = {name: float(value) for name, value in lines}
@@ -187,7 +187,7 @@ def test_the_python_files_run_alone(exported: tuple[Whole, dict[str, Any]], tmp_
     )
     said = subprocess.run(
         [sys.executable, "-I", "-c", f"import sys; sys.path.insert(0, '.'); {code}"], cwd=tmp_path, check=True,
-        capture_output=True, text=True,
+        capture_output=True, encoding="utf-8",
     )  # fmt: skip
     sensor, *volts = map(float, said.stdout.split())
     assert sensor == pytest.approx(CompactModel(made).steady()["sensor_K"], abs=1e-9)

@@ -35,5 +35,5 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     said = capsys.readouterr().out
     assert "pdms.thermal_conductivity" in said
     assert max(map(len, said.splitlines())) <= 80
-    found = json.loads((tmp_path / "run" / "summary.json").read_text())["sensitivities"]
+    found = json.loads((tmp_path / "run" / "summary.json").read_text(encoding="utf-8"))["sensitivities"]
     assert found["device.polymer_thickness"]["sensor_power_W"]["reduced1d"]["value"] == pytest.approx(-1, abs=1e-6)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib.util
-import shutil
 import subprocess
 from pathlib import Path
 from typing import Any
@@ -41,7 +40,7 @@ def test_each_is_told_apart_by_the_rule_of_its_format() -> None:
     assert names.spice(made)[0] == ["B1_2", "gnd_2"]
 
 
-@pytest.mark.skipif(shutil.which("ngspice") is None, reason="no ngspice")
+@pytest.mark.needs("ngspice")
 def test_in_ngspice(tmp_path: Path) -> None:
     made = alike()
     expected = CompactModel(made).steady({"Drive.voltage": 1.2, "drive.voltage": 2.6})
@@ -52,8 +51,8 @@ def test_in_ngspice(tmp_path: Path) -> None:
         f"V1 {nodes['Drive.voltage']} 0 1.2", f"V2 {nodes['drive.voltage']} 0 0.6", ".control", "op",
         *(f"print v({nodes[name]})" for name in expected), "quit", ".endc", ".end",
     ]  # fmt: skip
-    (tmp_path / "op.cir").write_text("\n".join(circuit) + "\n")
-    run = subprocess.run(["ngspice", "-b", "op.cir"], cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    (tmp_path / "op.cir").write_text("\n".join(circuit) + "\n", encoding="utf-8")
+    run = subprocess.run(["ngspice", "-b", "op.cir"], cwd=tmp_path, capture_output=True, encoding="utf-8", timeout=60)
     for name, value in expected.items():
         said = run.stdout.lower().split(f"v({nodes[name].lower()}) = ")[1].split()[0]
         assert float(said) == pytest.approx(value, rel=1e-4), (

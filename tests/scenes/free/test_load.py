@@ -59,7 +59,7 @@ def test_examples_read_and_come_back(name: str) -> None:
 
 
 def test_example_differs_from_an_edited_one(tmp_path: Path) -> None:
-    (tmp_path / "mine.toml").write_text(builtin_text("bridge").replace('"200 um"', '"210 um"'))
+    (tmp_path / "mine.toml").write_text(builtin_text("bridge").replace('"200 um"', '"210 um"'), encoding="utf-8")
     assert load(tmp_path / "mine.toml").boxes[0].upper[1] == 210e-6
 
 

@@ -107,7 +107,8 @@ def test_the_command(case: Case, monkeypatch: pytest.MonkeyPatch, capsys: pytest
     # The scene declares every check that differs, and this one is not among them.
     Path("comsol.txt").write_text(
         "% Version: COMSOL 6.2\n% Time (ms)    Temperature (degC), Maximum\n"
-        + "\n".join(f"{1e3 * t:.9g}  {v - 273.15:.9g}" for t, v in zip(data.time, data.values["peak_K"], strict=True))
+        + "\n".join(f"{1e3 * t:.9g}  {v - 273.15:.9g}" for t, v in zip(data.time, data.values["peak_K"], strict=True)),
+        encoding="utf-8",
     )
     assert main(["sink", "--against", "comsol.txt"]) == 1
     out = capsys.readouterr().out
@@ -115,14 +116,14 @@ def test_the_command(case: Case, monkeypatch: pytest.MonkeyPatch, capsys: pytest
     assert "comsol.txt (COMSOL table, 301 rows, 0 s to 50.0 ms): time is" in out
     assert '"Temperature (degC), Maximum"' in " ".join(out.split())
     assert "not as expected: against_peak" in out
-    summary = json.loads(Path("results/sink-1V-against-comsol.txt/summary.json").read_text())
+    summary = json.loads(Path("results/sink-1V-against-comsol.txt/summary.json").read_text(encoding="utf-8"))
     assert summary["against"]["columns"] == {"time_s": "Time (ms)", "peak_K": "Temperature (degC), Maximum"}
     assert summary["checks"][-1]["id"] == "against_peak"
     assert any(step["step"] == "against comsol.txt" for step in summary["plan"])
-    figure = Path("results/sink-1V-against-comsol.txt/figure6.svg").read_text()
+    figure = Path("results/sink-1V-against-comsol.txt/figure6.svg").read_text(encoding="utf-8")
     assert "peak, comsol.txt" in figure
     assert "against_peak DIFFERS" in figure
-    report = Path("results/sink-1V-against-comsol.txt/report.html").read_text()
+    report = Path("results/sink-1V-against-comsol.txt/report.html").read_text(encoding="utf-8")
     assert "comsol.txt" in report
     assert "Temperature (degC), Maximum" in report
     for wrong in (["--steady"], ["--only", "1d"]):
@@ -182,7 +183,9 @@ def test_a_start_that_is_off_is_judged_against_what_the_data_are_known_to(
     times = np.linspace(0, 0.02, 60)
     data = made(case.fem3d, times)
     rows = zip(times, data.values["end_K"] + np.where(times == 0, 0.6, 0.0), strict=True)
-    Path("noisy.csv").write_text("time (s),end (K)\n" + "\n".join(f"{t:.9g},{v:.9g}" for t, v in rows))
+    Path("noisy.csv").write_text(
+        "time (s),end (K)\n" + "\n".join(f"{t:.9g},{v:.9g}" for t, v in rows), encoding="utf-8"
+    )
     assert main(["sink", "--against", "noisy.csv", "--no-figures"]) == 2
     assert "--data-uncertainty" in capsys.readouterr().err
     for u, said in (("0.3K", False), ("0.5K", False), ("0.25K", True)):

@@ -130,7 +130,7 @@ def test_times_that_repeat_or_step_back_are_not_merged(second: list[float], tmp_
 
 def test_a_voltage_that_varies_over_time_is_no_parameter(tmp_path: Path) -> None:
     path = tmp_path / "a.csv"
-    path.write_text("time (ms),voltage (V),peak (K)\n0,0,293\n1,1,294\n2,1.01,295\n")
+    path.write_text("time (ms),voltage (V),peak (K)\n0,0,293\n1,1,294\n2,1.01,295\n", encoding="utf-8")
     data = read(path, SINK)
     assert len(data.time) == 3
     assert data.left_out == {"voltage (V)": "varies over time"}

@@ -29,7 +29,7 @@ WORK = {"reference": REFERENCE, "rows": ROWS, "targets": work.targets(ROWS)}
     [("[1]", "no file of numbers"), ('{"schema": 1, "machine": {}}', "another version's form")],
 )
 def test_what_is_no_file_of_this_benchmark(text, sentence, capsys):
-    Path("other.json").write_text(text)
+    Path("other.json").write_text(text, encoding="utf-8")
     assert main(["bench", "--from", "other.json"]) == 2
     assert sentence in capsys.readouterr().err
 
@@ -38,11 +38,11 @@ def test_what_is_no_file_of_this_benchmark(text, sentence, capsys):
 def test_a_page_is_made_of_numbers_measured_before(tmp_path, capsys):
     skips = [{"skip": "symmetry", "failure": "", "on_s": 0.5, "off_s": 2.0}]
     numbers = {"schema": 2, "quick": False, "machine": MACHINE, "skips": skips, "steady": WORK}
-    (tmp_path / "found.json").write_text(json.dumps(numbers))
+    (tmp_path / "found.json").write_text(json.dumps(numbers), encoding="utf-8")
     written = tmp_path / "page.md"
     given = ["--from", str(tmp_path / "found.json"), "--part", "skips", "--markdown", str(written)]
     assert main(["bench", *given]) == 0
-    text = written.read_text()
+    text = written.read_text(encoding="utf-8")
     assert (
         "| 1 % | 2 s | 0.5 s | 1 s; **ahead: 2.0 times as fast as our whole run**; "
         "2.0 times as long as our solve on a given mesh |"

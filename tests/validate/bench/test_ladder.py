@@ -196,7 +196,7 @@ def test_the_budget_is_drawn(transient: bool, tmp_path: Path) -> None:
         assert save(figure, tmp_path, "why") == ["why.png", "why.svg"]
     # A bar for each quantity, and over time an area beside each.
     assert len(figure.axes) == (6 if transient else 3)
-    text = (tmp_path / "why.svg").read_text()
+    text = (tmp_path / "why.svg").read_text(encoding="utf-8")
     assert all(part.blame in text for part in why.steady[0].parts)
 
 

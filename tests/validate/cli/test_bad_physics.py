@@ -255,7 +255,7 @@ def test_a_scene_that_cannot_be_is_refused(case: str, tmp_path: Path, capsys: py
     for old, new in changes:
         assert text.count(old) == 1
         text = text.replace(old, new)
-    (tmp_path / "mine.toml").write_text(text)
+    (tmp_path / "mine.toml").write_text(text, encoding="utf-8")
     message = refused("solve mine.toml", tmp_path, capsys)
     for words in said:
         assert words in message
@@ -267,5 +267,5 @@ def test_a_sink_that_cannot_be_is_refused(setting: str, tmp_path: Path, capsys: 
 
 
 def test_what_the_bad_scenes_are_made_of_is_fine(tmp_path: Path) -> None:
-    (tmp_path / "mine.toml").write_text(BEAM)
+    (tmp_path / "mine.toml").write_text(BEAM, encoding="utf-8")
     assert main(["solve", "mine.toml", "--no-figures", "--quiet"]) == 0

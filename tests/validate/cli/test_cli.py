@@ -50,7 +50,7 @@ def test_summary_has_the_contract() -> None:
 
 def test_traces() -> None:
     sink()
-    with open("results/sink-1V/traces.csv") as file:
+    with open("results/sink-1V/traces.csv", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     quantities = ("peak_K", "end_K", "mean_K", "current_A", "power_W")
     assert list(rows[0]) == ["time_s", *(f"{m}_{q}" for m in ("fem3d", "reduced1d") for q in quantities)]
@@ -136,7 +136,7 @@ def test_json_and_quiet(capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_scene_goes_round(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["scene", "sink"]) == 0
-    Path("mine.toml").write_text(capsys.readouterr().out)
+    Path("mine.toml").write_text(capsys.readouterr().out, encoding="utf-8")
     assert sink("mine.toml", "--steady", "--out", "mine") == 0
     assert summary("mine")["scene"] == json.loads(json.dumps(summary("mine")["scene"]))
 
@@ -191,7 +191,9 @@ def test_fields_open_in_pyvista() -> None:
     assert grid.cell_data["heat_source_W_per_m3"].tolist() == [1e10]
     assert grid.field_data["material_silicon"].tolist() == [0]
     # The 1D model beside it: its own rises, and by how much they are above 3D's.
-    summary = json.loads(Path("results/sink-1V-fields-500us-2ms/summary.json").read_text())["reduced1d"]["steady"]
+    summary = json.loads(Path("results/sink-1V-fields-500us-2ms/summary.json").read_text(encoding="utf-8"))[
+        "reduced1d"
+    ]["steady"]
     assert grid.point_data["rise_1d_K"].max() == pytest.approx(summary["peak_rise_K"]["value"])
     assert grid.point_data["rise_1d_K"].min() == pytest.approx(summary["end_rise_K"]["value"])
     assert grid.point_data["difference_K"] == pytest.approx(grid.point_data["rise_1d_K"] - grid.point_data["rise_K"])
@@ -229,15 +231,15 @@ def test_figures_without_opengl(monkeypatch: pytest.MonkeyPatch, capsys: pytest.
     found = summary()
     assert {f"figure{n}.{kind}" for n in (4, 5, 6, 7) for kind in ("png", "svg")} <= set(found["files"])
     assert "from above" in next(step["reason"] for step in found["plan"] if step["step"] == "figure4")
-    svg = Path("results/sink-1V/figure7.svg").read_text()
+    svg = Path("results/sink-1V/figure7.svg").read_text(encoding="utf-8")
     assert "current (mA)" in svg
     assert "fig7_current DIFFERS" in svg
-    assert "mean, 1D" in Path("results/sink-1V/figure6.svg").read_text()
+    assert "mean, 1D" in Path("results/sink-1V/figure6.svg").read_text(encoding="utf-8")
 
 
 def python(*arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
     env = {**os.environ, "PYTHONPATH": str(ROOT), **environment}
-    return subprocess.run([sys.executable, *arguments], capture_output=True, text=True, env=env, check=False)
+    return subprocess.run([sys.executable, *arguments], capture_output=True, encoding="utf-8", env=env, check=False)
 
 
 @pytest.mark.long
@@ -274,7 +276,7 @@ def test_what_is_not_asked_for_is_not_imported(command: str, heavy: str) -> None
 def test_a_reader_that_stops_reading() -> None:
     command = f"{sys.executable} -m validate scene sink | head -c 1"
     env = {**os.environ, "PYTHONPATH": str(ROOT)}
-    found = subprocess.run(command, shell=True, capture_output=True, text=True, env=env, check=True)
+    found = subprocess.run(command, shell=True, capture_output=True, encoding="utf-8", env=env, check=True)
     assert found.stderr == ""
 
 

@@ -3,7 +3,6 @@ a sentence where it is refused, and leaves every file that was there as it was."
 
 from __future__ import annotations
 
-import resource
 import shlex
 import warnings
 from hashlib import sha256
@@ -14,7 +13,7 @@ import pytest
 from validate.cli import main
 from validate.processes import limited
 
-SECONDS, KILOBYTES = 60, 4_000_000
+SECONDS = 60
 
 RISES = ((0, 293), (1e-3, 303), (5e-3, 311), (0.02, 313))
 ROWS = "".join(f"{t},{v}\n" for t, v in RISES)
@@ -197,9 +196,9 @@ LINES = (
 def mine(tmp_path: Path) -> dict[str, str]:
     """A folder of somebody's files, and what is in them."""
     (tmp_path / "mine").mkdir()
-    (tmp_path / "mine.txt").write_text("mine")
+    (tmp_path / "mine.txt").write_text("mine", encoding="utf-8")
     for name in ("model.py", "summary.json", "notes.txt"):
-        (tmp_path / "mine" / name).write_text("mine")
+        (tmp_path / "mine" / name).write_text("mine", encoding="utf-8")
     (tmp_path / "link").symlink_to("mine")
     return contents(tmp_path)
 
@@ -239,7 +238,6 @@ def test_no_fault_nothing_lost_in_time(
     assert before.items() <= contents(tmp_path).items()
     if status:
         assert not [name for name in contents(tmp_path) if name not in before]
-    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss < KILOBYTES
 
 
 def test_there_are_two_hundred() -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -42,17 +41,17 @@ def bash(line: str) -> set[str]:
     listed = " ".join(f"'{word}'" for word in words)
     asked = f"COMP_WORDS=({listed}); COMP_CWORD={len(words) - 1}; _validate 2> /dev/null"
     code = f"{script('bash')}\n{asked}; printf '%s\\n' \"${{COMPREPLY[@]}}\""
-    found = subprocess.run(["bash", "-c", code], capture_output=True, text=True, check=True)
+    found = subprocess.run(["bash", "-c", code], capture_output=True, encoding="utf-8", check=True)
     return set(found.stdout.splitlines()) - {""}
 
 
-@pytest.mark.skipif(shutil.which("bash") is None, reason="no bash here")
+@pytest.mark.needs("bash")
 @pytest.mark.parametrize("line", ASKED)
 def test_bash_completes(line: str) -> None:
     assert bash(line) - {"--help", "--version"} == ASKED[line]
 
 
-@pytest.mark.skipif(shutil.which("bash") is None, reason="no bash here")
+@pytest.mark.needs("bash")
 def test_files_are_offered_where_they_fit() -> None:
     subprocess.run(["touch", "mine.toml"], check=True)
     assert "mine.toml" in bash("validate sink m")
@@ -63,7 +62,7 @@ def test_files_are_offered_where_they_fit() -> None:
 
 
 @pytest.mark.long
-@pytest.mark.skipif(shutil.which("bash") is None, reason="no bash here")
+@pytest.mark.needs("bash")
 def test_keys_of_a_scene_of_boxes_are_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PATH", f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}")
     assert bash("validate solve bridge --set box.beam.upper.") == {f"box.beam.upper.{axis}=" for axis in "xyz"}
@@ -96,19 +95,17 @@ def refusal(name: str, key: str) -> str:
     return ""
 
 
-@pytest.mark.parametrize("shell", ["zsh", "fish"])
+@pytest.mark.parametrize("shell", [pytest.param(shell, marks=pytest.mark.needs(shell)) for shell in ("zsh", "fish")])
 def test_the_script_is_the_shells_language(shell: str) -> None:
-    if shutil.which(shell) is None:
-        pytest.skip(f"no {shell} here")
-    found = subprocess.run([shell, "-n"], input=script(shell), capture_output=True, text=True, check=False)
+    found = subprocess.run([shell, "-n"], input=script(shell), capture_output=True, encoding="utf-8", check=False)
     assert (found.returncode, found.stderr) == (0, "")
 
 
-@pytest.mark.skipif(shutil.which("fish") is None, reason="no fish here")
+@pytest.mark.needs("fish")
 @pytest.mark.parametrize("line", ASKED)
 def test_fish_completes(line: str) -> None:
     code = f"{script('fish')}\ncomplete -C '{line}'"
-    found = subprocess.run(["fish", "--no-config", "-c", code], capture_output=True, text=True, check=True)
+    found = subprocess.run(["fish", "--no-config", "-c", code], capture_output=True, encoding="utf-8", check=True)
     assert {row.split("\t")[0] for row in found.stdout.splitlines()} >= ASKED[line]
 
 
@@ -161,7 +158,7 @@ def test_quiet_is_quiet() -> None:
 
 
 def in_a_pipe(quiet: bool, seconds: float) -> str:
-    return subprocess.run(command(quiet, seconds), capture_output=True, text=True, cwd=ROOT, check=True).stderr
+    return subprocess.run(command(quiet, seconds), capture_output=True, encoding="utf-8", cwd=ROOT, check=True).stderr
 
 
 def test_a_pipe_is_told_every_now_and_then() -> None:

@@ -78,7 +78,7 @@ def test_the_summary_has_the_contract(full: tuple[str, Path]) -> None:
 
 def test_traces_have_a_row_per_sample_and_obey_eq_21() -> None:
     assert device(*QUICK, "--no-figures", "--figure", "9", "--quiet", "--out", "one") == 0
-    with open("one/traces.csv") as file:
+    with open("one/traces.csv", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert list(rows[0]) == ["time_s", *(f"reduced1d_{name}" for name in QUANTITIES)]
     columns = {name: np.array([float(row[name]) for row in rows]) for name in rows[0]}
@@ -98,7 +98,7 @@ def test_what_is_exported_is_said_and_kept(capsys: pytest.CaptureFixture[str]) -
     assert "outside.temperature outside_temperature outside_temperature" in said
     kept = {entry.name for entry in Path("my-sensor").iterdir()} - {"__pycache__"}
     assert kept - {"model.fmu", "controllers.fmu"} == {"model.json", "model.py", "model.cir", "controllers.py"}
-    made = json.loads(Path("my-sensor/model.json").read_text())
+    made = json.loads(Path("my-sensor/model.json").read_text(encoding="utf-8"))
     assert made["controllers"]["gain_V"] == [0.5, 0.05]
     worst = made["error"]["closed loop"]["over time"]["sensor_K"]
     assert worst["error"] == pytest.approx(17.5 * worst["relative"])
@@ -126,13 +126,13 @@ def test_all_figures_are_drawn() -> None:
     assert device(*QUICK, *named, "--quiet", "--out", "all") == 0
     drawn = {f"{name}.{kind}" for name in FIGURES for kind in ("png", "svg")}
     assert {entry.name for entry in Path("all").iterdir()} == drawn | {"report.html", "summary.json", "traces.csv"}
-    assert "fig12_same_time DIFFERS: same, all steps, paper " in Path("all/figure12.svg").read_text()
-    assert "-150.0 \N{MICRO SIGN}W/K" in Path("all/figure13.svg").read_text()
+    assert "fig12_same_time DIFFERS: same, all steps, paper " in Path("all/figure12.svg").read_text(encoding="utf-8")
+    assert "-150.0 \N{MICRO SIGN}W/K" in Path("all/figure13.svg").read_text(encoding="utf-8")
 
 
 def test_the_scene_is_printed_and_reads_back(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     assert main(["scene", "device"]) == 0
-    (tmp_path / "copy.toml").write_text(capsys.readouterr().out)
+    (tmp_path / "copy.toml").write_text(capsys.readouterr().out, encoding="utf-8")
     assert load("copy.toml", scene_type=DEVICE) == load("device", scene_type=DEVICE)
 
 
@@ -201,7 +201,7 @@ def test_extremes_are_told_in_words_and_in_columns_apart(settings: str, capsys: 
     # Name, before, after, peak, at and up to two times, each a number with its unit or a word.
     cell = r"\s+(?:-?[\d.]+(?:e[+-]\d+)? \w+|never)"
     assert all(re.fullmatch(rf"  [a-z ]+?(?:{cell}){{4,6}}", row) for row in rows), rows
-    page = Path("one/report.html").read_text()
+    page = Path("one/report.html").read_text(encoding="utf-8")
     assert EXTREMES[settings].split(",")[0] in page.replace("&nbsp;", " ").replace("&#x27;", "'")
 
 
@@ -224,7 +224,7 @@ def test_a_meter_that_tells_nothing_says_so(full: tuple[str, Path]) -> None:
 
 
 def test_the_report_has_names_and_units(full: tuple[str, Path]) -> None:
-    page = (full[1] / "report.html").read_text().replace("&nbsp;", " ")
+    page = (full[1] / "report.html").read_text(encoding="utf-8").replace("&nbsp;", " ")
     assert not re.search(r"sink_K|sensor_power_W|_ohm|_per_s|time_s", page)
     assert '<th>check</th><th>of</th><th class="n">paper</th><th class="n">1D</th>' in page
     for said in ("at least ", "heat into polymer", "within 0.1 %", "lowest", "177.17 K", "371304J-01"):
@@ -270,14 +270,14 @@ def test_in_3d_beside_1d(tmp_path, capsys):
     code = main(["device", "--3d", "--figure", "9", "--no-figures", "--set", "run.end_time=0.3", "--accuracy", "1e-2",
                  "--out", str(tmp_path / "run")])  # fmt: skip
     assert code == 0
-    summary = json.loads((tmp_path / "run" / "summary.json").read_text())
+    summary = json.loads((tmp_path / "run" / "summary.json").read_text(encoding="utf-8"))
     three, one = summary["fem3d"], summary["reduced1d"]
     for part in ("steady", "steady_before", "peaks"):
         assert set(one[part]) <= set(three[part])
     assert all("error" in value for value in three["steady"].values())
     assert three["steady"]["sink_power_W"]["value"] == pytest.approx(4.41e-3, rel=1e-2)
     assert [s["quantity"] for s in three["settling"]] == [s["quantity"] for s in one["settling"]]
-    header = (tmp_path / "run" / "traces.csv").read_text().splitlines()[0].split(",")
+    header = (tmp_path / "run" / "traces.csv").read_text(encoding="utf-8").splitlines()[0].split(",")
     assert {f"fem3d_{name}" for name in three["peaks"]} | {"fem3d_polymer_top_W"} <= set(header)
     # What the flow's error is stands where its values do.
     flow = f"{1e6 * three['errors']['polymer_flux_W']:.2g} uW"

@@ -58,9 +58,9 @@ def _somewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "here" / "sub").mkdir(parents=True)
     monkeypatch.chdir(tmp_path / "here")
     for name in ("model.csv", "values.csv", "others.csv"):
-        Path(name).write_text("probe,value\nmiddle,300\nbeam mean,290\n")
+        Path(name).write_text("probe,value\nmiddle,300\nbeam mean,290\n", encoding="utf-8")
     for name in ("a.csv", "b.csv", "sub/a.csv", "../a.csv"):
-        Path(name).write_text("time (ms),peak (K)\n0,293\n1,294\n2,295\n3,296\n")
+        Path(name).write_text("time (ms),peak (K)\n0,293\n1,294\n2,295\n3,296\n", encoding="utf-8")
 
 
 def folder(command: str, arguments: str, monkeypatch: pytest.MonkeyPatch) -> Path:
@@ -112,7 +112,9 @@ def test_what_replaces_an_earlier_run_says_so(capsys: pytest.CaptureFixture[str]
     assert main(first) == 0
     assert "Replaces" not in capsys.readouterr().out
     assert summary("my run")["command"] == "validate sink --no-figures --out 'my run'"
-    assert "validate sink --no-figures --out &#x27;my run&#x27;" in Path("my run/report.html").read_text()
+    assert "validate sink --no-figures --out &#x27;my run&#x27;" in Path("my run/report.html").read_text(
+        encoding="utf-8"
+    )
     main([*first, "--steady"])
     said = " ".join(capsys.readouterr().out.split())
     assert (
@@ -129,7 +131,7 @@ def test_the_command_line_of_device_and_solve() -> None:
     ):
         assert main([*command.split(), "--out", "there"]) == 0
         assert summary("there")["command"] == f"validate {command} --out there"
-        assert f"validate {command} --out there" in Path("there/report.html").read_text()
+        assert f"validate {command} --out there" in Path("there/report.html").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("command", ["sink", "device", "solve bridge"])

@@ -23,7 +23,7 @@ def narrow() -> Iterator[int]:
     """Standard output and errors on a terminal of 20 columns: what was written can be read from what is given."""
     ours, theirs = pty.openpty()
     fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 20, 0, 0))
-    with os.fdopen(theirs, "w") as stream, redirect_stderr(stream), redirect_stdout(stream):
+    with os.fdopen(theirs, "w", encoding="utf-8") as stream, redirect_stderr(stream), redirect_stdout(stream):
         yield ours
     os.close(ours)
 

@@ -32,7 +32,7 @@ def test_the_chosen_model_is_named(reduction: str, capsys: pytest.CaptureFixture
     assert {id_ for id_, model in named.items() if model} == {"fig4", "fig6_peak", "fig6_end", "fig7_current"}
     assert set(filter(None, named.values())) == {reduction}
     assert any(step["step"] == "1D model" and reduction in step["reason"] for step in found["plan"])
-    heads = Path(folder, "traces.csv").read_text().splitlines()[0].split(",")
+    heads = Path(folder, "traces.csv").read_text(encoding="utf-8").splitlines()[0].split(",")
     assert "reduced1d_peak_K" in heads
     assert len(heads) == 11
 
@@ -97,9 +97,9 @@ def test_a_compact_model_is_written(capsys: pytest.CaptureFixture[str]) -> None:
     command = ["solve", "bridge", "--no-figures", "--accuracy", "1e-2", "--out", "run"]
     assert main([*command, "--export", "new/mine", "--states", "2"]) == 0
     assert "Exported a compact model (2 states, within" in " ".join(capsys.readouterr().out.split())
-    found = json.loads(Path("new/mine/model.json").read_text())
+    found = json.loads(Path("new/mine/model.json").read_text(encoding="utf-8"))
     assert found["states"] == 2
-    assert Path("new/mine/model.py").read_text().startswith('"""Compact model of "bridge": 2 states')
+    assert Path("new/mine/model.py").read_text(encoding="utf-8").startswith('"""Compact model of "bridge": 2 states')
 
 
 def test_a_thick_layer_is_warned_of(capsys: pytest.CaptureFixture[str]) -> None:

@@ -143,9 +143,9 @@ REFUSED = {
 def test_bad_input_is_one_sentence(command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     scenes = {f"{name}.toml": builtin_text(name.rpartition(" ")[2]) for name in ("my bridge", "sink", "device")}
     scenes["empty.toml"] = '[scene]\nname = "nothing"\n'
-    (tmp_path / "file").write_text("")
+    (tmp_path / "file").write_text("", encoding="utf-8")
     for name in (name for name in scenes if name in command):
-        (tmp_path / name).write_text(scenes[name])
+        (tmp_path / name).write_text(scenes[name], encoding="utf-8")
     names = {path.name for path in tmp_path.iterdir()}
     assert main(shlex.split(command)) == 2
     out, err = capsys.readouterr()

@@ -40,7 +40,7 @@ sys.exit(command())
 def test_an_interrupt_while_it_starts_is_no_traceback(module: str, name: str, tmp_path: Path) -> None:
     code = INTERRUPTED.format(module=module, name=name)
     command = [sys.executable, "-c", code, "sink", "--steady", "--no-figures", "--out", "run"]
-    found = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, check=False)
+    found = subprocess.run(command, capture_output=True, encoding="utf-8", cwd=tmp_path, check=False)
     assert found.returncode in (130, -2)  # a shell shows both as 130
     assert found.stderr in ("", "validate: interrupted; earlier results are as they were\n")
     assert list(tmp_path.iterdir()) == []
@@ -52,7 +52,9 @@ def test_nothing_is_read_from_files_before_an_interrupt_is_provided_for() -> Non
         "import sys; before = set(sys.modules); import validate.__main__; "
         "print(*sorted(set(sys.modules) - before - set(sys.builtin_module_names)))"
     )
-    found = subprocess.run([sys.executable, "-S", "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    found = subprocess.run(
+        [sys.executable, "-S", "-c", code], capture_output=True, encoding="utf-8", check=True, cwd=ROOT
+    )
     assert found.stdout.split() == ["validate", "validate.__main__"]
 
 
@@ -66,20 +68,22 @@ def test_without_standard_streams(closed: tuple[int, ...], tmp_path: Path) -> No
             os.close(stream)
 
     command = [*START, "sink", "--only", "1d", "--no-figures", "--out", "run"]
-    found = subprocess.run(command, preexec_fn=close, capture_output=True, text=True, cwd=tmp_path, check=False)
+    found = subprocess.run(command, preexec_fn=close, capture_output=True, encoding="utf-8", cwd=tmp_path, check=False)
     assert found.returncode == 0
     assert ("peak" in found.stdout) == (1 not in closed)
     assert found.stderr == ""
     assert summary(tmp_path / "run")["reduced1d"]["steady"]["peak_rise_K"]["value"] == pytest.approx(19.0, rel=1e-3)
     bad = [*START, "sink", "--voltage", "abc"]
-    found = subprocess.run(bad, preexec_fn=close, capture_output=True, text=True, cwd=tmp_path, check=False)
+    found = subprocess.run(bad, preexec_fn=close, capture_output=True, encoding="utf-8", cwd=tmp_path, check=False)
     assert (found.returncode, found.stdout) == (2, "")
     assert found.stderr.startswith("validate: drive.voltage") == (2 not in closed)
 
 
 def test_a_full_standard_output_is_a_sentence(tmp_path: Path) -> None:
-    with open("/dev/full", "w") as full:
-        found = subprocess.run([*START, "scene", "sink"], stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    with open("/dev/full", "w", encoding="utf-8") as full:
+        found = subprocess.run(
+            [*START, "scene", "sink"], stdout=full, stderr=subprocess.PIPE, encoding="utf-8", check=False
+        )
     assert (found.returncode, found.stderr) == (
         2, "validate: standard output cannot be written (No space left on device)\n",
     )  # fmt: skip
@@ -88,17 +92,19 @@ def test_a_full_standard_output_is_a_sentence(tmp_path: Path) -> None:
 @pytest.mark.long
 def test_a_system_that_writes_ascii(tmp_path: Path) -> None:
     """A name that the command line has passes through; one from a file is refused in a sentence."""
-    bridge = subprocess.run([*START, "scene", "bridge"], capture_output=True, text=True, check=True).stdout
-    (tmp_path / "mine.toml").write_text(bridge.replace('name = "bridge"', 'name = "\N{HEBREW LETTER GIMEL}"', 1))
+    bridge = subprocess.run([*START, "scene", "bridge"], capture_output=True, encoding="utf-8", check=True).stdout
+    (tmp_path / "mine.toml").write_text(
+        bridge.replace('name = "bridge"', 'name = "\N{HEBREW LETTER GIMEL}"', 1), encoding="utf-8"
+    )
     ascii_only = os.environ | {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
     command = [*START, "solve", "mine.toml", "--no-figures", "--quiet"]
-    found = subprocess.run(command, env=ascii_only, cwd=tmp_path, capture_output=True, text=True, check=False)
+    found = subprocess.run(command, env=ascii_only, cwd=tmp_path, capture_output=True, encoding="utf-8", check=False)
     assert found.returncode == 2
     assert found.stderr.count("\n") == 1
     assert "in ascii, which has no" in found.stderr
     folder = "\N{HEBREW LETTER GIMEL}"
     command = [*START, "solve", "bridge", "--no-figures", "--quiet", "--out", folder]
-    found = subprocess.run(command, env=ascii_only, cwd=tmp_path, capture_output=True, text=True, check=False)
+    found = subprocess.run(command, env=ascii_only, cwd=tmp_path, capture_output=True, encoding="utf-8", check=False)
     assert found.returncode == 0
     assert folder in summary(tmp_path / folder)["command"]
 
@@ -106,7 +112,7 @@ def test_a_system_that_writes_ascii(tmp_path: Path) -> None:
 def test_a_file_name_that_is_not_utf_8(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     name = os.fsdecode(b"\xff.toml")
     main(["scene", "bridge"])
-    Path(name).write_text(capsys.readouterr().out)
+    Path(name).write_text(capsys.readouterr().out, encoding="utf-8")
     assert main(["solve", name, "--no-figures", "--out", "run"]) == 0
     assert json.loads(Path("run/summary.json").read_bytes())["command"].startswith("validate solve '\\xff.toml'")
     assert main(["solve", name.replace("toml", "tml")]) == 2
@@ -123,10 +129,10 @@ def test_a_file_name_that_is_not_utf_8(tmp_path: Path, capsys: pytest.CaptureFix
     ],
 )
 def test_a_missing_package_is_named(module: str, package: str, command: str, tmp_path: Path) -> None:
-    (tmp_path / f"{module}.py").write_text(f"raise ModuleNotFoundError('none', name='{module}')")
+    (tmp_path / f"{module}.py").write_text(f"raise ModuleNotFoundError('none', name='{module}')", encoding="utf-8")
     run = [*START, *command.split()]
     path = os.environ | {"PYTHONPATH": str(tmp_path)}
-    found = subprocess.run(run, env=path, cwd=tmp_path, capture_output=True, text=True, check=False)
+    found = subprocess.run(run, env=path, cwd=tmp_path, capture_output=True, encoding="utf-8", check=False)
     said = f"validate: the package {package} is missing: pip install {package}\n"
     # Progress may stand above it.
     assert (found.returncode, found.stderr.splitlines(keepends=True)[-1]) == (2, said)

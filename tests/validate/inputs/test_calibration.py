@@ -112,11 +112,11 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     truth = ["sink", "--set", f"{OXIDE}=1.2", "--accuracy", "1e-2", "--only", "3d", "--no-figures",
              "--quiet", "--out", str(steady)]  # fmt: skip
     assert main(truth) == 0
-    names, *rows = [line.split(",") for line in (steady / "traces.csv").read_text().splitlines()]
+    names, *rows = [line.split(",") for line in (steady / "traces.csv").read_text(encoding="utf-8").splitlines()]
     columns = [names.index(name) for name in ("time_s", "fem3d_peak_K", "fem3d_end_K")]
     file = tmp_path / "mine.csv"
     lines = [",".join(row[c] for c in columns) for row in rows]
-    file.write_text("\n".join(["time (s),peak (K),end (K)", *lines]) + "\n")
+    file.write_text("\n".join(["time (s),peak (K),end (K)", *lines]) + "\n", encoding="utf-8")
     capsys.readouterr()
     arguments = ["sink", "--against", str(file), "--data-uncertainty", "0.1K", "--calibrate", OXIDE,
                  "--accuracy", "1e-2", "--no-figures", "--out", str(tmp_path / "run")]  # fmt: skip
@@ -126,7 +126,7 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     (line,) = re.findall(r"thermal_conductivity = (\S+)", said)
     assert len(line) <= 7
     assert max(map(len, said.splitlines())) <= 80
-    summary = json.loads((tmp_path / "run" / "summary.json").read_text())
+    summary = json.loads((tmp_path / "run" / "summary.json").read_text(encoding="utf-8"))
     found = summary["calibration"]["keys"][OXIDE]
     assert found["start"] == 1.38
     assert found["interval"][0] < 1.2 < found["interval"][1]
@@ -138,6 +138,6 @@ def test_without_data_or_their_uncertainty_it_is_refused(
     given: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file = tmp_path / "mine.csv"
-    file.write_text("time (ms),peak (K)\n0,293\n1,303\n2,306\n3,308\n")
+    file.write_text("time (ms),peak (K)\n0,293\n1,303\n2,306\n3,308\n", encoding="utf-8")
     assert main(["sink", *(str(file) if word == "FILE" else word for word in given)]) == 2
     assert capsys.readouterr().err.count("\n") == 1

@@ -130,13 +130,13 @@ def test_an_effect_with_which_the_sink_runs_away_decides(monkeypatch: pytest.Mon
 @pytest.mark.usefixtures("no_field")
 def test_it_is_told_kept_and_drawn(tmp_path: Path) -> None:
     run = compare.run(SINK, steady=True, left_out=True, out=tmp_path / "run", figures=True)
-    summary = json.loads((tmp_path / "run" / "summary.json").read_text())
+    summary = json.loads((tmp_path / "run" / "summary.json").read_text(encoding="utf-8"))
     assert {*summary["left_out"]} == {*left_out.EFFECTS, "together"}
     assert {*left_out.EFFECTS} == {"conductivity", "contact", "gap_gas", "radiation", "substrate", "air"}
     assert (tmp_path / "run" / "left_out.png").exists()
     assert summary["answer"].startswith("In air ")
     assert run.outcome.left_out is not None
-    page = (tmp_path / "run" / "report.html").read_text()
+    page = (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
     assert page.index("What both models leave out") < page.index("their sum")
     assert any(step["step"] == "left_out" for step in summary["plan"])
 

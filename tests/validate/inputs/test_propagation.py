@@ -124,7 +124,7 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     said = capsys.readouterr().out
     assert "Inputs known to" in said
     assert max(map(len, said.splitlines())) <= 80
-    found = json.loads((folder / "summary.json").read_text())
+    found = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     end = found["fem3d"]["steady"]["end_rise_K"]
     # Silicon 0.758 x 8.8 %, resistivity 0.993 x 4.8 %, oxide 0.235 x 2.3 %, its thickness 0.235 x 5 %, the coefficient.
     assert end["u_input"] / end["value"] == pytest.approx(0.0835, rel=0.01)
@@ -141,7 +141,7 @@ def test_samples_by_the_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     arguments = ["sink", "--uncertain", "oxide_thickness=5%", "--monte-carlo", "10", "--steady", "--accuracy", "2e-2",
                  "--no-figures", "--quiet", "--out", str(tmp_path / "run")]  # fmt: skip
     assert main(arguments) == 0
-    found = json.loads((tmp_path / "run" / "summary.json").read_text())["monte_carlo"]
+    found = json.loads((tmp_path / "run" / "summary.json").read_text(encoding="utf-8"))["monte_carlo"]
     spread = found["fem3d"]["end_rise_K"]
     assert spread["deviation"] == pytest.approx(spread["linear"], abs=3 * spread["standard_error"])
     assert found["count"] == 10

@@ -83,14 +83,14 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     said = capsys.readouterr().out
     assert "anchor.pad_width" in said
     assert max(map(len, said.splitlines())) <= 80
-    summary = json.loads((folder / "summary.json").read_text())
+    summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     slope = summary["sensitivities"]["anchor.oxide_thickness"]["end_rise_K"]
     assert slope["fem3d"]["value"] == pytest.approx(0.2345, abs=slope["fem3d"]["error"])
     assert slope["reduced1d"]["value"] == pytest.approx(0.3109, abs=1e-4)
     checks = {check["id"]: check["verdict"] for check in summary["checks"]}
     assert checks["slope_anchor.pad_width"] == "differs"
     assert checks["slope_drive.voltage"] == "agrees"
-    assert "Sensitivities" in (folder / "report.html").read_text()
+    assert "Sensitivities" in (folder / "report.html").read_text(encoding="utf-8")
 
 
 @pytest.mark.long
@@ -110,13 +110,13 @@ def test_a_free_scene(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Non
     said = capsys.readouterr().out
     assert max(map(len, said.splitlines())) <= 80
     assert "0, of which there is no percent: boundary.right electrode.voltage." in said
-    found = json.loads((folder / "summary.json").read_text())
+    found = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     slope = found["sensitivities"]["box.beam.upper.z"]["current"]["fem3d"]
     # A beam of 2 um is wider across the current by a percent for each percent, nearly.
     assert slope["value"] == pytest.approx(0.989, abs=1e-3)
     current = found["fem3d"]["steady"]["current"]
     assert current["u_input"] == pytest.approx(0.05 * slope["value"] * current["value"])
-    assert "Sensitivities" in (folder / "report.html").read_text()
+    assert "Sensitivities" in (folder / "report.html").read_text(encoding="utf-8")
 
 
 def test_what_no_number_of_a_free_scene_is(capsys: pytest.CaptureFixture[str]) -> None:

@@ -115,7 +115,7 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     data, file = measured(Sink(), 0.1), tmp_path / "mine.csv"
     rows = zip(data.time, data.values["peak_K"], data.values["end_K"], np.full(60, 0.1), strict=True)
     lines = [",".join(map(str, row)) for row in rows]
-    file.write_text("\n".join(["time (s),peak (K),end (K),sigma (K)", *lines]) + "\n")
+    file.write_text("\n".join(["time (s),peak (K),end (K),sigma (K)", *lines]) + "\n", encoding="utf-8")
     arguments = ["sink", "--against", str(file), "--data-uncertainty", "sigma (K)", "--uncertain", f"{OXIDE}=5%",
                  "--accuracy", "1e-2", "--no-figures", "--out", str(tmp_path / "run")]  # fmt: skip
     # The data are none of 3D's, which the scene does not declare.
@@ -123,7 +123,7 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     said = capsys.readouterr().out
     assert "Points of the data within 2 u_val" in said
     assert max(map(len, said.splitlines())) <= 80
-    summary = json.loads((tmp_path / "run" / "summary.json").read_text())
+    summary = json.loads((tmp_path / "run" / "summary.json").read_text(encoding="utf-8"))
     found, checks = summary["validation"], {check["id"]: check for check in summary["checks"]}
     # The ends are worst late: of data / 3D - 1 it is 5 % by the sensitivity of 3D's end to the oxide's conductivity.
     against = checks["against_end"]
@@ -134,7 +134,7 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert end["interval"][0] < 1.32 < end["interval"][1]
     assert end["seen"]
     assert end["u_val"] == pytest.approx(np.hypot(end["u_data"], np.hypot(end["u_input"], end["u_num"])))
-    assert "Validation" in (tmp_path / "run" / "report.html").read_text()
+    assert "Validation" in (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
 
 
 def test_the_figure() -> None:

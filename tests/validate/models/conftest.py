@@ -56,7 +56,7 @@ upper = [0, "10 um", "2 um"]
 def steady(tmp_path: Path) -> Path:
     """The scene in its steady state: the tip rises by g L^2/2k = 100 K."""
     path = tmp_path / "bar.toml"
-    path.write_text(SCENE.format(run="steady = true"))
+    path.write_text(SCENE.format(run="steady = true"), encoding="utf-8")
     return path
 
 
@@ -64,7 +64,7 @@ def steady(tmp_path: Path) -> Path:
 def transient(tmp_path: Path) -> Path:
     """The same over three of its slowest time constants, (2 L/pi)^2/D = 0.16 ms."""
     path = tmp_path / "heating.toml"
-    path.write_text(SCENE.format(run='end_time = "0.5 ms"'))
+    path.write_text(SCENE.format(run='end_time = "0.5 ms"'), encoding="utf-8")
     return path
 
 
@@ -149,6 +149,7 @@ def mute(scene, times):
 
 
 number = 3
-'''
+''',
+        encoding="utf-8",
     )
     return path

@@ -88,14 +88,14 @@ def written(path: Path, times: np.ndarray, k: float, off: float = 0.0) -> Path:
     noisy = {name: v + 0.1 * rng.standard_normal(len(times)) for name, v in found.items()}
     noisy["bar mean"] = noisy["bar mean"] + off
     rows = [f"{name}, {v[0] - 273.15:.9g} degC" for name, v in noisy.items()] if np.isinf(times[-1]) else []
-    path.write_text("\n".join(rows) if rows else lines(noisy))
+    path.write_text("\n".join(rows) if rows else lines(noisy), encoding="utf-8")
     return path
 
 
 def run(scene: Path, *more: str) -> tuple[int, dict[str, Any]]:
     out = scene.parent / "run"
     status = main(["solve", str(scene), "--no-figures", "--out", str(out), *more])
-    return status, json.loads((out / "summary.json").read_text())
+    return status, json.loads((out / "summary.json").read_text(encoding="utf-8"))
 
 
 @pytest.mark.parametrize("at_rest", [False, True])
@@ -164,12 +164,15 @@ def bar(scene, times):
 
 def test_parameters_of_the_model_are_fitted_with_it(transient: Path) -> None:
     """Data of the model itself: its time constant and its end are found, whatever 3D has."""
-    (transient.parent / "own.py").write_text(MODEL)
-    text = transient.read_text() + '\n[model]\nfile = "own.py:bar"\n[model.parameters]\ntop = "80 K"\ntau = "0.1 ms"\n'
-    transient.write_text(text)
+    (transient.parent / "own.py").write_text(MODEL, encoding="utf-8")
+    text = (
+        transient.read_text(encoding="utf-8")
+        + '\n[model]\nfile = "own.py:bar"\n[model.parameters]\ntop = "80 K"\ntau = "0.1 ms"\n'
+    )
+    transient.write_text(text, encoding="utf-8")
     noise = 0.1 * np.random.default_rng(0).standard_normal(len(TIMES))
     file = transient.parent / "mine.csv"
-    file.write_text(lines({"tip": 300 + 95 * (1 - np.exp(-TIMES / 1.7e-4)) + noise}))
+    file.write_text(lines({"tip": 300 + 95 * (1 - np.exp(-TIMES / 1.7e-4)) + noise}), encoding="utf-8")
     keys = ["--calibrate", "model.parameters.top", "--calibrate", "model.parameters.tau"]
     given = ["--model", "scene", "--against", str(file), "--data-uncertainty", "0.1K", *keys]
     status, summary = run(transient, *given)
@@ -189,7 +192,9 @@ def test_the_assertion_and_declared_tolerances(transient: Path) -> None:
     with pytest.raises(AssertionError, match=r"against_bar mean: .*, data \d"):
         assert_traces_agree(transient, file, tip=0.01, **{"bar mean": 0.02})
     declared = transient.parent / "declared.toml"
-    declared.write_text(transient.read_text() + '\n[checks.tolerances]\n"against_bar mean" = 0.2\n')
+    declared.write_text(
+        transient.read_text(encoding="utf-8") + '\n[checks.tolerances]\n"against_bar mean" = 0.2\n', encoding="utf-8"
+    )
     assert compare.solve(declared, against=file).check("against_bar mean").verdict == "agrees"
 
 
@@ -209,7 +214,7 @@ def test_the_assertion_and_declared_tolerances(transient: Path) -> None:
 ])  # fmt: skip
 def test_refused(text: str, more: list[str], said: str, transient: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = transient.parent / "mine.csv"
-    file.write_text(text)
+    file.write_text(text, encoding="utf-8")
     out = transient.parent / "run"
     assert main(["solve", str(transient), "--against", str(file), "--out", str(out), *more]) == 2
     message = capsys.readouterr().err
@@ -222,10 +227,10 @@ def test_refused(text: str, more: list[str], said: str, transient: Path, capsys:
 def test_data_of_which_few_rows_can_be_compared_are_told_so(tmp_path: Path) -> None:
     """Four of the five rows of a square wave are at its jumps, or at the start."""
     file = tmp_path / "mine.csv"
-    file.write_text("time (ms),heater (K)\n0,293\n1,300\n2,302\n3,310\n4,297\n")
+    file.write_text("time (ms),heater (K)\n0,293\n1,300\n2,302\n3,310\n4,297\n", encoding="utf-8")
     with_few = compare.solve("hotplate", against=file, accuracy=1e-2).outcome.warnings
     assert any("mine.csv: 1 of 5 rows are compared" in text for text in with_few)
-    file.write_text("time (ms),heater (K)\n0,293\n0.9,343\n1.9,297\n2.9,343\n4,297\n")
+    file.write_text("time (ms),heater (K)\n0,293\n0.9,343\n1.9,297\n2.9,343\n4,297\n", encoding="utf-8")
     with_most = compare.solve("hotplate", against=file, accuracy=1e-2).outcome.warnings
     assert not any("rows are compared" in text for text in with_most)
 

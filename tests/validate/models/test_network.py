@@ -57,18 +57,18 @@ def test_a_network_without_an_answer_leaves_what_3d_found(
     assert main(["solve", str(steady), "--model", "network", "--no-figures", "--out", str(out)]) == 3
     said = capsys.readouterr()
     assert said.err.endswith("network has no answer: the network runs away; what 3D found is kept\n")
-    summary = json.loads((out / "summary.json").read_text())
+    summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
     assert summary["fem3d"]["steady"]["tip"]["value"] == pytest.approx(400.0)
     assert "reduced1d" not in summary
 
 
 def test_why_of_a_drive_that_varies_is_said(transient: Path) -> None:
     source = 'heat_source = {times = [0, "0.2 ms"], values = [1e12, 2e12]}'
-    transient.write_text(transient.read_text().replace("heat_source = 1e12", source))
+    transient.write_text(transient.read_text(encoding="utf-8").replace("heat_source = 1e12", source), encoding="utf-8")
     out = transient.parent / "run"
     given = ["--model", "network", "--why", "--no-figures", "--accuracy", "1e-2", "--out", str(out)]
     assert main(["solve", str(transient), *given]) == 0
-    summary = json.loads((out / "summary.json").read_text())
+    summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
     assert any("--why is of the steady state" in text for text in summary["warnings"])
 
 

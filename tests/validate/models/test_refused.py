@@ -78,13 +78,6 @@ FAILED = [
     ("lumped.py:mute", "lumped.py, line 73: Mute"),
     ("lumped.py:yes", "no real numbers"),
     ("lumped.py:tuple_", 'returned "tuple"'),
-    ("nodes.cir", "no node called as a probe"),
-    ("broken.cir", "matrix singular: give"),
-    ("floats.cir", "matrix singular, at tip"),
-    ("unknown.cir", "Undefined parameter [nope]"),
-    ("loop.cir", "no voltage sources in a loop"),
-    ("zero.cir", '"tip" is 3e+34: an expression divides by zero'),
-    ("nought.cir", "unknown parameter (inf)"),
     ("word.csv", "tip"),
     ("stranger.csv", "not asked for"),
     ("unit.csv", "is not in K"),
@@ -93,6 +86,15 @@ FAILED = [
     ("odd.py:killed", "odd.py:killed failed: it ended its process, with the signal SIGKILL"),
     ("odd.py:in_thread", "odd.py, line 16: ValueError: in vain"),
     ("odd.py:endless", "odd.py:endless has not answered within 0.01 minutes, and was ended"),
+]
+NO_SOLUTION = [
+    ("nodes.cir", "no node called as a probe"),
+    ("broken.cir", "matrix singular: give"),
+    ("floats.cir", "matrix singular, at tip"),
+    ("unknown.cir", "Undefined parameter [nope]"),
+    ("loop.cir", "no voltage sources in a loop"),
+    ("zero.cir", '"tip" is 3e+34: an expression divides by zero'),
+    ("nought.cir", "unknown parameter (inf)"),
 ]
 ODD = '''import os
 import signal
@@ -140,7 +142,7 @@ def here(steady: Path, model: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPa
     """The folder of the scene and of all these files."""
     others = {"odd.py": ODD, "broken.fmu": "PK", "model.txt": "tip,350\n"}
     for name, text in {**NETLISTS, **TABLES, **PYTHON, **others}.items():
-        (tmp_path / name).write_text(text)
+        (tmp_path / name).write_text(text, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
@@ -154,7 +156,7 @@ def refused(arguments: list[str], why: str, capsys: Any, kept: bool = False) -> 
     assert bool(said.out) == kept == Path("o").exists()
     if kept:
         assert said.err.endswith("; what 3D found is kept\n")
-        found = json.loads(Path("o/summary.json").read_text())
+        found = json.loads(Path("o/summary.json").read_text(encoding="utf-8"))
         assert found["fem3d"]["steady"]["tip"]["value"] == pytest.approx(400.0, rel=1e-3)
         assert not found.get("reduced1d")
 
@@ -163,9 +165,11 @@ def refused(arguments: list[str], why: str, capsys: Any, kept: bool = False) -> 
 @pytest.mark.usefixtures("here")
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork")
 def test_a_model_that_copies_its_process_has_one_run() -> None:
-    Path("forks.py").write_text("import os\n\ndef bar(scene, times):\n    os.fork()\n    return {'tip': 350.0}\n")
+    Path("forks.py").write_text(
+        "import os\n\ndef bar(scene, times):\n    os.fork()\n    return {'tip': 350.0}\n", encoding="utf-8"
+    )
     command = [sys.executable, "-m", "validate", "solve", "bar.toml", "--no-figures", "--model", "forks.py:bar"]
-    ran = subprocess.run([*command, "--out", "o"], capture_output=True, text=True)
+    ran = subprocess.run([*command, "--out", "o"], capture_output=True, encoding="utf-8")
     assert ran.returncode == 0, ran.stderr
     assert ran.stdout.count("Results in") == 1
     assert Path("o/summary.json").exists()
@@ -188,6 +192,13 @@ def test_where_a_model_fails_what_3d_found_is_kept(
     refused(["--model", given], why, capsys, kept=True)
 
 
+@pytest.mark.needs("ngspice")
+@pytest.mark.usefixtures("here")
+@pytest.mark.parametrize(("netlist", "why"), NO_SOLUTION)
+def test_where_a_netlist_has_no_solution_3d_is_kept(netlist: str, why: str, capsys: Any) -> None:
+    refused(["--model", netlist], why, capsys, kept=True)
+
+
 @pytest.mark.usefixtures("here")
 def test_a_model_may_go_elsewhere_print_and_leave_threads_and_processes(capfd: Any) -> None:
     started = time.monotonic()
@@ -202,12 +213,13 @@ def test_a_model_may_go_elsewhere_print_and_leave_threads_and_processes(capfd: A
 @pytest.mark.usefixtures("here")
 def test_a_folder_with_files_called_as_those_of_python_is_no_matter(capsys: Any) -> None:
     for name in ("json.py", "numpy.py", "random.py", "socket.py"):
-        Path(name).write_text("raise ImportError('of the user')\n")
+        Path(name).write_text("raise ImportError('of the user')\n", encoding="utf-8")
     Path("elsewhere").mkdir()
-    Path("elsewhere/own.py").write_text("def bar(scene, times):\n    return {'tip': 400.0}\n")
+    Path("elsewhere/own.py").write_text("def bar(scene, times):\n    return {'tip': 400.0}\n", encoding="utf-8")
     assert main(["solve", "bar.toml", "--model", "elsewhere/own.py:bar", "--quiet", "--no-figures", "--out", "o"]) == 0
 
 
+@pytest.mark.needs("ngspice")
 @pytest.mark.usefixtures("here")
 def test_a_setting_that_a_netlist_has_no_parameter_for_leaves_3d(capsys: Any) -> None:
     refused(["--model", "fine.cir", "--set", "model.parameters.Q=3"], "has no .param", capsys, kept=True)
@@ -227,7 +239,7 @@ def test_a_setting_that_a_netlist_has_no_parameter_for_leaves_3d(capsys: Any) ->
     ],
 )
 def test_what_a_scene_says_of_its_model(setting: str, why: str, capsys: Any) -> None:
-    refused(["--model", "fine.cir", "--set", setting], why, capsys)
+    refused(["--model", "lumped.py:bar", "--set", setting], why, capsys)
 
 
 @pytest.mark.long
@@ -242,7 +254,7 @@ def test_a_model_that_never_answers_is_ended_and_3d_is_kept(
     root = Path(__file__).parents[3]
     environment = os.environ | {"PYTHONPATH": str(root)}
     child = subprocess.Popen(
-        [*command, "--no-figures"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment
+        [*command, "--no-figures"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, encoding="utf-8", env=environment
     )
     # It says that it sleeps once it has been asked.
     deadline = time.monotonic() + 60
@@ -252,6 +264,6 @@ def test_a_model_that_never_answers_is_ended_and_3d_is_kept(
     out, _ = child.communicate(timeout=60)
     assert child.returncode == 130
     assert "lumped.py:asleep was interrupted" in " ".join(out.split())
-    found = json.loads((here / "o" / "summary.json").read_text())
+    found = json.loads((here / "o" / "summary.json").read_text(encoding="utf-8"))
     assert found["fem3d"]["steady"][quantity]["value"] == pytest.approx(value, rel=1e-3)
     assert not found.get("reduced1d")

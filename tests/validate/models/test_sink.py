@@ -66,16 +66,16 @@ def test_a_model_of_one_number(tmp_path: Path) -> None:
     assert [check for check in OF_ONE if check in found.checks] == ["fig4"]
     assert any('"fig6_peak", "fig6_end"' in text for text in found.outcome.warnings)
     assert (out / "figure6.png").exists()
-    summary = json.loads((out / "summary.json").read_text())
+    summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
     assert list(summary["reduced1d"]["steady"]) == ["peak_rise_K"]
 
 
 def test_a_table_of_values(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Traces in a CSV, and rows in the steady state."""
-    (tmp_path / "rest.csv").write_text("peak_rise_K, 20 K\n")
+    (tmp_path / "rest.csv").write_text("peak_rise_K, 20 K\n", encoding="utf-8")
     given = ["sink", "--reduction", str(tmp_path / "rest.csv"), "--steady", "--accuracy", "1e-2", "--no-figures"]
     assert main([*given, "--out", str(tmp_path / "a")]) == 0
-    summary = json.loads((tmp_path / "a" / "summary.json").read_text())
+    summary = json.loads((tmp_path / "a" / "summary.json").read_text(encoding="utf-8"))
     check = next(check for check in summary["checks"] if check["id"] == "fig4")
     assert check["predicted"] == 20.0
     assert "rest.csv is 1.6" in capsys.readouterr().out
@@ -115,7 +115,9 @@ def test_refused(
     capsys: pytest.CaptureFixture[str],
 ) -> None:  # fmt: skip
     monkeypatch.chdir(tmp_path)
-    Path("own.py").write_text("def sink(scene, times):\n    return {}\n\ndef wrong(scene, times):\n    return 1 / 0\n")
+    Path("own.py").write_text(
+        "def sink(scene, times):\n    return {}\n\ndef wrong(scene, times):\n    return 1 / 0\n", encoding="utf-8"
+    )
     assert main(["sink", "--reduction", reduction, "--no-figures", "--out", "run", *more]) == 2
     message = capsys.readouterr().err
     assert said in message

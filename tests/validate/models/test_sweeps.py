@@ -34,7 +34,8 @@ def asleep(scene, times):
     if scene["material"][0]["thermal_conductivity"] > 55:
         time.sleep(1000)
     return tip(scene, times)
-'''
+''',
+        encoding="utf-8",
     )
     return str(path)
 
@@ -45,7 +46,7 @@ def test_the_map_finds_the_line_within_its_stated_error(steady: Path, bent: str,
     asked = ["map", str(steady), "--model", f"{bent}:tip", "--check", "tip", "--tolerance", "5%", *vary]
     out = ["--cells", "20", "--solves", "40", "--out", str(tmp_path / "m"), "--no-figures", "--quiet"]
     assert main([*asked, *out]) == 0
-    rows = list(csv.DictReader((tmp_path / "m" / "map.csv").open()))
+    rows = list(csv.DictReader((tmp_path / "m" / "map.csv").open(encoding="utf-8")))
     assert len(rows) == 400
     k, g, found, error = (np.array([float(row[name]) for row in rows]) for name in (K, G, "difference", "error"))
     exact = (50 / k) ** 0.5 * (g / 1e12) ** 0.1 - 1
@@ -63,12 +64,12 @@ def test_a_point_that_sleeps_is_ended_and_the_others_are_judged(steady: Path, be
     asked = ["sweep", str(steady), "--model", f"{bent}:asleep", "--check", "tip", "--vary", f"{K}=40,50,60"]
     out = ["--point-timeout", "4s", "--out", str(tmp_path / "s"), "--no-figures", "--quiet"]
     assert main([*asked, *out]) == 0
-    rows = {float(row[K]): row for row in csv.DictReader((tmp_path / "s" / "points.csv").open())}
+    rows = {float(row[K]): row for row in csv.DictReader((tmp_path / "s" / "points.csv").open(encoding="utf-8"))}
     assert [rows[k]["status"] for k in (40.0, 50.0, 60.0)] == ["ok", "ok", "timeout"]
     assert float(rows[40.0]["tip_difference"]) == pytest.approx((50 / 40) ** 0.5 - 1, rel=1e-6)
     assert (rows[40.0]["tip_verdict"], rows[50.0]["tip_verdict"]) == ("differs", "agrees")
     assert float(rows[50.0]["reduced1d_tip"]) == pytest.approx(400.0)
-    said = json.loads((tmp_path / "s" / "sweep.json").read_text())["sentence"]
+    said = json.loads((tmp_path / "s" / "sweep.json").read_text(encoding="utf-8"))["sentence"]
     assert said.startswith("the model bent.py:asleep is within 5 % of 3D at tip in 1 of 3 designs")
 
 
@@ -77,11 +78,11 @@ def test_a_sinks_own_model_at_a_design(tmp_path: Path) -> None:
     """It is judged in the paper's place as it is in a run, and nothing is blamed on the paper's assumptions."""
     model = f"{tmp_path / 'own.py'}:sink"
     (tmp_path / "own.py").write_text(
-        "def sink(scene, times):\n    return {'peak_rise_K': 20 * scene['drive']['voltage']}\n"
+        "def sink(scene, times):\n    return {'peak_rise_K': 20 * scene['drive']['voltage']}\n", encoding="utf-8"
     )
     asked = ["sweep", "sink", "--reduction", model, "--vary", "drive.voltage=2", "--steady", "--workers", "1"]
     assert main([*asked, "--out", str(tmp_path / "s"), "--no-figures", "--quiet"]) == 0
-    (row,) = csv.DictReader((tmp_path / "s" / "points.csv").open())
+    (row,) = csv.DictReader((tmp_path / "s" / "points.csv").open(encoding="utf-8"))
     alone = compare.run("sink", voltage=2, reduction=model, steady=True, accuracy=1e-2)
     assert float(row["fig4_difference"]) == pytest.approx(alone.check("fig4").difference, rel=1e-6)
     assert (float(row["reduced1d_peak_rise_K"]), row["blame"]) == (40.0, "")

@@ -24,7 +24,7 @@ SUMMARY = json.dumps({"schema": 1, "plan": []})
 def run(target: Path, **files: str) -> None:
     with Folder(target, RUN) as folder:
         for name, text in files.items():
-            (folder.partial / name.replace("__", ".")).write_text(text)
+            (folder.partial / name.replace("__", ".")).write_text(text, encoding="utf-8")
 
 
 def names(folder: Path) -> set[str]:
@@ -39,7 +39,7 @@ def test_an_earlier_run_is_replaced_and_a_users_file_kept(
         monkeypatch.setattr(module, "_exchange", lambda a, b: False)
     target = tmp_path / "deep" / "run"
     run(target, summary__json=SUMMARY, figure4__png="old", fem3d_00__vtu="old")
-    (target / "notes.txt").write_text("mine")
+    (target / "notes.txt").write_text("mine", encoding="utf-8")
     run(target, summary__json=SUMMARY, traces__csv="new")
     assert names(target) == {"summary.json", "traces.csv", "notes.txt"}
     assert names(target.parent) == {"run"}
@@ -53,7 +53,7 @@ def test_a_failure_leaves_everything_as_it_was(tmp_path: Path) -> None:
     run(target, summary__json=SUMMARY)
     with pytest.raises(FileNotFoundError), Folder(target, RUN) as folder:
         (folder.partial / "summary.json").rename(folder.partial / "missing" / "summary.json")
-    assert (target / "summary.json").read_text() == SUMMARY
+    assert (target / "summary.json").read_text(encoding="utf-8") == SUMMARY
     assert names(target.parent) == {"run"}
 
 
@@ -62,9 +62,9 @@ def test_a_full_disk_names_the_file(tmp_path: Path) -> None:
 
     def written(number: int, name: str | None) -> None:
         with Folder(tmp_path / "run", RUN) as folder:
-            (folder.partial / "figure7.png").write_text("done")
+            (folder.partial / "figure7.png").write_text("done", encoding="utf-8")
             os.utime(folder.partial / "figure7.png", (0, 0))
-            (folder.partial / "traces.csv").write_text("half")
+            (folder.partial / "traces.csv").write_text("half", encoding="utf-8")
             raise OSError(number, os.strerror(number), name)
 
     with pytest.raises(SceneError, match=r'run/traces\.csv" cannot be written \(No space left'):
@@ -81,7 +81,7 @@ def test_a_full_disk_names_the_file(tmp_path: Path) -> None:
 )
 def test_refused_before_anything_happens(there: str, target: str, tmp_path: Path) -> None:
     (tmp_path / there).parent.mkdir(exist_ok=True)
-    (tmp_path / there).write_text("mine")
+    (tmp_path / there).write_text("mine", encoding="utf-8")
     before = sorted(tmp_path.rglob("*"))
     with pytest.raises(SceneError, match="output folder"), Folder(tmp_path / target, RUN):
         pytest.fail("entered")
@@ -107,8 +107,8 @@ def test_an_empty_folder_and_a_link_are_used(tmp_path: Path) -> None:
 
 def model(target: Path, text: str) -> None:
     with Folder(target, MODEL) as folder:
-        (folder.partial / "model.json").write_text('{"scene": "s", "matrices": {}}')
-        (folder.partial / "model.py").write_text(text)
+        (folder.partial / "model.json").write_text('{"scene": "s", "matrices": {}}', encoding="utf-8")
+        (folder.partial / "model.py").write_text(text, encoding="utf-8")
 
 
 @pytest.mark.long
@@ -117,10 +117,10 @@ def test_an_export_replaces_an_export_and_nothing_of_a_users(
 ) -> None:
     mine = tmp_path / "mine"
     mine.mkdir()
-    (mine / "model.py").write_text("mine")
+    (mine / "model.py").write_text("mine", encoding="utf-8")
     assert main(["solve", "bridge", "--no-figures", "--quiet", "--export", str(mine)]) == 2
     assert "has files that are not a model of this program, and is left as it is" in capsys.readouterr().err
-    assert [(entry.name, entry.read_text()) for entry in mine.iterdir()] == [("model.py", "mine")]
+    assert [(entry.name, entry.read_text(encoding="utf-8")) for entry in mine.iterdir()] == [("model.py", "mine")]
     # Where the disk is full the earlier export stays, whole, and nothing else does.
     model(tmp_path / "model", "ROOM = 1.0")
     before = (tmp_path / "model" / "model.json").read_bytes()
@@ -152,7 +152,9 @@ def test_an_export_over_another_is_the_one_that_is_imported(tmp_path: Path) -> N
         model(tmp_path / "model", text)
         command = [sys.executable, "-I", "-S", "-c", "import sys; sys.path.insert(0, sys.argv[1]); import model; "
                    "print(model.ROOM)", str(tmp_path / "model")]  # fmt: skip
-        found.append(subprocess.run(command, check=True, capture_output=True, text=True, timeout=60).stdout.strip())
+        found.append(
+            subprocess.run(command, check=True, capture_output=True, encoding="utf-8", timeout=60).stdout.strip()
+        )
     assert found == ["1.0", "2.0", "3.0"]
 
 
@@ -184,13 +186,13 @@ def test_what_a_killed_run_leaves_the_next_one_removes_and_nothing_of_a_users(ho
     exchanged in one step, and where the earlier run has been moved away for that."""
     target = tmp_path / "run"
     run(target, summary__json=SUMMARY)
-    (target / "notes.txt").write_text("mine")
+    (target / "notes.txt").write_text("mine", encoding="utf-8")
     with Folder(tmp_path / "run", RUN) as other:  # which is at work, and is left alone
         subprocess.run([sys.executable, "-c", KILLED, target, how], timeout=60)
         assert len(names(tmp_path)) == 3
         run(tmp_path / "run", summary__json=SUMMARY, traces__csv="")
         assert names(tmp_path) == {"run", other.partial.name}
         assert names(target) == {"summary.json", "traces.csv", "notes.txt"}
-        (other.partial / "summary.json").write_text(SUMMARY)
+        (other.partial / "summary.json").write_text(SUMMARY, encoding="utf-8")
     assert names(tmp_path) == {"run"}
-    assert (target / "notes.txt").read_text() == "mine"
+    assert (target / "notes.txt").read_text(encoding="utf-8") == "mine"

@@ -191,11 +191,11 @@ def test_a_picture_without_solving(tmp_path: Path, capsys: pytest.CaptureFixture
     assert [entry.name for entry in (tmp_path / "dry").iterdir()] == ["scene.png"]
     # A run takes the folder of a picture; a picture joins a run, and leaves it as it is.
     assert main(["solve", "plate", "--no-figures", "--quiet", "--out", str(tmp_path / "dry")]) == 0
-    before = (tmp_path / "dry" / "summary.json").read_text()
+    before = (tmp_path / "dry" / "summary.json").read_text(encoding="utf-8")
     assert not (tmp_path / "dry" / "scene.png").exists()
     assert main(["sink", "--dry-run", "--out", str(tmp_path / "dry")]) == 0
     assert (tmp_path / "dry" / "scene.png").exists()
-    assert (tmp_path / "dry" / "summary.json").read_text() == before
+    assert (tmp_path / "dry" / "summary.json").read_text(encoding="utf-8") == before
     assert "scene.png" in capsys.readouterr().out
 
 
@@ -219,7 +219,7 @@ def test_bad_input_is_one_sentence(
 
 def test_a_users_folder_takes_no_picture(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "mine").mkdir()
-    (tmp_path / "mine" / "notes.txt").write_text("mine")
+    (tmp_path / "mine" / "notes.txt").write_text("mine", encoding="utf-8")
     assert main(["solve", "bridge", "--dry-run", "--out", str(tmp_path / "mine")]) == 2
     assert "files that are not a run" in capsys.readouterr().err
     assert [entry.name for entry in (tmp_path / "mine").iterdir()] == ["notes.txt"]

@@ -46,16 +46,20 @@ def test_it_is_said_everywhere_and_only_where_it_is_so(command: str, capsys: pyt
     options = [part for setting in settings for part in ("--set", setting)]
     assert main([*command.split(), "--no-figures", "--out", "hot", *options]) == 0
     text = " ".join(capsys.readouterr().out.split())
-    summary = json.loads(Path("hot/summary.json").read_text())
+    summary = json.loads(Path("hot/summary.json").read_text(encoding="utf-8"))
     (warning,) = [w for w in summary["warnings"] if said in w]
     assert when in warning
-    report = html.unescape(re.sub(r"<[^>]+>", " ", Path("hot/report.html").read_text())).replace("\xa0", " ")
+    report = html.unescape(re.sub(r"<[^>]+>", " ", Path("hot/report.html").read_text(encoding="utf-8"))).replace(
+        "\xa0", " "
+    )
     for place in (text, report):
         assert warning.partition(":")[0] in place
     # The same scene, cooler; how accurately it is solved stays.
     accuracy = [part for setting in settings[1:] for part in ("--set", setting)]
     assert main([*command.split(), "--no-figures", "--out", "cool", *accuracy]) == 0
-    assert not [w for w in json.loads(Path("cool/summary.json").read_text())["warnings"] if "valid_to" in w]
+    assert not [
+        w for w in json.loads(Path("cool/summary.json").read_text(encoding="utf-8"))["warnings"] if "valid_to" in w
+    ]
 
 
 def test_the_hottest_place_and_moment_of_each_material() -> None:

@@ -76,13 +76,13 @@ quantity = "power"
 
 @pytest.fixture(autouse=True)
 def _files(_somewhere_else: None) -> None:
-    Path("wire.toml").write_text(SCENE)
+    Path("wire.toml").write_text(SCENE, encoding="utf-8")
     Path("wire.msh").write_bytes(WIRE.read_bytes())
 
 
 def test_wire(capsys: pytest.CaptureFixture[str]) -> None:
     """Cells of second order hold a circle's area to a part in a thousand on this mesh, straight ones to a tenth."""
-    Path("wire.toml").write_text(SCENE + READOUTS)
+    Path("wire.toml").write_text(SCENE + READOUTS, encoding="utf-8")
     assert main(["solve", "wire.toml", "--no-figures", "--fields", "--explain"]) == 0
     text = capsys.readouterr().out
     assert max(map(len, text.splitlines())) <= 80
@@ -121,7 +121,7 @@ def test_wire(capsys: pytest.CaptureFixture[str]) -> None:
 def test_transient_writes_traces_and_reads_back(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("validate.report.figures.render.Renderer.start", lambda self: None)
     text = SCENE.replace("steady = true", 'end_time = "10 us"\noutput_times = ["1 us"]')
-    Path("wire.toml").write_text(text)
+    Path("wire.toml").write_text(text, encoding="utf-8")
     assert main(["solve", "wire.toml", "--fields", "--quiet", "--out", "here"]) == 0
     found = summary("here")
     assert {"figure_traces.png", "traces.csv", "fem3d.pvd"} <= set(found["files"])

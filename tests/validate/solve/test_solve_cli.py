@@ -50,7 +50,7 @@ def test_steady_summary_has_the_contract(capsys: pytest.CaptureFixture[str]) -> 
 
 def test_transient_has_a_column_per_probe_by_its_name(capsys: pytest.CaptureFixture[str]) -> None:
     assert solve("hotplate") == 0
-    with open("results/hotplate/traces.csv") as file:
+    with open("results/hotplate/traces.csv", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert list(rows[0]) == ["time_s", "heater", "plate", "current", "heat to the left"]
     assert [float(row["plate"]) for row in rows] == [-18.0, 1.0, 1.0, 2.0, 2.0]
@@ -126,7 +126,7 @@ def test_files_of_an_earlier_run_are_replaced_and_others_kept() -> None:
     files = {entry.name for entry in Path("here").iterdir()}
     assert {"figure_traces.png", "figure_traces.svg", "traces.csv", "summary.json"} <= files
     assert set(summary("here")["files"]) == files
-    Path("here/notes.txt").write_text("mine")
+    Path("here/notes.txt").write_text("mine", encoding="utf-8")
     solve("plate", "--out", "here")
     assert {entry.name for entry in Path("here").iterdir()} == {"notes.txt", "report.html", "summary.json"}
 
@@ -150,21 +150,21 @@ def test_every_example_is_printed_and_solved_as_a_file(capsys: pytest.CaptureFix
         assert main(["scene", name]) == 0
         text = capsys.readouterr().out
         assert text.rstrip() == builtin_text(name).rstrip()
-        Path("mine.toml").write_text(text)
+        Path("mine.toml").write_text(text, encoding="utf-8")
         assert solve("mine.toml", "--quiet") == 0
         capsys.readouterr()
 
 
 def test_the_sink_is_printed_as_boxes_and_solved(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["scene", "sink", "--boxes"]) == 0
-    Path("mine.toml").write_text(capsys.readouterr().out)
+    Path("mine.toml").write_text(capsys.readouterr().out, encoding="utf-8")
     assert load("mine.toml") == Sink().scene()
     assert solve("mine.toml") == 0
     assert main(["scene", "device", "--boxes"]) == 2
 
 
 def test_nothing_to_report(capsys: pytest.CaptureFixture[str]) -> None:
-    Path("mine.toml").write_text(builtin_text("plate").partition("[[probe]]")[0])
+    Path("mine.toml").write_text(builtin_text("plate").partition("[[probe]]")[0], encoding="utf-8")
     assert solve("mine.toml") == 2
     assert "no [[probe]]" in capsys.readouterr().err
     assert solve("mine.toml", "--fields") == 0
@@ -173,7 +173,7 @@ def test_nothing_to_report(capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_the_report_of_a_transient_says_from_when_on_its_errors_hold_and_where_it_ends() -> None:
     solve("hotplate")
-    text = html.unescape(re.sub(r"<[^>]+>", " ", Path("results/hotplate/report.html").read_text()))
+    text = html.unescape(re.sub(r"<[^>]+>", " ", Path("results/hotplate/report.html").read_text(encoding="utf-8")))
     said = " ".join(text.replace("\xa0", " ").split())
     # The stand-in's: half a kelvin to 1 K, 1e-3 K off, from 4 us on.
     assert "over time, from 4.0 us on" in said

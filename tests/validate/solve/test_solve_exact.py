@@ -16,7 +16,7 @@ from validate.cli import main
 def solve(scene: str, *settings: str) -> dict:
     given = [part for setting in settings for part in ("--set", setting)]
     assert main(["solve", scene, "--no-figures", "--quiet", "--out", "out", *given]) == 0
-    found = json.loads(Path("out/summary.json").read_text())["fem3d"]
+    found = json.loads(Path("out/summary.json").read_text(encoding="utf-8"))["fem3d"]
     assert isinstance(found, dict)
     return found
 
@@ -87,7 +87,7 @@ at = ["50 um", "5 um", 0]
 
 
 def test_current_and_potential_follow_a_ramp_and_a_jump() -> None:
-    Path("bar.toml").write_text(BAR)
+    Path("bar.toml").write_text(BAR, encoding="utf-8")
     found = solve("bar.toml")["transient"]
     assert found["time_s"] == [0.5e-3, 1e-3, 2e-3]
     # 40 ohm; at the jump the later value.
@@ -95,7 +95,7 @@ def test_current_and_potential_follow_a_ramp_and_a_jump() -> None:
     for name, exact in (("current in", currents), ("section", currents), ("quarter", [0.375, 2.25, 2.25])):
         assert found["values"][name] == pytest.approx(exact, abs=found["errors"][name] + 1e-12)
         assert found["errors"][name] < 1e-3 * max(exact)
-    with open("out/traces.csv") as file:
+    with open("out/traces.csv", encoding="utf-8") as file:
         rows = [{name: float(text) for name, text in row.items()} for row in csv.DictReader(file)]
     assert list(rows[0]) == ["time_s", "current in", "section", "quarter"]
     assert all(row["quarter"] == pytest.approx(30 * row["section"], abs=1e-9) for row in rows)
@@ -122,7 +122,7 @@ at = [5e-3, 5e-3, 5e-3]
 
 
 def test_insulated_block_stores_all_its_heat() -> None:
-    Path("block.toml").write_text(BLOCK)
+    Path("block.toml").write_text(BLOCK, encoding="utf-8")
     found = solve("block.toml")["transient"]
     # 2.5 K after the ramp, 5 K more each second.
     assert found["values"]["centre"] == pytest.approx([295.5, 300.5], abs=found["errors"]["centre"])

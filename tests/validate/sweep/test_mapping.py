@@ -172,8 +172,8 @@ def test_a_map_that_was_stopped_goes_on_as_it_would_have(tmp_path: Path) -> None
     whole, all_, _ = mapped(formula, tmp_path / "whole")
     mapped(formula, tmp_path / "part")
     rows = tmp_path / "part" / "points.jsonl"
-    lines = rows.read_text().splitlines(keepends=True)
-    rows.write_text("".join(lines[:97]) + lines[97][:20])
+    lines = rows.read_text(encoding="utf-8").splitlines(keepends=True)
+    rows.write_text("".join(lines[:97]) + lines[97][:20], encoding="utf-8")
     again, rest, _ = mapped(formula, tmp_path / "part")
     assert rest.solved == all_.solved - 97
     assert set(again.solved) == set(whole.solved)

@@ -70,7 +70,7 @@ def test_a_line_that_somebody_changed_costs_its_own_points_alone(line: bytes, tm
 def test_a_summary_that_somebody_changed_is_said(text: str, tmp_path: Path) -> None:
     with Store(tmp_path / "s", SUMMARY) as store:
         store.append([[row(1)]])
-    (tmp_path / "s" / "sweep.json").write_text(text, errors="surrogateescape")
+    (tmp_path / "s" / "sweep.json").write_text(text, errors="surrogateescape", encoding="utf-8")
     with pytest.raises(SceneError, match=r"sweep\.json is not as it was written"), Store(tmp_path / "s", SUMMARY):
         pass
     with Store(tmp_path / "s", SUMMARY, fresh=True) as store:
@@ -95,10 +95,10 @@ def test_the_folder_is_of_one_sweep_and_one_process(tmp_path: Path) -> None:
     with Store(folder, {**SUMMARY, "vary": {}}, fresh=True) as store:
         assert len(store) == 0
     (tmp_path / "mine").mkdir()
-    (tmp_path / "mine" / "notes.txt").write_text("mine")
+    (tmp_path / "mine" / "notes.txt").write_text("mine", encoding="utf-8")
     with pytest.raises(SceneError, match="not a sweep"), Store(tmp_path / "mine", SUMMARY, fresh=True):
         pass
-    assert (tmp_path / "mine" / "notes.txt").read_text() == "mine"
+    assert (tmp_path / "mine" / "notes.txt").read_text(encoding="utf-8") == "mine"
 
 
 SINK = base("sink", ["run.accuracy=1e-2"])

@@ -42,7 +42,7 @@ def table(folder: Path) -> list[dict[str, Any]]:
             return text if "." in name else float(text)
         return text
 
-    with (folder / "points.csv").open(newline="") as file:
+    with (folder / "points.csv").open(newline="", encoding="utf-8") as file:
         return [{name: read(name, text) for name, text in row.items()} for row in csv.DictReader(file)]
 
 
@@ -124,7 +124,11 @@ def test_a_worker_and_then_all_of_it_killed_goes_on_to_the_same_table(
     assert 0 < stored(folder) < 6
     assert main([*SWEEP, "--quiet", "--out", str(folder)]) == 0
     assert (folder / "points.jsonl").read_bytes().startswith(kept[: kept.rfind(b"\n") + 1])
-    points = [row["point"] for line in (folder / "points.jsonl").read_text().splitlines() for row in json.loads(line)]
+    points = [
+        row["point"]
+        for line in (folder / "points.jsonl").read_text(encoding="utf-8").splitlines()
+        for row in json.loads(line)
+    ]
     assert sorted(points) == list(range(6))
     assert_same(folder, undisturbed)
 
@@ -178,9 +182,8 @@ def test_a_finished_sweep_solves_nothing_and_another_is_refused(
 
 
 @pytest.mark.long
+@pytest.mark.needs("browser")
 def test_the_page_reads_out_the_point_under_the_pointer(undisturbed: Path) -> None:
-    if browser.find() is None:
-        pytest.skip("no browser")
     drawn = [word for word in SWEEP if word != "--no-figures"]
     assert main([*drawn, "--quiet", "--out", str(undisturbed)]) == 0
     assert (undisturbed / "figure_map.png").stat().st_size > 10_000
@@ -298,7 +301,7 @@ def test_designs_that_melt_are_named(tmp_path: Path, capsys: pytest.CaptureFixtu
         assert (row["past_valid_to_K"] > 0) == hot
         off = row["past_valid_to_K"] - (293 + row["fem3d_peak_rise_K"] - 1687)
         assert abs(off) <= row["fem3d_peak_rise_K_error"]
-    assert "hotter than a material" in (tmp_path / "hot" / "figure_map.svg").read_text()
+    assert "hotter than a material" in (tmp_path / "hot" / "figure_map.svg").read_text(encoding="utf-8")
     (free,) = solve(Work(base("bridge", ["material.polysilicon.valid_to=300K"]), Scope(), (), (0,), ((),)))
     assert free.values["too_hot"] == "polysilicon"
 
@@ -370,7 +373,7 @@ def test_from_python(tmp_path: Path) -> None:
 def test_steady_is_taken_as_solve_takes_it() -> None:
     """Of a scene over time, too."""
     text = builtin_text("hotplate").replace("voltage = { times", 'voltage = "1 V" # { times')
-    Path("plate.toml").write_text(text)
+    Path("plate.toml").write_text(text, encoding="utf-8")
     command = ["sweep", "plate.toml", "--vary", "run.accuracy=0.01,0.02"]
     assert not scene(parse(command)).at(()).steady  # type: ignore[union-attr]
     assert scene(parse([*command, "--steady"])).at(()).steady  # type: ignore[union-attr]

@@ -64,7 +64,7 @@ def test_the_exit_status_follows_the_verdicts_and_a_case_that_fails_is_a_row(
     assert main(["verify", "--jobs", "1", "--json", "--markdown", str(page)]) == status
     out = capsys.readouterr().out
     assert json.loads(out[out.index("{") :])["counts"]["agrees"] == 1
-    assert page.read_text().startswith("# Code verification")
+    assert page.read_text(encoding="utf-8").startswith("# Code verification")
     assert ("ended with ArithmeticError: no luck" in out) == (not isinstance(rows, list))
 
 

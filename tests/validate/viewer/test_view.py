@@ -43,7 +43,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_a_run_without_fields_is_told_how_to_get_them(tmp_path: Path) -> None:
-    (tmp_path / "summary.json").write_text("{}")
+    (tmp_path / "summary.json").write_text("{}", encoding="utf-8")
     with pytest.raises(ValueError, match="run again with --fields"):
         find(tmp_path)
 
@@ -87,8 +87,8 @@ CELL = """<?xml version="1.0"?><VTKFile type="UnstructuredGrid" version="0.1" by
 def test_a_file_that_ends_vtk_is_not_taken_for_a_lack_of_graphics(
     change: dict[str, int], said: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    Path("good.vtu").write_text(CELL.format(points=4, last=3, kind=10))
-    Path("bad.vtu").write_text(CELL.format(**{"points": 4, "last": 3, "kind": 10} | change))
+    Path("good.vtu").write_text(CELL.format(points=4, last=3, kind=10), encoding="utf-8")
+    Path("bad.vtu").write_text(CELL.format(**{"points": 4, "last": 3, "kind": 10} | change), encoding="utf-8")
     assert find(Path("good.vtu")).grid(0).n_cells == 1
     assert main(["view", "bad.vtu", "--screenshot", "a.png"]) == 2
     assert said in capsys.readouterr().err
@@ -207,7 +207,7 @@ def test_a_machine_that_cannot_draw_says_so(
     dies: str, said: str, run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     broken = tmp_path / "python"
-    broken.write_text(f"#!/bin/sh\ncat > /dev/null\n{dies}\n")
+    broken.write_text(f"#!/bin/sh\ncat > /dev/null\n{dies}\n", encoding="utf-8")
     broken.chmod(0o755)
     monkeypatch.setattr("sys.executable", str(broken))
     assert main(["view", str(run), "--screenshot", str(tmp_path / "a.png")]) == 3
@@ -288,8 +288,8 @@ def test_a_scene_is_drawn_that_does_not_say_yet_how_long_it_runs(
     settings: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     scene, picture = tmp_path / "mine.toml", tmp_path / "a.png"
-    scene.write_text(re.sub(r"\[run\].*?\n\n", "", builtin_text("bridge"), flags=re.DOTALL))
-    assert "[run]" not in scene.read_text()
+    scene.write_text(re.sub(r"\[run\].*?\n\n", "", builtin_text("bridge"), flags=re.DOTALL), encoding="utf-8")
+    assert "[run]" not in scene.read_text(encoding="utf-8")
     given = [part for text in settings for part in ("--set", text)]
     status = main(["view", str(scene), *given, "--screenshot", str(picture)])
     assert (status, picture.exists()) == ((2, False) if "run.end_time=1ms" in settings else (0, True))
@@ -300,7 +300,8 @@ def test_a_scene_is_drawn_that_does_not_say_yet_how_long_it_runs(
 def test_a_sign_that_the_font_lacks_is_no_matter(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     scene = tmp_path / "plate.toml"
     scene.write_text(
-        builtin_text("plate").replace('name = "plate"', 'name = "plate \N{CJK UNIFIED IDEOGRAPH-4E2D}"', 1)
+        builtin_text("plate").replace('name = "plate"', 'name = "plate \N{CJK UNIFIED IDEOGRAPH-4E2D}"', 1),
+        encoding="utf-8",
     )
     with warnings.catch_warnings(record=True) as raised:
         warnings.simplefilter("always")

@@ -16,7 +16,6 @@ import pytest
 from compare.blame import Budget, Part, Split
 from scenes.loading import load
 from scenes.plan import Request
-from tests import browser
 from tests.browser import WITHOUT_WEBGL, Browser
 from validate.report import output
 from validate.report.analyses import why
@@ -78,7 +77,7 @@ def test_the_page_is_whole_and_needs_no_other_file(run: Path) -> None:
     text = (run / "report.html").read_text(encoding="utf-8")
     found = Reader(text)
     outside = [link for link in found.links if not link.startswith(("data:", "#"))]
-    summary = json.loads((run / "summary.json").read_text())
+    summary = json.loads((run / "summary.json").read_text(encoding="utf-8"))
     assert set(outside) == set(summary["files"]) - {"report.html"}
     assert not re.search(r"https?://", text.replace("http://www.w3.org", ""))
     said = " ".join(found.text)
@@ -129,7 +128,6 @@ def test_the_assumptions_to_blame_add_up_in_one_table(tmp_path: Path) -> None:
     assert "-7.50 \N{PLUS-MINUS SIGN} 0.02" in text.replace("&nbsp;", " ")
 
 
-needs_browser = pytest.mark.skipif(browser.find() is None, reason="no Chromium here")
 CANVAS = "document.querySelector('canvas.scene')"
 PLACE = f"(() => {{ const c = {CANVAS}; c.scrollIntoView({{block: 'center'}}); const r = c.getBoundingClientRect(); \
 return [r.left + r.width / 2, r.top + r.height / 2]; }})()"
@@ -141,7 +139,7 @@ def chromium() -> Iterator[Browser]:
         yield found
 
 
-@needs_browser
+@pytest.mark.needs("browser")
 @pytest.mark.parametrize("width", [380, 1400])
 def test_legible_at_both_widths(run: Path, chromium: Browser, width: int) -> None:
     chromium.open(run / "report.html", width)
@@ -157,7 +155,7 @@ def test_legible_at_both_widths(run: Path, chromium: Browser, width: int) -> Non
     assert chromium.run(cut) == []
 
 
-@needs_browser
+@pytest.mark.needs("browser")
 def test_the_scene_shows_the_field_turns_and_nears(run: Path, chromium: Browser) -> None:
     """The middle of the beam, in the middle of the canvas, has the scale's last colour; a corner is empty."""
     chromium.open(run / "report.html", 1000)
@@ -186,7 +184,7 @@ def test_the_scene_shows_the_field_turns_and_nears(run: Path, chromium: Browser)
     assert chromium.errors == []
 
 
-@needs_browser
+@pytest.mark.needs("browser")
 def test_printed_it_shows_the_picture(run: Path, chromium: Browser) -> None:
     chromium.open(run / "report.html", 1000)
     chromium.say("Emulation.setEmulatedMedia", media="print")
@@ -198,7 +196,7 @@ def test_printed_it_shows_the_picture(run: Path, chromium: Browser) -> None:
 
 
 @pytest.mark.long
-@needs_browser
+@pytest.mark.needs("browser")
 def test_without_webgl_the_picture_stays(run: Path) -> None:
     with Browser(*WITHOUT_WEBGL) as plain:
         plain.open(run / "report.html", 1000)
