@@ -18,8 +18,8 @@ from reduced1d.device.stability import stability
 from reduced1d.sink import air_conductance
 from scenes.device import Device
 from scenes.formats import milliseconds, percent, quantity
-from scenes.loop.result import BAND, Run, Runs
 from scenes.plan import Request
+from statespace.result import BAND, Run, Runs
 
 _OVER_TIME = ("_peak", "_time", "_settling")  # How the names of checks end that need a run over time.
 NAMES = {"sink": "the sink", "sensor": "the sensor"}

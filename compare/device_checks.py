@@ -16,8 +16,8 @@ from reduced1d.device.stability import at_sample_time, largest_eigenvalue, shown
 from scenes.device import Device
 from scenes.errors import SceneError
 from scenes.formats import kelvin, milliseconds, percent, quantity
-from scenes.loop.result import BAND, SLOW_TIME, Run, Runs
 from scenes.plan import Request
+from statespace.result import BAND, SLOW_TIME, Run, Runs
 
 PAPER_SETTLING = 0.1  # s: the settling time that the paper gives ("about 0.1 s").
 ROUNDING = 1e-12

@@ -21,10 +21,10 @@ from fem3d.solution import transient
 from fem3d.solution.reduced import Reduced
 from fem3d.solution.transient import Base
 from scenes import physics
-from scenes.compact.channels import OWN, Channel, channels, driven, scenarios
-from scenes.compact.few import fewest, leading
 from scenes.errors import NumericsError, SceneError, quoted
 from scenes.model import DERIVED, AnyScene, MeshScene, Schedule
+from statespace.channels import OWN, Channel, channels, driven, scenarios
+from statespace.truncation import fewest, leading
 
 TRUTH, SPACE = 0.5, 0.02  # fractions of the accuracy: for the runs that a model is held against, and for its fields
 # Times the accuracy, for which a mesh for all inputs at once is made first, as the runs tell what it is good for; by
@@ -36,7 +36,7 @@ LONG = 20.0  # a steady state is reached after this many times the slowest respo
 def compact(
     scene: AnyScene, states: int | None, accuracy: float, say: Callable[[str], None] = lambda _: None
 ) -> dict[str, Any]:
-    """The document of a scene's model (`scenes.compact.runtime`), of a given number of states or as many as an accuracy
+    """The document of a scene's model (`statespace.runtime`), of a given number of states or as many as an accuracy
     takes, relative as the scene's own.
 
     Raises SceneError for a scene that has none, NumericsError where the accuracy isn't reached.

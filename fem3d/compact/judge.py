@@ -14,12 +14,12 @@ from fem3d.compact.tensors import Structure, Tensors, tensors
 from fem3d.runs.probe_quantities import EARLY, LATE, OF_FLOW
 from fem3d.solution.reduced import Reduced
 from scenes import physics
-from scenes.compact.channels import OWN, UNITS, Channel, channels
-from scenes.compact.facts import EQUATIONS
-from scenes.compact.runtime import CompactModel
 from scenes.model import UNITS as PROBE_UNITS
 from scenes.model import AnyScene, Schedule, Value
 from scenes.result import Result
+from statespace.channels import OWN, UNITS, Channel, channels
+from statespace.facts import EQUATIONS
+from statespace.runtime import CompactModel
 
 INSTANTS = 60  # number of instants of each run at which a model is compared
 # Places of an extreme at most, and by what fraction of a run's scale a place may miss the extreme.

@@ -14,8 +14,8 @@ from fem3d.runs import probe_quantities
 from fem3d.runs import scene as scene_run
 from meshes.symmetry import Symmetry
 from scenes import physics
-from scenes.compact.channels import Channel, apart, driven
 from scenes.model import AnyScene, MeshScene, Value
+from statespace.channels import Channel, apart, driven
 
 # The step of each given temperature is this fraction of the one before, and of the other sign: equal steps would cancel
 # out.

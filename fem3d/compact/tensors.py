@@ -1,4 +1,4 @@
-"""A reduced problem as the matrices of `scenes.compact.runtime`: affine maps of z = (1, inputs, states).
+"""A reduced problem as the matrices of `statespace.runtime`: affine maps of z = (1, inputs, states).
 
 With given temperatures the reduced states a obey da/dt = -K a + ... - I dg/dt, I being the inertia of their lifts; the
 states here are b = a + I g, so that no input is differentiated, but in the heat flow of a boundary while its
@@ -18,7 +18,7 @@ from fem3d.results.voltmeter import Voltmeter
 from fem3d.solution.reduced import Reduced
 from fem3d.solution.transient import Base
 from meshes.symmetry import Symmetry
-from scenes.compact.channels import Channel
+from statespace.channels import Channel
 
 
 @dataclass(frozen=True, eq=False)

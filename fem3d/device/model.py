@@ -1,4 +1,4 @@
-"""The device in 3D as a `scenes.loop.modal.Modal`: the heat problem projected on a few fields, in its own modes.
+"""The device in 3D as a `statespace.modal.Modal`: the heat problem projected on a few fields, in its own modes.
 
 With b = sqrt(copies) a for the part that symmetry leaves, what a film's power heats is what its resistance is measured
 by: with the current densities J uniform in temperature, heat rho J^2 and resistance are both means over rho J^2.
@@ -18,8 +18,8 @@ from fem3d.problems.heat import HeatProblem
 from fem3d.solution.reduced import Reduced
 from fem3d.solution.transient import Base, Krylov
 from scenes.device import SUBSTRATE, Device
-from scenes.loop.modal import Inlet, Modal
 from scenes.model import Schedule
+from statespace.modal import Inlet, Modal
 
 FILMS = (("sink", "beam"), ("sensor", "gold"))
 """What each film's electrodes are called, and its box."""

@@ -9,10 +9,10 @@ from typing import Literal
 
 from fem3d.device.solve import Model, model
 from scenes.device import Device
-from scenes.loop.exported import Whole
-from scenes.loop.ground import Shared
-from scenes.loop.result import Run, Runs, with_others
-from scenes.loop.shielding import Response, Shielding
+from statespace.device_reduction import Whole
+from statespace.ground import Shared
+from statespace.result import Run, Runs, with_others
+from statespace.shielding import Response, Shielding
 
 
 @dataclass(frozen=True)

@@ -23,10 +23,10 @@ from fem3d.solution.reduced import orthonormal
 from meshes import symmetry
 from scenes.device import Device
 from scenes.errors import SceneError
-from scenes.loop.result import QUANTITIES
-from scenes.loop.stability import steady
 from scenes.result import Estimate
 from scenes.varied import neighbour, numbers
+from statespace.result import QUANTITIES
+from statespace.stability import steady
 
 FOLLOWED = tuple(q for q in QUANTITIES if not q.endswith("_K"))
 """Temperatures are what the controllers make them."""

@@ -16,13 +16,13 @@ from fem3d.spaces.domain import boxes
 from meshes import grading, symmetry
 from scenes.device import Device, External
 from scenes.errors import NumericsError
-from scenes.loop import shielding
-from scenes.loop.ground import NARROW, Shared, shared
-from scenes.loop.march import March, Resolution, march
-from scenes.loop.modal import Modal
-from scenes.loop.result import QUANTITIES, TOP, DeviceResult, Steady, device_result
-from scenes.loop.shielding import Response, Shielding
-from scenes.loop.stability import Stability, gains, plant, steady
+from statespace import shielding
+from statespace.ground import NARROW, Shared, shared
+from statespace.march import March, Resolution, march
+from statespace.modal import Modal
+from statespace.result import QUANTITIES, TOP, DeviceResult, Steady, device_result
+from statespace.shielding import Response, Shielding
+from statespace.stability import Stability, gains, plant, steady
 
 COARSEST = 1e-2
 LATEST, LONGEST = 0.2, 20.0

@@ -11,9 +11,9 @@ import numpy as np
 from reduced1d.device.lumped import Lumped, Modes, around, lump, modes
 from reduced1d.device.stability import findings
 from scenes.device import Device
-from scenes.loop import march as sampled
-from scenes.loop.march import March
-from scenes.loop.result import QUANTITIES, DeviceResult, device_result
+from statespace import march as sampled
+from statespace.march import March
+from statespace.result import QUANTITIES, DeviceResult, device_result
 
 ROUNDS, LARGEST_DEGREE, LARGEST_NODES = 4, 36, 18
 """How often the resolution is raised at most, and the largest degree in space and number of time nodes."""
@@ -35,7 +35,7 @@ def march(
     device: Device, resolutions: Sequence[Resolution], tolerance: float, meter: tuple[float, float] = (0.0, 0.0),
     start: Literal["cold", "settled"] = "cold", watched: int | None = None,
 ) -> tuple[Modes, March]:  # fmt: skip
-    """The modes of a device's first resolution, and its closed loop as `scenes.loop.march.march` runs it."""
+    """The modes of a device's first resolution, and its closed loop as `statespace.march.march` runs it."""
     lumped = lump(device)
     spectra = [modes(lumped, r.degree) for r in resolutions]
     models = [sampled.Resolution(m.modal, r.nodes) for m, r in zip(spectra, resolutions, strict=True)]

@@ -13,9 +13,9 @@ from reduced1d.device.lumped import lump, modes, steady
 from reduced1d.device.stability import DEGREE, at_sample_time, plant, stability
 from scenes.device import Device, External
 from scenes.formats import quantity
-from scenes.loop.ground import NARROW, held_range
-from scenes.loop.result import Steady
-from scenes.loop.stability import gain_limit, gains
+from statespace.ground import NARROW, held_range
+from statespace.result import Steady
+from statespace.stability import gain_limit, gains
 
 SAMPLE_TIMES = (1e-4, 1e-3, 5e-3)  # s: the sample times, beside the scene's own, whose gain limits are reported.
 QUICK = Resolution(9, 4)

@@ -7,7 +7,7 @@ from functools import lru_cache
 from reduced1d.device.lumped import lump, modes
 from reduced1d.device.stability import DEGREE
 from scenes.device import Device
-from scenes.loop.ground import Ground, effects
+from statespace.ground import Ground, effects
 
 PARTS = tuple(10 ** (-half / 2) for half in range(8, 1, -1))
 """Resistances of the leads to ground that are reported, in units of the sensor's, two a decade."""

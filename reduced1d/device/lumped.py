@@ -31,9 +31,9 @@ from reduced1d.line import modes as modes_of
 from reduced1d.sink import air_conductance
 from reduced1d.sink import lump as lump_sink
 from scenes.device import Device
-from scenes.loop.modal import Inlet, Modal
-from scenes.loop.result import Steady
-from scenes.loop.stability import controlled, named
+from statespace.modal import Inlet, Modal
+from statespace.result import Steady
+from statespace.stability import controlled, named
 
 GRIDS = (np.array([0.0, 1.0]), np.array([0.0, 0.1, 0.5, 1.0]))
 """Element boundaries in insulator and polymer, as fractions of the thickness."""

@@ -24,9 +24,9 @@ from reduced1d.device.accurate import solve_accurate
 from reduced1d.device.lumped import Lumped, Slab, around, lump
 from reduced1d.equations import Values
 from scenes.device import Device
-from scenes.loop.controller import Law, law, timetable
-from scenes.loop.march import CEILING
-from scenes.loop.result import QUANTITIES, DeviceResult, device_result
+from statespace.controller import Law, law, timetable
+from statespace.march import CEILING
+from statespace.result import QUANTITIES, DeviceResult, device_result
 
 
 class UnstableStepError(ValueError):

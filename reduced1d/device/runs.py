@@ -13,8 +13,8 @@ from reduced1d.device.paper import UnstableStepError, solve_paper
 from reduced1d.device.stability import largest_eigenvalue
 from scenes.device import Device
 from scenes.errors import SceneError
-from scenes.loop.exported import Whole
-from scenes.loop.result import DeviceResult, Run, Runs, with_others
+from statespace.device_reduction import Whole
+from statespace.result import DeviceResult, Run, Runs, with_others
 
 
 def make(

@@ -7,8 +7,8 @@ from functools import lru_cache
 from reduced1d.device.accurate import FIRST
 from reduced1d.device.lumped import lump, modes
 from scenes.device import Device
-from scenes.loop.march import Resolution
-from scenes.loop.shielding import Response, Shielding, around, response
+from statespace.march import Resolution
+from statespace.shielding import Response, Shielding, around, response
 
 
 @lru_cache(maxsize=8)

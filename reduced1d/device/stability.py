@@ -9,9 +9,9 @@ import numpy as np
 
 from reduced1d.device.lumped import lump, modes, steady
 from scenes.device import Device, External
-from scenes.loop import stability as loop
-from scenes.loop.march import CEILING, March
-from scenes.loop.stability import Plant, Stability
+from statespace import stability as loop
+from statespace.march import CEILING, March
+from statespace.stability import Plant, Stability
 
 DEGREE = 9  # Polynomial degree of the layers' elements in stability questions.
 ELEMENTS = ("sink", "sensor")

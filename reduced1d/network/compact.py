@@ -22,12 +22,12 @@ from reduced1d.network.readings import Reader
 from reduced1d.network.solution import EARLY, measures, of_layout, refined, spread
 from reduced1d.network.steady import steady
 from scenes import physics
-from scenes.compact.channels import OWN, UNITS, Channel, channels, scenarios
-from scenes.compact.facts import EQUATIONS
-from scenes.compact.runtime import CompactModel
 from scenes.errors import NumericsError, SceneError
 from scenes.model import DERIVED, AnyScene, Probe, Scene, Schedule, Value
 from scenes.model import UNITS as OF_PROBES
+from statespace.channels import OWN, UNITS, Channel, channels, scenarios
+from statespace.facts import EQUATIONS
+from statespace.runtime import CompactModel
 
 COUNTS = (2, 4, 6, 8, 12, 16, 24, 32, 48)
 """Numbers of states that are tried, in turn."""
@@ -42,7 +42,7 @@ by the feedback's share."""
 def compact(
     scene: AnyScene, states: int | None, accuracy: float, say: Callable[[str], None] = lambda _: None
 ) -> dict[str, Any]:
-    """The document of a scene's network (`scenes.compact.runtime`), of some states or as many as an accuracy takes.
+    """The document of a scene's network (`statespace.runtime`), of some states or as many as an accuracy takes.
 
     Raises SceneError for a scene that has none, NumericsError where the accuracy isn't reached."""
     physics.refuse_terminals(scene, "a network's compact model")

@@ -15,7 +15,7 @@ from reduced1d.device.ground import of_device
 from reduced1d.device.shielding import of_device as of_shielding
 from reduced1d.device.stability import largest_eigenvalue, shown
 from scenes.formats import kelvin, milliseconds, percent, quantity
-from scenes.loop.result import BAND, QUANTITIES, Run, settling
+from statespace.result import BAND, QUANTITIES, Run, settling
 from validate.report import analysed, checks
 from validate.report.checks import NAMES, sides
 from validate.report.table import Section, Style, Table, sentences, wrapped
@@ -23,8 +23,8 @@ from validate.report.table import Section, Style, Table, sentences, wrapped
 if TYPE_CHECKING:
     from fem3d.device.solve import Model
     from scenes.device import Device
-    from scenes.loop.ground import Shared
-    from scenes.loop.result import Steady
+    from statespace.ground import Shared
+    from statespace.result import Steady
     from validate.run.outcome import Outcome
 
 FIGURES = {

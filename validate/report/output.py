@@ -12,8 +12,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from scenes.compact import files
 from scenes.plan import Request, noted, step
+from statespace import export
 from validate.folder import Folder
 from validate.report import of
 from validate.report.figures.render import Renderer
@@ -55,7 +55,7 @@ def run(
         outcome = write(outcome, folder.partial, renderer, clock)
         if exports is not None and outcome.exported is not None:
             with clock.stage("files"):
-                files.write(outcome.exported.document, exports.partial)
+                export.write(outcome.exported.document, exports.partial)
     return replace(outcome, folder=folder.target, replaced=replaced(folder), timing=clock.all())
 
 

@@ -12,10 +12,10 @@ from pathlib import Path
 from typing import Any
 
 from compare.verdict import Check
-from scenes.compact import names
 from scenes.errors import columns
 from scenes.formats import cut
 from scenes.plan import Step
+from statespace import names
 from validate.report import of
 from validate.run.outcome import Outcome
 

@@ -14,11 +14,11 @@ from reduced1d.painted import Reduction, of_result
 from reduced1d.sink import anchor_series_resistance
 from scenes import laws
 from scenes.device import Device
-from scenes.loop.result import DeviceResult
 from scenes.model import AnyScene, Material
 from scenes.result import Result, Traces
 from scenes.sink import Sink
 from scenes.units import TIME
+from statespace.result import DeviceResult
 
 MOST = 100
 """Instants of a transient that are searched, beside those at which a trace is largest or smallest."""

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from compare.verdict import Check
     from fem3d.device.runs import Solved
     from reduced1d.device.design import Design
-    from scenes.loop.result import Runs
     from scenes.result import Result
+    from statespace.result import Runs
     from validate.inputs.air import Air
     from validate.inputs.calibration import Fit
     from validate.inputs.left_out import LeftOut

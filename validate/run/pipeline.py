@@ -44,8 +44,8 @@ def answer(
 
 def _exported(document: Mapping[str, Any], export: Export) -> Exported:
     """A compact model and its own words."""
-    from scenes.compact import fmu
-    from scenes.compact.facts import validity
+    from statespace import fmu
+    from statespace.facts import validity
 
     without = "" if fmu.available() else f"; {fmu.MISSING}"
     what = "a compact model and its controllers" if "controllers" in document else "a compact model"

@@ -49,7 +49,7 @@ def off(seed: int) -> float:
     from fem3d.compact.find import compact
     from fem3d.compact.judge import instants
     from fem3d.runs.scene import solve
-    from scenes.compact.runtime import CompactModel
+    from statespace.runtime import CompactModel
     from validate.stress.random_scenes import draw
 
     scene = draw(seed).scene

@@ -19,8 +19,8 @@ from scenes.checks import DEVICE_TOLERANCES
 from scenes.device import Control, Device, External
 from scenes.keys import DEVICE
 from scenes.loading import load
-from scenes.loop.result import Run, Runs, sampled_slowly, settling
 from scenes.plan import Request
+from statespace.result import Run, Runs, sampled_slowly, settling
 from validate.report.checks import claimed, off_by
 from validate.report.device import _in_3d
 from validate.run.kinds.device import simulated

@@ -15,14 +15,14 @@ import pytest
 from fem3d.compact.find import check, compact
 from fem3d.compact.judge import needed
 from fem3d.runs import scene as scene_run
-from scenes.compact import fmu
-from scenes.compact.channels import driven
-from scenes.compact.files import write
-from scenes.compact.runtime import CompactModel
 from scenes.errors import SceneError
 from scenes.loading import load_free as load
 from scenes.model import Schedule
 from scenes.result import Result
+from statespace import fmu
+from statespace.channels import driven
+from statespace.export import write
+from statespace.runtime import CompactModel
 from tests.validate.solve.test_mesh_cli import SCENE as MESH_SCENE
 from tests.validate.solve.test_mesh_cli import WIRE
 from validate.against import raw

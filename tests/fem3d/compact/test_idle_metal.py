@@ -8,9 +8,9 @@ import pytest
 
 from fem3d.compact.find import compact
 from fem3d.runs import scene as scene_run
-from scenes.compact.channels import channels, scenarios
-from scenes.compact.runtime import CompactModel
 from scenes.free import from_dict
+from statespace.channels import channels, scenarios
+from statespace.runtime import CompactModel
 
 
 def layered(

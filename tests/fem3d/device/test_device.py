@@ -11,12 +11,12 @@ from fem3d.device.runs import Solved
 from fem3d.device.solve import model
 from reduced1d.device.accurate import solve_accurate
 from reduced1d.device.shielding import over_time
-from scenes.compact.runtime import CompactModel
 from scenes.device import Device
-from scenes.loop.exported import closed_loop, compact
-from scenes.loop.ground import grounded
-from scenes.loop.march import Resolution, march
-from scenes.loop.result import Run, Runs
+from statespace.device_reduction import closed_loop, compact
+from statespace.ground import grounded
+from statespace.march import Resolution, march
+from statespace.result import Run, Runs
+from statespace.runtime import CompactModel
 from tests.fem3d.device.full_order import above_a_warmer_substrate, simulate
 
 ACCURACY = 1e-3

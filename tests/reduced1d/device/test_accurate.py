@@ -13,7 +13,7 @@ from reduced1d.device.accurate import Resolution, imbalance, march, solve_accura
 from reduced1d.device.lumped import lump, modes, steady
 from reduced1d.device.runs import solve
 from scenes.device import Control, Device, External
-from scenes.loop.result import QUANTITIES
+from statespace.result import QUANTITIES
 
 GOAL = 1e-4
 

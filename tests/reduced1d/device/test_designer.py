@@ -25,7 +25,7 @@ from reduced1d.device.stability import plant, stability
 from reduced1d.equations import anchor_flow
 from scenes.device import Control, Device, External
 from scenes.errors import SceneError
-from scenes.loop.result import settling, settling_time
+from statespace.result import settling, settling_time
 
 
 def test_steady_state_of_the_default_device():

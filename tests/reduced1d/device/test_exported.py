@@ -16,14 +16,14 @@ import pytest
 
 from reduced1d.device import runs
 from reduced1d.device.lumped import lump, steady
-from scenes.compact import files, fmu
-from scenes.compact.controllers import Controllers
-from scenes.compact.runtime import CompactModel
 from scenes.device import Control, Device, External
 from scenes.errors import NumericsError
-from scenes.loop.controller import law
-from scenes.loop.exported import Whole, closed_loop, compact
-from scenes.loop.result import Run
+from statespace import export, fmu
+from statespace.controller import law
+from statespace.controllers import Controllers
+from statespace.device_reduction import Whole, closed_loop, compact
+from statespace.result import Run
+from statespace.runtime import CompactModel
 
 ROOT = Path(__file__).parents[3]
 ACCURACY = 1e-5
@@ -142,7 +142,7 @@ def test_both_fmus_coupled_give_the_traces(
     from coupled_fmus import coupled
 
     whole, made = exported
-    files.write(made, tmp_path)
+    export.write(made, tmp_path)
     result, step = whole.result, whole.device.external.step_time
     traces = coupled(tmp_path, 1e-3, len(result.time_s), lambda t: 273.0 if t > step - 1e-9 else 293.0)
     for name, stated in errors(made).items():
@@ -156,7 +156,7 @@ def test_both_fmus_coupled_give_the_traces(
 @pytest.mark.needs("ngspice")
 def test_the_subcircuit_at_rest(exported: tuple[Whole, dict[str, Any]], tmp_path: Path) -> None:
     _, made = exported
-    files.write(made, tmp_path)
+    export.write(made, tmp_path)
     exact = CompactModel(made).steady({"sink.voltage": 1.2, "sensor.voltage": 0.07, "outside.temperature": 273.0})
     pins = "a b o s out_a out_b ra rb ia ib pa pb"
     (tmp_path / "run.cir").write_text(
@@ -180,7 +180,7 @@ def test_the_subcircuit_at_rest(exported: tuple[Whole, dict[str, Any]], tmp_path
 
 def test_the_python_files_run_alone(exported: tuple[Whole, dict[str, Any]], tmp_path: Path) -> None:
     _, made = exported
-    files.write(made, tmp_path)
+    export.write(made, tmp_path)
     code = (
         "from model import model; from controllers import controllers; "
         "print(model.steady()['sensor_K'], *controllers.sample([300.0, 1.115]))"

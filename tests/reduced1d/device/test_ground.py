@@ -17,9 +17,9 @@ from reduced1d.device.runs import make
 from reduced1d.device.stability import DEGREE, largest_eigenvalue
 from scenes.device import Device, External
 from scenes.errors import SceneError
-from scenes.loop import circuit
-from scenes.loop.ground import NARROW, grounded, held_range
-from scenes.loop.result import QUANTITIES
+from statespace import circuit
+from statespace.ground import NARROW, grounded, held_range
+from statespace.result import QUANTITIES
 
 
 def off(device: Device, ground: float, outer: float) -> np.ndarray:

@@ -9,10 +9,10 @@ import pytest
 
 from reduced1d.network import solve
 from reduced1d.network.compact import compact
-from scenes.compact.runtime import CompactModel
 from scenes.errors import SceneError
 from scenes.loading import load
 from scenes.model import Scene
+from statespace.runtime import CompactModel
 from tests.reduced1d.network.test_closed_forms import cooled_wire
 
 

@@ -22,8 +22,8 @@ from compare.made import DEVICE_FIGURES as FIGURES
 from scenes.checks import DEVICE_TOLERANCES
 from scenes.keys import DEVICE
 from scenes.loading import from_dict, load
-from scenes.loop.result import QUANTITIES
 from scenes.plan import Request
+from statespace.result import QUANTITIES
 from tests.validate.cli import summary
 from validate.cli import main
 from validate.report.figures import device_figures as own

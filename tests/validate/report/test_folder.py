@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from scenes.compact import fmu
 from scenes.errors import SceneError
+from statespace import fmu
 from validate import folder as module
 from validate.cli import main
 from validate.folder import Folder

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from reduced1d.network.lines import layout
-from scenes.compact.runtime import CompactModel
 from scenes.loading import load
 from scenes.plan import Request
+from statespace.runtime import CompactModel
 from validate.cli import main
 from validate.report.figures.network_figure import draw
 from validate.run.outcome import Outcome

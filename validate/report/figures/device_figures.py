@@ -17,7 +17,7 @@ from matplotlib.ticker import MaxNLocator
 from reduced1d.device.lumped import lump, steady
 from scenes.device import Device
 from scenes.formats import percent, quantity, scale
-from scenes.loop.result import BAND, Run
+from statespace.result import BAND, Run
 from validate.report.checks import drawn, with_mu
 from validate.report.figures import INK, LAYERS
 from validate.report.figures.drawing import legend, logarithmic, new_figure

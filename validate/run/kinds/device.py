@@ -13,7 +13,7 @@ from validate.run.outcome import Outcome, Run
 
 if TYPE_CHECKING:
     from compare.verdict import Check
-    from scenes.loop.result import Runs
+    from statespace.result import Runs
     from validate.inputs.propagation import Estimates, Propagated
     from validate.inputs.sensitivities import Sensitivities
 
@@ -85,7 +85,7 @@ def exportable(device: Device, request: Request) -> None:
 def exported(outcome: Outcome[Device], say: Callable[[str], None]) -> dict[str, Any]:
     """The document of its compact model: of the 3D one where that was asked for, else of the 1D one."""
     from reduced1d.device import runs
-    from scenes.loop.exported import compact
+    from statespace.device_reduction import compact
 
     export, solved = outcome.request.export, outcome.device_3d
     assert export is not None

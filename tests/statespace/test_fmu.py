@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from scenes.compact import files, fmu
-from scenes.compact.runtime import CompactModel
-from tests.scenes.compact.test_runtime import document
+from statespace import export, fmu
+from statespace.runtime import CompactModel
+from tests.statespace.test_runtime import document
 
 needs_fmu = pytest.mark.skipif(
     not fmu.available() or importlib.util.find_spec("fmpy") is None,
@@ -22,7 +22,7 @@ needs_fmu = pytest.mark.skipif(
 def run(made: dict[str, Any], folder: Path, drive: dict[str, Any]) -> Any:
     import fmpy
 
-    files.write(made, folder)
+    export.write(made, folder)
     signals = np.array([(0.0, 1.5, 0.0), (0.5, 1.5, 0.0), (0.5, -1.0, 0.0), (1.0, -1.0, 0.0)],
                        dtype=[("time", float), ("V", float), ("T", float)])  # fmt: skip
     return fmpy.simulate_fmu(str(folder / "model.fmu"), stop_time=1.0, output_interval=0.1, input=signals, **drive)
@@ -50,7 +50,7 @@ def test_a_steady_state(tmp_path: Path) -> None:
 
 def test_without_pythonfmu_the_rest_is_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(fmu, "available", lambda: False)
-    files.write(document(), tmp_path)
+    export.write(document(), tmp_path)
     assert sorted(entry.name for entry in tmp_path.iterdir()) == ["model.cir", "model.json", "model.py"]
 
 
@@ -58,7 +58,7 @@ def test_without_pythonfmu_the_rest_is_written(tmp_path: Path, monkeypatch: pyte
 def test_every_variable_has_a_unit_of_si(tmp_path: Path) -> None:
     import fmpy
 
-    files.write(document(), tmp_path)
+    export.write(document(), tmp_path)
     found = fmpy.read_model_description(str(tmp_path / "model.fmu"), validate=True)
     assert {v.name: v.unit for v in found.modelVariables} == {"V": "V", "T": "K", "y": "W", "t": "K"}
     powers = {unit.name: unit.baseUnit for unit in found.unitDefinitions}

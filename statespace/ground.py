@@ -13,8 +13,8 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 
 from scenes.device import Device
-from scenes.loop.modal import Modal
-from scenes.loop.stability import gains, plant, steady
+from statespace.modal import Modal
+from statespace.stability import gains, plant, steady
 
 NARROW = 2e-3
 """The end of the range is bisected to this part of the set temperature's rise."""

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from importlib.resources import files
 from typing import Any
 
-from scenes.compact.facts import facts
+from statespace.facts import facts
 
 USE = """
 Use: from model import model
@@ -38,7 +38,7 @@ def controllers_as_python(document: Mapping[str, Any]) -> str:
 
 def _code(module: str, head: list[str]) -> str:
     """The code of a module here, with a head on its own docstring."""
-    code = files("scenes.compact").joinpath(module).read_text(encoding="utf-8")
+    code = files("statespace").joinpath(module).read_text(encoding="utf-8")
     _, about, rest = code.split('"""', 2)
     said = "\n".join([*head, about.strip()]).replace("\\", "/").replace('"""', "'''")
     return f'"""{said}\n"""{rest}'

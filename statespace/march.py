@@ -15,11 +15,11 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from scenes.device import Device
-from scenes.loop.circuit import powers as powers_of
-from scenes.loop.controller import law, timetable
-from scenes.loop.modal import Modal, interval
-from scenes.loop.result import QUANTITIES, TOP
-from scenes.loop.stability import state_of
+from statespace.circuit import powers as powers_of
+from statespace.controller import law, timetable
+from statespace.modal import Modal, interval
+from statespace.result import QUANTITIES, TOP
+from statespace.stability import state_of
 
 CEILING = 2000.0  # K, beyond any metal: a run in which a film's rise gets there is stopped.
 SMALL = 8000

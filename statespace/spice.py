@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from scenes.compact import names
-from scenes.compact.facts import facts
-from scenes.compact.runtime import CompactModel
+from statespace import names
+from statespace.facts import facts
+from statespace.runtime import CompactModel
 
 SMALL = 1e-15  # Entries below this part of the largest of their row are left out.
 WIDTH = 100  # Characters of a line.

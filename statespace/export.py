@@ -11,9 +11,9 @@ from typing import Any
 def write(document: Mapping[str, Any], folder: Path) -> None:
     """Writes model.json, .cir, .py and .fmu into a folder, made where it isn't there, and of a device with controllers
     controllers.py and .fmu; no FMU without pythonfmu. Raises OSError where they can't be written."""
-    from scenes.compact import fmu, names
-    from scenes.compact.python import as_python, controllers_as_python
-    from scenes.compact.spice import as_spice
+    from statespace import fmu, names
+    from statespace.python import as_python, controllers_as_python
+    from statespace.spice import as_spice
 
     document = {**document, "names": names.listed(document)}
     each = (f"{json.dumps(key)}: {json.dumps(value, allow_nan=False)}" for key, value in document.items())

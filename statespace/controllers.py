@@ -19,7 +19,7 @@ def error_of(measured: np.ndarray, resistance: np.ndarray, change: np.ndarray) -
 
 
 class Controllers:
-    """The controllers of a document (`scenes.loop.compact.controllers`), from their first sample on."""
+    """The controllers of a document (`statespace.device_model.controllers`), from their first sample on."""
 
     def __init__(self, document: Mapping[str, Any]) -> None:
         self.document = document

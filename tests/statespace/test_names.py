@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from scenes.compact import files, fmu, names
-from scenes.compact.runtime import CompactModel
-from tests.scenes.compact.test_runtime import document
+from statespace import export, fmu, names
+from statespace.runtime import CompactModel
+from tests.statespace.test_runtime import document
 
 
 def alike() -> dict[str, Any]:
@@ -44,7 +44,7 @@ def test_each_is_told_apart_by_the_rule_of_its_format() -> None:
 def test_in_ngspice(tmp_path: Path) -> None:
     made = alike()
     expected = CompactModel(made).steady({"Drive.voltage": 1.2, "drive.voltage": 2.6})
-    files.write(made, tmp_path)
+    export.write(made, tmp_path)
     nodes = {entry["name"]: entry["spice"] for entry in names.listed(made)}
     circuit = [
         "* all of them", ".include model.cir", f"X1 {' '.join(nodes.values())} compact_model",
@@ -69,7 +69,7 @@ def test_in_fmpy(tmp_path: Path) -> None:
 
     made = alike()
     expected = CompactModel(made).steady({"Drive.voltage": 1.2, "drive.voltage": 2.6})
-    files.write(made, tmp_path)
+    export.write(made, tmp_path)
     variables = {entry["name"]: entry["fmu"] for entry in names.listed(made)}
     fmpy.read_model_description(str(tmp_path / "model.fmu"), validate=True)
     driven = [("time", float), *((variables[name], float) for name in ("Drive.voltage", "drive.voltage"))]

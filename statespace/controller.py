@@ -10,9 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from scenes.compact.controllers import error_of
 from scenes.device import Device
-from scenes.loop.circuit import measured
+from statespace.circuit import measured
+from statespace.controllers import error_of
 
 
 @dataclass(frozen=True)

@@ -14,16 +14,16 @@ from typing import Any
 
 import numpy as np
 
-from scenes.compact.controllers import Controllers
-from scenes.compact.few import fewest, leading
-from scenes.compact.runtime import CompactModel
 from scenes.device import Device
 from scenes.errors import NumericsError
-from scenes.loop import circuit
-from scenes.loop.compact import FILMS, INPUTS, OUTPUTS, document
-from scenes.loop.controller import timetable
-from scenes.loop.modal import Modal
-from scenes.loop.result import DeviceResult
+from statespace import circuit
+from statespace.controller import timetable
+from statespace.controllers import Controllers
+from statespace.device_model import FILMS, INPUTS, OUTPUTS, document
+from statespace.modal import Modal
+from statespace.result import DeviceResult
+from statespace.runtime import CompactModel
+from statespace.truncation import fewest, leading
 
 LOOP = "closed loop"
 VOLTAGES = tuple(f"{film}_V" for film in FILMS)
@@ -54,7 +54,7 @@ class Whole:
 def compact(
     whole: Whole, states: int | None, accuracy: float, say: Callable[[str], None] = lambda _: None
 ) -> dict[str, Any]:
-    """The document of a device's model (`scenes.compact.runtime`) of a number of states, or as many as an accuracy
+    """The document of a device's model (`statespace.runtime`) of a number of states, or as many as an accuracy
     takes. Raises NumericsError where that isn't reached, or the closed loop can't be followed to its end."""
     judge = _Judge(whole, max(CLOSELY * accuracy, LEAST))
     if whole.result.details.get("stopped"):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from scenes.compact.runtime import CompactModel
+from statespace.runtime import CompactModel
 
 
 def document(steady: bool = False) -> dict[str, Any]:

@@ -8,9 +8,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from scenes.compact.runtime import CompactModel
-from scenes.compact.spice import as_spice
-from tests.scenes.compact.test_runtime import document
+from statespace.runtime import CompactModel
+from statespace.spice import as_spice
+from tests.statespace.test_runtime import document
 
 Drive = Callable[[float], dict[str, float]]
 

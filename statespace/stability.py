@@ -9,9 +9,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from scenes.device import Device
-from scenes.loop import circuit
-from scenes.loop.modal import Modal
-from scenes.loop.result import GONE, Steady
+from statespace import circuit
+from statespace.modal import Modal
+from statespace.result import GONE, Steady
 
 SMALLEST_GAIN, LARGEST_GAIN = 1e-6, 1e6  # V: the gains between which a limit is searched.
 CHOICES = ((True, True), (True, False), (False, True), (False, False))

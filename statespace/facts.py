@@ -12,7 +12,7 @@ EQUATIONS = [
     "db/dt = F z + sum over pairs i <= j of c_i c_j Q_ij z (twice for i < j); 0 where steady_only",
     "rows = Y z + W dg/dt + sum_i c_i U_i z + sum over pairs of c_i c_j P_ij z; an output is the max, min or mean",
 ]
-"""The equations of `scenes.compact.runtime`, in words for a document."""
+"""The equations of `statespace.runtime`, in words for a document."""
 
 
 def facts(document: Mapping[str, Any]) -> list[str]:

@@ -1,5 +1,5 @@
 """The device as a part of somebody's system: a `Modal` and the circuit of its films as the matrices of
-`scenes.compact.runtime`, and the numbers of its controllers.
+`statespace.runtime`, and the numbers of its controllers.
 
 Inputs g are both voltages, the outer and the substrate's temperature T (K); the current fields are those of sink and
 sensor, so that A c = S g is the circuit with its common lead, and c_e^2 R_e a film's power. The states are b plus the
@@ -19,10 +19,10 @@ from typing import Any
 
 import numpy as np
 
-from scenes.compact.facts import EQUATIONS
 from scenes.device import Device
-from scenes.loop.controller import law
-from scenes.loop.modal import Inlet, Modal
+from statespace.controller import law
+from statespace.facts import EQUATIONS
+from statespace.modal import Inlet, Modal
 
 INPUTS = {
     "sink.voltage": ("V", "voltage"), "sensor.voltage": ("V", "voltage"),
@@ -45,7 +45,7 @@ def document(modal: Modal, device: Device, name: str, inputs: Mapping[str, Mappi
 
 
 def controllers(modal: Modal, device: Device) -> dict[str, Any]:
-    """The document of the controllers (`scenes.compact.controllers`)."""
+    """The document of the controllers (`statespace.controllers`)."""
     control = law(device, modal.resistance, modal.coefficient)
     return {
         "sample_time_s": device.control.sample_time, "gain_V": control.gain.tolist(),

@@ -14,10 +14,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from scenes.device import Device, External
-from scenes.loop.controller import timetable
-from scenes.loop.march import Resolution, march
-from scenes.loop.modal import Modal
-from scenes.loop.stability import steady
+from statespace.controller import timetable
+from statespace.march import Resolution, march
+from statespace.modal import Modal
+from statespace.stability import steady
 
 STEP = 1.0
 """K of substrate. Resistances are linear and both loops closed, so that powers are linear in it but for local

@@ -13,8 +13,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from scenes.compact import names
-from scenes.compact.python import as_python, controllers_as_python
+from statespace import names
+from statespace.python import as_python, controllers_as_python
 
 MISSING = "no FMU, which takes pythonfmu: pip install 'heated-microstructure-validation[fmu]'"
 
