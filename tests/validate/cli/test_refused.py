@@ -23,7 +23,7 @@ REFUSED = {
     "sink --accuracy 0": "run.accuracy", "sink --set run.end_time=0": "run.end_time",
     "sink --set sink.widht=1um": "sink.width", "sink --set sink.width": "KEY=VALUE", "sink --only 2d": "invalid choice",
     "sink nowhere.toml": "no file", "sink one two": "too many", "sink --out=": "--out",
-    "sink --only 1d --no-figures --out /": "is where you are or a mount",
+    "sink --only 1d --no-figures --out .": "is where you are or a mount",
     "sink --out /dev/null/x": "output folder",
     "sink --fields --field-times abc": "--field-times", "sink --fields --field-times 1s": "--field-times",
     "sink --fields --field-times=-1ms": "--field-times", "sink --fields --field-times 1V": "--field-times",
