@@ -7,8 +7,9 @@
     plate           the heat equation of the silicon layer, averaged over its thickness
     moments:N       the plate, of a row of spans the fin, projected on N fields that match its response
 
-Conductivities, resistivities and specific heats that follow the temperature, and radiation, are in all from the fin on;
-the first two take the former as they are at room temperature, and radiate nothing.
+All of them take constant properties and a resistivity that is linear in the temperature. Where a property follows the
+temperature by a law, or faces radiate, the first two take the numbers at room temperature, as the paper does, and the
+others are refused: only 3D solves that.
 
 Nothing heavy is imported before a reduction needs it.
 """
@@ -39,8 +40,6 @@ REDUCTIONS = {
 }
 CONSTANT = ("paper", "anchored")
 """Reductions that take properties at room temperature even if they follow it (a resistivity with its slope)."""
-LAWS = ("thermal_conductivity", "resistivity", "specific_heat")
-"""The properties of silicon and oxide that may follow the temperature."""
 STATES = 4
 """Number of states of "moments" where none is given."""
 
@@ -89,9 +88,7 @@ def solve(
     """
     name = canonical(reduction)
     refuse(sink, name)
-    if name in CONSTANT:
-        sink = sink.plain
-        levels = levels and levels.without(("emissivity", *LAWS))
+    given, sink = sink, sink.plain
     if name == "paper" and sink.spans == 1 and not sink.drive.series:
         from reduced1d.sink import solve as solve_paper
 
@@ -109,9 +106,9 @@ def solve(
     from reduced1d.ladder.anchor import fin_warnings, warnings
     from reduced1d.ladder.levels import Levels
 
-    levels = levels or Levels(sink)
+    levels = levels or Levels(given)
     answer = result(name, sink, build(levels.fine, name), build(levels.coarse, name), steady_only, times)
-    said = warnings(sink.plain, levels.fine.remainder)
+    said = warnings(sink, levels.fine.remainder)
     if sink.spans > 1 or name in ("anchored", "fin-massless", "fin"):
         said += fin_warnings(sink, levels.fine.one_node)
     more = {"unknowns": levels.fine.plate.unknowns, "thin_plate_remainder": levels.fine.remainder, "warnings": said}
@@ -119,8 +116,14 @@ def solve(
 
 
 def refuse(sink: Sink, name: str) -> None:
-    """Raises SceneError for a reduction that isn't made of a row of spans, and for materials that none takes."""
+    """Raise SceneError where a reduction does not exist for a row of spans, or for the sink's materials and faces."""
     refuse_directions(sink.materials, "a 1D model")
+    if name not in CONSTANT and sink != sink.plain:
+        what = "radiates" if sink.emissivity else "has a property that follows the temperature by a law"
+        raise SceneError(
+            f"the sink {what}, and the reduction {name} takes constant properties and no radiation: give paper or "
+            "anchored, which take those at room temperature, or --only 3d"
+        )
     if sink.spans > 1 and name == "plate":
         raise SceneError(
             f"sink.spans = {sink.spans} makes a row, and the reduction plate is made for one span: give paper, "

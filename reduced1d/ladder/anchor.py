@@ -19,8 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from reduced1d.equations import resistance, room_resistivity
-from reduced1d.ladder.plate import Plate, along, film, stored
-from reduced1d.ladder.plate_points import COPIES
+from reduced1d.ladder.plate import COPIES, Plate, along, film, stored
 from scenes.checks import FIRST_TIME
 from scenes.sink import Sink
 

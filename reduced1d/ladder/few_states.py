@@ -31,8 +31,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import scipy.linalg
 
-from reduced1d.ladder import following
-from reduced1d.ladder.following import Following
 from reduced1d.line import modes
 from reduced1d.lumped import increasing_root, no_steady_state
 from reduced1d.radau import radau, within
@@ -60,9 +58,7 @@ class FewStates:
     """``capacity`` (n, n) in J/K and ``conductance`` (n, n) in W/K; ``source`` (n,) and ``feedback`` (n, n) of 1 A;
     ``resistance`` in ohm, ``coefficient`` in 1/K; what drives it. ``outputs`` are rows (n,) on the states: the rises
     peak, end, mean in K, and in W the heat to the air, and that from the beam alone, to the air and to a gas below it.
-    ``source_beam`` and
-    ``resistance_beam`` are the beam's part of the heat. Where properties follow the temperature all that is the sink's
-    at room temperature, and ``follows`` are its laws.
+    ``source_beam`` and ``resistance_beam`` are the beam's part of the heat.
 
     The plate is of this form too, with sparse matrices; what answers is ``in_modes``."""
 
@@ -76,7 +72,6 @@ class FewStates:
     outputs: dict[str, np.ndarray]
     coefficient: float
     drive: Drive
-    follows: Following | None = None
 
     @property
     def states(self) -> int:
@@ -94,7 +89,6 @@ class FewStates:
         return replace(
             self, capacity=capacity, conductance=conductance, feedback=feedback, source=self.source @ fields,
             source_beam=self.source_beam @ fields, outputs={name: row @ fields for name, row in self.outputs.items()},
-            follows=self.follows and self.follows.on(fields),
         )  # fmt: skip
 
     def in_modes(self) -> FewStates:
@@ -108,8 +102,6 @@ def steady_state(model: FewStates) -> tuple[np.ndarray, float]:
 
     Raises RunawayError where no current matches it.
     """
-    if model.follows is not None:
-        return following.steady_state(model.follows, model.drive)
     gains, sources, shapes = _diagonal(model)
     sign, voltage, series = math.copysign(1.0, model.drive.value), abs(model.drive.value), model.drive.series
     if series == math.inf:
@@ -147,9 +139,7 @@ def steady_state(model: FewStates) -> tuple[np.ndarray, float]:
 
 def largest_drive(model: FewStates) -> float:
     """The largest voltage (V) with a steady state: infinite unless resistance falls with the rise; of a given current
-    (A) unless it rises. With laws of the temperature it is infinite, and known only where exceeded."""
-    if model.follows is not None:
-        return math.inf
+    (A) unless it rises."""
     if model.drive.series == math.inf:
         pole = model.coefficient * float(_diagonal(model)[0].max())
         return 1 / math.sqrt(pole) if pole > 0 else math.inf
@@ -220,29 +210,11 @@ def trajectory(model: FewStates, times: np.ndarray, growth: float = 2.0) -> tupl
 
 def resistance_at(model: FewStates, states: np.ndarray) -> np.ndarray:
     """(...,): the resistance (ohm) at states (..., n)."""
-    if model.follows is not None:
-        return model.follows.resistance(states)
     return model.resistance + model.coefficient * (states @ model.source)
-
-
-def _off(model: FewStates, state: np.ndarray, beam: bool = False) -> float:
-    """The heat (W) to the air and by radiation, of all or of the beam alone."""
-    if model.follows is not None:
-        return model.follows.given_off(state, beam)
-    return float(model.outputs["air_beam" if beam else "air"] @ state)
-
-
-def _beam_at(model: FewStates, state: np.ndarray) -> float:
-    """The beam's own resistance (ohm)."""
-    if model.follows is not None:
-        return float(model.follows.resistance(state, beam=True))
-    return model.resistance_beam + model.coefficient * float(model.source_beam @ state)
 
 
 def _step(model: FewStates, state: np.ndarray, length: float) -> np.ndarray | None:
     """States (n, points + 1) at the start and at the points of a step (s); ``None`` where the sweeps do not settle."""
-    if model.follows is not None:
-        return following.step(model.follows, model.drive, state, length, POINTS)
     matrix = radau(POINTS)[0]
     # Of each mode, (1 + rate h A)^-1 applied to 1 and to h A: the decay of its start, and its response to heat.
     inverse = np.linalg.inv(np.eye(POINTS) + length * model.rates[:, None, None] * matrix)
@@ -291,12 +263,12 @@ def steady(model: FewStates) -> dict[str, float]:
     power = current**2 * float(resistance_at(model, state))
     end_flow = readings.get("anchor_heat_W", 0.0)
     if not end_flow:
-        beam = current**2 * _beam_at(model, state)
-        end_flow = (beam - _off(model, state, beam=True) - float(model.outputs["gas_beam"] @ state)) / 2
+        beam = current**2 * (model.resistance_beam + model.coefficient * float(model.source_beam @ state))
+        end_flow = (beam - float((model.outputs["air_beam"] + model.outputs["gas_beam"]) @ state)) / 2
     return readings | {
         "current_A": current,
         "power_W": power,
-        "heat_out_W": power - _off(model, state),
+        "heat_out_W": power - float(model.outputs["air"] @ state),
         "anchor_resistance_K_per_W": readings["end_rise_K"] / end_flow,
     }
 
@@ -312,8 +284,7 @@ def _read(model: FewStates, states: np.ndarray) -> dict[str, np.ndarray]:
     readings = {}
     for name, row in model.outputs.items():
         if not name.startswith(("air", "gas")):
-            follows = model.follows
-            value = states @ row.T if follows is None or name not in follows.heats else follows.outflow(name, states)
+            value = states @ row.T
             readings[f"{name}_W" if name.endswith("_heat") else f"{name}_K"] = top(value) if row.ndim > 1 else value
     if "peak_K" not in readings:
         readings["peak_K"] = np.max([v for name, v in readings.items() if name.endswith("_peak_K")], axis=0)

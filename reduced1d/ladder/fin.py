@@ -18,16 +18,14 @@ of one half of an island serve for all of these, which is Galerkin's method too.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from reduced1d.equations import room_resistivity
 from reduced1d.ladder.anchor import Anchor
 from reduced1d.ladder.few_states import FewStates
-from reduced1d.ladder.following import Following, Points
-from reduced1d.ladder.plate import film, gap_film, layer_of, stored
-from reduced1d.ladder.plate_points import narrow_sides, underside_bare
+from reduced1d.ladder.plate import film, gap_film, stored
 from reduced1d.line import Line
 from scenes.sink import Sink, decay, different
 
@@ -35,24 +33,19 @@ _SPAN = np.array([0.0, 0.02, 0.08, 0.3, 1.0])
 """Element boundaries of half a span: fine near its end, from which heat has spread a little at 10 us."""
 _DEGREES = (5, 6, 7, 8)  # Polynomial degrees of these elements.
 _ISLAND = 4  # Polynomial degree over an island.
-_FOR_LAWS = 3
-"""Quadrature points of an element beyond those that products of polynomials take, for laws of the temperature."""
 _PLACES = 41  # Places along a span between which its hottest one is searched.
 _ALIKE = 1e-6
 """Spans where the effect of the row's end has fallen below this part are taken as alike."""
 
 
 def fin(
-    sink: Sink, anchor: Anchor, *, pad_capacity: bool = True, oxide_capacity: bool = True, finer: int = 0,
-    laws: tuple[Points, float] | None = None,
+    sink: Sink, anchor: Anchor, *, pad_capacity: bool = True, oxide_capacity: bool = True, finer: int = 0
 ) -> FewStates:  # fmt: skip
     """The fin on an anchor, with the capacities that are asked for (of the islands with the oxide's); ``finer`` is
-    added to the polynomials' degrees, and half of it to the spans that are told apart. Of a sink whose properties
-    follow the temperature ``laws`` are what `anchor_points` says.
+    added to the polynomials' degrees, and half of it to the spans that are told apart.
 
     Raises ValueError where the silicon does not conduct.
     """
-    original, sink = sink, sink.plain
     row = _halved(sink, finer)
     k, A_c = sink.silicon.thermal_conductivity, sink.cross_section
     resistivity, a = room_resistivity(sink.silicon, sink.room_temperature)
@@ -87,48 +80,8 @@ def fin(
         per_length * integral + anchor.source * end,
         row.line.products(both * per_length) + anchor.feedback * node,
         per_length * sink.row_length + anchor.circuit, per_length * integral, per_length * sink.row_length, outputs,
-        a, sink.drive, laws and _following(original, row, *laws, anchor, pad_capacity, oxide_capacity),
+        a, sink.drive,
     ).in_modes()  # fmt: skip
-
-
-def _following(
-    sink: Sink, row: _Row, anchors: Points, right: float, anchor: Anchor, pad_capacity: bool, oxide_capacity: bool
-) -> Following:
-    """The laws of a sink along the row, and at the points of the anchors."""
-    values, slopes, length, number = row.line.points(_FOR_LAWS)
-    span, weight, isle = row.numbers[number], 2 * row.weights[number], row.islands[number]  # the row has two halves
-    area, above = sink.width * length * weight, sink.island_width * length * isle
-    cold = room_resistivity(sink.plain.silicon, sink.room_temperature)[0] / sink.cross_section
-    under = 1 - above * weight / area if underside_bare(sink) else 0.0
-    bare = area * (1 + under + narrow_sides(sink)[0])
-    along = Points(
-        values, (slopes,), area, above * weight, 0 * area, area, bare, area, oxide_capacity * above * weight,
-        cold * length * weight, np.full(len(area), True),
-    )  # fmt: skip
-    end, none = np.eye(1, values.shape[1]), np.zeros(1)
-    ends = replace(
-        anchors, area=right * anchors.area, above=right * anchors.above, gap=right * anchors.gap, by_state=end,
-        bare=right * anchors.bare, silicon=pad_capacity * anchors.silicon, oxide=oxide_capacity * anchors.oxide,
-        heat=anchors.heat * (anchor.circuit > 0),
-    )  # fmt: skip
-    # What the circuit has beyond the beam and the pads, where the current widens, heats the end.
-    outside = np.array([anchor.circuit - ends.heat.sum()])
-    widening = Points(np.ones((1, 1)), (), none, none, none, none, none, none, none, outside, np.full(1, False), end)
-    heats = {}
-    if sink.spans > 1:
-        heats["anchor_heat"] = replace(
-            ends, area=ends.area / 2, above=ends.above / 2, gap=ends.gap / 2, bare=ends.bare / 2
-        )
-        for island in range(1, sink.spans // 2 + 1):
-            at = isle & (span == min(island, row.solved))
-            # Some are modelled by their half.
-            whole = sink.island / length[at].sum()
-            heats[f"island{island}_heat"] = replace(
-                along.where(at), area=0 * area[at], gap=0 * area[at], bare=0 * area[at], above=whole * above[at]
-            )
-    return Following(
-        layer_of(sink), (along, ends, widening), values.shape[1], heats, (along, replace(anchors, by_state=end))
-    )  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)

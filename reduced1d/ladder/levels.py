@@ -12,13 +12,11 @@ import numpy as np
 
 from reduced1d import ladder
 from reduced1d.ladder.anchor import Anchor, anchor_of, one_node_remainder, thin_plate_remainder
-from reduced1d.ladder.anchor_points import anchor_points
 from reduced1d.ladder.few_states import FewStates, result, steady_state
 from reduced1d.ladder.fin import fin
 from reduced1d.ladder.lumps import lumps
 from reduced1d.ladder.moments import PLATE_STATES, hot, moment_fields
 from reduced1d.ladder.plate import COARSE, FINE, Grading, Plate, assemble
-from scenes.model import Material
 from scenes.result import Result
 from scenes.sink import Sink
 
@@ -37,13 +35,7 @@ class Level:
 
     @cached_property
     def _hot(self) -> tuple[Plate, np.ndarray]:
-        plate = self._assembled
-        if plate.model.follows is not None:
-            # A fin on anchors in the shape of the cold sink's tells at once where there is no steady state at all.
-            cold = plate.inverse.solve(plate.model.source)
-            laws = anchor_points(plate, cold / np.abs(cold).max())
-            steady_state(fin(self.sink, anchor_of(plate), laws=laws))
-        return hot(plate)
+        return hot(self._assembled)
 
     @cached_property
     def _assembled(self) -> Plate:
@@ -76,10 +68,7 @@ class Level:
     def fin(self, pad_capacity: bool = True, oxide_capacity: bool = True, circuit: bool = True) -> FewStates:
         """The fin on the plate's anchor, with what is asked for of the anchor's capacity and of the circuit in it."""
         anchor = self.anchor if circuit else replace(self.anchor, circuit=0.0, source=0.0, feedback=0.0)
-        laws = None if self.plate.model.follows is None else anchor_points(*self._hot)
-        return fin(
-            self.sink, anchor, pad_capacity=pad_capacity, oxide_capacity=oxide_capacity, finer=self.finer, laws=laws
-        )
+        return fin(self.sink, anchor, pad_capacity=pad_capacity, oxide_capacity=oxide_capacity, finer=self.finer)
 
     def moments(self, states: int) -> FewStates:
         """The plate, of a row the fin, with some states (fewer where they would depend on each other)."""
@@ -102,7 +91,7 @@ class Level:
 
 @dataclass(frozen=True, eq=False)
 class Levels:
-    """The two levels of a sink; the difference of what they give bounds the error of the finer one.
+    """The two levels of a sink of constant properties (`plain`); their difference bounds the error of the finer one.
 
     ``rough`` takes the coarser for both, in a quarter of the time: errors come out as 0, so that it is for whoever asks
     which part is the largest, not how large it is.
@@ -112,14 +101,12 @@ class Levels:
     rough: bool = False
 
     def without(self, keys: tuple[str, ...]) -> Levels:
-        """The same of the sink without what some of its attributes stand for, and without some laws of the temperature
-        (`ladder.LAWS`); once for each, itself where that is the sink."""
-        sink = _without(self.sink, keys)
+        """The levels of the sink with ``None`` for some of its attributes; made once for each."""
+        absent: dict[str, Any] = dict.fromkeys(keys)
+        sink = replace(self.sink, **absent)
         if sink == self.sink:
             return self
-        if keys not in self._without:
-            self._without[keys] = Levels(sink, self.rough)
-        return self._without[keys]
+        return self._without.setdefault(keys, Levels(sink, self.rough))
 
     @cached_property
     def _without(self) -> dict[tuple[str, ...], Levels]:
@@ -127,23 +114,11 @@ class Levels:
 
     @cached_property
     def fine(self) -> Level:
-        return self.coarse if self.rough else Level(self.sink, FINE, PLATE_STATES, 2)
+        return self.coarse if self.rough else Level(self.sink.plain, FINE, PLATE_STATES, 2)
 
     @cached_property
     def coarse(self) -> Level:
-        return Level(self.sink, COARSE, PLATE_STATES - 6, 0)
-
-
-def _without(sink: Sink, keys: tuple[str, ...]) -> Sink:
-    none: dict[str, Any] = {key: 0.0 if key == "emissivity" else None for key in keys if key not in ladder.LAWS}
-    plain = sink.plain
-    for material in ("silicon", "oxide"):
-        number: Material = getattr(plain, material)
-        replaced = {key: getattr(number, key) for key in keys if key in ladder.LAWS}
-        if "resistivity" in replaced:
-            replaced |= {key: getattr(number, key) for key in ("temperature_coefficient", "reference_temperature")}
-        none[material] = replace(getattr(sink, material), **replaced)
-    return replace(sink, **none)
+        return Level(self.sink.plain, COARSE, PLATE_STATES - 6, 0)
 
 
 @dataclass(frozen=True)
@@ -174,15 +149,14 @@ def rungs(levels: Levels, start: str = "paper") -> list[Rung]:
         models = [replace(rung, without=missing) for rung in models]
         models += [replace(_MISSING[key], name=last.name, without=missing[n:]) for n, key in enumerate(missing)]
         models.append(last)
+    if start in ladder.CONSTANT and levels.sink != levels.sink.plain:
+        models[-1] = replace(_ONLY_3D, name=models[-1].name)
     return models
 
 
 def _missing(sink: Sink, start: str) -> tuple[str, ...]:
-    """The keys of `_MISSING` that the sink has and the first model leaves out: radiation and laws of the temperature,
-    of the paper's model contacts and substrate too."""
-    other = [k for k in ("contact_resistance", "substrate_thickness") if getattr(sink, k) is not None]
-    keys = [*(other if start == "paper" else ()), *(["emissivity"] if sink.emissivity else [])]
-    return (*keys, *(key for key in ladder.LAWS if key in (*sink.silicon.follows, *sink.oxide.follows)))
+    """The keys of `_MISSING` that the sink has and the paper's model leaves out."""
+    return tuple(key for key in _MISSING if start == "paper" and getattr(sink, key) is not None)
 
 
 def solve(levels: Levels, rung: Rung, steady_only: bool, times: np.ndarray | None) -> Result:
@@ -211,21 +185,12 @@ _MISSING = {
     "substrate_thickness": Rung(
         "plate", "substrate", "the oxide stands on room temperature", "the missing substrate",
     ),
-    "emissivity": Rung("plate", "radiation", "nothing radiates", "the missing radiation"),
-    "thermal_conductivity": Rung(
-        "plate", "constant conductivity", "heat is conducted at any temperature as at room temperature",
-        "the constant conductivity",
-    ),
-    "resistivity": Rung(
-        "plate", "linear resistivity", "the resistivity goes on as it begins at room temperature",
-        "the linear resistivity",
-    ),
-    "specific_heat": Rung(
-        "plate", "constant specific heat", "a kelvin takes as much heat at any temperature",
-        "the constant specific heat",
-    ),
 }  # fmt: skip
-"""What the paper's equations are without, by the sink's attribute, or the law of the temperature."""
+"""What the paper's equations are without, by the sink's attribute."""
+_ONLY_3D = Rung(
+    "plate", "properties at room temperature", "properties are those at room temperature, and nothing radiates",
+    "the properties at room temperature, without radiation",
+)  # fmt: skip
 _FEW = Rung("moments", "few states", "the response is made of a few fields", "the small number of states")
 _ALL = [
     Rung("paper", "anchor resistance", "eq 14 takes the anchor for two prisms in series",
@@ -257,7 +222,7 @@ _OF_ROWS: dict[str, tuple[Rung, ...]] = {
 
 AT_FAULT = {
     rung.blame: rung.at_fault
-    for rung in (*_ALL, _FEW, *_MISSING.values(), *(step for steps in _OF_ROWS.values() for step in steps))
+    for rung in (*_ALL, _FEW, _ONLY_3D, *_MISSING.values(), *(step for steps in _OF_ROWS.values() for step in steps))
 }
 """What is at fault, by its ``blame``."""
 

@@ -15,8 +15,6 @@ import math
 import numpy as np
 
 from reduced1d.ladder.few_states import FewStates, steady_state
-from reduced1d.ladder.following import inverse as inverse_of
-from reduced1d.ladder.following import steady_state as steady_of_laws
 from reduced1d.ladder.plate import Plate, current_through_pads, factorize
 from scenes.checks import FIRST_TIME
 
@@ -50,20 +48,16 @@ def hot(plate: Plate) -> tuple[Plate, np.ndarray]:
         return plate, _steady_rise(plate)
     plate = plate.carrying(*current_through_pads(plate))
     rise = _steady_rise(plate)
-    warms = plate.model.coefficient or plate.model.follows is not None
-    for _ in range(_MOST_PATTERNS if warms else 0):
+    for _ in range(_MOST_PATTERNS if plate.model.coefficient else 0):
         plate = plate.carrying(*current_through_pads(plate, rise))
-        before, rise = rise, _steady_rise(plate, rise)
+        before, rise = rise, _steady_rise(plate)
         if np.abs(rise - before).max() <= _PATTERN * np.abs(rise).max():
             break
     return plate, rise
 
 
-def _steady_rise(plate: Plate, near: np.ndarray | None = None) -> np.ndarray:
-    """From the fields G^-1 s, (G^-1 S) G^-1 s ... in whose span it is, as many as change it; where properties follow
-    the temperature by Newton's method, from a rise that may be ``near``."""
-    if plate.model.follows is not None:
-        return steady_of_laws(plate.model.follows, plate.model.drive, near)[0]
+def _steady_rise(plate: Plate) -> np.ndarray:
+    """From the fields G^-1 s, (G^-1 S) G^-1 s ... in whose span it is, as many as change it."""
     model, rise = plate.model, np.zeros(plate.unknowns)
     fields = added(np.empty((plate.unknowns, 0)), plate.inverse.solve(model.source), model)
     while fields is not None:
@@ -78,8 +72,7 @@ def _steady_rise(plate: Plate, near: np.ndarray | None = None) -> np.ndarray:
 
 
 def moment_fields(model: FewStates, cold: np.ndarray, steady: np.ndarray, count: int) -> np.ndarray:
-    """(n, count): a steady field, then the moments at the rate p; ``cold`` is what the source does at its slowest.
-    Where properties follow the temperature every other one is of the tangent in the steady state."""
+    """(n, count): a steady field, then the moments at the rate p; ``cold`` is the steady response of the cold sink."""
     from scipy.sparse import csc_matrix
 
     fields = added(np.empty((model.states, 0)), steady, model)
@@ -87,13 +80,7 @@ def moment_fields(model: FewStates, cold: np.ndarray, steady: np.ndarray, count:
         return np.empty((model.states, 0)) if fields is None else fields
     slowest = float(cold @ (model.conductance @ cold)) / float(cold @ (model.capacity @ cold))
     rate = math.sqrt(slowest / FIRST_TIME)
-    inverses = [factorize(csc_matrix(model.conductance + rate * model.capacity)).solve]
-    if model.follows is not None:
-        inverses.append(inverse_of(csc_matrix(model.follows.terms(steady).outflow_slope + rate * model.capacity)))
-    chains = [(solve, model.source) for solve in inverses]
-    while fields.shape[1] < count and chains:
-        solve, heat = chains.pop(0)
-        if (more := added(fields, solve(heat), model)) is not None:
-            fields = more
-            chains.append((solve, model.capacity @ more[:, -1]))
+    solve, heat = factorize(csc_matrix(model.conductance + rate * model.capacity)).solve, model.source
+    while fields.shape[1] < count and (more := added(fields, solve(heat), model)) is not None:
+        fields, heat = more, model.capacity @ more[:, -1]
     return fields

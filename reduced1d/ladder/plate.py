@@ -27,8 +27,6 @@ import numpy as np
 
 from reduced1d.equations import room_resistivity
 from reduced1d.ladder.few_states import FewStates
-from reduced1d.ladder.layer import Layer
-from reduced1d.ladder.plate_points import COPIES, following_of
 from reduced1d.spreading import plate_resistance
 from scenes.sink import Sink
 
@@ -36,6 +34,7 @@ if TYPE_CHECKING:
     import skfem
     from scipy.sparse import csc_matrix
 
+COPIES = 4.0  # The plate is a quarter of the sink.
 SLIVER = 1e-3
 """Mesh planes closer than this part of the narrowest size are merged."""
 
@@ -69,21 +68,18 @@ class Quarter(NamedTuple):
 
 class Heat(NamedTuple):
     """The heat of 1 A in a part of the cold sink: in all the ``resistance`` (ohm), the ``source`` (n,) for each basis
-    function, and the ``feedback`` (n, n) for each two; and per area of the layer (W/m2), at each element's quadrature
-    points (elements, points)."""
+    function, and the ``feedback`` (n, n) for each two."""
 
     resistance: float
     source: np.ndarray
     feedback: csc_matrix
-    density: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
 class Plate:
     """The ``model`` on all basis functions, with the parts of its capacity ``in_pads`` and ``in_oxide`` (J/K) and the
     heat of the current in the ``pads``, where they are part of the circuit; the factorized conductance: a steady rise
-    is ``inverse.solve(heat)``. All that is of the ``sink`` with numbers in the place of laws, which the model
-    ``follows``."""
+    is ``inverse.solve(heat)``."""
 
     sink: Sink
     quarter: Quarter
@@ -100,14 +96,9 @@ class Plate:
 
     def carrying(self, beam: Heat, pads: Heat) -> Plate:
         whole = Heat(*(of_beam + of_pads for of_beam, of_pads in zip(beam, pads, strict=True)))
-        follows = self.model.follows
-        if follows is not None:
-            heat = COPIES * (whole.density * self.basis.dx).ravel()
-            points = replace(follows.parts[0], heat=heat)
-            follows = replace(follows, parts=(points,), open=(points,))
         model = replace(
             self.model, resistance=whole.resistance, source=whole.source, feedback=whole.feedback.tocsc(),
-            resistance_beam=beam.resistance, source_beam=beam.source, follows=follows,
+            resistance_beam=beam.resistance, source_beam=beam.source,
         )  # fmt: skip
         return replace(self, model=model, pads=pads)
 
@@ -163,15 +154,13 @@ def gap_film(sink: Sink) -> float:
 
 def assemble(sink: Sink, grading: Grading) -> Plate:
     """The plate of a sink on a mesh of biquadratic quadrilaterals, with the current of the cold sink between electrodes
-    at the beam's ends: straight, and so heating each place by its resistivity. With laws of the temperature it is that
-    of their numbers at room temperature, and the model ``follows`` them.
+    at the beam's ends: straight, and so heating each place by its resistivity.
 
     Raises ValueError where the silicon does not conduct.
     """
     from skfem import Basis, BilinearForm, ElementQuad2, LinearForm
     from skfem.helpers import dot, grad
 
-    original, sink = sink, sink.plain
     part = quarter(sink, grading)
     basis = Basis(part.mesh, ElementQuad2(), intorder=4)
     beam, pads, above = (basis.with_elements(np.flatnonzero(mask)) for mask in part[1:])
@@ -207,15 +196,8 @@ def assemble(sink: Sink, grading: Grading) -> Plate:
     model = FewStates(
         (silicon.heat_capacity * t * mass_beam + in_pads + in_oxide).tocsc(), conductance, source,
         (heat * mass_beam).tocsc(), float(source.sum()), source, float(source.sum()), outputs, a, sink.drive,
-        following_of(layer_of(original), part.beam, part.oxide, basis, heat) if original != sink else None,
     )  # fmt: skip
     return Plate(sink, part, basis, model, in_pads, in_oxide, factorize(conductance))
-
-
-def layer_of(sink: Sink) -> Layer:
-    """What fin and plate have of a sink's laws in their equation."""
-    plain = sink.plain
-    return Layer(sink, below(plain), stored(plain), gap_film(plain))
 
 
 def along(basis: skfem.Basis, facets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -255,10 +237,7 @@ def current_through_pads(plate: Plate, rise: np.ndarray | None = None) -> tuple[
 
     sink, basis = plate.sink, plate.basis
     resistivity, a = room_resistivity(sink.silicon, sink.room_temperature)
-    hot: Any = 1.0
-    if rise is not None:
-        at = np.asarray(basis.interpolate(rise))
-        hot = 1.0 + a * at if plate.model.follows is None else plate.model.follows.layer.resistivity(at)[0]
+    hot: Any = 1.0 if rise is None else 1.0 + a * np.asarray(basis.interpolate(rise))
     matrix = BilinearForm(lambda u, v, w: w["hot"] * dot(grad(u), grad(v))).assemble(basis, hot=hot).tocsc()
     psi, free = _sides(plate)
     psi[free] = factorize(matrix[free][:, free]).solve(-(matrix @ psi)[free])
@@ -273,7 +252,7 @@ def current_through_pads(plate: Plate, rise: np.ndarray | None = None) -> tuple[
         part = basis.with_elements(elements)
         vector = COPIES * source.assemble(part, heat=density[elements])
         matrix = COPIES * feedback.assemble(part, heat=density[elements]).tocsc()
-        return Heat(float(vector.sum()), vector, matrix, density * where[:, None])
+        return Heat(float(vector.sum()), vector, matrix)
 
     return heat(plate.quarter.beam), heat(plate.quarter.pad)
 

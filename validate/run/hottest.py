@@ -9,10 +9,8 @@ from typing import Any
 import numpy as np
 
 from reduced1d.equations import end_rise_from_equivalent
-from reduced1d.ladder import CONSTANT
 from reduced1d.painted import Reduction, of_result
 from reduced1d.sink import anchor_series_resistance
-from scenes import laws
 from scenes.device import Device
 from scenes.model import AnyScene, Material
 from scenes.result import Result, Traces
@@ -43,22 +41,9 @@ def of_sink(sink: Sink, fem3d: Result | None, reduced1d: Result | None) -> tuple
         return ()
     materials = sink.silicon, sink.oxide
     hot = sink.room_temperature + reduced1d.steady["peak_rise_K"].value
-    too_hot = () if reduced1d.model in CONSTANT else _too_hot(sink, hot)
     if sink.spans == 1:
-        return (*too_hot, *warnings(materials, of_painted(of_result(sink, reduced1d))))
-    return (*too_hot, *warnings(materials, {sink.silicon.name: Hottest(hot)}))
-
-
-def _too_hot(sink: Sink, hottest: float) -> tuple[str, ...]:
-    """A sentence for each table of the silicon that does not hold between room temperature and the hottest (K)."""
-    room = sink.room_temperature
-    tables = [(key, law) for key, law in sink.silicon.given() if isinstance(law, laws.Table)]
-    return tuple(
-        f"{key} of {sink.silicon.name} is a table from {law.temperatures[0]:,.0f} to {law.temperatures[-1]:,.0f} K, "
-        f"and {room:,.0f} to {hottest:,.0f} K are reached: beyond its ends it is constant"
-        for key, law in tables
-        if room < law.temperatures[0] or hottest > law.temperatures[-1]
-    )
+        return warnings(materials, of_painted(of_result(sink, reduced1d)))
+    return warnings(materials, {sink.silicon.name: Hottest(hot)})
 
 
 def of_device(device: Device, result: DeviceResult) -> tuple[str, ...]:
