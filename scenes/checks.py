@@ -41,16 +41,13 @@ ISLAND_TOLERANCES: dict[str, float] = {
 }
 """Tolerances of a row of spans, beside the energy's. The current's is an equation's: Ohm's law of the row."""
 
-AIR_TOLERANCES: dict[str, float] = {"air_peak": 0.05, "air_mean": 0.05, "air_end": 0.05, "air_current": 0.02}
-"""Tolerances of what leaving out the air changes."""
-
 AGAINST_TOLERANCES = {f"against_{name}": 0.05 for name in ("peak", "end", "mean", "current", "power")}
 """Tolerances of a user's own traces against the 3D model."""
 
 SLOPE_TOLERANCES: dict[str, float] = {"slope": SLOPE_TOLERANCE}
 """Tolerance of how 1D follows a key of the scene (checks slope_<key>), relative to the largest slope."""
 
-SINK_TOLERANCES = DEFAULT_TOLERANCES | ISLAND_TOLERANCES | AIR_TOLERANCES | AGAINST_TOLERANCES
+SINK_TOLERANCES = DEFAULT_TOLERANCES | ISLAND_TOLERANCES | AGAINST_TOLERANCES
 SINK_CHECKS = tuple(SINK_TOLERANCES)
 """Ids of every check that a sink may have, except slopes, of which there is one for each key."""
 

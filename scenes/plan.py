@@ -27,7 +27,7 @@ class Request:
     Of any: ``figures``, ``fields``, a 1D ``model`` of the user's own, and the ``command`` line that asked, if it was
     one. Of a sink: the ``models``, whether the ``transient`` is solved, ``field_times`` (s) beside those that are
     stored anyway, the 1D model (``reduction``, by its canonical name), the budget of its differences from 3D
-    (``why``), how both models follow each key (``sensitivities``), what leaving out the ``air`` does, what else both
+    (``why``), how both models follow each key (``sensitivities``), what else both
     models leave out (``left_out``), how well the keys are known (``uncertain``) and how many samples of that
     are solved (``monte_carlo``), and what the data are known to (``data_uncertainty``), and which keys are fitted to
     them (``calibrate``). The compact model (``export``). Of a device:
@@ -44,7 +44,6 @@ class Request:
     model: str | Callable[..., Any] = ""
     why: bool = False
     sensitivities: bool = False
-    air: bool = False
     left_out: bool = False
     uncertain: Uncertain | None = None
     monte_carlo: int = 0

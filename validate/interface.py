@@ -202,7 +202,6 @@ def run(
     reduction: str | Path | Callable[..., Any] = "paper",
     why: bool = False,
     sensitivities: bool = False,
-    air: bool = False,
     left_out: bool = False,
     uncertain: Mapping[str, str] | None = None,
     against: str | Path | None = None,
@@ -217,7 +216,7 @@ def run(
     ``scene`` is what ``scenes.load`` returns, or takes; ``voltage`` (V), ``accuracy`` and ``overrides`` change it.
     ``reduction`` is the 1D model, one of this program's by its name or one of your own, a function f(scene, times) or
     what `--reduction` takes; ``why`` splits its difference by assumption, ``steady`` leaves out the transient,
-    ``sensitivities`` says how both models follow each key, ``air`` what leaving it out does, ``left_out`` what
+    ``sensitivities`` says how both models follow each key, ``left_out`` what
     both models leave out, ``uncertain`` how well keys are known: {"sink.width": "1%"}, ``against`` is a file with
     traces of your own, of which ``columns`` may name some: {"peak": "T (K), Point 1"}, and which are known to
     ``data_uncertainty``: "0.5K". Only into the folder ``out``
@@ -234,7 +233,7 @@ def run(
         raise SceneError("why splits the differences of this program's own 1D models: leave it out")
     request = Request(
         transient=not steady, figures=figures, fields=fields, reduction=name, model=model, why=why,
-        sensitivities=sensitivities, air=air, left_out=left_out,
+        sensitivities=sensitivities, left_out=left_out,
         uncertain=_uncertain(sink, uncertain),
         data_uncertainty=(data_uncertainty,) if isinstance(data_uncertainty, str) else tuple(data_uncertainty),
     )  # fmt: skip

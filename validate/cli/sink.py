@@ -39,7 +39,6 @@ OPTIONS = {
     "--reduction R": f"the 1D model: {_FIRST} (default), {', '.join(_BETWEEN)} or {_LAST}[:N]; or one of your own, "
     "FILE.py:FUNCTION, FILE.cir, FILE.fmu, FILE.csv, or network",
     "--why": "split the 1D model's differences from 3D by the assumptions behind them",
-    "--air": "up to which coefficient losses to the air may be left out, and what a lumped term gives",
     "--left-out": "what both models leave out, each solved in 3D, and all at once: the gas below and others",
     "--sensitivities": "how both models follow each key: d ln quantity / d ln key, 1D against 3D",
     **common.of_inputs("oxide_thickness=0.1um, voltage=1%%; or materials, for the scene's table of them",
@@ -82,7 +81,6 @@ def _request(arguments: argparse.Namespace, sink: Sink) -> Request:
     sampling = f"--monte-carlo {printable(samples or '')}"
     common.refuse(
         (arguments.why and only, f"--why compares both models: leave out --only {only}"),
-        (arguments.air and only, f"--air compares both models: leave out --only {only}"),
         (arguments.left_out and only == "1d", "--left-out solves in 3D: leave out --only 1d"),
         (arguments.fields and only == "1d", "--fields writes the 3D model's fields: leave out --only 1d"),
         (

@@ -23,7 +23,6 @@ from scenes.result import Estimate, Result
 from scenes.sink import OF_A_SINK, Sink
 from scenes.units import THERMAL_CONTACT
 from scenes.validity import check
-from validate.inputs.air import CONDUCTIVITY, conduction
 
 if TYPE_CHECKING:
     from scenes.device import Device
@@ -55,11 +54,23 @@ class Effect:
     changed: Callable[[Sink], dict[str, Any]]
 
 
+CONDUCTIVITY = 0.0263
+"""W/(m K) of air at 300 K, within a percent (Carroll et al., J. Chem. Eng. Data 13, 1968: 0.0264 at 25 C)."""
 CONTACT = 2e-8
 """m2 K/W, at each face of an oxide."""
 EMISSIVITY = 0.7
 EXPONENT = -1.3
 """Silicon's conductivity falls as this power of the temperature from 300 to 1400 K, within a tenth."""
+
+
+def conduction(sink: Sink) -> float:
+    """The film coefficient (W/(m2 K)) of air at rest above the beam.
+
+    Air conducts from one side of a thin plate, L long and w wide, with the shape factor pi L / ln(4 L / w) (Holman,
+    Heat Transfer, chapter 3: a plate in the surface of a half space).
+    """
+    long, short = sorted((sink.row_length, sink.width), reverse=True)
+    return math.pi * CONDUCTIVITY / (short * math.log(4 * long / short))
 
 
 def _falling(sink: Sink) -> dict[str, Any]:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from validate.report.table import Section, Style
     from validate.run.outcome import Outcome
 
-_ANALYSES = ("propagated", "fit", "validation", "air", "left_out", "sensitivities", "why")
+_ANALYSES = ("propagated", "fit", "validation", "left_out", "sensitivities", "why")
 
 
 def of(scene: Any) -> Any:

@@ -1,9 +1,8 @@
 """What a run found because it was asked for, as sections: how well the inputs are known and what that makes of the run,
-what the air does, and the budget of a difference."""
+and the budget of a difference."""
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
@@ -21,7 +20,6 @@ from validate.run import kinds
 
 if TYPE_CHECKING:
     from compare.blame import Budget, Part, Split
-    from validate.inputs.air import Air, Limits
     from validate.inputs.calibration import Fit
     from validate.inputs.left_out import Found, LeftOut
     from validate.inputs.propagation import Propagated, Sampled
@@ -37,8 +35,6 @@ _LEAST = 5e-5
 """Smaller slopes are shown as zero."""
 _NOTHING = 1e-6
 """Uncertainties below this part of u_val are shown as 0."""
-_COEFFICIENTS = (1.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1e3, 1e4)
-"""Film coefficients (W/(m2 K)) that a terminal has room for."""
 _V20 = (
     "As ASME V&V 20 has it: the comparison error E = S - D, simulation less data, is known to u_val, of the numerics, "
     "the inputs and the data. Each line is of the mean over a window of the trace, the worst of up to 16 and the last: "
@@ -217,50 +213,6 @@ def validation(result: Validation, outcome: Outcome[Any], style: Style) -> Secti
         ],
         headed=False,
     )
-
-
-def air(losses: Air, outcome: Outcome[Any], style: Style) -> Section:
-    """The differences at some coefficients, up to which the air may be left out, or lumped; over time until when that
-    stays within the tolerance, and how far it is off at most."""
-    from validate.inputs.air import QUANTITIES, STILL
-
-    shown = list(range(len(losses.coefficients)))
-    if not style.page:
-        shown = [int(np.abs(np.log(losses.coefficients / wanted)).argmin()) for wanted in _COEFFICIENTS]
-
-    def table(kinds: tuple[str, str], columns: list[list[str]], limits: list[str]) -> Table:
-        heads = [f"{kind}\n{name}" for kind in kinds for name in QUANTITIES]
-        rows = [[f"{losses.coefficients[at]:g}", *(column[at] for column in columns)] for at in shown]
-        return Table(("W/(m2 K)", *heads), [*rows, ["up to", *limits]])
-
-    def up_to(limits: Limits) -> list[str]:
-        return ["all" if limit is None else f"{float(f'{limit.value:.3g}'):g}" for limit in map(limits.get, QUANTITIES)]
-
-    percents = [
-        [f"{100 * v:+.2f}" for v in differences[name]]
-        for differences in (losses.left_out, losses.lumped)
-        for name in differences
-    ]
-    limits = [*up_to(losses.limits), *up_to(losses.lumped_limits)]
-    worst = min((limit.value for limit in losses.limits.values() if limit is not None), default=None)
-    said = "The air may be left out at every coefficient tried"
-    if worst is not None:
-        said = f"It may be left out up to {worst:.3g} W/(m2 K)"
-    sentence = (
-        f"Steady, in %. {said}. Still air is usually given {STILL:g} W/(m2 K); at this size it conducts "
-        f"{losses.conduction:.3g}, with which leaving it out is {percent(losses.conducted)} off where it is worst, and "
-        f"through a gap below the beam as high as the oxide {float(f'{losses.gap:.3g}'):g}."
-    )
-    parts: list[Table | str] = [table(("left out", "lumped"), percents, limits), sentence]
-    if (course := losses.over_time) is not None:
-        until = [["the end" if math.isinf(t) else quantity(t, "s", 3) for t in course.until[n]] for n in QUANTITIES]
-        most = [[f"{100 * v:+.2f}" for v in course.largest[n]] for n in QUANTITIES]
-        parts.append(table(("until", "at most"), until + most, [*[""] * len(QUANTITIES), *up_to(course.limits)]))
-        parts.append(
-            "Left out over time: until when it stays within the tolerance, and by how much (%) it is off at most, of "
-            "the final value with the air."
-        )
-    return Section("Air", parts, headed=False)
 
 
 def left_out(study: LeftOut, outcome: Outcome[Any], style: Style) -> Section:

@@ -29,7 +29,7 @@ NAMES = {
 }
 """Words and units of the device's quantities."""
 _KINDS = {
-    "slope": "how the models follow a key: 1D less 3D", "air": "the air left out: 3D without it less 3D with it",
+    "slope": "how the models follow a key: 1D less 3D",
     "energy": "3D alone", "islands": "3D alone", "against": "your data less 3D",
 }  # fmt: skip
 """What a check compares, by how its id begins."""

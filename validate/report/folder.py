@@ -24,7 +24,7 @@ SCHEMA = 1
 RUN = Content(
     "a run of this program", "output", "--out",
     re.compile(
-        r"scene\.png|summary\.json|(traces|sensitivities)\.csv|(figure\w+|islands|islands_runs|air|left_out|why|sensitivity"
+        r"scene\.png|summary\.json|(traces|sensitivities)\.csv|(figure\w+|islands|islands_runs|left_out|why|sensitivity"
         r"|shielding|validation)\.(png|svg)|fem3d\.(pvd|vtkhdf(\.part)?)|fem3d_\w+\.vtu|report\.html"
     ),
     "summary.json", ("schema", "plan"), (PICTURE,),
@@ -69,7 +69,7 @@ def folder_of(scene: Any, request: Request, settings: Sequence[str] = (), data: 
     if scene.kind == "sink":
         words = [request.reduction.replace(":", "")] * (request.reduction != "paper")
         words += ["3d"] * (request.models == ("fem3d",)) + ["1d"] * (request.models == ("reduced1d",))
-        words += ["steady"] * (not request.transient) + ["why"] * request.why + ["air"] * request.air
+        words += ["steady"] * (not request.transient) + ["why"] * request.why
         words += ["left-out"] * request.left_out
         words += [*options, *held]
         words += [f"monte-carlo-{request.monte_carlo}"] * (request.monte_carlo > 0)

@@ -27,7 +27,6 @@ FIGURES = {
     "figure6": "sink_figures.rises",
     "figure7": "sink_figures.current",
     "islands": "sink_figures.row",
-    "air": "analysis_figures.air",
     "left_out": "left_out_figure.draw",
     "islands_runs": "sink_figures.runs",
     "why": "analysis_figures.why",

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 _LIBRARIES = {"numpy": "numpy", "scipy": "scipy", "skfem": "scikit-fem", "matplotlib": "matplotlib"}
 _ANALYSES = {
-    "calibration": "fit", "validation": "validation", "air": "air", "left_out": "left_out",
+    "calibration": "fit", "validation": "validation", "left_out": "left_out",
     "sensitivities": "sensitivities", "against": "against",
 }  # fmt: skip
 """Entries of summary.json, with the field of an Outcome that makes each."""

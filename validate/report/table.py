@@ -24,7 +24,7 @@ _COLOURS = {"agrees": "32", "differs": "31", "unresolved": "33", "heading": "1"}
 MARKS = {"agrees": ("\N{CHECK MARK}", "+"), "differs": ("\N{BALLOT X}", "x"), "unresolved": ("?", "?")}
 _STAGES = {
     "fem3d": "3D", "device": "runs", "device in 3D": "runs in 3D", "design": "designer's questions", "why": "why",
-    "air": "air", "left out": "left out", "sensitivities": "sensitivities", "fit": "fit",
+    "left out": "left out", "sensitivities": "sensitivities", "fit": "fit",
     "export": "export", "files": "files", "figures": "figures",
 }  # fmt: skip
 Cells = Sequence[str]

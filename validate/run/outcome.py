@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from reduced1d.device.design import Design
     from scenes.result import Result
     from statespace.result import Runs
-    from validate.inputs.air import Air
     from validate.inputs.calibration import Fit
     from validate.inputs.left_out import LeftOut
     from validate.inputs.propagation import Propagated, Sampled
@@ -47,7 +46,7 @@ class Outcome(Generic[S]):
     """What a run found: the plan as carried out, each model's result (``None`` where not asked for), the checks, the
     remarks on the run, the answer in a sentence, how long each stage took (s), the folder with its files, which earlier
     run it replaced; and what was asked for beside: of a sink ``why`` (the budget of the 1D model's differences),
-    ``varied`` (how those of a row run), the 3D result of one span alone (``single``), what the ``air`` does,
+    ``varied`` (how those of a row run), the 3D result of one span alone (``single``),
     what both models leave out (``left_out``) and a
     user's own traces (``against``); of any the few-state model (``exported``), and what inputs do; of a
     device its runs and a designer's answers. ``own_model`` is the user's; ``interrupted`` says that the user's own
@@ -71,7 +70,6 @@ class Outcome(Generic[S]):
     why: Budget | None = None
     exported: Exported | None = None
     varied: tuple[Varied, ...] = ()
-    air: Air | None = None
     left_out: LeftOut | None = None
     against: Data | None = None
     sensitivities: Sensitivities | None = None

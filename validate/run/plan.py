@@ -80,8 +80,6 @@ def of_sink(sink: Sink, request: Request, solver: tuple[Step, ...], data: Data |
     elif request.models == Request().models:
         steps.append(step(BLAME, "by the ladder between the models, where the 1D model differs"))
     steps += _uncertain(request)
-    if request.air:
-        steps.append(step("air", "3D at coefficients from 0 to 1e5 W/(m2 K), and where the limits are"))
     if request.left_out:
         steps.append(LEFT_OUT)
     if request.sensitivities:

@@ -16,7 +16,7 @@ SAME = {"--help", "--out", "--no-figures", "--explain", "--dry-run", "--strict",
 DIFFERENT = {
     "sink": [
         "", "--voltage 2", "--set sink.width=20um", "--accuracy 1e-4", "--steady", "--only 3d", "--only 1d",
-        "--reduction fin", "--reduction moments:3", "--why", "--air", "--sensitivities", "--uncertain materials",
+        "--reduction fin", "--reduction moments:3", "--why", "--sensitivities", "--uncertain materials",
         "--uncertain oxide_width=1%", "--uncertain oxide_width=1% --uncertain pad_width=1%",
         "--uncertain oxide_width=1% --uncertain pad_width=1% --correlated oxide_width,pad_width=0.5",
         "--uncertain materials --monte-carlo 10", "--fields",

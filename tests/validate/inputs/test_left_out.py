@@ -20,7 +20,7 @@ from scenes.plan import Request
 from scenes.result import Result
 from scenes.sink import OF_A_SINK, Sink
 from validate.inputs import left_out
-from validate.inputs.air import CONDUCTIVITY, conduction
+from validate.inputs.left_out import CONDUCTIVITY, conduction
 
 SINK = Sink(accuracy=2e-2)
 solved = cache(solve)

@@ -1,5 +1,5 @@
 """Figures of what a run finds where it is asked for: the budget of the differences, how quantities follow the keys,
-data with what everything is known to, and what the air does."""
+data with what everything is known to."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.ticker import NullLocator
 
 from compare import quantities
 from scenes.formats import cut, scale, sink_text
@@ -22,7 +21,6 @@ from validate.run import kinds
 
 if TYPE_CHECKING:
     from compare.blame import Budget
-    from validate.inputs.air import Air
     from validate.inputs.validation import Validation
     from validate.run.outcome import Outcome
 
@@ -35,10 +33,6 @@ _SEEN = 0.005
 """Errors smaller than this part of a panel's longest bar are no wider than a line."""
 _MARKS = 40
 """Data points that have error bars."""
-_LEAST = 0.1
-"""Percent below which the axis of the air's effect is linear, as differences change their sign."""
-_FINE = 300
-"""Points of a line drawn through the coefficients that were solved."""
 
 
 def why(outcome: Outcome[Sink]) -> Figure:
@@ -234,58 +228,3 @@ def _at_rest(results: Validation, keys: list[str], said: str, colours: dict[str,
         ax.set(xlim=(-0.6, len(statements) - 0.4), ylabel=with_mu(f"E = S - D ({unit})"))
         ax.set_title(cut(statements[0].called, 24), fontsize=10)
     return figure
-
-
-def air(outcome: Outcome[Sink]) -> Figure:
-    """The differences, left out in full and lumped in broken lines, with still air marked; beside it until when the air
-    may be left out, for each coefficient at which it may not be to the end."""
-    from scipy.interpolate import PchipInterpolator
-
-    from validate.inputs.air import STILL
-
-    losses = outcome.air
-    assert losses is not None
-    panels = 1 if losses.over_time is None else 2
-    text, width = f"Leaving out the air, {sink_text(outcome.scene)}", 8.5 if panels == 1 else 11.0
-    figure = new_figure(width, 5.2, text, losses.checks[:1], bottom=1.1, left=1.0)
-    axes = np.atleast_1d(figure.subplots(1, panels, gridspec_kw={"wspace": 0.22}))
-    colours = {"peak": LINES["peak_K"], "mean": LINES["mean_K"], "end": LINES["end_K"], "current": INK}
-    fine = np.geomspace(losses.coefficients[0], losses.coefficients[-1], _FINE)
-    for name, colour in colours.items():
-        for differences, line, word in ((losses.left_out, "-", "left out"), (losses.lumped, (0, (4, 3)), "lumped")):
-            shown, style = np.arcsinh(100 * differences[name] / _LEAST), {"color": colour, "ls": line}
-            between = PchipInterpolator(np.log(losses.coefficients), shown)(np.log(fine))
-            axes[0].plot(losses.coefficients, 100 * differences[name], ".", ms=4, color=colour)
-            axes[0].plot(fine, _LEAST * np.sinh(between), label=f"{name}, {word}", **style)
-    axes[0].set_yscale("asinh", linear_width=_LEAST)
-    axes[0].yaxis.set_minor_locator(NullLocator())
-    axes[0].set_yticks(ticks := _ticks(losses), [f"{v:+g}" if v else "0" for v in ticks])
-    axes[0].set_ylabel("difference from 3D with air, steady (%)")
-    axes[0].set_title("dots: solved; dotted: the tolerance of rises", fontsize=9, loc="right")
-    for sign in (-1, 1):
-        axes[0].axhline(sign * 100 * outcome.scene.tolerance("air_peak"), color="#999999", lw=0.9, ls=":")
-    if losses.over_time is not None:
-        for name, colour in colours.items():
-            until = np.where(np.isinf(losses.over_time.until[name]), np.nan, losses.over_time.until[name])
-            axes[1].plot(losses.coefficients, 1e3 * until, color=colour, marker="o", ms=3)
-        logarithmic(axes[1], "y")
-        axes[1].set(ylim=(None, 1e3 * outcome.scene.end_time), ylabel="may be left out until (ms)")
-        axes[1].set_title("up to the end of the run", fontsize=9, loc="right")
-    # Where no line is: the differences rise from the lower left, the times fall from the upper left.
-    for ax, height, side in zip(axes, (0.97, 0.03), ("top", "bottom"), strict=False):
-        for at, word in ((STILL, "still air, large bodies"), (losses.conduction, "still air, this size")):
-            ax.axvline(at, color="#999999", lw=0.9)
-            ax.text(at * 0.94, height, word, rotation=90, ha="right", va=side, fontsize=8.5,
-                    transform=ax.get_xaxis_transform())  # fmt: skip
-        ax.set(xlim=losses.coefficients[[0, -1]], xlabel="coefficient (W/(m² K))")
-        logarithmic(ax, "x")
-    legend(figure, axes[0], columns=4, fontsize=8.5)
-    return figure
-
-
-def _ticks(losses: Air) -> list[float]:
-    """Powers of ten as far as the differences go, on both sides."""
-    values = 100 * np.concatenate([v for differences in (losses.left_out, losses.lumped) for v in differences.values()])
-    tens = [10.0**n for n in range(-1, 6)]
-    below, above = ([ten for ten in tens if ten <= 3 * most] for most in (-values.min(), values.max()))
-    return [*(-ten for ten in reversed(below)), 0.0, *above]

@@ -38,7 +38,6 @@ _CAPTIONS = {
     "sensitivity": "How quantities follow the keys of the scene, in percent for each percent.",
     "figure7": "The current against time in both models.",
     **ROW_FIGURES,
-    "air": "How far 3D without the air, and a lumped term for it, are off 3D with it, against the coefficient.",
     "left_out": "What each effect that both models leave out would change in 3D.",
     **DEVICE_FIGURES,
 }

@@ -100,12 +100,6 @@ def answer(run: Run, data: Data | None) -> Outcome[Sink]:
         said, reason = answered(sink, outcome.fem3d, outcome.reduced1d, outcome.checks, outcome.why, levels)
     steps = noted(outcome.plan, [Step(plans.BLAME, "skipped", reason)] if reason else [])
     outcome = replace(outcome, answer=said, plan=steps, warnings=(*outcome.warnings, *hot))
-    if request.air:
-        from validate.inputs.air import of_sink as air_of
-
-        with clock.stage("air"):
-            air = air_of(sink, run.say, request.transient)
-        outcome = replace(outcome, air=air, checks=(*outcome.checks, *air.checks))
     if request.left_out:
         from validate.inputs.left_out import of_sink as left_out_of
 
