@@ -7,7 +7,7 @@ import shutil
 import signal
 import sys
 
-from validate.processes import one_thread
+from compare.processes import one_thread
 
 # ruff: noqa: E402
 one_thread()

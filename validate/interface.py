@@ -9,12 +9,12 @@ from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
+from compare.processes import single_threaded
 from scenes import load, overridden
 from scenes.device import Device
 from scenes.errors import SceneError, did_you_mean, quoted
 from scenes.plan import Request
 from scenes.sink import Sink
-from validate.processes import single_threaded
 from validate.report import of
 from validate.run import kinds
 from validate.run.outcome import Outcome

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from compare.processes import processors
 from scenes.errors import SceneError
 from scenes.parameters import SECTION
 from scenes.sink import Sink
@@ -14,7 +15,6 @@ from scenes.uncertain import Uncertain
 from scenes.varied import is_word, neighbour, numbers, varied
 from validate.inputs import propagation
 from validate.inputs.propagation import STEP
-from validate.processes import processors
 from validate.run.outcome import Outcome
 from validate.sweep.cluster import Cluster
 from validate.sweep.design import base

@@ -13,10 +13,10 @@ import pytest
 import scipy.linalg  # noqa: F401 - whose library has threads of its own
 from threadpoolctl import threadpool_info, threadpool_limits
 
+from compare.processes import ONE_THREAD, TimeIsUpError, single_threaded, within
+from compare.worker import map_tasks
 from scenes.errors import NumericsError
 from validate.cli import main
-from validate.pool import side_by_side
-from validate.processes import ONE_THREAD, TimeIsUpError, single_threaded, within
 
 
 @pytest.fixture
@@ -83,8 +83,8 @@ def test_a_script_needs_no_guard_around_a_pool(tmp_path: Path) -> None:
     script.write_text(
         """import math
 print("begins")
-from validate.pool import side_by_side
-print(sorted(side_by_side(math.factorial, [3, 4], 2)))
+from compare.worker import map_tasks
+print(sorted(map_tasks(math.factorial, [3, 4], 2)))
 """,
         encoding="utf-8",
     )
@@ -94,7 +94,7 @@ print(sorted(side_by_side(math.factorial, [3, 4], 2)))
 
 def test_a_process_that_is_ended_is_told_of_its_number():
     """As the system ends one where the memory is used up."""
-    outcomes = dict(side_by_side(os._exit, [3], 2, lambda number: -number))
+    outcomes = dict(map_tasks(os._exit, [3], 2, lambda number: -number))
     assert outcomes == {3: -3}
     with pytest.raises(NumericsError, match=r"a process was ended .* \(number 3\)"):
-        list(side_by_side(os._exit, [3], 2))
+        list(map_tasks(os._exit, [3], 2))

@@ -20,9 +20,9 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from compare.processes import ONE_THREAD
 from meshes import connected, singular
 from validate.bench.entries import Entry
-from validate.processes import ONE_THREAD
 
 TIME_LIMIT = 900.0  # s
 PATIENCE = 1.0  # s a worker repeats its solve for

@@ -13,10 +13,10 @@ from typing import Any
 
 import numpy as np
 
+from compare.processes import processors
 from validate.bench import device, entries, growth, measure, whole_runs
 from validate.bench.entries import GIVEN, NGSOLVE, OURS, PEERS, WHOLE
 from validate.bench.problem import errors
-from validate.processes import processors
 
 TARGETS = (1e-2, 1e-3, 1e-4, 1e-5)
 WORDS = {WHOLE: "our whole run", GIVEN: "our solve on a given mesh"}

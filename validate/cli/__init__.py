@@ -32,8 +32,8 @@ def main(argv: Sequence[str] | None = None) -> int:
             with suppress(ValueError):  # another thread than the main one
                 signal.signal(signal.SIGTERM, signal.default_int_handler)
         fill_streams()
+        from compare.processes import one_thread
         from validate.cli.arguments import parse
-        from validate.processes import one_thread
 
         one_thread()
         arguments = parse(sys.argv[1:] if argv is None else argv)

@@ -266,7 +266,7 @@ def table(
 ) -> Sequence[R]:  # fmt: skip
     """The rows of a table, which a number of processes find, printed in the form that was asked for, of those that
     ``report`` has, and written as a page, which says ``more``; SceneError where that can't be done."""
-    from validate.processes import processors
+    from compare.processes import processors
     from validate.report.summary import provenance
 
     jobs = processors() if arguments.jobs is None else whole("--jobs", arguments.jobs, 1, 256)

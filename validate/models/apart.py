@@ -23,9 +23,9 @@ from typing import Any
 
 import numpy as np
 
+from compare.processes import with_parent
 from scenes.errors import SceneError, printable
 from validate.models import LONGEST, Answer, Asked, command_of, too_long
-from validate.processes import with_parent
 
 LOOK = 0.1  # s from one look at whether the process is still there to the next, while its answer is waited for
 

@@ -1,17 +1,13 @@
 """A model that is an FMU, run by fmpy in a process of its own, so that a fault in it is a sentence here.
 
-The scene's values are put in as start values of its parameters and inputs. In the steady state it is run until its
-outputs rest; over time twice, with steps of different length, whose difference tells the error.
-
-That process reads what to do from standard input, as JSON, and writes the outputs.
+The scene's values are the start values of its parameters and inputs. Over time it is run twice, with steps of
+different length, whose difference estimates the error. For the steady state its runs get ever longer (`Fmu.steady`).
 """
 
 from __future__ import annotations
 
-import json
 import re
-import subprocess
-import sys
+import time
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -24,44 +20,75 @@ from zipfile import BadZipFile, ZipFile
 
 import numpy as np
 
+from compare.worker import Worker, WorkerDiedError
 from scenes.errors import SceneError, did_you_mean, listed, printable, quoted
 from scenes.formats import quantity
-from validate.models import LONGEST, Answer, Asked, command_of, readable, too_long
-from validate.processes import with_parent
+from scenes.units import UnitError, parse_unit
+from validate.models import LONGEST, Answer, Asked, readable
 
 STEPS = (500, 2000)
 """Numbers of steps of the two runs over time; an FMU integrated here has a relative tolerance of 0.01 over that."""
-REST, HORIZONS = 1e-7, tuple(10.0**n for n in range(-4, 7))
-"""An FMU is at rest where its outputs change by less than this part from one horizon (s) to the next."""
-
+HORIZONS = tuple(10.0**n for n in range(-6, 7))
+"""Ends (s) of the runs to the steady state, from below the time constants of a film to eleven days."""
+REST = 1e-6
+"""An output rests where it changes by at most this part of its whole change in the second half of a run."""
+ROUNDING = 1e-12
+"""A change below this part of an output's size is a rounding error."""
+UNRESOLVED = 0.1
+"""A longer run has too long steps where it differs by this part of the change from a shorter one that came to rest."""
+BUDGET, CHECKS = 60.0, 10.0
+"""s by the clock that all runs to one steady state may take together, and those longer than the first that rests."""
 LARGEST = 2e9
 """Bytes that an FMU may unpack to; those with the data of whole buildings have some hundred million."""
 
 
+@dataclass(frozen=True)
+class Unit:
+    """The unit that an FMU declares for a variable, SI where it declares none.
+
+    ``factor`` * value + ``offset`` is in SI units; ``powers`` (of m, kg, s, A, K) are None where they are unknown.
+    """
+
+    name: str = ""
+    powers: tuple[Any, ...] | None = None
+    factor: float = 1.0
+    offset: float = 0.0
+
+
 @dataclass
 class Fmu:
-    """An FMU by its path, and the names of its variables that can be set and read."""
+    """An FMU unpacked in a ``folder``, and the units of its variables that can be set and read."""
 
     name: str
-    path: Path
-    settable: tuple[str, ...]
-    readable: tuple[str, ...]
-    _known: dict[object, list[dict[str, np.ndarray]]] = field(default_factory=dict)
+    folder: TemporaryDirectory[str]
+    settable: Mapping[str, Unit]
+    readable: Mapping[str, Unit]
+    _worker: Worker = field(default_factory=lambda: Worker(quiet=True))
+    _settled: dict[object, Answer] = field(default_factory=dict)
+    _courses: dict[object, list[dict[str, np.ndarray]]] = field(default_factory=dict)
 
     def rows(self, question: Asked) -> np.ndarray:
         return np.empty(0)
 
     def steady(self, question: Asked) -> Answer:
-        runs = self._runs_of(question, question.steady, [[horizon, STEPS[0]] for horizon in HORIZONS], rest=True)
-        before, now = ({name: float(values[-1]) for name, values in run.items() if name != "time"} for run in runs[-2:])
-        if np.isfinite([*now.values()]).all() and not _rests(before, now):
-            raise SceneError(
-                f"--model {self.name} does not come to rest within {HORIZONS[-1]:g} s: it has no steady state"
-            )
-        return now, {name: abs(now[name] - before[name]) for name in now}
+        """Run the FMU to ever later ends, and return the last values of the longest run, where its outputs rest.
+
+        Rest does not depend on a scale of time: an output has to have moved, and then to have stayed for as long
+        again. All ends are tried, because an FMU may move again. The first run with steps too long for the FMU
+        ends the series: it fails, is not finite, or contradicts the middle of a shorter run.
+        """
+        outputs = self._outputs(question, question.steady)
+        key = (*question.parameters.items(), *outputs.items())
+        if key not in self._settled:
+            self._settled[key] = self._at_rest(*self._longest(question, outputs))
+        return self._settled[key]
 
     def over_time(self, question: Asked, times: np.ndarray) -> Answer:
-        runs = self._runs_of(question, question.over_time, [[float(times[-1]), steps] for steps in STEPS])
+        end, outputs = float(times[-1]), self._outputs(question, question.over_time)
+        key = (end, *question.parameters.items(), *outputs.items())
+        if key not in self._courses:
+            self._courses[key] = [self._run(question, outputs, end, steps, LONGEST) for steps in STEPS]
+        runs = self._courses[key]
         # What an output does at an instant it does over a step here: the two runs differ most at the end of the short
         # one, by all but its part of the long one, and at once after the instant the short one is off by all of it.
         everywhere, whole = np.union1d(times, runs[1]["time"]), STEPS[1] / (STEPS[1] - STEPS[0])
@@ -69,67 +96,110 @@ class Fmu:
         errors = {n: whole * float(np.abs(fine[n](everywhere) - coarse[n](everywhere)).max()) for n in fine}
         return {n: fine[n](times) for n in fine}, errors
 
-    def _runs_of(
-        self, question: Asked, wanted: Mapping[str, str], runs: list[list[float]], rest: bool = False
-    ) -> list[dict[str, np.ndarray]]:  # fmt: skip
-        """The columns of some runs, each to an end (s) in some steps; with ``rest`` until the outputs rest."""
+    def _longest(self, question: Asked, outputs: Mapping[str, str]) -> tuple[dict[str, np.ndarray], SceneError | None]:
+        """Return the longest run to a steady state whose steps are short enough, and the failure of a longer one."""
+        longest, failure, until = None, None, time.monotonic() + BUDGET
+        for end in HORIZONS:
+            try:
+                run = self._run(question, outputs, end, STEPS[0], until - time.monotonic())
+            except SceneError as error:
+                failure = error
+                if longest is not None:
+                    break
+                continue
+            failure = None
+            if longest is not None and (not _finite(run) or _contradicts(run, longest)):
+                break
+            if longest is None or not _rests(longest):
+                until = min(until, time.monotonic() + (CHECKS if _moves(run) and _rests(run) else BUDGET))
+            longest = run
+        if longest is None:
+            assert failure is not None
+            raise failure
+        return longest, failure
+
+    def _at_rest(self, run: dict[str, np.ndarray], failure: SceneError | None) -> Answer:
+        """Return the last values of a run, with their changes in its second half as errors."""
+        end, values = float(run["time"][-1]), {name: v for name, v in run.items() if name != "time"}
+        rests, moves = _rests(run) or not _finite(run), _moves(run)
+        if not rests or (not moves and end < HORIZONS[-1]):
+            has = "does not come to rest" if moves else "has not moved"
+            why = f"a longer run of it {failure.args[0].partition(' ')[2]}" if failure else "it has no steady state"
+            raise SceneError(f"--model {self.name} {has} within {quantity(end, 's')}: {why}")
+        return {name: float(v[-1]) for name, v in values.items()}, {n: _late(v) for n, v in values.items()}
+
+    def _outputs(self, question: Asked, wanted: Mapping[str, str]) -> dict[str, str]:
+        """Return the FMU's variable of each probe that it has. Raises SceneError for names and units that don't fit."""
         for name in question.parameters:
             if name not in self.settable:
                 raise SceneError(
                     f"--model {self.name} has no parameter or input {quoted(name)}: it has "
-                    f"{listed(self.settable) or 'none'}{did_you_mean(name, self.settable)}"
+                    f"{listed(list(self.settable)) or 'none'}{did_you_mean(name, self.settable)}"
                 )
-        key = (str(runs), rest, *question.parameters.items())
-        if key not in self._known:
-            outputs = {name: variable for name in wanted if (variable := self._variable(name, question)) is not None}
-            if not outputs:
-                raise SceneError(
-                    f"--model {self.name} has no variable called as a probe ({', '.join(wanted)}; signs and blanks as "
-                    f'_): it has {listed(self.readable) or "none"}; say which is which, [model.outputs] probe = "name"'
-                )
-            task = {"file": str(self.path), "start": dict(question.parameters), "outputs": list(outputs.values()),
-                    "runs": runs, "rest": rest}  # fmt: skip
-            named = {"time": "time", **outputs}
-            self._known[key] = [
-                {name: np.array(columns[variable]) for name, variable in named.items()}
-                for columns in self._simulated(task)
-            ]
-        return self._known[key]
-
-    def _variable(self, name: str, question: Asked) -> str | None:
-        if name in question.outputs:
-            if question.outputs[name] not in self.readable:
-                variable = question.outputs[name]
+        plain = {re.sub(r"\W+", "_", variable).lower(): variable for variable in self.readable}
+        outputs = {}
+        for name, unit in wanted.items():
+            variable = question.outputs.get(name) or plain.get(re.sub(r"\W+", "_", name).lower())
+            if variable is None:
+                continue
+            if variable not in self.readable:
                 raise SceneError(
                     f"--model {self.name} has no variable {quoted(variable)} for {quoted(name)}: it has "
-                    f"{listed(self.readable)}{did_you_mean(variable, self.readable)}"
+                    f"{listed(list(self.readable))}{did_you_mean(variable, self.readable)}"
                 )
-            return question.outputs[name]
-        plain = {re.sub(r"\W+", "_", variable).lower(): variable for variable in self.readable}
-        return plain.get(re.sub(r"\W+", "_", name).lower())
+            declared = self._known(variable, self.readable[variable])
+            if declared.powers not in (None, parse_unit(unit).powers):
+                raise SceneError(
+                    f"--model {self.name}: {quoted(variable)} is in {quoted(declared.name)}, not in {unit}, as "
+                    f"{quoted(name)} is"
+                )
+            outputs[name] = variable
+        if not outputs:
+            has = listed(list(self.readable)) or "none"
+            raise SceneError(
+                f"--model {self.name} has no variable called as a probe ({', '.join(wanted)}; signs and blanks as "
+                f'_): it has {has}; say which is which, [model.outputs] probe = "name"'
+            )
+        return outputs
 
-    def _simulated(self, task: Mapping[str, Any]) -> list[dict[str, list[float]]]:
-        """The columns that the process of the FMU writes; it ends when this one does, for it waits for its input."""
-        command = command_of("validate.models.fmu:simulate")
-        with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as child:
-            try:
-                out, said = child.communicate(json.dumps(task).encode(), LONGEST)
-            except subprocess.TimeoutExpired:
-                child.kill()
-                raise SceneError(too_long(self.name)) from None
-            except BaseException:
-                child.kill()
-                raise
+    def _known(self, variable: str, unit: Unit) -> Unit:
+        """Return the unit of a variable. Raises SceneError for a unit that nobody defines."""
+        if unit.name and unit.powers is None:
+            raise SceneError(
+                f"--model {self.name}: {quoted(variable)} is in {quoted(unit.name)}, a unit that is not known: give it "
+                "a BaseUnit in modelDescription.xml"
+            )
+        return unit
+
+    def _run(
+        self, question: Asked, outputs: Mapping[str, str], end: float, steps: int, seconds: float
+    ) -> dict[str, np.ndarray]:
+        """Return the "time" and the outputs by probe, in SI units, of a run to an end (s)."""
+        start = {}
+        for name, value in question.parameters.items():
+            unit = self._known(name, self.settable[name])
+            start[name] = (value - unit.offset) / unit.factor
         try:
-            columns: list[dict[str, list[float]]] = json.loads(out.decode().rpartition("\n")[2])
-        except ValueError:
-            lines = said.decode("utf-8", "replace").strip().splitlines() or [f"it ended with status {child.returncode}"]
-            raise SceneError(f"--model {self.name} failed: {printable(lines[-1], 200)}") from None
-        for run, (end, steps) in zip(columns, task["runs"], strict=False):  # of those to a rest the last are not made
-            if run["time"][-1] < end - end / steps / 2:
-                until, asked = (quantity(time, "s") for time in (run["time"][-1], end))
-                raise SceneError(f"--model {self.name} stops at {until} of {asked}: a step of it says that it failed")
-        return columns
+            if seconds <= 0:
+                raise TimeoutError
+            columns = self._worker.run(seconds, simulate, self.folder.name, end, steps, start, list(outputs.values()))
+        except TimeoutError:
+            raise SceneError(f"--model {self.name} takes too long, and was ended") from None
+        except WorkerDiedError as error:
+            raise SceneError(f"--model {self.name} failed: it ended its process, with {error}") from None
+        except Exception as error:
+            raise SceneError(f"--model {self.name} failed: {printable(str(error), 200)}") from None
+        until = columns["time"][-1]
+        if until < end - end / steps / 2:
+            raise SceneError(
+                f"--model {self.name} stops at {quantity(until, 's')} of {quantity(end, 's')}: a step of it says that "
+                "it failed"
+            )
+        run = {"time": columns["time"]}
+        for name, variable in outputs.items():
+            unit = self.readable[variable]
+            run[name] = unit.factor * columns[variable] + unit.offset
+        return run
 
 
 def opened(given: str, folder: str) -> Fmu:
@@ -137,15 +207,94 @@ def opened(given: str, folder: str) -> Fmu:
     path = readable(given, folder, "an FMU, such as bridge.fmu")
     if find_spec("fmpy") is None:
         raise SceneError(f"--model {quoted(given)} is run by fmpy: pip install 'heated-microstructure-validation[fmu]'")
-    from fmpy import read_model_description
+    from fmpy import extract, read_model_description
 
     _refuse_bomb(given, path)
+    unpacked = TemporaryDirectory()
     try:
-        variables = read_model_description(str(path), validate=False).modelVariables
+        description = read_model_description(str(path), validate=False)
+        extract(str(path), unpacked.name)
     except Exception as error:
         raise SceneError(f"--model {quoted(given)} is no FMU that can be read ({printable(str(error), 120)})") from None
-    settable = tuple(v.name for v in variables if v.causality in ("parameter", "input"))
-    return Fmu(path.name, path.resolve(), settable, tuple(v.name for v in variables if v.causality != "parameter"))
+    definitions = {unit.name: unit.baseUnit for unit in description.unitDefinitions}
+    settable, others = {}, {}
+    for variable in description.modelVariables:
+        unit = _unit(variable, definitions)
+        if variable.causality in ("parameter", "input"):
+            settable[variable.name] = unit
+        if variable.causality != "parameter":
+            others[variable.name] = unit
+    return Fmu(path.name, unpacked, settable, others)
+
+
+def _unit(variable: Any, definitions: Mapping[str, Any]) -> Unit:
+    """Return the unit that an FMU declares for a variable: by its BaseUnit, or else by its name."""
+    kind = variable.declaredType
+    name = variable.unit or (kind.unit if kind else None) or ""
+    base = definitions.get(name)
+    if base is not None:
+        relative = variable.relativeQuantity or (kind and kind.relativeQuantity)
+        # A mole or a candela is in no unit of ours, so that these powers fit no probe.
+        powers = tuple(int(getattr(base, symbol)) for symbol in ("m", "kg", "s", "A", "K", "mol", "cd"))
+        powers = powers if any(powers[5:]) else powers[:5]
+        return Unit(name, powers, float(base.factor), 0.0 if relative else float(base.offset))
+    try:
+        unit = parse_unit(name) if name else None
+    except UnitError:
+        unit = None
+    if unit is None:
+        return Unit(name)
+    return Unit(name, unit.powers, 10.0**unit.exponent, 273.15 if unit.celsius else 0.0)
+
+
+def _finite(run: Mapping[str, np.ndarray]) -> bool:
+    return all(np.isfinite(values).all() for values in run.values())
+
+
+def _change(values: np.ndarray) -> float:
+    """Return the whole change of an output, 0 where that is rounding."""
+    change = float(np.ptp(values))
+    return change if change > ROUNDING * float(np.abs(values).max()) else 0.0
+
+
+def _late(values: np.ndarray) -> float:
+    """Return the change of an output in the second half of a run."""
+    return _change(values[len(values) // 2 :])
+
+
+def _rests(run: Mapping[str, np.ndarray]) -> bool:
+    """Return whether each output has moved and come to rest, or never moved."""
+    return all(_late(values) <= REST * _change(values) for name, values in run.items() if name != "time")
+
+
+def _moves(run: Mapping[str, np.ndarray]) -> bool:
+    return any(_change(values) for name, values in run.items() if name != "time")
+
+
+def _contradicts(longer: Mapping[str, np.ndarray], shorter: Mapping[str, np.ndarray]) -> bool:
+    """Return whether a run differs in the middle of a shorter one, in which the outputs were at rest by then."""
+    if not _rests(shorter):
+        return False
+    middle = shorter["time"][-1] / 2
+    at = {name: np.interp(middle, longer["time"], values) for name, values in longer.items()}
+    return any(
+        abs(at[name] - np.interp(middle, shorter["time"], values)) > UNRESOLVED * _change(values)
+        for name, values in shorter.items()
+        if name != "time" and _change(values)
+    )
+
+
+def simulate(
+    folder: str, end: float, steps: int, start: Mapping[str, float], outputs: list[str]
+) -> dict[str, np.ndarray]:
+    """Run an unpacked FMU from 0 to ``end`` (s), and return its "time" and its outputs; for a process of its own."""
+    from fmpy import simulate_fmu
+
+    columns = simulate_fmu(
+        folder, validate=False, stop_time=end, output_interval=end / steps, step_size=end / steps, output=outputs,
+        start_values=dict(start), relative_tolerance=1e-2 / steps, record_events=False,
+    )  # fmt: skip
+    return {name: np.array(columns[name], float) for name in ("time", *outputs)}
 
 
 def _refuse_bomb(given: str, path: Path) -> None:
@@ -156,28 +305,3 @@ def _refuse_bomb(given: str, path: Path) -> None:
             raise SceneError(
                 f"--model {quoted(given)} unpacks to {size / 1e9:.3g} GB: give one of {LARGEST / 1e9:g} at most"
             )
-
-
-def _rests(before: Mapping[str, float], now: Mapping[str, float]) -> bool:
-    return bool(before) and all(abs(now[name] - before[name]) <= REST * abs(now[name]) for name in now)
-
-
-def simulate() -> None:
-    """What that process does."""
-    with_parent()
-    task = json.loads(sys.stdin.read())
-    from fmpy import extract, simulate_fmu
-
-    runs: list[dict[str, list[float]]] = []
-    with TemporaryDirectory() as folder:
-        extract(task["file"], folder)
-        for end, steps in task["runs"]:
-            columns = simulate_fmu(
-                folder, stop_time=end, output_interval=end / steps, step_size=end / steps, output=task["outputs"],
-                start_values=task["start"], relative_tolerance=1e-2 / steps, record_events=False,
-            )  # fmt: skip
-            runs.append({name: [float(value) for value in columns[name]] for name in ("time", *task["outputs"])})
-            ends = [{name: runs[n][name][-1] for name in task["outputs"]} for n in range(-min(len(runs), 2), 0)]
-            if task["rest"] and len(ends) == 2 and _rests(*ends):
-                break
-    print("\n" + json.dumps(runs), end="", flush=True)

@@ -20,9 +20,9 @@ from typing import Any
 
 import numpy as np
 
+from compare.processes import TimeIsUpError
 from scenes.errors import SceneError, did_you_mean, listed, printable, quoted
 from validate.models import Answer, Asked, readable
-from validate.processes import TimeIsUpError
 
 
 @dataclass

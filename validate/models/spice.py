@@ -17,10 +17,10 @@ from pathlib import Path
 
 import numpy as np
 
+from compare.processes import with_parent
 from scenes.errors import SceneError, did_you_mean, printable, quoted
 from validate.against import raw
 from validate.models import LONGEST, Answer, Asked, readable, too_long
-from validate.processes import with_parent
 
 _REFUSED = {
     ".control": "runs commands", ".endc": "runs commands", ".exec": "runs commands", ".include": "reads other files",

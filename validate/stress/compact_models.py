@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from validate.processes import TimeIsUpError, limited
+from compare.processes import TimeIsUpError, limited
 from validate.stress.report import Row
 
 GROUP = "compact models"

@@ -15,8 +15,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from validate.pool import side_by_side
-from validate.processes import TimeIsUpError, limited
+from compare.processes import TimeIsUpError, limited
+from compare.worker import map_tasks
 from validate.stress.random_scenes import Drawn
 from validate.stress.report import Row
 
@@ -130,7 +130,7 @@ def rows(quick: bool, first: int = 0, jobs: int = 1) -> Iterator[Row]:
         for name, values in {"": (0.0,), **group.constants}.items()
         for value in values
     ]
-    measured = dict(side_by_side(partial(_measured, cases), range(len(cases)), jobs))
+    measured = dict(map_tasks(partial(_measured, cases), range(len(cases)), jobs))
     usual = {(cases[i][0].measure, cases[i][0].scenes): seen for i, seen in measured.items() if not cases[i][1]}
     for i, (group, name, value) in enumerate(cases):
         if group.measure is errors:

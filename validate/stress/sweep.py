@@ -10,8 +10,8 @@ from typing import Literal
 
 import numpy as np
 
-from validate.pool import ENDED, side_by_side
-from validate.processes import TimeIsUpError, limited
+from compare.processes import TimeIsUpError, limited
+from compare.worker import DIED, map_tasks
 from validate.stress import compact_models, constants, extremes, steps
 from validate.stress.report import Row, failed
 
@@ -94,8 +94,8 @@ def sweep(first: int, count: int, jobs: int, progress: Callable[[str], None], ki
     """The outcomes of ``count`` seeds from ``first`` on, by some processes."""
     outcomes = []
     seeds = range(first, first + count)
-    for _, outcome in side_by_side(
-        partial(examine, kind=kind), seeds, jobs, lambda seed: Outcome(seed, {}, "error", ENDED)
+    for _, outcome in map_tasks(
+        partial(examine, kind=kind), seeds, jobs, lambda seed: Outcome(seed, {}, "error", DIED)
     ):
         outcomes.append(outcome)
         progress(f"{len(outcomes)} of {count} {GROUPS[kind]}")

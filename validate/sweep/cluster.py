@@ -10,8 +10,8 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field, replace
 
+from compare.worker import pool
 from scenes.errors import SceneError, printable, quoted
-from validate.pool import pool
 from validate.sweep.point import Row, Work, late, ready, solve
 
 Submit = Callable[[Work], Future[list[Row]]]

@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numpy as np
 
+from compare.processes import TimeIsUpError, within
 from scenes import physics
 from scenes.errors import RunawayError, SceneError, did_you_mean, quoted
 from scenes.loading import refuse_unused
 from scenes.model import OVER_TIME
 from scenes.plan import Request
 from scenes.sink import Sink
-from validate.processes import TimeIsUpError, within
 from validate.sweep.design import Base, Design, Value, settings
 
 if TYPE_CHECKING:

@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from compare.processes import processors
 from scenes.errors import SceneError
 from scenes.formats import quantity
 from scenes.sink import Sink
-from validate.processes import processors
 from validate.report.figures import PARTS
 from validate.sweep.design import Design, base, listed, parse
 from validate.sweep.point import Job, Scope, Work, checked

@@ -8,7 +8,7 @@ from importlib.util import find_spec
 from itertools import chain
 from typing import NamedTuple
 
-from validate.pool import side_by_side
+from compare.worker import map_tasks
 from validate.verify import corner, exact, orders, published, second_path, surroundings
 from validate.verify.manufactured import conduction, heating, joule
 from validate.verify.report import Row, skipped
@@ -99,7 +99,7 @@ def run(families: Sequence[str], jobs: int, progress: Callable[[str], None]) -> 
     chosen = [number for number, case in enumerate(CASES) if case.family in families]
     results: dict[int, list[Row]] = {}
     progress(f"{len(chosen)} cases")
-    for number, rows in side_by_side(perform, chosen, jobs):
+    for number, rows in map_tasks(perform, chosen, jobs):
         results[number] = rows
         waiting = [CASES[n].name for n in chosen if n not in results]
         progress(f"{len(results)} of {len(chosen)} cases done; next {waiting[0]}" if waiting else "writing")

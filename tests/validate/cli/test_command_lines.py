@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from compare.processes import limited
 from validate.cli import main
-from validate.processes import limited
 
 SECONDS = 60
 

@@ -17,7 +17,6 @@ from scenes.errors import SceneError
 from scenes.plan import Request
 from validate.cli import main
 from validate.models import asked, opened
-from validate.models.fmu import Fmu
 from validate.report.folder import folder_of
 
 NETLIST = """the same in volts
@@ -211,12 +210,6 @@ def test_a_row_without_a_number_is_named(tmp_path: Path) -> None:
     table = opened(str(tmp_path / "gap.csv"))
     with pytest.raises(SceneError, match=r'"tip \(degC\)" has no number at 100\.0 us'):
         table.over_time(asked.Asked("bar", {}, {}, {"tip": "K"}, {}, {}), np.linspace(0, 5e-4, 9))
-
-
-def test_an_fmu_without_a_number_is_not_said_to_move_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Fmu, "_runs_of", lambda *_, **__: 2 * [{"tip": np.array([np.nan])}])
-    values, _ = Fmu("lump.fmu", Path(), (), ("tip",)).steady(asked.Asked("bar", {}, {"tip": "K"}, {}, {}, {}))
-    assert np.isnan(values["tip"])
 
 
 def test_an_fmu_whose_step_says_that_it_failed_has_no_answer(transient: Path, tmp_path: Path, capsys: Any) -> None:

@@ -17,13 +17,13 @@ import numpy as np
 import psutil
 import pytest
 
+from compare.worker import pool
 from scenes.loading import builtin_text
 from tests import browser
 from tests.validate.report.test_figures import inside
 from validate.cli import main
 from validate.cli.arguments import parse
 from validate.cli.sweep import scene
-from validate.pool import pool
 from validate.sweep import cluster as cluster_of
 from validate.sweep.design import Axis, Design, base
 from validate.sweep.point import Job, Scope, Work, ready, solve
