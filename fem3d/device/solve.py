@@ -163,7 +163,9 @@ def model(device: Device, accuracy: float, say: Callable[[str], None] = lambda _
     """The few states of a device's structure, on a mesh and in as many fields as an accuracy takes: of temperatures
     relative to the set rise, of steady powers relative to themselves, from the second sample on.
 
-    Raises NumericsError where it isn't reached.
+    Each level raises what leaves more than its share of the error: the mesh, the fields or the nodes in time.
+
+    Raises NumericsError where the accuracy is not reached with the most of each.
     """
     scene = replace(device.scene(), accuracy=accuracy)
     part = symmetry.reduce(scene)
@@ -172,8 +174,8 @@ def model(device: Device, accuracy: float, say: Callable[[str], None] = lambda _
     short = _short(device)
     generations, nodes = GENERATIONS, FEWEST
     slowest = LONGEST * earliest
+    given = problems(boxes(part.scene, grid), accuracy)
     for number in range(1, MOST_LEVELS):
-        given = problems(boxes(part.scene, grid), accuracy)
         say(f"level {number}: {given.heat.size} unknowns")
         shifts = (earliest, max(LATEST * slowest, LONGEST * earliest))
         projections, structures = list[Projected](), list[Structure]()
@@ -186,10 +188,6 @@ def model(device: Device, accuracy: float, say: Callable[[str], None] = lambda _
         distances, remaining = _judged(device, short, fine, low, lowest, nodes)
         space = max(remaining[q] * distances["low"][q] for q in _JUDGED)
         fields, between = (max(distances[name][q] for q in _JUDGED) for name in ("fewer", "nodes"))
-        if fields > accuracy / 2 and generations < MOST:
-            generations += MORE
-        if between > accuracy / 4 and nodes < MOST_NODES:
-            nodes += 2
         if space + fields + between <= accuracy:
             details = {
                 "unknowns": given.heat.size, "states": fine.modal.count, "responses": fine.modal.responses,
@@ -202,8 +200,14 @@ def model(device: Device, accuracy: float, say: Callable[[str], None] = lambda _
                 device, fine.modal, low.modal, remaining, missed, nodes, edges, details, (structures[0], structures[1]),
                 fine.fewer,
             )  # fmt: skip
+        more_fields = fields > accuracy / 2 and generations < MOST
+        more_nodes = between > accuracy / 4 and nodes < MOST_NODES
         if space > accuracy / 2:
             grid = grids.refined(grid, given, fine, low, AHEAD * space / accuracy, marks)
+            given = problems(boxes(part.scene, grid), accuracy)
+        elif number > 1 and not (more_fields or more_nodes):
+            break  # the same level again would find the same
+        generations, nodes = generations + MORE * more_fields, nodes + 2 * more_nodes
     raise NumericsError(f"an accuracy of {accuracy:g} isn't reached in this device")
 
 

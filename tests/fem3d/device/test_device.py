@@ -12,6 +12,7 @@ from fem3d.device.solve import model
 from reduced1d.device.accurate import solve_accurate
 from reduced1d.device.shielding import over_time
 from scenes.device import Device
+from scenes.errors import NumericsError
 from statespace.device_reduction import closed_loop, compact
 from statespace.ground import grounded
 from statespace.march import Resolution, march
@@ -42,6 +43,16 @@ def test_the_start_is_that_of_every_unknown_stepped_on_another_mesh(states, shor
     assert np.abs(rises - full).max() < tolerance * 17.5
     one = solve_accurate(short)
     assert np.abs(np.column_stack([one.sink_K, one.sensor_K])[:STEPPED] - 293 - full).max() > 5 * tolerance * 17.5
+
+
+def test_accuracy_beyond_most_time_nodes_ends_at_once(monkeypatch):
+    monkeypatch.setattr("fem3d.device.solve.MOST_NODES", 4)
+    monkeypatch.setattr("fem3d.device.solve.MOST", 8)
+    levels: list[str] = []
+    with pytest.raises(NumericsError, match="isn't reached in this device"):
+        model(Device(), 1e-4, levels.append)
+    unknowns = [level.split()[2] for level in levels]
+    assert len(unknowns) <= len(set(unknowns)) + 1 < 8
 
 
 def test_what_enters_the_polymer_leaves_it_or_stays_in_it(states):
