@@ -93,11 +93,11 @@ def columns(stream: TextIO, most: int) -> int:
 
 
 def nearest(word: str, known: Iterable[str]) -> str | None:
-    """The known word that is spelled most like this one, if any is at all like it."""
+    """Return the known word that is spelled most like this one; ``None`` where none shares most of its letters."""
     import difflib
 
     by_case = {k.lower(): k for k in known}
-    near = difflib.get_close_matches(word.lower(), by_case, n=1, cutoff=0.5)
+    near = difflib.get_close_matches(word.lower(), by_case, n=1)
     return by_case[near[0]] if near else None
 
 

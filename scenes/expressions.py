@@ -59,20 +59,23 @@ class _UnreadError(UnitError):
 
 
 def measured(text: str, names: Mapping[str, Measure]) -> tuple[float, Powers | None]:
-    """The SI value of a text and its powers, ``None`` for a number without a unit: a quantity as `parse_quantity` takes
-    it, or else an expression of the ``names``. Raises UnitError."""
-    try:
-        value, unit = parse_quantity(text)
-        return value, None if unit is None else unit.powers
-    except UnitError as error:
-        plain = error
+    """Return the SI value of a quantity, or of an expression of the ``names``, and its powers.
+
+    The powers are ``None`` for a number without a unit. Raises UnitError.
+    """
     said = _NAME.findall(spelled(text)) if len(text) <= LONGEST else []
-    of_names = any(name in names or name in (*FUNCTIONS, PI) for name in said)
+    plain = None
+    if not any(name in names for name in said):
+        try:
+            value, unit = parse_quantity(text)
+            return value, None if unit is None else unit.powers
+        except UnitError as error:
+            plain = error
     try:
         measure = evaluate(text, names)
     except _UnreadError:
-        # Where it names nothing that is known it is a slip of a unit or a word, of which the plain reading says more.
-        if of_names or (names and text[:1].isalpha()):
+        # Text without a known name is a slip of a unit or a word, which the error of the plain reading describes.
+        if plain is None or any(name in (*FUNCTIONS, PI) for name in said) or (names and text[:1].isalpha()):
             raise
         raise plain from None
     return _double(measure.value), measure.powers
@@ -199,6 +202,11 @@ class _Reader:
                 )
             return Measure(_fraction(number), PLAIN)
         said = unit.group()
+        for name in _NAME.findall(said):
+            if name in self.names:
+                base = name.rstrip("0123456789")
+                power = f"write {base}**{name[len(base) :]} for the unit, or rename the parameter"
+                raise UnitError(f'has "{name}", a unit and a parameter: {power}')
         self.at = unit.end()
         self._next()
         parsed = parse_unit(said)
@@ -206,7 +214,7 @@ class _Reader:
             raise UnitError("has a temperature in degC among other terms: give it in K, or as a parameter of its own")
         if self.token == "**":
             raise UnitError(f'has a power right after "{number} {said.strip()}": put brackets around what it is of')
-        return Measure(_fraction(number) * Fraction(10) ** parsed.exponent, parsed.powers)
+        return Measure(_fraction(number) * parsed.factor, parsed.powers)
 
     def _named(self) -> Measure:
         name = self.name

@@ -191,8 +191,9 @@ class Parameters:
 
 
 def put(table: object, name: str, value: object) -> dict[str, object]:
-    """The table with another value of one of its parameters: a number without a unit is in the SI unit of what stands
-    there. Raises SceneError for a parameter that isn't there, and for another kind of quantity."""
+    """Return the table with another value of one of its parameters, read as in a file.
+
+    Raises SceneError for an unknown parameter, and for another kind of quantity."""
     names = Names({} if table is None else table)
     path = f"{SECTION}.{printable(name)}"
     if name not in names:
@@ -201,23 +202,9 @@ def put(table: object, name: str, value: object) -> dict[str, object]:
     assert isinstance(table, Mapping)
     powers = names[name].powers
     try:
-        bare = _bare(value)
-        if bare is not None:
-            return {**table, name: f"{bare!r} {unit_of(powers)}".rstrip()}
         other = _measure(value, names)
     except UnitError as error:
         raise SceneError(f"{path} = {quoted(value)} {error}: {_FORM}") from None
     if other.powers != powers:
         raise SceneError(f"{path} = {quoted(value)} is {called(other.powers)}, not {called(powers)}: {_FORM}")
     return {**table, name: value}
-
-
-def _bare(value: object) -> float | None:
-    """A number without a unit, as such or as text; ``None`` for anything else. Raises UnitError for nan and inf."""
-    if isinstance(value, str):
-        try:
-            number, unit = parse_quantity(value)
-        except UnitError:
-            return None
-        return _finite(number) if unit is None else None
-    return None if isinstance(value, bool) or not isinstance(value, Real) else _finite(value)

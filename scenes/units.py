@@ -1,7 +1,6 @@
-"""Units and the kinds of quantity that a scene file may hold: a number with a unit, as text, to SI and back.
+"""Units and the dimensions of the quantities in a scene file: text such as "20 um" to SI values and back.
 
-Every unit here is SI but for a power of ten (degC, by its offset, is the one exception). The power is added to the
-exponent of the number before the text becomes a double, so that "20 um" is exactly the double 20e-6.
+A unit is an exact fraction of its SI unit, so that "20 um" is exactly the double 20e-6.
 """
 
 from __future__ import annotations
@@ -11,6 +10,7 @@ from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
 from functools import cached_property, lru_cache
+from math import isfinite
 
 from scenes.errors import did_you_mean, printable
 
@@ -19,28 +19,29 @@ Powers = tuple[Power, Power, Power, Power, Power]
 """The exponents of metre, kilogram, second, ampere and kelvin: whole, but for those of roots."""
 
 PLAIN: Powers = (0, 0, 0, 0, 0)
-_SYMBOLS: dict[str, tuple[Powers, int]] = {
-    "m": ((1, 0, 0, 0, 0), 0),
-    "g": ((0, 1, 0, 0, 0), -3),
-    "s": ((0, 0, 1, 0, 0), 0),
-    "A": ((0, 0, 0, 1, 0), 0),
-    "K": ((0, 0, 0, 0, 1), 0),
-    "V": ((2, 1, -3, -1, 0), 0),
-    "W": ((2, 1, -3, 0, 0), 0),
-    "J": ((2, 1, -2, 0, 0), 0),
-    "ohm": ((2, 1, -3, -2, 0), 0),
+_SYMBOLS: dict[str, tuple[Powers, Fraction]] = {
+    "m": ((1, 0, 0, 0, 0), Fraction(1)),
+    "g": ((0, 1, 0, 0, 0), Fraction(1, 1000)),
+    "s": ((0, 0, 1, 0, 0), Fraction(1)),
+    "A": ((0, 0, 0, 1, 0), Fraction(1)),
+    "K": ((0, 0, 0, 0, 1), Fraction(1)),
+    "V": ((2, 1, -3, -1, 0), Fraction(1)),
+    "W": ((2, 1, -3, 0, 0), Fraction(1)),
+    "J": ((2, 1, -2, 0, 0), Fraction(1)),
+    "S": ((-2, -1, 3, 2, 0), Fraction(1)),
+    "ohm": ((2, 1, -3, -2, 0), Fraction(1)),
 }
-_WITHOUT_PREFIX: dict[str, tuple[Powers, int]] = {
-    "degC": ((0, 0, 0, 0, 1), 0),
-    "ppm": (PLAIN, -6),
-    "%": (PLAIN, -2),
-    "1": (PLAIN, 0),
+_WITHOUT_PREFIX: dict[str, tuple[Powers, Fraction]] = {
+    "min": ((0, 0, 1, 0, 0), Fraction(60)),
+    "degC": ((0, 0, 0, 0, 1), Fraction(1)),
+    "ppm": (PLAIN, Fraction(1, 10**6)),
+    "%": (PLAIN, Fraction(1, 100)),
+    "1": (PLAIN, Fraction(1)),
 }
 _PREFIXES = {"G": 9, "M": 6, "k": 3, "": 0, "c": -2, "m": -3, "u": -6, "n": -9, "p": -12}
-_FAMILIAR = ("m", "cm", "mm", "um", "nm", "s", "ms", "us", "ns", "V", "mV", "kV", "K", "degC", "W", "mW", "J", "kg",
-             "g", "ohm", "ppm")  # fmt: skip
+_ICE_POINT = Fraction("273.15")  # K, of 0 degC: the definition of the degree Celsius
 
-_NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+))(?:[eE]([+-]?\d+))?(.*)", re.ASCII | re.DOTALL)
+_NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)(.*)", re.ASCII | re.DOTALL)
 _TOKEN = re.compile(r"[A-Za-z%]+(?:-?\d+)?|[/()]|1(?=/)", re.ASCII)
 _SPELLINGS = str.maketrans({
     "\N{MICRO SIGN}": "u", "\N{GREEK SMALL LETTER MU}": "u",
@@ -56,16 +57,17 @@ _SUPERSCRIPT = re.compile(
     "(?<=[A-Za-z])[\N{SUPERSCRIPT MINUS}\N{SUPERSCRIPT ONE}\N{SUPERSCRIPT TWO}\N{SUPERSCRIPT THREE}]+"
 )
 _WORDS = "|".join(filter(str.isalpha, _WITHOUT_PREFIX))
-_POWER = r"(?:(?:\*\*)?-?\d+)?"
+# No unit has the power 0 or 1, so that V0 and m1 can only be parameters.
+_POWER = r"(?:(?:\*\*)?(?:-\d+|[2-9]))?"
 _FACTOR = rf"(?:[{''.join(_PREFIXES)}]?(?:{'|'.join(_SYMBOLS)}){_POWER}|{_WORDS}|%)(?![\w%])"
 LEADING_UNIT = re.compile(
     rf"\s*(?:1\s*/\s*)?{_FACTOR}(?:(?:\s*/\s*|\s+){_FACTOR}|\s*/\s*\(\s*{_FACTOR}(?:\s+{_FACTOR})*\s*\))*", re.ASCII
 )
-"""A unit at the start of a text, in the signs that `spelled` gives, as far as its units are known."""
+"""A unit at the start of a text, in the signs that `spelled` gives."""
 _MEANT = {"c": "degC", "celsius": "degC", "kelvin": "K", "micron": "um", "mu": "um", "sec": "s", "volt": "V",
-          "s": "1/ohm", "siemens": "1/ohm"}  # fmt: skip
-"""Common words for units that are not spelled like ours."""
-_LONGEST = 100  # Characters of a quantity at most.
+          "siemens": "S", "minute": "min", "minutes": "min"}  # fmt: skip
+"""Common words for units, in lower case, that this module spells differently."""
+_LONGEST = 100  # characters of a quantity
 
 
 class UnitError(ValueError):
@@ -74,33 +76,36 @@ class UnitError(ValueError):
 
 @dataclass(frozen=True)
 class Unit:
-    """A product of SI base units times ten to the ``exponent``; ``celsius`` marks a temperature in degrees Celsius."""
+    """A unit of the given ``powers`` of SI base units, ``factor`` times as large; ``celsius`` for degrees Celsius."""
 
     powers: Powers
-    exponent: int
+    factor: Fraction
     celsius: bool = False
 
 
 def parse_quantity(text: str) -> tuple[float, Unit | None]:
-    """The SI value of a number with a unit, and the unit (``None`` where the text has only a number).
+    """Return the SI value of a number with a unit, and the unit (``None`` without one).
 
-    Raises UnitError where the text is not a number, or its unit is not known.
+    Raises UnitError where the text is not a number, or its unit is unknown.
     """
     match = _NUMBER.fullmatch(_plain(text)) if len(text) <= _LONGEST else None
     if match is None:
         raise UnitError("is not a number with a unit")
-    mantissa, exponent, rest = match.groups()
-    if not rest.strip():
-        return float(f"{mantissa}e{exponent or 0}"), None
-    unit = parse_unit(rest)
-    value = float(f"{mantissa}e{int(exponent or 0) + unit.exponent}")
-    # Rounded because 0.2 + 273.15 should be the double 273.35.
-    return (round(value + 273.15, 9) if unit.celsius else value), unit
+    number, rest = float(match[1]), match[2]
+    unit = parse_unit(rest) if rest.strip() else None
+    # A double bounds the exponent before an exact power of ten could fill the memory.
+    if unit is None or not isfinite(number):
+        return number, unit
+    exact = (Fraction(match[1]) if number else 0) * unit.factor
+    try:
+        return float(exact + _ICE_POINT if unit.celsius else exact), unit
+    except OverflowError:
+        return float("inf"), unit
 
 
 @lru_cache(maxsize=256)
 def parse_unit(text: str) -> Unit:
-    """A unit such as "um", "W/(m K)", "W/m/K", "kg/m^3" or "1/K"; a slash divides by the one factor that follows it.
+    """Parse a unit such as "um", "W/(m K)", "kg/m^3" or "1/K"; a slash divides by the one factor after it.
 
     Raises UnitError.
     """
@@ -109,7 +114,7 @@ def parse_unit(text: str) -> Unit:
     if "".join(tokens) != re.sub(r"\s+", "", close_up):
         raise unknown
     if tokens == ["degC"]:
-        return Unit(_SYMBOLS["K"][0], 0, celsius=True)
+        return Unit(_WITHOUT_PREFIX["degC"][0], Fraction(1), celsius=True)
     tokens.reverse()
     unit = _product(tokens)
     if tokens:
@@ -118,48 +123,40 @@ def parse_unit(text: str) -> Unit:
 
 
 def spelled(text: str) -> str:
-    """The text with one spelling for every sign, in ASCII: the power of a unit stands behind it as a number. A power of
-    a number, as in "2² um", is none of a unit and stays as it is."""
+    """Return the text in ASCII, with powers of units as digits behind them."""
     return _SUPERSCRIPT.sub(lambda power: power.group().translate(_SUPERSCRIPTS), text.translate(_SPELLINGS))
 
 
 def _plain(text: str) -> str:
-    """A quantity without signs of powers and products: powers right behind their unit, factors apart."""
+    """A quantity without signs of powers and products."""
     return re.sub(r"(?<=[A-Za-z])(\*\*|\^)", "", spelled(text)).replace("*", " ")
 
 
 def meant(text: str, powers: Powers) -> str | None:
-    """The quantity of some base units that a text would be with its factors apart, and all that is behind a slash below
-    it: "200 W/(m K)" for "200 W/mK", which divides by millikelvins, and for "200 W/m K". ``None`` where it is none."""
+    """Return the quantity of some base units that a slip such as "200 W/mK" stands for: "200 W/(m K)", or ``None``."""
     match = _NUMBER.fullmatch(_plain(text)) if len(text) <= _LONGEST else None
     if match is None:
         return None
     above, slash, below = (
-        re.sub("[A-Za-z]+", lambda name: _apart(name[0]), part).strip(" ()") for part in match[3].partition("/")
+        re.sub("[A-Za-z]+", lambda name: _separated(name[0]), part).strip(" ()") for part in match[2].partition("/")
     )
     unit = re.sub(r"(?<=\d)(?=[A-Za-z])", " ", f"{above}/({below})" if slash else above)
     try:
         fits = parse_unit(unit).powers == powers
     except UnitError:
         return None
-    return f"{text[: match.start(3)].strip()} {unit}" if fits else None
+    return f"{text[: match.start(2)].strip()} {unit}" if fits else None
 
 
-def _apart(name: str) -> str:
-    """Two units that stand close to one another apart: "m K", "kg K", "ohm m"; anything else as it is."""
-    for at in range(1, len(name)):
-        try:
-            _named(name[:at])
-            _named(name[at:])
-        except UnitError:
-            continue
-        return f"{name[:at]} {name[at:]}"
-    return name
+def _separated(name: str) -> str:
+    """Two units written together, such as "mK", with a space between; any other name as it is."""
+    splits = ((name[:at], name[at:]) for at in range(1, len(name)))
+    return next((" ".join(pair) for pair in splits if all(map(is_unit, pair))), name)
 
 
 def _product(tokens: list[str]) -> Unit:
-    """Consumes factors from the end of ``tokens`` up to its start or a closing bracket."""
-    powers, exponent, sign = PLAIN, 0, 1
+    """Consume factors from the end of ``tokens`` up to its start or a closing bracket."""
+    powers, scale, sign = PLAIN, Fraction(1), 1
     while tokens and tokens[-1] != ")":
         token = tokens.pop()
         if token == "/":
@@ -174,27 +171,39 @@ def _product(tokens: list[str]) -> Unit:
             tokens.pop()
         else:
             name = token.rstrip("-0123456789") or "1"
+            base, size = _named(name)
             power = int(token[len(name) :] or 1)
-            base, ten = _named(name)
-            factor = Unit(_combine(PLAIN, base, power), power * ten)
+            if power in (0, 1) and token != name:
+                raise UnitError(f'has an unknown unit "{printable(token)}"')
+            factor = Unit(_combine(PLAIN, base, power), size**power)
         powers = _combine(powers, factor.powers, sign)
-        exponent += sign * factor.exponent
+        scale *= factor.factor**sign
         sign = 1
     if sign == -1:
         raise UnitError('has a unit that ends in "/"')
-    return Unit(powers, exponent)
+    return Unit(powers, scale)
 
 
-def _named(name: str) -> tuple[Powers, int]:
+def _named(name: str) -> tuple[Powers, Fraction]:
+    """Base units and size of a unit without a power."""
     if name in _WITHOUT_PREFIX:
         return _WITHOUT_PREFIX[name]
-    for symbol, (powers, exponent) in _SYMBOLS.items():
+    for symbol, (powers, size) in _SYMBOLS.items():
         prefix = name.removesuffix(symbol)
         if name.endswith(symbol) and prefix in _PREFIXES:
-            return powers, exponent + _PREFIXES[prefix]
-    meant = _MEANT.get(name.lower())
-    hint = f', did you mean "{meant}"' if meant else did_you_mean(name, _FAMILIAR).rstrip("?")
-    raise UnitError(f'has an unknown unit "{printable(name)}"{hint}')
+            return powers, size * Fraction(10) ** _PREFIXES[prefix]
+    known = [*(f"{prefix}{symbol}" for prefix in _PREFIXES for symbol in _SYMBOLS), *_WITHOUT_PREFIX]
+    hint = f', did you mean "{_MEANT[name.lower()]}"' if name.lower() in _MEANT else did_you_mean(name, known)
+    raise UnitError(f'has an unknown unit "{printable(name)}"{hint.rstrip("?")}')
+
+
+def is_unit(name: str) -> bool:
+    """Whether a name is a unit without a power, such as W."""
+    try:
+        _named(name)
+    except UnitError:
+        return False
+    return True
 
 
 def _combine(a: Powers, b: Powers, times: int) -> Powers:
@@ -220,7 +229,7 @@ class Dimension:
         return parse_unit(self.unit).powers
 
     def show(self, value: float) -> str:
-        """An SI value for a person to read, such as "20 um", exact to the last digit."""
+        """Format an SI value, such as "20 um", exact to the last digit."""
         exact = Decimal(repr(float(value)))
         power, prefix = 0, ""
         if self.prefixed and exact:
@@ -240,6 +249,7 @@ THERMAL_CONDUCTIVITY = Dimension("a thermal conductivity", "W/(m K)", "130 W/(m 
 DENSITY = Dimension("a density", "kg/m3", "2330 kg/m3")
 SPECIFIC_HEAT = Dimension("a specific heat", "J/(kg K)", "712 J/(kg K)")
 RESISTIVITY = Dimension("a resistivity", "ohm m", "6e-5 ohm m")
+ELECTRICAL_CONDUCTIVITY = Dimension("an electrical conductivity", "S/m", "1.7e4 S/m")
 TEMPERATURE_COEFFICIENT = Dimension("a temperature coefficient", "1/K", "500 ppm/K")
 CONVECTION_COEFFICIENT = Dimension("a convection coefficient", "W/(m2 K)", "10 W/(m2 K)")
 THERMAL_CONTACT = Dimension("a thermal contact resistance", "m2 K/W", "1e-7 m2 K/W")
@@ -253,41 +263,31 @@ POWER = Dimension("a power", "W", "3 mW")
 DIMENSIONS = tuple(dimension for dimension in list(globals().values()) if isinstance(dimension, Dimension))
 
 
-def named(powers: Powers) -> str | None:
-    """The name of the dimension with these base units, or ``None`` where no scene has such a quantity."""
-    return next((d.name for d in DIMENSIONS if d.powers == powers), None)
+def dimension_of(powers: Powers) -> Dimension:
+    """Return the dimension with these base units; one named after its unit where no scene has such a quantity."""
+    known = next((d for d in DIMENSIONS if d.powers == powers), None)
+    if known is not None:
+        return known
+    base = zip(("m", "kg", "s", "A", "K"), powers, strict=True)
+    unit = " ".join(f"{symbol}{power if power != 1 else ''}" for symbol, power in base if power)
+    return Dimension(f"a quantity in {unit}", unit, f"1 {unit}")
 
 
 def called(powers: Powers) -> str:
-    """What a quantity of these base units is, with an article: "a length", "a quantity in m2"."""
-    return named(powers) or f"a quantity in {unit_of(powers)}"
-
-
-def dimension_of(powers: Powers) -> Dimension:
-    """The dimension with these base units, one without a name where no scene has such a quantity."""
-    unit = unit_of(powers)
-    dimension = next((d for d in DIMENSIONS if d.powers == powers), None)
-    return dimension or Dimension(called(powers), unit, f"1 {unit}")
+    """Return the name of a quantity of these base units, with an article: "a length", "a quantity in m2"."""
+    return dimension_of(powers).name
 
 
 def unit_of(powers: Powers) -> str:
-    """The SI unit of these powers, as a scene would show it, or else of base units: "W/(m K)", "m2 kg s-3"."""
-    unit = next((d.unit for d in DIMENSIONS if d.powers == powers), None)
-    if unit is not None:
-        return unit
-    base = zip(("m", "kg", "s", "A", "K"), powers, strict=True)
-    return " ".join(f"{symbol}{power if power != 1 else ''}" for symbol, power in base if power)
-
-
-def is_unit(name: str) -> bool:
-    """Whether a name means a unit, such as W, or a power of one, such as m2."""
-    return LEADING_UNIT.fullmatch(name) is not None
+    """Return the SI unit of these powers: "W/(m K)", "m2 kg s-3"."""
+    return dimension_of(powers).unit
 
 
 def point(at: tuple[float, float, float]) -> str:
+    """Format a point (m)."""
     return f"[{', '.join(LENGTH.show(float(f'{c:.9g}')) for c in at)}]"
 
 
 def extent(axis: int, lower: tuple[float, float, float], upper: tuple[float, float, float]) -> str:
-    """The extent along an axis, as "x from 0 m to 2 um"."""
+    """Format the extent along an axis, as "x from 0 m to 2 um"."""
     return f"{'xyz'[axis]} from {LENGTH.show(lower[axis])} to {LENGTH.show(upper[axis])}"

@@ -92,7 +92,7 @@ def test_a_parameter_moves_all_that_is_made_of_it(bar: Path) -> None:
     assert free.as_dict(scene)["parameters"] == {
         "L": 1e-4, "w": 12e-6, "half": 6e-6, "n": 2.0, "rho": 1e-5, "T0": 293.15, "U": 1.0,
     }  # fmt: skip
-    assert load_free(bar, ["parameters.w=1.2e-5"]) == scene
+    assert load_free(bar, ["parameters.w=1.2e-5 m"]) == scene
     assert load_free(bar, ["parameters.half=6um", "parameters.w=12um"]) == scene
     assert load_free(bar, ["parameters.half=w"]).boxes[0].upper == (10e-6, 100e-6, 10e-6)
 
@@ -197,7 +197,7 @@ def test_uncertainties_of_parameters(bar: Path) -> None:
     ({"a": True}, "neither a number nor text"), ({"a": [1, 2]}, "neither a number nor text"),
     ({"a": float("nan")}, "not a finite number"), ({"a": "1e999 um"}, "not a finite number"),
     ({"a": 10**400}, "not a finite number"), ({"a": ""}, "not a number"),
-    ({"V": "1 V"}, "called like a unit"), ({"m2": 1}, "called like a unit"), ({"min": 1}, "called like a function"),
+    ({"V": "1 V"}, "called like a unit"), ({"min": 1}, "called like a function"),
     ({"a b": 1}, "is no name"), ({"2a": 1}, "is no name"), ({"a": "x" * 600}, "longer than"), (3, "must be a section"),
     ({f"x{i}": f"x{i + 1}" for i in range(60)} | {"x60": 1}, "40 parameters deep"),
 ])  # fmt: skip
@@ -216,7 +216,8 @@ def test_a_long_row_of_parameters_in_order_is_fine() -> None:
 @pytest.mark.parametrize(("settings", "said"), [
     (["parameters.x=3um"], 'parameters.x = "3um" sets nothing of this scene: it has L, w, half, n, rho, T0, U'),
     (["parameters.w=3 K"], "is a temperature, not a length"), (["parameters.w=1e999"], "not a finite number"),
-    (["parameters.w=-3um"], "negative extent"), (["parameters.w=0"], "no extent"),
+    (["parameters.w=-3um"], "negative extent"), (["parameters.w=0 um"], "no extent"),
+    (["parameters.w=20"], "is a plain number, not a length"),
     (["parameters.w=2*w"], "made of itself"), (["parameters=3"], "must be a section"),
     (["parameters.w.x=3"], "sets nothing"), (["box.bar.upper.x=w*w"], '"w*w" is a quantity in m2, not a length'),
     (["box.bar.upper.x=W"], 'names no parameter "W", did you mean "w"'),
@@ -253,3 +254,15 @@ def test_a_scene_without_the_section_says_so() -> None:
         load("sink", ["parameters.w=3um"])
     with pytest.raises(SceneError, match="is not a number with a unit"):
         load("sink", ["sink.width=wide"])
+
+
+@pytest.mark.parametrize("name", ["V0", "A0", "s0", "m1", "W1", "W2", "K1", "F0", "J0", "S1", "m2"])
+def test_a_unit_with_digits_names_a_parameter(name: str) -> None:
+    names = Names({name: "3 um", "twice": f"2*{name}"})
+    assert float(names["twice"].value) == 6e-6
+
+
+def test_a_unit_that_is_a_parameter_too_is_refused() -> None:
+    with pytest.raises(SceneError, match=r'has "m2", a unit and a parameter: write m\*\*2 for the unit'):
+        Names({"m2": "3 um", "flux": "5 W/m2"})
+    assert float(Names({"m2": "3 um", "flux": "5 W/m**2"})["flux"].value) == 5.0

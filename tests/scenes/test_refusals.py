@@ -34,7 +34,7 @@ REFUSED_SETTINGS = [
     ("sink.width=2 A", 'sink.width = "2 A"', "a current, not a length"),
     ("sink.width=2 A/m", 'sink.width = "2 A/m"', "a quantity in m-1 A, not a length"),
     ("sink.width=20 %", "a plain number, not a length"),
-    ("sink.width=20 ym", 'unknown unit "ym"', 'did you mean "', SIZE),
+    ("sink.width=20 ym", 'unknown unit "ym"', SIZE),
     ("sink.width=20 furlong", 'unknown unit "furlong"', SIZE),
     ("sink.width=wide", 'sink.width = "wide"', "not a number with a unit", SIZE),
     ("sink.width=none", 'sink.width = "none"', SIZE),

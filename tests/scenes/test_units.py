@@ -12,7 +12,7 @@ from scenes.units import UnitError, meant, parse_quantity, parse_unit
 SI = {
     d.LENGTH: {"1000 um": 1e-3, "20um": 20e-6, "20 \N{MICRO SIGN}m": 20e-6, "20 \N{GREEK SMALL LETTER MU}m": 20e-6,
         "50 nm": 50e-9, "1.5mm": 1.5e-3, "2e1 um": 20e-6, "1 m": 1.0},
-    d.TIME: {"0.2 ms": 2e-4, "6 us": 6e-6, "3 ns": 3e-9, "2 s": 2.0},
+    d.TIME: {"0.2 ms": 2e-4, "6 us": 6e-6, "3 ns": 3e-9, "2 s": 2.0, "2 min": 120.0, "0.1min": 6.0},
     d.VOLTAGE: {"250 mV": 0.25, "-1.5 kV": -1500.0, "\N{MINUS SIGN}1 V": -1.0, ".5 V": 0.5},
     d.TEMPERATURE: {"37.5 degC": 310.65, "0.2 degC": 273.35, "-10 \N{DEGREE SIGN}C": 263.15, "293 K": 293.0},
     d.THERMAL_CONDUCTIVITY: {"130 W/(m K)": 130.0, "130 W/m/K": 130.0, "130 W/(m*K)": 130.0,
@@ -27,6 +27,7 @@ SI = {
     d.CONVECTION_COEFFICIENT: {"10 W/(m2 K)": 10.0, "10 W/m^2/K": 10.0},
     d.HEAT_FLUX: {"1 W/cm2": 1e4},
     d.HEAT_SOURCE: {"1 W/mm3": 1e9},
+    d.ELECTRICAL_CONDUCTIVITY: {"17 kS/m": 17e3, "17e3 1/(ohm m)": 17e3},
     d.POWER: {"3 mW": 3e-3},
     d.NUMBER: {"0.1 %": 1e-3},
 }  # fmt: skip

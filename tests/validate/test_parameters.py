@@ -91,10 +91,10 @@ def test_what_a_map_and_a_sample_are_made_of(mine: Path) -> None:
     of = base(mine)
     axis = parse(of, "parameters.w=20um:200um", "range")
     assert (axis.key, axis.values, of.unit(axis.key)) == ("parameters.w", (20e-6, 200e-6), "m")
-    sink = of.at(["parameters.w=2e-05"])
+    sink = of.at(["parameters.w=2e-05 m"])
     assert isinstance(sink, Sink)
     assert (sink.width, sink.oxide_width) == (20e-6, 10e-6)
-    again = base(load(mine)).at(["parameters.w=2e-05"])
+    again = base(load(mine)).at(["parameters.w=2e-05 m"])
     assert again == sink
 
 

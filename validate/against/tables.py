@@ -129,7 +129,7 @@ def unit_of(text: str) -> Unit | None:
 
 def in_si(values: np.ndarray, unit: Unit) -> np.ndarray:
     """Numbers in a unit as SI values; temperatures as absolute ones."""
-    return values * 10.0**unit.exponent + (273.15 if unit.celsius else 0.0)
+    return values * float(unit.factor) + (273.15 if unit.celsius else 0.0)
 
 
 def read_bytes(path: Path) -> bytes:
@@ -204,7 +204,7 @@ def _by_point(path: Path, columns: tuple[Column, ...], head: list[str]) -> Table
     units = (re.search(r"Length unit[:,\s\"]+([^\s\",]+)", line) for line in head)
     length = next((unit for match in units if match and (unit := unit_of(match.group(1)))), None)
     places = {
-        split(c.name)[0].lower(): c.values * (10.0**length.exponent if length else 1.0)
+        split(c.name)[0].lower(): c.values * (float(length.factor) if length else 1.0)
         for c in columns if split(c.name)[0].lower() in "xyz"
     }  # fmt: skip
     points = len(columns[0].values)

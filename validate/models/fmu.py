@@ -244,7 +244,7 @@ def _unit(variable: Any, definitions: Mapping[str, Any]) -> Unit:
         unit = None
     if unit is None:
         return Unit(name)
-    return Unit(name, unit.powers, 10.0**unit.exponent, 273.15 if unit.celsius else 0.0)
+    return Unit(name, unit.powers, float(unit.factor), 273.15 if unit.celsius else 0.0)
 
 
 def _finite(run: Mapping[str, np.ndarray]) -> bool:

@@ -77,6 +77,13 @@ class Base:
         except UnitError:
             return key, text
 
+    def text(self, key: str, value: Value) -> str:
+        """A value of a key as a setting has it: a parameter's number with its SI unit."""
+        if isinstance(value, str):
+            return value
+        unit = self.unit(key) if key.startswith(f"{SECTION}.") else ""
+        return f"{repr(value).lower()} {unit}".rstrip()
+
     def counts(self, key: str) -> bool:
         return isinstance(self._kind(key), Count)
 
@@ -182,9 +189,9 @@ def parse(base: Base, text: str, form: str) -> Axis:
     return axis.taken(i / max(int(count) - 1, 1) for i in range(int(count)))
 
 
-def listed(base: Base, key: str, given: Sequence[object]) -> Axis:
+def listed(base: Base, key: str, given: Sequence[Any]) -> Axis:
     """An axis of the values given one by one: texts with units, words or SI numbers."""
-    read = [base.read(key, value if isinstance(value, str) else repr(value).lower()) for value in given]
+    read = [base.read(key, base.text(key, value)) for value in given]
     if not read:
         raise SceneError(f"{key} is varied over no values: give at least one")
     name, values = read[0][0], tuple(value for _, value in read)
@@ -271,9 +278,9 @@ class Design:
                 yield tuple(numbers[first : first + TOGETHER].tolist())
 
 
-def settings(keys: Sequence[str], point: Sequence[Value]) -> list[str]:
+def settings(base: Base, keys: Sequence[str], point: Sequence[Value]) -> list[str]:
     """A point as settings of its scene; keys that move together are joined by "+"."""
-    texts = (repr(value) if isinstance(value, float) else value for value in point)
+    texts = (base.text(key, value) for key, value in zip(keys, point, strict=True))
     return [f"{part}={text}" for key, text in zip(keys, texts, strict=True) for part in key.split("+")]
 
 

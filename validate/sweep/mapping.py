@@ -216,7 +216,7 @@ def _refused(job: Job, number: int, known: dict[int, bool]) -> bool:
     """Whether a cell can't be built, which its scene says before anything is solved."""
     if number not in known:
         try:
-            job.base.at(settings(job.design.keys, job.design.point(number)))
+            job.base.at(settings(job.base, job.design.keys, job.design.point(number)))
             known[number] = False
         except SceneError:
             known[number] = True

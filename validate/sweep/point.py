@@ -183,7 +183,7 @@ def solve(work: Work, seconds: float | None = None) -> list[Row]:
         parts, status, because = None, "failed", ""
         try:
             with within(seconds):
-                scene: Any = work.base.at(settings(work.keys, point))
+                scene: Any = work.base.at(settings(work.base, work.keys, point))
                 if work.base.kind == "sink":
                     values, parts, result = _sink(scene, work.scope, earlier)
                     earlier = earlier or result

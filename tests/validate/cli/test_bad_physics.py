@@ -145,7 +145,7 @@ SCENES: dict[str, tuple[tuple[tuple[str, str], ...], tuple[str, ...]]] = {
         ('of box "beam" with itself', "two boxes that touch"),
     ),
     "contact of three": ((contact('"beam", "foot", "cap"'),), ("is not a pair", 'such as ["a", "b"]')),
-    "contact with nothing": ((contact('"beam", "feet"'),), ('no box "feet"', 'did you mean "foot"?')),
+    "contact with nothing": ((contact('"beam", "fot"'),), ('no box "fot"', 'did you mean "foot"?')),
     "contact below zero": (
         (contact('"beam", "foot"', "thermal_resistance = -1e-7"),),
         ("thermal_resistance = -1e-07 is out of range", "from "),

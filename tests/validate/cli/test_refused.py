@@ -120,7 +120,7 @@ REFUSED = {
     "solve bridge --set material.polysilicon.electrical_conductivity=1": "give resistivity, its inverse",
     "sink --set materials.silicon.electrical_conductivity=1": "give resistivity, its inverse",
     "sink --set materials.silicon.specific_heat='700 J/kgK'": 'did you mean "700 J/(kg K)"',
-    "sink --set materials.silicon.resistivity='1 S/m'": 'unknown unit "S", did you mean "1/ohm"',
+    "sink --set materials.silicon.resistivity='1 S/m'": 'is an electrical conductivity, not a resistivity',
     "sink --set sink.width='300 mu'": 'unknown unit "mu", did you mean "um"',
     # studies
     "verify --jobs 0": "--jobs", "verify --jobs two": "--jobs", "verify --only all": "invalid choice",

@@ -141,7 +141,7 @@ def test_a_sample_fills_its_ranges_and_is_drawn_again_by_its_seed() -> None:
 def test_keys_that_move_together(tmp_path: Path) -> None:
     free = base("bridge")
     axis = parse(free, "box.beam.upper.x+probe.beam mean.upper.x=8um:10um:2", "grid")
-    given = settings((axis.key,), (axis.values[0],))
+    given = settings(free, (axis.key,), (axis.values[0],))
     scene = free.at(given)
     assert scene.boxes[0].upper[0] == 8e-6  # type: ignore[union-attr]
     assert scene.probes[1].upper[0] == 8e-6  # type: ignore[union-attr]
