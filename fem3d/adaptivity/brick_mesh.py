@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
-from fem3d.adaptivity import estimate, field_error, goal_errors, nested, reach, trace_errors
-from fem3d.adaptivity.estimate import Estimator, Spread
+from fem3d.adaptivity import field_error, goal_errors, nested, reach, trace_errors
+from fem3d.adaptivity.estimator import Estimator, Spread, total, worst_of
 from fem3d.adaptivity.goal_errors import Level
 from fem3d.adaptivity.nested import Problems, Solution
 from fem3d.adaptivity.reach import not_reached
@@ -105,8 +105,8 @@ class Bricks:
         return finer if reach.fits(foreseen(self.scene, finer.grid)) or not self.as_far_as_it_goes else None
 
     def _refined(self, goals: Collection[Spread], falls: Spread | None, worst: float, enough: float) -> Bricks:
-        missing = estimate.worst(goals)
-        known = max(estimate.total(missing), 1e-300)
+        missing = worst_of(goals)
+        known = max(total(missing), 1e-300)
         missing = [m * max(worst / known, 1.0) for m in missing]
         if self.aim is not None:
             # What the last degree takes away, FALLS times what it leaves, counts as error; foreseen to a factor of two.

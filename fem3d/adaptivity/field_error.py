@@ -12,7 +12,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from fem3d.adaptivity import estimate, nested
+from fem3d.adaptivity import nested
+from fem3d.adaptivity.estimator import total
 from fem3d.adaptivity.goal_errors import Level
 from fem3d.adaptivity.mesh import Answer
 from fem3d.results.study import Study
@@ -86,11 +87,11 @@ def refined(level: Level, aim: Grid | None = None) -> Grid:
         missing = edgewise.of_cells(np.where(cells >= CAUSES * gaps.max(), 1.0, 0.0))
         if aim is not None:
             return edgewise.finer(grid, missing, 0.5, aim)
-        return edgewise.refined(grid, missing, 0.5 * estimate.total(missing), marks)
+        return edgewise.refined(grid, missing, 0.5 * total(missing), marks)
     worst = [cells.max(axis=tuple({0, 1, 2} - {d})) for d in range(3)]
     missing = [np.where(each >= CAUSES * gaps.max(), 1.0, 0.0) for each in worst]
     # Twice its share: one step, wherever.
-    return grading.refined(grid, missing, 0.5 * estimate.total(missing), marks)
+    return grading.refined(grid, missing, 0.5 * total(missing), marks)
 
 
 def _sampled(level: Level) -> tuple[np.ndarray, np.ndarray]:

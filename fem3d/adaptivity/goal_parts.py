@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from fem3d.adaptivity import cellwise, estimate
-from fem3d.adaptivity.estimate import Estimator, Parts, Spread
+from fem3d.adaptivity import cellwise
+from fem3d.adaptivity.estimator import Contributions, Estimator, Spread, degree_products
 from fem3d.adaptivity.nested import Problems, Solution, free_functions, parts_of
 from fem3d.problems.heat import HeatProblem
 from fem3d.results.probes import extreme, reading
@@ -27,7 +27,7 @@ Duals = dict[str, list[np.ndarray]]
 
 def steady_parts(
     study: Study, given: Problems, fine: Solution, low: Solution, scales: dict[str, float], duals: Duals
-) -> dict[str, Parts]:
+) -> dict[str, Contributions]:
     """For each goal what the degrees p - 1 and p take away, relative to its scale; ``duals`` are of the fine rise."""
     heat, state = given.heat, low.state
     if not physics.heat(given.domain.scene):
@@ -56,14 +56,14 @@ def thermal_parts(
     scales: Mapping[str, float],
     time: float | None,
     duals: Duals,
-) -> dict[str, Parts]:
+) -> dict[str, Contributions]:
     """For each thermal goal the parts that residuals (all nodes) of the two lower spaces tell, over its scale;
     ``rise``, ``time`` and ``duals`` as of `duals_of`."""
-    heat, space, parts = given.heat, given.domain.space, dict[str, Parts]()
+    heat, space, parts = given.heat, given.domain.space, dict[str, Contributions]()
     depth, residual_fields = space.depth[heat.order], heat.field(np.array(residuals))
-    sizes = estimate.weights(heat.stiffness, rise, depth)
+    sizes = degree_products(heat.stiffness, rise, depth)
     if time is not None:
-        sizes += estimate.weights(heat.mass, rise, depth) / time
+        sizes += degree_products(heat.mass, rise, depth) / time
     free = [h.order[: h.free] for h in given.heats]
     tested = []
     # Where a law makes the tangent, its heat is known of functions alone.
@@ -97,7 +97,7 @@ def joule_parts(
     potentials: Sequence[np.ndarray],
     scales: Mapping[str, float],
     duals: Duals,
-) -> dict[str, Parts]:
+) -> dict[str, Contributions]:
     """For each thermal goal what the degrees p - 1 and p take away of it because they change the Joule heat of some
     ``potentials`` (functions,), one in each space, of the cold conductor, over its scale.
 
@@ -115,7 +115,7 @@ def joule_parts(
         conductor.on.gradient(a + b) / (conductor.cold * conductor.stands_for) for a, b in pairwise(potentials)
     ]
     residuals = [-(conductor.matrix @ phi) for phi in potentials[:-1]]
-    weights = estimate.weights(conductor.matrix, potentials[-1], space.depth)
+    weights = degree_products(conductor.matrix, potentials[-1], space.depth)
     stills = []
     for name in duals:
         held = reading(heat, given.domain.probes[goals[name]]).boundaries
@@ -193,7 +193,7 @@ def goal_row(heat: HeatProblem, probe: Any, rise: np.ndarray) -> np.ndarray | No
     return heat.take(how.extreme.where(heat.field(rise)).row(heat.domain.space))
 
 
-def _potentials(study: Study, given: Problems, scales: Mapping[str, float]) -> dict[str, Parts]:
+def _potentials(study: Study, given: Problems, scales: Mapping[str, float]) -> dict[str, Contributions]:
     """For each potential that is read inside the conductor, and each current that crosses a contact there, the parts of
     its error, at the initial temperature."""
     domain, conductor, space = given.domain.electric, given.conductor, given.domain.electric.space
@@ -204,7 +204,7 @@ def _potentials(study: Study, given: Problems, scales: Mapping[str, float]) -> d
     if not names:
         return {}
     *lower, fine = given.cold_potentials
-    sizes, parts = estimate.weights(conductor.matrix, fine.sum(axis=0), space.depth), {}
+    sizes, parts = degree_products(conductor.matrix, fine.sum(axis=0), space.depth), {}
     residuals = [(conductor.matrix @ phi.T).T.sum(axis=0) for phi in lower]
     pairs = pairwise([*lower, fine]) if space.by_cells else ()
     tested = [cellwise.current(conductor, (b - a).sum(axis=0)) for a, b in pairs]

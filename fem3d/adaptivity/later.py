@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fem3d.adaptivity.estimate import Estimator, Parts
+from fem3d.adaptivity.estimator import Contributions, Estimator
 from fem3d.adaptivity.nested import Problems, Solution
 from fem3d.results.study import Study
 
@@ -30,8 +30,8 @@ def extrapolated(
     fine: Solution,
     low: Solution,
     scales: Mapping[str, float],
-    heat: Mapping[str, Parts],
-    current: Mapping[str, Parts],
+    heat: Mapping[str, Contributions],
+    current: Mapping[str, Contributions],
     judge: Estimator,
 ) -> tuple[Solution, dict[str, float]]:
     """The fine solution with quantities that have what later degrees are expected to change of them, where that is
@@ -49,9 +49,9 @@ def changes(
     fine: Solution,
     low: Solution,
     scales: Mapping[str, float],
-    heat: Mapping[str, Parts],
-    current: Mapping[str, Parts],
-    power: Parts,
+    heat: Mapping[str, Contributions],
+    current: Mapping[str, Contributions],
+    power: Contributions,
     judge: Estimator,
 ) -> tuple[dict[str, float], dict[str, float]]:
     """Of each quantity, in its unit, what later degrees are expected to change, and by how much more or less they may:

@@ -14,7 +14,7 @@ import numpy as np
 
 from fem3d.adaptivity import field_error, nested, reach, transient_base
 from fem3d.adaptivity.brick_mesh import Bricks
-from fem3d.adaptivity.estimate import Spread
+from fem3d.adaptivity.estimator import Spread
 from fem3d.adaptivity.goal_errors import Level
 from fem3d.adaptivity.mesh import Answer, Mesh
 from fem3d.adaptivity.nested import Before, Problems, Solution

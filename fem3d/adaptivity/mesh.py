@@ -8,7 +8,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from fem3d.adaptivity.estimate import Spread
+from fem3d.adaptivity.estimator import Spread
 from fem3d.adaptivity.goal_errors import Level
 from fem3d.adaptivity.nested import Problems, Solution
 from fem3d.adaptivity.trace_errors import Response

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from fem3d.adaptivity import nested, reach, trace_errors
-from fem3d.adaptivity.estimate import Spread
+from fem3d.adaptivity.estimator import Spread
 from fem3d.adaptivity.goal_errors import Level, as_balanced
 from fem3d.adaptivity.marched import beside, distance, marched
 from fem3d.adaptivity.nested import Problems, Solution

@@ -14,9 +14,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fem3d.adaptivity import estimate
 from fem3d.adaptivity.cellwise import Tested, current
-from fem3d.adaptivity.estimate import Parts
+from fem3d.adaptivity.estimator import Contributions, degree_products, every_second
 from fem3d.problems import conductors
 from fem3d.problems.assembly import assemble
 from fem3d.problems.current import Conductor
@@ -109,12 +108,12 @@ class Problems:
         return [conductor.cold_potentials for conductor in self.conductors if conductor is not None]
 
     @cached_property
-    def electric_parts(self) -> Parts:
+    def electric_parts(self) -> Contributions:
         """What the degrees p - 1 and p take away of the power of the cold conductor, relative to it."""
         space, conductor = self.domain.electric.space, self.conductor
         if conductor is None:
             none = space.spread(np.empty(0, int), np.empty(0))
-            return Parts(none, none, space.pooled(none))
+            return Contributions(none, none, space.pooled(none))
         potentials = self.cold_potentials
         powers = [max(float(np.einsum("cn,cn->", phi, (conductor.matrix @ phi.T).T)), 1e-300) for phi in potentials[1:]]
         if space.by_cells:
@@ -123,17 +122,16 @@ class Problems:
                 [*np.abs(np.sum([current(conductor, c)(c) for c in phi - lower], axis=0) / power)]
                 for (lower, phi), power in zip(pairwise(potentials), powers, strict=True)
             )
-            return Parts(before, last, [np.zeros_like(x) for x in last])
+            return Contributions(before, last, [np.zeros_like(x) for x in last])
         products = [
             (phi * (conductor.matrix @ lower.T).T).sum(axis=0) / power
             for (lower, phi), power in zip(pairwise(potentials), powers, strict=True)
         ]
         sizes = sum(
-            (v * estimate.weights(conductor.matrix, v, space.depth) for v in potentials[-1]), np.zeros(space.size)
+            (v * degree_products(conductor.matrix, v, space.depth) for v in potentials[-1]), np.zeros(space.size)
         )
         # The power loses the square of what the potential lacks: nothing of that cancels.
-        every = parts_of(space, free_functions(self), [np.ones_like(p) for p in products], products, sizes)
-        return every._replace(seen=1.0)
+        return parts_of(space, free_functions(self), [np.ones_like(p) for p in products], products, sizes)
 
 
 def problems(domain: Domain, accuracy: float) -> Problems:
@@ -229,7 +227,7 @@ def parts_of(
     residuals: Sequence[np.ndarray],
     sizes: np.ndarray,
     tested: Sequence[Tested] = (),
-) -> Parts:
+) -> Contributions:
     """The parts of one goal, from the free functions of each space, the lowest first, for the two upper ones the dual
     solutions (functions,) and the residuals (functions,) of the space below, or on cells of any shape the changes to
     be ``tested``; and the fine dual solution times the `estimate.weights`."""
@@ -237,12 +235,12 @@ def parts_of(
     if not tested:
         products = [(dual * residual)[at] for dual, residual, at in zip(duals, residuals, new, strict=True)]
         before, last = (space.spread(at, product) for at, product in zip(new, products, strict=True))
-        ratios = estimate.every_second(space, free[-1], sizes[free[-1]])
-        return Parts(before, last, ratios, seen=1.0 if space.by_cells else max(map(estimate.seen, products)))
+        ratios = every_second(space, free[-1], sizes[free[-1]])
+        return Contributions(before, last, ratios)
     products = []
     for at, dual, of_change in zip(new, duals, tested, strict=True):
         added = np.zeros(len(dual))
         added[at] = dual[at]
         products.append(of_change(added))
     before, last = ([*np.abs(product)] for product in products)
-    return Parts(before, last, [np.zeros_like(x) for x in last], signed=products[-1].sum(axis=0))
+    return Contributions(before, last, [np.zeros_like(x) for x in last], signed=products[-1].sum(axis=0))

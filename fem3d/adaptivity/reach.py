@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from fem3d.adaptivity.estimate import Estimator, Spread
+from fem3d.adaptivity.estimator import Estimator, Spread
 from fem3d.adaptivity.nested import Problems
 from fem3d.spaces.size import Size, foreseen
 from meshes import connected, edgewise, grading
@@ -92,7 +92,7 @@ class Edges:
         """Raises NumericsError where no current will be known well enough, which the potential of the cold conductor
         tells before anything else is solved."""
         read = any(p.quantity == "current" for p in given.domain.scene.probes)
-        if read and self._kept(given.bricks.grid, judge.remains(given.electric_parts))[0] > self._accuracy:
+        if read and self._kept(given.bricks.grid, judge.indicators(given.electric_parts))[0] > self._accuracy:
             raise self._out_of_reach()
 
     def check(self, grid: Grid, goals: Iterable[Spread], enough: float) -> None:

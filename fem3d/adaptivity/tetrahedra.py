@@ -1,7 +1,7 @@
 """Tetrahedra as the search for an accuracy sees them (`fem3d.adaptivity.mesh.Mesh`): degree 3, with degrees 2 and 1
 within, refined where these say that readings miss most.
 
-What degrees 2 and 3 take away of an error tells on each cell what is left, as on bricks (`fem3d.adaptivity.estimate`);
+What degrees 2 and 3 take away of an error tells on each cell what is left, as on bricks (`fem3d.adaptivity.estimator`);
 what nobody knows of a mesh is where a solution is singular, so that no rate beyond the slowest is believed.
 """
 
@@ -15,9 +15,9 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from fem3d.adaptivity import estimate, field_error, goal_errors, nested, reach, trace_errors
+from fem3d.adaptivity import field_error, goal_errors, nested, reach, trace_errors
 from fem3d.adaptivity.effectivity import Told
-from fem3d.adaptivity.estimate import Estimator, Spread
+from fem3d.adaptivity.estimator import Estimator, Spread, worst_of
 from fem3d.adaptivity.goal_errors import Level
 from fem3d.adaptivity.nested import Problems, Solution
 from fem3d.adaptivity.trace_errors import Response
@@ -140,7 +140,7 @@ class Tetrahedra:
     def _judge(self) -> Estimator:
         cells = self.laid.cells
         exponents = edge_exponents.of_cells(cells, self._at_vertices)
-        return Estimator.of_mesh(exponents, edge_exponents.flatness(cells), self.domain.space.p)
+        return Estimator.of_cells(exponents, self.size.cells, self.domain.space.p)
 
     def examined(self, study: Study, given: Problems, fine: Solution) -> Level | None:
         level = goal_errors.examined(study, given, fine, self._judge)
@@ -162,7 +162,7 @@ class Tetrahedra:
         so_far = (*self.before, (self.size.unknowns, worst))
         if self._last or self._foreseen(so_far) > self.below:
             return None
-        by_axis = np.array(estimate.worst(goals))
+        by_axis = np.array(worst_of(goals))
         missing = by_axis.sum(axis=0)
         missing *= max(worst / max(float(missing.sum()), 1e-300), 1.0)
         too_much = missing > grading.share_of(missing, AIM * enough)

@@ -8,8 +8,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from fem3d.adaptivity import estimate, goal_errors, goal_parts
-from fem3d.adaptivity.estimate import Estimator, Parts, Spread
+from fem3d.adaptivity import goal_errors, goal_parts
+from fem3d.adaptivity.estimator import Contributions, Estimator, Spread, total
 from fem3d.adaptivity.goal_errors import Level
 from fem3d.adaptivity.marched import SPACE_SHARE, TIME_SHARE, Marched, beside, by_laws, distance, marched, spread
 from fem3d.adaptivity.nested import Problems
@@ -126,11 +126,11 @@ def _judged(
         changes, goals, parts = _by_lower(study, given, judge, march, lesser)
     changed = changes[0]
     goals |= _scaled(study, march, goals, parts, changes)
-    power = judge.remains(given.electric_parts)
+    power = judge.indicators(given.electric_parts)
     # Steady errors have what the current is off by in them.
     of_joule = {} if steady_errors else _of_joule_heat(study, given, march)
-    joule = judge.left_at_times(of_joule)
-    electric = {n: 0.0 if steady_errors else estimate.total(joule.get(n, power)) for n in march.scales}
+    joule = {name: judge.indicators(each) for name, each in of_joule.items()}
+    electric = {n: 0.0 if steady_errors else total(joule.get(n, power)) for n in march.scales}
     errors = _errors(study, march, changed, goals, electric, steady_errors)
     goals = {"power": power} | goal_errors.with_current(goals, joule, power)
     return errors, [*goals.values()], goal_errors.how_fast(given, goals, parts, of_joule)
@@ -138,7 +138,7 @@ def _judged(
 
 def _by_lower(
     study: Study, given: Problems, judge: Estimator, march: Marched, lesser: Sequence[Transient]
-) -> tuple[list[dict[str, float]], dict[str, Spread], dict[str, Parts]]:
+) -> tuple[list[dict[str, float]], dict[str, Spread], dict[str, Contributions]]:
     """What each of the responses of lower spaces changes of each trace, and where they are all needed what is left of
     the goals, with its parts."""
     lower = [study.traces(outputs.of_transient(response, study.part, march.checked)) for response in lesser]
@@ -154,7 +154,7 @@ def _lacking(study: Study, march: Marched, changed: Mapping[str, float], goals: 
     """Whether a lower space's response is off by what its fields lack, and not by what the space does: where that
     matters, a trace is further off than its goal misses."""
     for name, scale in march.scales.items():
-        missed = estimate.total(goals.get(study.trace_goals.get(name, name), []))
+        missed = total(goals.get(study.trace_goals.get(name, name), []))
         if changed[name] > scale * max(FURTHER * missed, (1 - ROW_SHARE) * study.accuracy):
             return True
     return False
@@ -178,7 +178,7 @@ def _scaled(
     study: Study,
     march: Marched,
     goals: Mapping[str, Spread],
-    parts: Mapping[str, Parts],
+    parts: Mapping[str, Contributions],
     changes: Sequence[Mapping[str, float]],
 ) -> dict[str, Spread]:
     """What is left of each rise, more by the factor that the lower spaces' ``changes`` are larger than the parts that
@@ -186,13 +186,13 @@ def _scaled(
     by a singular edge for long. Of an even solution one of the two degrees changes nothing, so both count together."""
     scaled = {}
     for name in set(study.trace_rises) & set(parts):
-        told = (estimate.total(parts[name].last) + estimate.total(parts[name].before)) * march.scales[name]
+        told = (total(parts[name].last) + total(parts[name].before)) * march.scales[name]
         factor = 2 * sum(change[name] for change in changes) / len(changes) / max(told, 1e-300)
         scaled[name] = [max(factor, 1.0) * each for each in goals[name]]
     return scaled
 
 
-def _of_joule_heat(study: Study, given: Problems, march: Marched) -> dict[str, Parts]:
+def _of_joule_heat(study: Study, given: Problems, march: Marched) -> dict[str, Contributions]:
     """The parts of the Joule heat that each thermal trace sees, as if the largest voltages drove it from rest all the
     time."""
     if given.conductor is None:
@@ -220,7 +220,7 @@ def _errors(
         goal = study.trace_goals.get(name, name)
         of_it = [e for q, e in steady_errors.items() if study.goals.get(q, q) == goal]
         at_rest = max(of_it or steady_errors.values(), default=0.0)
-        of_space = max(changed[name], at_rest * scale, estimate.total(goals.get(name, [])) * scale)
+        of_space = max(changed[name], at_rest * scale, total(goals.get(name, [])) * scale)
         doubt = float(np.max(march.out.get(f"doubt:{study.trace_goals.get(name)}", 0.0)))
         errors[name] = of_space + electric[name] * scale + march.gaps[name] + doubt
     return errors
@@ -255,13 +255,13 @@ def _remains(
     transients: Sequence[Transient],
     scales: Mapping[str, float],
     times: np.ndarray,
-) -> tuple[dict[str, Spread], dict[str, Parts]]:
+) -> tuple[dict[str, Spread], dict[str, Contributions]]:
     """For each thermal trace the worst of what is left at some times (s), with its parts, each seen as that long after
     the last bend or jump of the inputs; ``transients`` are those of the spaces, the highest first."""
     heat, goals = given.heat, study.trace_goals
     own_scales = goal_errors.of_part(study.part, goals, scales)
     rises = [given.lifted(t.rises(times), -1 - k) for k, t in enumerate(transients)]
-    spreads, worst = dict[str, Spread](), dict[str, Parts]()
+    spreads, worst = dict[str, Spread](), dict[str, Contributions]()
     knots = np.append(0.0, heat.inputs.knots(study.end))
     for i, time in enumerate(t - knots[knots < t].max() for t in times.tolist()):
         fine, low = rises[0][i], rises[1][i]
@@ -270,10 +270,10 @@ def _remains(
         apart = [heat.stiffness @ u + heat.mass @ u / time for u in (low - lowest, fine - low)]
         duals = goal_parts.duals_of(goals, given, fine, time)
         parts = goal_parts.thermal_parts(given, fine, tuple(apart), own_scales, time, duals)
-        smooth = judge.left_at_times(parts)
+        smooth = {name: judge.indicators(each) for name, each in parts.items()}
         at_edges = goal_parts.at_contradictions(goals, given, fine, own_scales, time, duals, judge)
         for name, remains in goal_parts.summed(smooth, at_edges).items():
-            if name not in spreads or estimate.total(remains) > estimate.total(spreads[name]):
+            if name not in spreads or total(remains) > total(spreads[name]):
                 spreads[name], worst[name] = remains, parts[name]
     return spreads, worst
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from fem3d.adaptivity import estimate, reach
-from fem3d.adaptivity.estimate import Spread
+from fem3d.adaptivity import reach
+from fem3d.adaptivity.estimator import Spread, total
 from fem3d.adaptivity.nested import Problems
 from fem3d.device.model import Projected
 from meshes import diffusion, grading
@@ -24,7 +24,7 @@ def first(scene: Scene, accuracy: float, earliest: float, marks: Features) -> Gr
 def refined(grid: Grid, given: Problems, fine: Projected, low: Projected, over: float, marks: Features) -> Grid:
     """The grid refined where the last degree still changed something, ``over`` being the error over the accuracy."""
     missing = _missing(given, fine, low)
-    size = estimate.total(missing)
+    size = total(missing)
     return grading.refined(grid, [m * (over / size) for m in missing], 1.0, marks)
 
 

@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from fem3d.adaptivity import estimate
+from fem3d.adaptivity.estimator import left
 from fem3d.adaptivity.nested import problems
 from fem3d.device import grid as grids
 from fem3d.device.model import DEPARTS, Projected, Structure, projected
@@ -195,7 +195,7 @@ def model(device: Device, accuracy: float, say: Callable[[str], None] = lambda _
             }  # fmt: skip
             missed = {q: distances["fewer"][q] + distances["nodes"][q] for q in _NAMES}
             degree = np.array([min(int(d.min()) for d in grid.degrees[:2])])
-            edges = max(float(estimate.left(degree, np.array([4 * marks.sharpest]))[0]), 1.0)
+            edges = max(float(left(degree, np.array([4 * marks.sharpest]))[0]), 1.0)
             return Model(
                 device, fine.modal, low.modal, remaining, missed, nodes, edges, details, (structures[0], structures[1]),
                 fine.fewer,

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from fem3d.adaptivity.estimate import left
+from fem3d.adaptivity.estimator import left
 from fem3d.problems.following import Conduction
 from fem3d.problems.paths import crossings
 from fem3d.problems.terminals import Terminal

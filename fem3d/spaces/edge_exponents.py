@@ -1,5 +1,5 @@
 """How singular a solution is at the vertices of a mesh of tetrahedra: the exponents (`meshes.singular`) of the edges
-that end there, whatever the angles; and how flat its cells are, whose functions see little of a film's edge."""
+that end there, whatever the angles."""
 
 from __future__ import annotations
 
@@ -56,17 +56,6 @@ def of_cells(mesh: Any, smallest: np.ndarray) -> np.ndarray:
     """(2, cells): the smallest of exponents `at_vertices` (2, 3, vertices) at an edge that a cell touches."""
     at: np.ndarray = smallest.min(axis=1)[:, mesh.t].min(axis=1)
     return at
-
-
-def flatness(mesh: Any) -> np.ndarray:
-    """(cells,): the longest edge of each over its smallest height, at least 1.2."""
-    corners = mesh.p[:, mesh.t]
-    a, b, c = (corners[:, i] - corners[:, 0] for i in (1, 2, 3))
-    longest = np.linalg.norm(corners[:, _EDGES[:, 1]] - corners[:, _EDGES[:, 0]], axis=0).max(axis=0)
-    sides = np.cross([a, b, c, b - a], [b, c, a, c - a], axis=1)
-    volume = np.abs((a * np.cross(b, c, axis=0)).sum(axis=0))
-    flat: np.ndarray = longest * np.linalg.norm(sides, axis=1).max(axis=0) / volume
-    return flat
 
 
 def _mean(k: np.ndarray) -> np.ndarray:

@@ -99,7 +99,7 @@ class Space(ABC):
     @abstractmethod
     def spread(self, functions: np.ndarray, parts: np.ndarray) -> list[np.ndarray]:
         """What some functions (n,) miss, each ``parts`` (n,) of it, on what they stand on
-        (`fem3d.adaptivity.estimate.Spread`)."""
+        (`fem3d.adaptivity.estimator.Spread`)."""
 
     def pooled(self, spread: list[np.ndarray]) -> list[np.ndarray]:
         """A spread, in sums over what is so small that the rate at which its parts fall tells nothing."""

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fem3d.adaptivity import estimate, reach, tetrahedra
+from fem3d.adaptivity import reach
 from fem3d.adaptivity.mesh import Answer
 from fem3d.results.study import Study
 from fem3d.runs import scene as runs
@@ -58,21 +58,6 @@ def test_values_agree_with_those_on_bricks_within_their_errors() -> None:
     assert "cell_type" not in bricks.details["mesh"]
     assert tetrahedra.details["mesh"]["cell_type"] == "tetra"
     assert off(bricks, tetrahedra) < 1.0
-
-
-@pytest.mark.long
-def test_a_rate_that_smooth_parts_have_is_not_believed(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The twin of the test above: with the last part falling as fast as it is seen to, the errors don't hold."""
-    of_mesh = estimate.Estimator.of_mesh
-
-    def believing(exponents: np.ndarray, flatness: np.ndarray, degree: int) -> estimate.Estimator:
-        found = of_mesh(exponents, flatness, degree)
-        found._last = found._cap
-        return found
-
-    monkeypatch.setattr(estimate.Estimator, "of_mesh", believing)
-    close = runs.solve(replace(heated(2), mesh="bricks", accuracy=1e-4))
-    assert off(close, runs.solve(replace(heated(2), mesh="tetrahedra"))) > 1.0
 
 
 def test_a_mirrored_scene_has_the_same_values() -> None:
@@ -244,24 +229,6 @@ def test_a_first_mesh_with_little_room_is_refined_once_and_no_more(monkeypatch: 
         result = runs.solve(scene)
         assert result.details["levels"] == levels
         assert off(solved("bricks"), result) < 1.0
-
-
-@pytest.mark.parametrize(("first", "small"), [(0.25, True), (100.0, False)])
-def test_no_mesh_is_laid_out_on_trial_that_is_surely_too_large(
-    first: float, small: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Where the mesh may grow by half, few cells are cut. The twin tries all that miss more than their share first."""
-    laid, finer = [], Columns.refined
-
-    def counted(self: Columns, shorter: np.ndarray, sharp: np.ndarray) -> Columns:
-        laid.append(shorter.any(axis=0).mean())
-        return finer(self, shorter, sharp)
-
-    monkeypatch.setattr(Columns, "refined", counted)
-    monkeypatch.setattr(tetrahedra, "MOST_GROWTH", 1.5)
-    monkeypatch.setattr(tetrahedra, "FIRST", first)
-    runs.solve(replace(heated(), mesh="tetrahedra", accuracy=5e-4))
-    assert (max(laid) < 0.2) == small
 
 
 @pytest.mark.long

@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from skfem import MeshTet
 
 from fem3d.runs.scene import solve
 from fem3d.spaces import edge_exponents
@@ -81,14 +80,6 @@ def test_tetrahedra_are_cut_near_the_foot_of_a_pad(knows: bool, x: tuple[float, 
     finer = columns.refined(np.ones((3, mesh.t.shape[1]), bool), sharp).mesh
     for axis, new in ((0, x), (2, z)):
         assert np.setdiff1d(finer.p[axis].round(6), mesh.p[axis].round(6)) == pytest.approx(new, rel=1e-2)
-
-
-def test_a_cell_is_so_many_times_longer_than_thick() -> None:
-    regular = np.array([[0.0, 1.0, 0.5, 0.5], [0.0, 0.0, 0.75**0.5, 0.75**0.5 / 3], [0.0, 0.0, 0.0, (2 / 3) ** 0.5]])
-    flat = np.array([[0.0, 10.0, 0.0, 0.0], [0.0, 0.0, 10.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
-    for corners, known in ((regular, 1.5**0.5), (flat, 200**0.5 * (1 + 2 / 100) ** 0.5)):
-        mesh = MeshTet(corners, np.array([[0], [1], [2], [3]]))
-        assert edge_exponents.flatness(mesh) == pytest.approx([known], rel=1e-9)
 
 
 def test_angles_are_those_of_the_solid_however_it_lies() -> None:

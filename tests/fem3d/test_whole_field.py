@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from fem3d.adaptivity import field_error, goal_errors, loop, nested
-from fem3d.adaptivity.estimate import Estimator
+from fem3d.adaptivity.estimator import Estimator
 from fem3d.runs import probe_quantities
 from fem3d.runs.scene import clipped, solve
 from fem3d.spaces.bricks import BrickSpace

@@ -12,7 +12,7 @@ import numpy as np
 
 from compare.processes import TimeIsUpError, limited
 from compare.worker import DIED, map_tasks
-from validate.stress import compact_models, constants, extremes, steps
+from validate.stress import compact_models, extremes, steps
 from validate.stress.report import Row, failed
 
 QUICK_SCENES = 24
@@ -164,7 +164,6 @@ def run(quick: bool, scenes: int, seed: int, jobs: int, progress: Callable[[str]
         "drives": lambda: extremes.drives(quick),
         "accuracies": lambda: extremes.accuracies(quick),
         "compact models": lambda: compact_models.rows(quick, seed),
-        "constants": lambda: constants.rows(quick, seed, jobs),
     }
     table: list[Row] = []
     for name, part in parts.items():

@@ -1,14 +1,12 @@
 """Random scenes, their invariants and the table; each invariant sees the fault that it is there for."""
 
 from dataclasses import replace
-from importlib import import_module
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fem3d.adaptivity import estimate
 from fem3d.runs.scene import start
 from reduced1d.device.lumped import lump
 from reduced1d.device.paper import stability_limit
@@ -17,7 +15,6 @@ from scenes.device import Device
 from scenes.model import Boundary, Box, Material, Probe, Scene, Schedule
 from validate.report.table import Style
 from validate.stress import (
-    constants,
     invariants,
     random_effects,
     random_laws,
@@ -197,36 +194,6 @@ def _raised(material):
     if isinstance(k, laws.Table):
         return replace(material, thermal_conductivity=replace(k, values=tuple(1.05 * v for v in k.values)))
     return material
-
-
-def test_what_the_element_leaves_of_an_edge_is_what_its_lag_says(monkeypatch):
-    for edge in constants.edges():
-        assert 0.6 < constants.off(edge, (4, 4), (4.0, 1.0)) < 1
-    # Without it theory's rate, of degrees much higher than these, is the twin that must be caught.
-    monkeypatch.setattr(estimate, "lag", np.zeros_like)
-    assert all(constants.off(edge, (4, 4), (4.0, 1.0)) > 1.4 for edge in constants.edges()[2:])
-
-
-@pytest.mark.long
-def test_another_value_of_a_constant_is_in_force_for_its_scenes_alone():
-    group = constants.Group(constants.unknowns, "boxes", False, 3, {}, first=2)
-    usual = group.measured()
-    with constants.other("meshes.grading.LAYERS", 1.0):
-        assert group.measured() != usual
-    assert group.measured() == usual
-    group = constants.Group(constants.errors, "boxes", False, 3, {}, first=6)
-    usual = group.measured()
-    with constants.other("fem3d.adaptivity.goal_errors.OF_WORST", 1.0):
-        more = group.measured()
-    assert all(padding >= usual[seed][1] for seed, (_, padding) in more.items())
-    assert more != usual
-
-
-def test_every_constant_that_rows_are_about_is_there_and_has_another_value():
-    for group in constants.groups():
-        for name, values in group.constants.items():
-            module, constant = name.rsplit(".", 1)
-            assert getattr(import_module(module), constant) not in values, name
 
 
 @pytest.mark.long

@@ -1,0 +1,279 @@
+"""Bound the error of a goal by dual-weighted residuals in nested spaces of degrees p, p - 1 and p - 2.
+
+Let a(u, v) = l(v) be the problem, J the goal, z the dual solution, a(v, z) = J(v), and V(p-2) < V(p-1) < V(p) nested
+spaces. With the residual r = l - a(u(p-1), .) the last degree changes the goal by
+
+    J(u(p)) - J(u(p-1)) = r(z(p)) = sum of z_i r_i over the functions i of V(p) that V(p-1) lacks
+
+(Becker and Rannacher, Acta Numerica 10, 2001). Each function stands on known intervals of the axes, and each integral
+on known cells, so that the sum also says where the change comes from: d_p on an interval, and d_(p-1) from the next
+pair of spaces. Absolute values are added.
+
+An error q^-a after degree q, d_q = (q-1)^-a - q^-a, leaves 1 / ((p/(p-1))^a - 1) times d_p after degree p. The ratio
+d_p / d_(p-1) gives the rate a, at most the theoretical one: beside an edge of exponent s the element has
+(p + lag)^-4s (Gui and Babuska, Numer. Math. 49, 1986); at a distance from edges the parts fall no faster than
+rho^-2 a degree, rho being the sum of the half axes, over the half length, of the ellipse around the interval that the
+edge lies on (Bernstein). As odd and even degrees take turns, d_(p-1) gives a second value, and the larger counts.
+
+A solution that is even over an interval has no part of an odd degree, so away from edges d_(p-1) is also continued by
+every second degree: by q / (1 - q), where q is the decay over two degrees of the coefficients of the solution and the
+dual solution (the smoothness indicator of Mavriplis, ICOSAHOM 1989).
+
+On the cells of a mesh any edge may be hidden by what is smooth in the same cell, so that no measured rate faster than
+the slowest one is believed there. What the theory expects of later degrees is added to goals (`extrapolated`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.sparse import csc_array
+from skfem.refdom import RefHex
+
+from meshes import edgewise
+from meshes.grading import Features
+from meshes.grid import Grid
+
+# Rates a that are assumed at least: beside an edge unless theory has a slower one, and away from edges, where 2 is the
+# rate beside an edge of exponent 1/2. FASTEST is infinity, for a table of rates.
+SLOWEST, REGULAR, FASTEST = 1.0, 2.0, 40.0
+# Degrees by which the element lags behind its asymptotic decay at an edge, and over the exponent: measured for
+# distances to powers from 0.13 to 0.67 about an edge, in cells up to four times longer than wide.
+LAG, LAG_OVER_EXPONENT = 3.0, 0.6
+# Rate a where the second derivative jumps inside an interval: p^-3 in a reading (Gui and Babuska), one less for signs.
+BENT = 2.0
+# Times what all later degrees add beside an edge in theory, p^-4s: expected and at most. Between meshes of random
+# plates with pads (exponent 1/2), stacks with vias (2/3) and an L-shaped conductor it is 1.1 to 1.7, and 2.0 in the
+# flattest films. Away from edges later degrees add at most AWAY times the last contribution: 0.1 to 0.3 on the plates.
+EXPECTED, LATER, AWAY = 1.2, 2.0, 0.5
+
+Spread = list[np.ndarray]
+"""Contributions per axis: on bricks (intervals,) or of their edges, on a mesh (cells,)."""
+
+
+class Contributions(NamedTuple):
+    """Contributions of the last two degrees to a goal.
+
+    Attributes
+    ----------
+    before, last: absolute contributions of degrees p - 1 and p.
+    every_second: decay of the contributions of degree p - 1 over two degrees.
+    signed: (cells,) contributions of degree p with their sign; on bricks unused.
+    """
+
+    before: Spread
+    last: Spread
+    every_second: Spread
+    signed: np.ndarray = np.zeros(1)
+
+
+def left(p: np.ndarray, a: np.ndarray) -> np.ndarray:
+    """Return the error after degree p over the contribution of degree p, for an error p^-a."""
+    remaining: np.ndarray = 1 / ((p / (p - 1.0)) ** a - 1)
+    return remaining
+
+
+def rate_at_edge(p: np.ndarray, s: np.ndarray) -> np.ndarray:
+    """Return the rate a at degree p of an error (p + lag)^-4s, beside an edge of exponent s."""
+    shifted = p + LAG + LAG_OVER_EXPONENT / s
+    rates: np.ndarray = 4 * s * np.log(shifted / (shifted - 1)) / np.log(p / (p - 1))
+    return rates
+
+
+def rate(p: np.ndarray, ratio: np.ndarray) -> np.ndarray:
+    """Return the rate a of contributions of degrees p and p - 1 with this ratio; the slowest for p = 2."""
+    rates = np.full(p.shape, SLOWEST)
+    for q in np.unique(p[p > 2]):
+        falling, a = _ratios(int(q))
+        rates[p == q] = np.interp(-ratio[p == q], -falling, a)
+    return rates
+
+
+@lru_cache
+def _ratios(p: int) -> tuple[np.ndarray, np.ndarray]:
+    """Tabulate the ratio of the contributions of degrees p and p - 1 over the rate."""
+    a = np.geomspace(SLOWEST, FASTEST, 400)
+    return ((p - 1.0) ** -a - float(p) ** -a) / ((p - 2.0) ** -a - (p - 1.0) ** -a), a
+
+
+@dataclass(frozen=True, eq=False)
+class Estimator:
+    """Rates at which the error of a goal falls with the degree, per axis on each interval of a grid, or on each cell.
+
+    Attributes
+    ----------
+    degrees: per axis the degree of each interval, or of the cells.
+    slowest, fastest: per axis the least and the largest rate.
+    ellipse: per axis the factor rho^-2 by which contributions fall per degree at most; zero on a mesh.
+    near: per axis the exponent of the singular plane at each breakpoint; empty on a mesh.
+    grid: the grid whose degrees differ from edge to edge; else None.
+    later_factors: (2, cells) twice, for heat and current: the change by later degrees over the contribution of the last
+        one, expected and at most; None where the exponents are unknown.
+    """
+
+    degrees: Spread
+    slowest: Spread
+    fastest: Spread
+    ellipse: Spread
+    near: Spread = field(default_factory=list)
+    grid: Grid | None = None
+    later_factors: tuple[np.ndarray, np.ndarray] | None = None
+
+    @classmethod
+    def of_cells(cls, exponents: np.ndarray | None, cells: int, degree: int) -> Estimator:
+        """Return the estimator for cells of one degree.
+
+        ``exponents`` (2, cells) are the smallest ones of edges that each cell touches, of heat and of current, infinite
+        without an edge; None where they are unknown.
+        """
+        p, smallest = np.full(cells, degree), np.full(cells, np.inf) if exponents is None else exponents.min(axis=0)
+        slowest = np.minimum(rate_at_edge(p, smallest), SLOWEST)
+        later = None
+        if exponents is not None:
+            theory, at_edge = left(p, np.minimum(4 * exponents, FASTEST)), np.isfinite(exponents)
+            later = np.where(at_edge, EXPECTED * theory, 0.0), np.where(at_edge, LATER * theory, AWAY)
+        return cls(
+            [p] * 3, [slowest] * 3, [np.full(cells, FASTEST)] * 3, [np.zeros(cells)] * 3, later_factors=later
+        )  # fmt: skip
+
+    @classmethod
+    def of_grid(cls, grid: Grid, marks: Features) -> Estimator:
+        """Return the estimator for a grid of bricks with the features of its scene."""
+        degrees = [np.maximum(p, 2) for p in grid.degrees]
+        if grid.edges:
+            # All edges of one degree on an interval together: a single one is small by chance.
+            degrees = [np.maximum(np.indices((p.max() + 1, len(p)))[0], 2) for p in degrees]
+        near = marks.near(grid)
+        slowest, fastest, ellipse = (list[np.ndarray]() for _ in range(3))
+        for p, b, at_plane, planes in zip(degrees, grid.breaks, near, marks.exponents, strict=True):
+            s, half, middle = np.minimum(at_plane[:-1], at_plane[1:]), np.diff(b) / 2, (b[1:] + b[:-1]) / 2
+            distance = np.abs(np.array([*planes, np.inf]) - middle[:, None]) / half[:, None]
+            distance = np.where(distance > 1 + 1e-9, distance, np.inf).min(axis=1)
+            fall = np.zeros(len(half))
+            finite = np.isfinite(distance)
+            fall[finite] = (distance[finite] + np.sqrt(distance[finite] ** 2 - 1)) ** -2.0
+            fall, edge = np.broadcast_to(fall, p.shape), rate_at_edge(p, s)
+            ellipse.append(fall)
+            slowest.append(np.where(np.isfinite(s), np.minimum(edge, SLOWEST), REGULAR))
+            fastest.append(np.where(np.isfinite(s), edge, rate(p, fall)).clip(max=FASTEST))
+        return cls(degrees, slowest, fastest, ellipse, near, grid if grid.edges else None)
+
+    def bending(self, bent: Spread | None) -> Estimator:
+        """Return the estimator with the rate `BENT` at most where the law of a property bends (``bent``, booleans)."""
+        if bent is None:
+            return self
+        fastest = [np.where(at, np.minimum(a, BENT), a) for at, a in zip(bent, self.fastest, strict=True)]
+        return replace(self, fastest=fastest)
+
+    def indicators(self, goal: Contributions) -> Spread:
+        """Return the error that all degrees after the last leave of a goal, on each interval or cell."""
+        pairs = [goal.before, goal.last]
+        if self.grid is not None:
+            pairs = [edgewise.pooled(self.grid, each) for each in pairs]
+        errors = []
+        for p, slowest, fastest, ellipse, before, last, decay in zip(
+            self.degrees, self.slowest, self.fastest, self.ellipse, *pairs, goal.every_second, strict=True
+        ):
+            a = np.minimum(rate(p, last / np.maximum(before, 1e-300)), fastest).clip(slowest)
+            continued = before * left(np.maximum(p - 1, 2), a) * ((p - 1.0) / p) ** a
+            # Beside an edge both odd and even degrees contribute.
+            q = np.where(slowest == REGULAR, np.maximum(decay, ellipse**2), 0.0)
+            q = np.minimum(q, _contribution(p + 1) / _contribution(np.maximum(p - 1, 2)))
+            even = before * q / (1 - q)
+            errors.append(np.maximum(last * left(p, a), np.where(p > 2, np.maximum(continued, even), 0.0)))
+        if self.grid is None:
+            return errors
+        return edgewise.shared(self.grid, errors, [x + y for x, y in zip(*goal[:2], strict=True)])
+
+    def bound(self, goal: Contributions) -> float:
+        """Return the bound on the error of a goal: the sum of its indicators."""
+        return total(self.indicators(goal))
+
+    @property
+    def largest_factor(self) -> float:
+        """The largest error after the last degree over its contribution."""
+        return max(float(left(p, a).max()) for p, a in zip(self.degrees, self.slowest, strict=True))
+
+    @property
+    def extrapolates(self) -> bool:
+        """Whether the exponents of edges are known, so that later degrees can be foreseen."""
+        return self.later_factors is not None
+
+    def later(self, changed: np.ndarray, electric: bool) -> tuple[float, float]:
+        """Return the change of a goal expected from later degrees, and its largest deviation.
+
+        ``changed`` (cells,) is the signed contribution of the last degree, by the heat or by the current.
+        """
+        assert self.later_factors is not None
+        expected, most = (each[int(electric)] for each in self.later_factors)
+        return float((expected * changed).sum()), float(((most - expected) * np.abs(changed)).sum())
+
+    def at_vertices(self, space: Any, vertices: np.ndarray, parts: np.ndarray) -> Spread:
+        """Return contributions (n,) of the functions of some vertices on edges, in equal parts for what ends there."""
+        if not self.near:
+            return space.spread(vertices, parts)
+        corner, cell = np.nonzero(np.isin(space.dofs[:8], vertices))
+        place = space.ijk[:, cell].T + RefHex.p.T.astype(int)[corner]
+        ends_there = [np.isfinite(self.near[d][place[:, d]]) for d in range(3)]
+        at = space.dofs[corner, cell]
+        shares = np.maximum(np.bincount(at, np.sum(ends_there, axis=0), space.size), 1.0)
+        each = (np.bincount(vertices, np.abs(parts), space.size) / shares)[at]
+        spreads = []
+        for d, (ends, degrees) in enumerate(zip(ends_there, space.grid.finest, strict=True)):
+            edge = 2 * place[ends]
+            edge[:, d] = 2 * space.ijk[d, cell[ends]] + 1
+            spreads.append(np.bincount(space.slots(d, edge), each[ends], degrees.size).reshape(degrees.shape))
+        return spreads
+
+
+def _contribution(p: np.ndarray) -> np.ndarray:
+    """Return the contribution of degree p at the least rate away from edges."""
+    return (p - 1.0) ** -REGULAR - p**-REGULAR
+
+
+def degree_products(matrix: csc_array, u: np.ndarray, depth: np.ndarray) -> np.ndarray:
+    """Return (functions,) the products of a matrix with the functions of a solution of each depth, 1 to 3."""
+    products = np.zeros(len(u))
+    for d in (1, 2, 3):
+        same_depth = depth == d
+        products[same_depth] = (matrix @ np.where(same_depth, u, 0.0))[same_depth]
+    return products
+
+
+def every_second(space: Any, functions: np.ndarray, sizes: np.ndarray) -> Spread:
+    """Return the decay over two degrees of the ``sizes`` of functions (n,): dual solution times `degree_products`."""
+    depth = space.depth[functions]
+    highest, near, far = (space.pooled(space.spread(functions[depth == d], sizes[depth == d])) for d in (1, 2, 3))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        # Below degree 5 none is two degrees lower: the square of one degree's decay.
+        ratios = [np.where(z > 0, x / z, (x / y) ** 2) for x, y, z in zip(highest, near, far, strict=True)]
+    return [np.nan_to_num(ratio, nan=np.inf, posinf=np.inf) for ratio in ratios]
+
+
+def falling(goals: Iterable[tuple[Spread, Spread, Spread]]) -> Spread:
+    """Return the factor, at most 1, from one degree's contribution to the next, on each interval or cell.
+
+    ``goals`` are the indicators of each goal and its contributions of the last two degrees; the goal with the largest
+    indicator counts.
+    """
+    indicators, before, last = zip(*goals, strict=True)
+    factors = []
+    for d in range(len(indicators[0])):
+        most = np.array([goal[d] for goal in indicators]).argmax(axis=0)[None]
+        x, y = (np.take_along_axis(np.array([part[d] for part in parts]), most, 0)[0] for parts in (before, last))
+        factors.append(np.minimum(y / np.maximum(x, 1e-300), 1.0))
+    return factors
+
+
+def total(parts: Spread) -> float:
+    """Return the sum over all intervals or cells."""
+    return float(sum(p.sum() for p in parts))
+
+
+def worst_of(goals: Iterable[Spread]) -> Spread:
+    """Return the largest indicator of any goal on each interval or cell."""
+    return [np.max(each, axis=0) for each in zip(*goals, strict=True)]
