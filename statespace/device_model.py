@@ -21,7 +21,7 @@ import numpy as np
 
 from scenes.device import Device
 from statespace.controller import law
-from statespace.facts import EQUATIONS
+from statespace.document import EQUATIONS, in_kelvin, written
 from statespace.modal import Inlet, Modal
 
 INPUTS = {
@@ -56,7 +56,7 @@ def controllers(modal: Modal, device: Device) -> dict[str, Any]:
 
 
 class _Maker:
-    """Rows of z, with temperatures as rises above room until `_in_kelvin`."""
+    """Rows of z, with temperatures as rises above room until `in_kelvin`."""
 
     def __init__(self, modal: Modal, device: Device) -> None:
         self.modal, self.device = modal, device
@@ -93,7 +93,7 @@ class _Maker:
             "A": A, "S": S, "F": F, "Q": Q, "Y": np.array([y for y, _, _ in rows]), "W": np.zeros((len(rows), 4)),
             "U": np.stack([u for _, u, _ in rows], axis=1), "P": np.stack([p for _, _, p in rows], axis=1),
         }  # fmt: skip
-        self._in_kelvin(matrices)
+        in_kelvin(matrices, self.columns, device.sink.room_temperature)
         room, sink = device.sink.room_temperature, device.sink
         kelvin = [row for n, at in outputs.items() if OUTPUTS[n] == "K" for row in at]
         matrices["Y"][kelvin, 0] += room
@@ -115,7 +115,7 @@ class _Maker:
                 "highest_temperature_K": min(valid, default=None),
             },
             "controllers": controllers(modal, device),
-            "matrices": {n: {"shape": [*m.shape], "values": m.ravel().tolist()} for n, m in matrices.items()},
+            "matrices": written(matrices),
         }  # fmt: skip
 
     def _row(self, y: Any = 0.0, u: Any = 0.0, p: Any = 0.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -155,9 +155,3 @@ class _Maker:
             weight = float(modal.shape[response] @ inlet.jump - inlet.external[response])
             pairs[2 * film] += weight * self.heats[response]
         return self._row(y, p=pairs)
-
-    def _in_kelvin(self, matrices: Mapping[str, np.ndarray]) -> None:
-        """Inputs are in kelvin, what is above in rises."""
-        room = self.device.sink.room_temperature
-        for name in ("A", "F", "Q", "Y", "U", "P"):
-            matrices[name][..., 0] -= room * matrices[name][..., self.columns].sum(axis=-1)

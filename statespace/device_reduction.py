@@ -21,9 +21,9 @@ from statespace.controller import timetable
 from statespace.controllers import Controllers
 from statespace.device_model import FILMS, INPUTS, OUTPUTS, document
 from statespace.modal import Modal
+from statespace.reduction import Reference, leading, not_reached, reduce, relative, worst
 from statespace.result import DeviceResult
 from statespace.runtime import CompactModel
-from statespace.truncation import fewest, leading
 
 LOOP = "closed loop"
 VOLTAGES = tuple(f"{film}_V" for film in FILMS)
@@ -54,29 +54,36 @@ class Whole:
 def compact(
     whole: Whole, states: int | None, accuracy: float, say: Callable[[str], None] = lambda _: None
 ) -> dict[str, Any]:
-    """The document of a device's model (`statespace.runtime`) of a number of states, or as many as an accuracy
-    takes. Raises NumericsError where that isn't reached, or the closed loop can't be followed to its end."""
+    """Make the document of a device's compact model.
+
+    Parameters
+    ----------
+    whole : Whole
+        The model that is exported.
+    states : int or None
+        Number of states; None for as many as the accuracy takes.
+    accuracy : float
+        Largest relative error.
+
+    Raises
+    ------
+    NumericsError
+        Where the accuracy is not reached, or the closed loop cannot be followed to its end.
+    """
     judge = _Judge(whole, max(CLOSELY * accuracy, LEAST))
     if whole.result.details.get("stopped"):
         raise NumericsError("the closed loop runs away, and no model of few states is held against that: no --export")
-    most = whole.modal.count
-    say("compact model: states")
-    worst = judge.of_steps(most)
-    if states is not None or worst <= accuracy:
-        count = min(states, most) if states is not None else fewest(most, judge.of_steps, accuracy)
-        while True:
-            say(f"compact model: the closed loop with {count} states")
-            made = judge.document(count)
-            worst = max(e["relative"] for run in made["error"].values() for kind in run.values() for e in kind.values())
-            if states is not None or worst <= accuracy:
-                return made
-            if count == most:
-                break
-            count = min(int(np.ceil(MORE * count)), most)
-    raise NumericsError(
-        f"no model of few states is known to be within {accuracy:g} of the device's, only within {worst:.3g}: give a "
-        "larger --model-accuracy"
-    )
+    most, count = whole.modal.count, states
+    while True:
+        say("compact model: states")
+        made = reduce(judge.document, most, judge.references, accuracy, count, "the device's")
+        say(f"compact model: the closed loop with {made['states']} states")
+        made["error"] = {LOOP: judge.closed(CompactModel(made))} | made["error"]
+        if states is not None or worst(made["error"]) <= accuracy:
+            return made | {"estimated": judge.estimated(len(made["error"]))}
+        if made["states"] == most:
+            raise not_reached(accuracy, "the device's", worst(made["error"]))
+        count = min(int(np.ceil(MORE * made["states"])), most)
 
 
 class _Judge:
@@ -86,10 +93,11 @@ class _Judge:
         self.times = np.geomspace(self.device.control.sample_time, self.device.end_time, INSTANTS)
 
     def document(self, count: int) -> dict[str, Any]:
-        """The model of some states, with its errors and how they were found."""
-        made = self._described(self._few(count))
-        model = CompactModel(made)
-        errors = {LOOP: self._closed(model)} | self._steps(model)
+        """The model of some states, without its errors."""
+        modal = self.modal if count == self.modal.count else self.modal.within(self._sums[:, :count])
+        return self._described(modal)
+
+    def estimated(self, runs: int) -> dict[str, Any]:
         text = [
             "Rise: the set temperature's, and what that changes a resistance by; else the largest of the closed loop.",
             "Estimated: the distance from the closed loop as the whole model runs it, and from the whole model for a "
@@ -97,13 +105,7 @@ class _Judge:
         ]
         if self.device.control.ground_resistance:
             text.append("A measured resistance is that behind the common lead to ground.")
-        made |= {"error": errors, "estimated": {"runs": len(errors), "more_states": self.modal.count, "text": text}}
-        return made
-
-    def of_steps(self, count: int) -> float:
-        """The largest relative error of a model of some states for steps."""
-        each = self._steps(CompactModel(self._described(self._few(count)))).values()
-        return max(e["relative"] for run in each for kind in run.values() for e in kind.values())
+        return {"runs": runs, "more_states": self.modal.count, "text": text}
 
     @cached_property
     def _sums(self) -> np.ndarray:
@@ -117,10 +119,6 @@ class _Judge:
         every = np.column_stack(responses)
         # Each alike, whatever its unit.
         return leading(every / np.abs(modal.shape[:2] @ every).max(axis=0), modal.shape)
-
-    def _few(self, count: int) -> Modal:
-        """The model of the first of those sums."""
-        return self.modal if count == self.modal.count else self.modal.within(self._sums[:, :count])
 
     def _described(self, modal: Modal) -> dict[str, Any]:
         return document(modal, self.device, self.whole.name, self.inputs)
@@ -184,7 +182,7 @@ class _Judge:
         held = np.vstack([np.zeros(2), voltage[:-1]])
         return {"A": circuit.currents(voltage, resistance, ground), "ohm": circuit.measured(held, resistance, ground)}
 
-    def _closed(self, model: CompactModel) -> dict[str, Any]:
+    def closed(self, model: CompactModel) -> dict[str, Any]:
         """The errors in the closed loop, which the model and the controllers run as their FMUs do."""
         result, errors = self.whole.result, self.whole.result.errors
         rows = closed_loop(model, self.device, len(result.time_s))
@@ -206,56 +204,33 @@ class _Judge:
             e = FILMS.index(film)
             true = exact[what][:, e] if what in exact else result.trace(name)
             error = float(off[what][:, e].max()) if what in off else errors[name]
-            over[name] = self._both(name, float(np.abs(rows[name] - true).max()) + error)
+            over[name] = relative(float(np.abs(rows[name] - true).max()) + error, self._scales[name])
         after, steady = result.after, {}
         at_rest = model.steady()
         for name in (f"{film}_{what}" for film in FILMS for what in ("K", "power_W")):
             error = self.whole.steady_errors.get(name, 0.0)
-            steady[name] = self._both(name, abs(at_rest[name] - getattr(after, name)) + error)
+            steady[name] = relative(abs(at_rest[name] - getattr(after, name)) + error, self._scales[name])
         return {"steady": steady, "over time": over}
 
-    def _steps(self, model: CompactModel) -> dict[str, Any]:
-        """The errors of a model for a step of each input alone from rest."""
-        runs: dict[str, Any] = {}
-        for name, (drive, *truths) in self._truths.items():
-            values = self._answers(model, drive)
-            runs[f"step of {name}"] = kinds = {}
-            for kind, (exact, off) in zip(("steady", "over time"), truths, strict=True):
-                kinds[kind] = {
-                    n: self._both(n, float(np.abs(values[kind][n] - exact[n]).max()) + off[n]) for n in OUTPUTS
-                }
-        return runs
-
     @cached_property
-    def _truths(self) -> dict[str, Any]:
-        """By input the drive of its step, and twice (in the steady state, over time) what the whole model makes of it
-        and the error of that, for each output."""
+    def references(self) -> dict[str, list[Reference]]:
+        """A step of each input alone from rest by the whole model, in the steady state and over time."""
         models = [CompactModel(self._described(modal)) for modal in (self.modal, *(m for m, _ in self.whole.others))]
-        truths = {}
+        references = {}
         for name in INPUTS:
             drive = {n: entry["rest"] + entry["step"] * (n == name) for n, entry in self.inputs.items()}
-            first, *others = [self._answers(model, drive, self.tolerance) for model in models]
-            each = []
-            for kind, exact in first.items():
-                off = {
-                    n: sum(
-                        factor * float(np.abs(other[kind][n] - exact[n]).max())
-                        for other, (_, factor) in zip(others, self.whole.others, strict=True)
-                    )
-                    for n in OUTPUTS
-                }
-                each.append((exact, off))
-            truths[name] = (drive, *each)
-        return truths
+            steady: list[Any] = [model.steady(drive) for model in models]
+            over_time: list[Any] = [model.simulate(self.times, drive, self.tolerance) for model in models]
+            references[f"step of {name}"] = [
+                Reference(drive, times, exact, self._apart(exact, others), self._scales)
+                for times, (exact, *others) in ((None, steady), (self.times, over_time))
+            ]
+        return references
 
-    def _answers(
-        self, model: CompactModel, drive: Mapping[str, float], tolerance: float = 1e-6
-    ) -> dict[str, dict[str, Any]]:
-        """What a model makes of constant inputs from rest."""
-        return {"steady": model.steady(drive), "over time": model.simulate(self.times.tolist(), drive, tolerance)}
-
-    def _both(self, name: str, error: float) -> dict[str, float]:
-        return {"error": error, "relative": error / self._scales[name]}
+    def _apart(self, exact: Mapping[str, Any], others: Sequence[Mapping[str, Any]]) -> dict[str, float]:
+        """The error of the whole model by its distance from others."""
+        pairs = list(zip(others, (factor for _, factor in self.whole.others), strict=True))
+        return {n: sum(f * float(np.abs(other[n] - exact[n]).max()) for other, f in pairs) for n in OUTPUTS}
 
 
 def closed_loop(model: CompactModel, device: Device, samples: int) -> dict[str, np.ndarray]:

@@ -11,11 +11,12 @@ from typing import Any
 def write(document: Mapping[str, Any], folder: Path) -> None:
     """Writes model.json, .cir, .py and .fmu into a folder, made where it isn't there, and of a device with controllers
     controllers.py and .fmu; no FMU without pythonfmu. Raises OSError where they can't be written."""
-    from statespace import fmu, names
+    from statespace import fmu
+    from statespace.document import names
     from statespace.python import as_python, controllers_as_python
     from statespace.spice import as_spice
 
-    document = {**document, "names": names.listed(document)}
+    document = {**document, "names": names(document)}
     each = (f"{json.dumps(key)}: {json.dumps(value, allow_nan=False)}" for key, value in document.items())
     texts = {
         "model.json": "{\n" + ",\n".join(each) + "\n}\n",

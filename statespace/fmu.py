@@ -13,7 +13,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from statespace import names
+from statespace.document import fmu_names
 from statespace.python import as_python, controllers_as_python
 
 MISSING = "no FMU, which takes pythonfmu: pip install 'heated-microstructure-validation[fmu]'"
@@ -125,7 +125,7 @@ def available() -> bool:
 def write_fmu(document: Mapping[str, Any], path: Path) -> None:
     """Writes the FMU of a model. Raises OSError where that can't be done."""
     description = f'Compact model of "{document["scene"]}" of {document["states"]} states'
-    _build("CompactSlave", as_python(document), description, _MODEL.format(names=names.fmu(document)), path)
+    _build("CompactSlave", as_python(document), description, _MODEL.format(names=fmu_names(document)), path)
 
 
 def write_controllers(document: Mapping[str, Any], path: Path) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from importlib.resources import files
 from typing import Any
 
-from statespace.facts import facts
+from statespace.document import facts
 
 USE = """
 Use: from model import model

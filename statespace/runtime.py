@@ -41,7 +41,7 @@ class CompactModel:
         self._known: dict[float, tuple[np.ndarray, ...]] = {}
 
     def simulate(
-        self, times: Sequence[float], inputs: Mapping[str, Given] | None = None, tolerance: float = 1e-6
+        self, times: Sequence[float] | np.ndarray, inputs: Mapping[str, Given] | None = None, tolerance: float = 1e-6
     ) -> dict[str, np.ndarray]:
         """(times,) of each output at ascending times (s) from rest at t = 0; inputs not given are the scene's own.
 
@@ -85,7 +85,7 @@ class CompactModel:
             states[stop] = b
         return np.array([states[x] for x in wanted.tolist()])
 
-    def steady(self, inputs: Mapping[str, float] | None = None) -> dict[str, float]:
+    def steady(self, inputs: Mapping[str, Given] | None = None) -> dict[str, float]:
         """Each output in the steady state that the model reaches from rest, by Newton's method; inputs not given are
         the scene's own at the end. Raises ArithmeticError where there is none."""
         g = _drive(self._tables(inputs), np.inf)[0]

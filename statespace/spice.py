@@ -12,8 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from statespace import names
-from statespace.facts import facts
+from statespace.document import facts, spice_names
 from statespace.runtime import CompactModel
 
 SMALL = 1e-15  # Entries below this part of the largest of their row are left out.
@@ -46,7 +45,7 @@ class _Netlist:
         warm = [o["rows"] for o in document["outputs"] if o["unit"] == "K"]
         warm += [[entry["port"]["row"]] for entry in self.inputs if entry["port"]["unit"] == "K"]
         self.model.Y[[row for rows in warm for row in rows], 0] -= start
-        self.pins, self.reads = names.spice(document)
+        self.pins, self.reads = spice_names(document)
         sources = [entry["kind"] in ("heat_flux", "heat_source") for entry in self.inputs]
         given = [
             f"(I(Vin{k + 1})/{_number(entry['port']['size'])})" if is_source else f"V({pin})"

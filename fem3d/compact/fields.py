@@ -14,7 +14,7 @@ import numpy as np
 
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
-from fem3d.solution.reduced import orthonormal
+from fem3d.solution.reduced import Reduced, orthonormal
 from fem3d.solution.transient import Base
 
 FIRST, MOST = 4, 16  # how many shifts to begin with, and at most
@@ -95,3 +95,23 @@ def _residual(heat: HeatProblem, basis: np.ndarray, loads: list[np.ndarray], shi
     solution = np.linalg.solve(basis.T @ product, tested)
     residual = F - product @ solution
     return float(np.sqrt(((weight[:, None] * residual**2).sum(axis=0) / (tested * solution).sum(axis=0)).max()))
+
+
+def responses(
+    reduced: Reduced, loads: list[np.ndarray], jumps: list[np.ndarray], times: tuple[float, float] | None
+) -> np.ndarray:
+    """(states, any): the reduced responses to loads, at rest and over time, and to jumps."""
+    n = len(reduced.basis)
+    rates, modes = np.linalg.eigh((reduced.stiffness + reduced.stiffness.T) / 2)
+    rates = np.maximum(rates, 1e-12 * rates[-1])
+
+    def inner(vectors: list[np.ndarray]) -> np.ndarray:
+        kept = np.column_stack([v[:n] for v in vectors]) if vectors else np.empty((n, 0))
+        product: np.ndarray = modes.T @ (reduced.basis.T @ kept)
+        return product
+
+    heating, decaying = inner(loads), inner(jumps)
+    responses = [heating / rates[:, None]]
+    for g in [] if times is None else np.geomspace(times[0] / SOONER, max(times), 12):
+        responses += [g * heating / (1 + g * rates)[:, None], decaying / (1 + g * rates)[:, None]]
+    return np.asarray(modes @ np.column_stack(responses))

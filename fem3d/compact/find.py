@@ -1,9 +1,15 @@
-"""A scene's compact model: as few states as an accuracy takes, its error known from runs of the full model."""
+"""Compact models of any scene: its 3D problem projected on as few fields as an accuracy takes.
+
+Every boundary value, source and voltage is an input. The error is the distance from runs of the full model, for the
+scene itself and for a step of each input alone, on meshes of their own.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -11,35 +17,95 @@ import numpy as np
 from fem3d.adaptivity import transient_base
 from fem3d.adaptivity.goal_parts import goal_row
 from fem3d.compact import fields
-from fem3d.compact.judge import MOST_PLACES, Judge, Truth, first_time, rise_of
 from fem3d.compact.mesh import problem
-from fem3d.compact.tensors import Structure, tensors
+from fem3d.compact.projection import Projection, Structure, project
 from fem3d.problems.current_fields import independent
 from fem3d.results.probes import reading
 from fem3d.runs import scene as scene_run
+from fem3d.runs.probe_quantities import EARLY, LATE, OF_FLOW
 from fem3d.solution import transient
 from fem3d.solution.reduced import Reduced
 from fem3d.solution.transient import Base
 from scenes import physics
 from scenes.errors import NumericsError, SceneError, quoted
-from scenes.model import DERIVED, AnyScene, MeshScene, Schedule
+from scenes.model import DERIVED, AnyScene, MeshScene, Schedule, Value
+from scenes.result import Result
 from statespace.channels import OWN, Channel, channels, driven, scenarios
-from statespace.truncation import fewest, leading
+from statespace.document import scene_document
+from statespace.reduction import Reference, compare, leading, reduce, worst
+from statespace.runtime import CompactModel
 
-TRUTH, SPACE = 0.5, 0.02  # fractions of the accuracy: for the runs that a model is held against, and for its fields
-# Times the accuracy, for which a mesh for all inputs at once is made first, as the runs tell what it is good for; by
-# how much less where it isn't fine enough; and how many there are.
+TRUTH, SPACE = 0.5, 0.02
+"""Parts of the accuracy: for the runs of the full model, and for the fields."""
 MESH, FINER, TURNS = 3.0, 0.3, 4
-LONG = 20.0  # a steady state is reached after this many times the slowest response
+"""The first mesh is for this many times the accuracy; how much less each further one leaves; how many there are."""
+LONG = 20.0
+"""A steady state is reached after this many times the slowest response."""
+INSTANTS = 60
+"""Instants of each run at which a model is compared."""
+MOST_PLACES, NEAR = 12, 1e-4
+"""Places of an extreme at most, and the part of a run's scale by which a place may miss the extreme."""
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """Runs of the full model for the same inputs: over time and in the steady state, None where not of the model."""
+
+    inputs: dict[str, Value]
+    over_time: Result | None
+    steady: Result | None
+
+    @property
+    def tables(self) -> dict[str, Any]:
+        """The inputs as `statespace.runtime` takes them."""
+        return {n: (v.times, v.values) if isinstance(v, Schedule) else v for n, v in self.inputs.items()}
+
+    @property
+    def scales(self) -> dict[str, float]:
+        """What errors of each probe are relative to."""
+        known = self.steady or self.over_time
+        assert known is not None
+        scales: dict[str, float] = known.details["scales"]
+        return scales
+
+    def rise(self, scene: AnyScene) -> float:
+        """The largest rise (K) of any probe."""
+        thermal = [p.name for p in scene.probes if p.quantity == "temperature"]
+        if self.over_time is not None and self.over_time.traces is not None:
+            values = [self.over_time.traces.values[n] for n in thermal]
+        else:
+            assert self.steady is not None
+            values = [np.array([self.steady.steady[n].value]) for n in thermal]
+        return max((float(np.abs(v - scene.initial_temperature).max()) for v in values), default=0.0)
 
 
 def compact(
     scene: AnyScene, states: int | None, accuracy: float, say: Callable[[str], None] = lambda _: None
 ) -> dict[str, Any]:
-    """The document of a scene's model (`statespace.runtime`), of a given number of states or as many as an accuracy
-    takes, relative as the scene's own.
+    """Make the document of a scene's compact model.
 
-    Raises SceneError for a scene that has none, NumericsError where the accuracy isn't reached.
+    Parameters
+    ----------
+    scene : AnyScene
+        A scene of boxes or on a mesh file.
+    states : int or None
+        Number of states; None for as many as the accuracy takes.
+    accuracy : float
+        Largest error, relative as the scene's own.
+    say : callable
+        Takes progress messages.
+
+    Returns
+    -------
+    dict
+        The document of `statespace.runtime.CompactModel`.
+
+    Raises
+    ------
+    SceneError
+        For a scene that has no compact model.
+    NumericsError
+        Where the accuracy is not reached.
     """
     check(scene)
     try:
@@ -56,33 +122,32 @@ def _compact(scene: AnyScene, states: int | None, accuracy: float, say: Callable
         largest = {c.name: c.largest for c in channels(scene)}
         scene = replace(driven(scene, largest), steady=True, output_times=())
     inputs = channels(scene)
-    truths = {name: _truth(other, inputs, accuracy, say) for name, other in scenarios(scene, inputs).items()}
-    reached = np.inf
+    runs = {name: _run(other, inputs, accuracy, say) for name, other in scenarios(scene, inputs).items()}
+    references = {name: _references(scene, run, runs[OWN]) for name, run in runs.items()}
     for turn in range(TURNS):
         say(f"compact model: mesh {turn + 1}")
         heat, conductor, part = problem(
-            scene, inputs, MESH * FINER**turn * accuracy, rise_of(scene, truths[OWN]), truths[OWN].scales
+            scene, inputs, MESH * FINER**turn * accuracy, runs[OWN].rise(scene), runs[OWN].scales
         )
         structure, rich = _rich(scene, inputs, heat, conductor, part, accuracy)
-        judge = Judge(scene, inputs, truths, structure, rich)
         if structure.places:
-            structure = replace(structure, places=judge.places())
-            judge = Judge(scene, inputs, truths, structure, rich)
-        reached = judge.worst(rich.states)
+            structure = replace(structure, places=_places(scene, structure, rich, runs))
+        document = partial(_document, scene, structure, rich)
+        reached = worst(compare(CompactModel(document(rich.states)), references))
         if reached <= accuracy or isinstance(scene, MeshScene):
             break
-    if states is None and reached > accuracy:
-        raise NumericsError(
-            f"no model of few states is known to be within {accuracy:g} of the full one, only within {reached:.3g}: "
-            "give a larger --model-accuracy"
-        )
     say("compact model: states")
-    count = fewest(rich.states, judge.worst, accuracy) if states is None else min(states, rich.states)
-    return judge.document(count)
+    made = reduce(document, rich.states, references, accuracy, states, "the full one")
+    text = [
+        "Estimated: the distance from runs of the full 3D model for each of these inputs, on meshes of their own, with "
+        f"their errors. With {rich.states} states it is {reached:.1e} at most.",
+    ]
+    estimated = {"runs": len(runs), "more_states": rich.states, "with_more_states": reached, "text": text}
+    return made | {"estimated": estimated}
 
 
 def check(scene: AnyScene) -> None:
-    """SceneError for a scene that has no compact model."""
+    """Raise SceneError for a scene that has no compact model."""
     physics.refuse_laws(physics.materials(scene), "a compact model")
     physics.refuse_terminals(scene, "a compact model")
     physics.refuse_faces(scene, "a compact model")
@@ -101,33 +166,66 @@ def check(scene: AnyScene) -> None:
             )
 
 
-def _truth(scene: AnyScene, known: tuple[Channel, ...], accuracy: float, say: Callable[[str], None]) -> Truth:
+def _run(scene: AnyScene, known: tuple[Channel, ...], accuracy: float, say: Callable[[str], None]) -> Run:
+    """Solve the full model of a scenario."""
     say("compact model: a run of the full model")
     finer = replace(scene, accuracy=max(TRUTH * accuracy, 1e-6))
-    inputs = {c.name: c.value for c in channels_of(finer, known)}
+    by_name = {c.name: c.value for c in channels(finer)}
+    inputs = {c.name: by_name.get(c.name, 0.0) for c in known}  # a source that is off has no channel
     if scene.steady:
-        return Truth(inputs, None, scene_run.solve(finer))
-    settled = replace(finer, steady=True, output_times=())
+        return Run(inputs, None, scene_run.solve(finer))
     steady = None
     if not any(isinstance(v, Schedule) for v in inputs.values()):
         try:
-            steady = scene_run.solve(settled)
+            steady = scene_run.solve(replace(finer, steady=True, output_times=()))
         except (NumericsError, SceneError):
-            steady = None  # there may be none, and over time there is no need for one
-    return Truth(inputs, scene_run.solve(finer), steady)
+            steady = None  # over time there is no need for a steady state
+    return Run(inputs, scene_run.solve(finer), steady)
 
 
-def channels_of(scene: AnyScene, inputs: tuple[Channel, ...]) -> tuple[Channel, ...]:
-    """The channels with what another scene of the same structure gives them; a source that is off has none of its
-    own."""
-    by_name = {c.name: c for c in channels(scene)}
-    return tuple(by_name.get(c.name, replace(c, value=0.0)) for c in inputs)
+def _references(scene: AnyScene, run: Run, own: Run) -> list[Reference]:
+    # Where all is of one temperature no heat flows, and its error is relative to the flow that such a rise makes.
+    size = own.rise(scene)
+    part = OF_FLOW * run.rise(scene) / size if size else 0.0
+    least = {p.name: part * own.scales[p.name] for p in scene.probes if p.quantity == "heat_flow"}
+    references = []
+    if run.steady is not None:
+        steady, scales = run.steady.steady, run.steady.details["scales"]
+        references.append(Reference(
+            run.tables, None, {n: np.array(e.value) for n, e in steady.items()},
+            {n: e.error for n, e in steady.items()}, {n: max(scales[n], least.get(n, 0.0)) for n in steady},
+        ))  # fmt: skip
+    if run.over_time is not None and run.over_time.traces is not None:
+        traces, scales = run.over_time.traces, run.over_time.details["scales"]
+        at = instants(scene, traces.time, run.inputs)
+        references.append(Reference(
+            run.tables, traces.time[at], {n: v[at] for n, v in traces.values.items()}, traces.errors,
+            {n: max(scales[n], least.get(n, 0.0)) for n in traces.values},
+        ))  # fmt: skip
+    return references
+
+
+def first_time(scene: AnyScene) -> float:
+    """The time (s) from which on traces hold their accuracy."""
+    instants = [t for t in scene.output_times if 0 < t <= scene.end_time]
+    return min(*instants, LATE * scene.end_time) if instants else EARLY * scene.end_time
+
+
+def instants(scene: AnyScene, times: np.ndarray, inputs: Mapping[str, Value] | None = None) -> np.ndarray:
+    """Choose the times at which a model is compared: those at which the accuracy holds, also after a jump."""
+    first = first_time(scene)
+    drives = {c.name: c.value for c in channels(scene)} if inputs is None else inputs
+    given = [v for v in drives.values() if isinstance(v, Schedule)]
+    jumps = [t for v in given for t, then in pairwise(v.times) if t == then and t > 0]
+    waits = [(times >= jump) & (times < jump + first * (1 - 1e-12)) for jump in jumps]
+    late = np.flatnonzero((times >= first * (1 - 1e-12)) & ~np.any([np.zeros(len(times), bool), *waits], axis=0))
+    return late[np.unique(np.linspace(0, len(late) - 1, INSTANTS).astype(int))]
 
 
 def _rich(
     scene: AnyScene, inputs: tuple[Channel, ...], heat: Any, conductor: Any, part: Any, accuracy: float
 ) -> tuple[Structure, Reduced]:
-    """What a model is made of, and its problem in more fields than are needed, those first that matter most."""
+    """Project the problem on more fields than are needed, those first that matter most."""
     if not physics.heat(scene):
         none = np.empty((heat.free, 0))
         cold = [conductor.solve(np.zeros(heat.size), v) for v in conductor.voltages if v.any()]
@@ -142,37 +240,72 @@ def _rich(
     times = None if scene.steady else (earliest, min(slow, end))
     reduced = base.project(fields.rational(heat, [*loads, *jumps], times, SPACE * accuracy))
     structure = Structure(base, part, inputs, scene.steady, _guessed(heat, loads))
-    made = tensors(structure, reduced)
-    states = _responses(reduced, loads, jumps, times)
+    made = project(structure, reduced)
+    states = fields.responses(reduced, loads, jumps, times)
     rows = made.matrices["Y"][:, len(steps) :] @ np.linalg.pinv(made.basis) @ reduced.basis
     return structure, reduced.changed(leading(states, rows))
 
 
-def _responses(
-    reduced: Reduced, loads: list[np.ndarray], jumps: list[np.ndarray], times: tuple[float, float] | None
-) -> np.ndarray:
-    """(states, any): the reduced responses to loads, at rest and over time, and to jumps."""
-    n = len(reduced.basis)
-    rates, modes = np.linalg.eigh((reduced.stiffness + reduced.stiffness.T) / 2)
-    rates = np.maximum(rates, 1e-12 * rates[-1])
-
-    def inner(vectors: list[np.ndarray]) -> np.ndarray:
-        kept = np.column_stack([v[:n] for v in vectors]) if vectors else np.empty((n, 0))
-        product: np.ndarray = modes.T @ (reduced.basis.T @ kept)
-        return product
-
-    heating, decaying = inner(loads), inner(jumps)
-    responses = [heating / rates[:, None]]
-    for g in [] if times is None else np.geomspace(times[0] / fields.SOONER, max(times), 12):
-        responses += [g * heating / (1 + g * rates)[:, None], decaying / (1 + g * rates)[:, None]]
-    return np.asarray(modes @ np.column_stack(responses))
+def _document(scene: AnyScene, structure: Structure, rich: Reduced, states: int) -> dict[str, Any]:
+    made = project(structure, rich.changed(np.eye(rich.states, states)))
+    return scene_document(scene, scene.name, structure.channels, made, first_time(scene))
 
 
 def _guessed(heat: Any, loads: list[np.ndarray]) -> dict[str, np.ndarray]:
-    """For each probe of an extreme where it is in the steady response to each load."""
+    """For each probe of an extreme the rows of its places in the steady response to each load."""
     rises = [heat.whole(heat.solve_steady(load[: heat.free])) for load in loads] + list(heat.lifts[1:])
     rows = {}
     for probe in heat.domain.scene.probes:
         if probe.quantity == "temperature" and reading(heat, probe).extreme is not None:
             rows[probe.name] = np.array([goal_row(heat, probe, u) for u in rises if u.any()][:MOST_PLACES])
     return rows
+
+
+def _places(scene: AnyScene, structure: Structure, rich: Reduced, runs: dict[str, Run]) -> dict[str, np.ndarray]:
+    """For each probe of an extreme the rows of its places in the runs."""
+    model, made = CompactModel(_document(scene, structure, rich, rich.states)), project(structure, rich)
+    heat, places = structure.heat, {}
+    by_run = [(run, rise) for run in runs.values() for rise in _rises(scene, model, made, heat, run)]
+    rises = np.array([rise for _, rise in by_run])
+    for probe in heat.domain.scene.probes:
+        if probe.name in structure.places:
+            rows = np.array([goal_row(heat, probe, u) for u in rises])
+            near = np.array([NEAR * run.scales[probe.name] for run, _ in by_run])
+            places[probe.name] = needed(rows @ rises.T * (1 if probe.reduce == "max" else -1), rows, near)
+    return places
+
+
+def _rises(scene: AnyScene, model: CompactModel, made: Projection, heat: Any, run: Run) -> list[np.ndarray]:
+    """Rises (all nodes,) in the steady state and at some times of a run, by a model."""
+    states = []
+    if run.steady is not None:
+        g = model.inputs_at(run.tables, np.inf)
+        states.append((g, model.rest(g)))
+    if not scene.steady:
+        times = np.geomspace(first_time(scene), scene.end_time, 6)
+        drives = [model.inputs_at(run.tables, t) for t in times.tolist()]
+        states += zip(drives, model.march(times, run.tables), strict=True)
+    return [made.rise(heat, g, b) for g, b in states]
+
+
+def needed(values: np.ndarray, rows: np.ndarray, near: np.ndarray) -> np.ndarray:
+    """Choose few rows whose largest value is that of all, but for ``near``.
+
+    Parameters
+    ----------
+    values : (places, fields) array
+        Value of each field at each place.
+    rows : (places, nodes) array
+        Row that reads each place.
+    near : (fields,) array
+        How much less the largest value of the chosen rows may be.
+    """
+    tops = values.max(axis=0)
+    kept: list[int] = []
+    while len(kept) < MOST_PLACES:
+        short = (tops - values[kept].max(axis=0) if kept else np.abs(tops)) / near
+        field = int(short.argmax())
+        if kept and short[field] <= 1:
+            break
+        kept.append(int(values[:, field].argmax()))
+    return rows[kept]

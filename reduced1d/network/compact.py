@@ -8,7 +8,7 @@ heat.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -16,21 +16,19 @@ import numpy as np
 
 from reduced1d.network.circuit import Circuit, factor
 from reduced1d.network.flows import EVERYWHERE, Flows
-from reduced1d.network.lines import layout
+from reduced1d.network.lines import Layout, layout
 from reduced1d.network.model import Model
 from reduced1d.network.readings import Reader
 from reduced1d.network.solution import EARLY, measures, of_layout, refined, spread
 from reduced1d.network.steady import steady
 from scenes import physics
-from scenes.errors import NumericsError, SceneError
-from scenes.model import DERIVED, AnyScene, Probe, Scene, Schedule, Value
-from scenes.model import UNITS as OF_PROBES
+from scenes.errors import SceneError
+from scenes.model import DERIVED, AnyScene, Probe, Schedule
 from statespace.channels import OWN, UNITS, Channel, channels, scenarios
-from statespace.facts import EQUATIONS
-from statespace.runtime import CompactModel
+from statespace.document import Matrices, Port, in_kelvin, scene_document
+from statespace.reduction import Reference, reduce
 
-COUNTS = (2, 4, 6, 8, 12, 16, 24, 32, 48)
-"""Numbers of states that are tried, in turn."""
+MOST_STATES = 48
 RATES, APART, INSTANTS = 12, 1e-7, 40
 """Number of rates (1/s) at which responses are taken; patterns and fields with a relative singular value below the
 second are dropped; number of times at which the model is compared."""
@@ -42,9 +40,7 @@ by the feedback's share."""
 def compact(
     scene: AnyScene, states: int | None, accuracy: float, say: Callable[[str], None] = lambda _: None
 ) -> dict[str, Any]:
-    """The document of a scene's network (`statespace.runtime`), of some states or as many as an accuracy takes.
-
-    Raises SceneError for a scene that has none, NumericsError where the accuracy isn't reached."""
+    """Make the document of a network's compact model; arguments, result and errors as of `fem3d.compact.find`."""
     physics.refuse_terminals(scene, "a network's compact model")
     untyped: Any = scene
     shape = layout(replace(untyped, probes=tuple(p for p in untyped.probes if p.quantity not in DERIVED)))
@@ -55,76 +51,36 @@ def compact(
         raise SceneError("a network is exported with its heat, and nothing thermal is asked for: add a temperature")
     end = scene.end_time
     model = refined(shape, 0)[1] if scene.steady else refined(shape, 0, 0.1 * EARLY * end)[1]
-    made = _Projection(model)
-    truths = {}
-    for name, other in scenarios(scene, channels(scene)).items():
+    references, inputs = dict[str, list[Reference]](), channels(scene)
+    for name, other in scenarios(scene, inputs).items():
         say(f"compact model: {name}")
         of_boxes: Any = other
-        truths[name] = _truth(replace(shape, scene=of_boxes))
-    worst, document = np.inf, dict[str, Any]()
-    counts = [c for c in COUNTS if c < made.most] + [min(made.most, COUNTS[-1])]
-    for count in counts if states is None else [min(states, made.most)]:
-        document = made.document(count)
-        errors = _errors(document, scene, truths, model)
-        worst = max(e["relative"] for run in errors.values() for kind in run.values() for e in kind.values())
-        text = [
-            "Estimated: the distance from the network of lines itself for each of these inputs, with its own error."
-        ]
-        document |= {"error": errors, "estimated": {"runs": len(truths), "text": text}}
-        if worst <= accuracy:
-            break
-    if states is None and worst > accuracy:
-        raise NumericsError(
-            f"no model of few states is known to be within {accuracy:g} of the network, only within {worst:.3g}: give "
-            "a larger --model-accuracy"
-        )
-    return document
+        sizes = references[OWN][0].scales if references else {}
+        references[name] = [_reference(replace(shape, scene=of_boxes), inputs, model, sizes)]
+    made = _Projection(model)
+    document = reduce(made.document, min(made.most, MOST_STATES), references, accuracy, states, "the network")
+    text = ["Estimated: the distance from the network of lines itself for each of these inputs, with its own error."]
+    return document | {"estimated": {"runs": len(references), "text": text}}
 
 
-def _truth(shape: Any) -> Any:
-    """The network's own result: steady, and over time at some instants."""
+def _reference(shape: Layout, inputs: tuple[Channel, ...], model: Model, own: Mapping[str, float]) -> Reference:
+    """Solve the network of a scenario; scales are at least a hundredth of the ``own`` ones of the scene itself."""
     scene = shape.scene
+    values = {c.name: c.value for c in channels(scene)}
+    tables: dict[str, Any] = {c.name: values.get(c.name, 0.0) for c in inputs}
+    tables = {n: (v.times, v.values) if isinstance(v, Schedule) else v for n, v in tables.items()}
+    start = {p.name: scene.initial_temperature for p in scene.probes if p.quantity == "temperature"}
     if scene.steady:
-        return of_layout(shape)
-    return of_layout(shape, np.geomspace(10 * EARLY, 1, INSTANTS) * scene.end_time, steady_too=False)
-
-
-def _errors(document: dict[str, Any], scene: Scene, truths: dict[str, Any], fine: Model) -> dict[str, Any]:
-    """By run and probe, how far the few states are from the network, with its own error."""
-    model, errors = CompactModel(document), dict[str, Any]()
-    tables = {name: run for name, run in _inputs(scene).items()}
-    start, first = scene.initial_temperature, dict[str, float]()
-    kelvin = {p.name for p in scene.probes if p.quantity == "temperature"}
-
-    def rise(values: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-        return {n: np.atleast_1d(v) - (start if n in kelvin else 0.0) for n, v in values.items()}
-
-    for name, truth in truths.items():
-        if truth.traces is None:
-            exact = rise({n: np.array(e.value) for n, e in truth.steady.items()})
-            truth_errors = {n: e.error for n, e in truth.steady.items()}
-            values, kind = rise({n: np.array(v) for n, v in model.steady(tables[name]).items()}), "steady"
-        else:
-            exact, truth_errors, kind = rise(truth.traces.values), truth.traces.errors, "over time"
-            values = rise(model.simulate(truth.traces.time, tables[name]))
-        sizes = {n: max(size, 0.01 * first.get(n, 0.0)) for n, size in measures(fine, exact).items()}
-        first = first or sizes
-        off = {n: float(np.abs(values[n] - exact[n]).max()) + truth_errors[n] for n in exact}
-        errors[name] = {kind: {n: {"error": e, "relative": e / sizes[n]} for n, e in off.items()}}
-    return errors
-
-
-def _inputs(scene: Scene) -> dict[str, dict[str, Any]]:
-    """The inputs of each run, by its name."""
-    inputs = channels(scene)
-
-    def plain(value: Value) -> Any:
-        return (value.times, value.values) if isinstance(value, Schedule) else value
-
-    runs: dict[str, dict[str, Any]] = {OWN: {c.name: plain(c.value) for c in inputs}}
-    for c in inputs:
-        runs[f"step of {c.name}"] = {d.name: d.rest + (d.step if d is c else 0.0) for d in inputs}
-    return runs
+        estimates = of_layout(shape).steady
+        times, exact = None, {n: np.array(e.value) for n, e in estimates.items()}
+        errors = {n: e.error for n, e in estimates.items()}
+    else:
+        times = np.geomspace(10 * EARLY, 1, INSTANTS) * scene.end_time
+        traces = of_layout(shape, times, steady_too=False).over_time
+        exact, errors = traces.values, traces.errors
+    rises = {n: np.atleast_1d(v) - start.get(n, 0.0) for n, v in exact.items()}
+    scales = {n: max(size, 0.01 * own.get(n, 0.0)) for n, size in measures(model, rises).items()}
+    return Reference(tables, times, exact, errors, scales)
 
 
 class _Projection:
@@ -135,7 +91,6 @@ class _Projection:
         self.model, self.heat, self.scene = model, model.heat, model.layout.scene
         self.channels = channels(self.scene)
         self.columns = [self._column(c) for c in self.channels]
-        self.kelvin = np.array([UNITS[c.kind] == "K" for c in self.channels])
         free = self.heat.free
         self.K = (free.T @ model.stiffness @ free).tocsc()
         self.C = (free.T @ model.capacity @ free).tocsc()
@@ -232,24 +187,27 @@ class _Projection:
             Q[p] = (self.heat.free @ V).T @ (halves.T @ by_z)
         for i in range(m):
             S[i, 1 : 1 + inputs] = self._supplied(i)
-        outputs, rows = dict[str, int](), list[tuple[np.ndarray, np.ndarray]]()
+        outputs: dict[str, tuple[list[int], str]] = {}
+        rows, ports = list[tuple[np.ndarray, np.ndarray]](), list[Port]()
         for probe in self.scene.probes:
-            outputs[probe.name] = len(rows)
+            outputs[probe.name] = [len(rows)], "mean"
             rows.append(self._row(probe))
-        ports = list[dict[str, Any]]()
         for k, channel in enumerate(self.channels):
             row, unit, size = self._port(k, channel)
-            ports.append({"row": len(rows), "unit": unit, "size": size})
+            ports.append(Port(len(rows), unit, size))
             rows.append(row)
         Y, U = np.array([y for y, _ in rows]), np.array([u for _, u in rows]).reshape(len(rows), m, z)
         U = np.moveaxis(U, 0, 1)
-        # Inputs are in kelvin, the network's in rises.
-        for matrix in (A, S, F, Q, Y, U):
-            matrix[..., 0] -= matrix[..., 1 : 1 + inputs] @ (self.kelvin * self.scene.initial_temperature)
-        warm_rows = [outputs[p.name] for p in self.scene.probes if p.quantity == "temperature"]
-        Y[[*warm_rows, *(port["row"] for port in ports if port["unit"] == "K")], 0] += self.scene.initial_temperature
         P, W = np.zeros((len(self.pairs), len(rows), z)), np.zeros((len(rows), inputs))
-        return self._described(count, {"A": A, "S": S, "F": F, "Q": Q, "Y": Y, "W": W, "U": U, "P": P}, outputs, ports)
+        matrices = {"A": A, "S": S, "F": F, "Q": Q, "Y": Y, "W": W, "U": U, "P": P}
+        start, scene = self.scene.initial_temperature, self.scene
+        in_kelvin(matrices, [1 + k for k, c in enumerate(self.channels) if UNITS[c.kind] == "K"], start)
+        warm_rows = [outputs[p.name][0][0] for p in scene.probes if p.quantity == "temperature"]
+        Y[[*warm_rows, *(port.row for port in ports if port.unit == "K")], 0] += start
+        made = Matrices(matrices, outputs, ports)
+        return scene_document(
+            scene, f"{scene.name}, the network of its boxes", self.channels, made, 10 * EARLY * scene.end_time
+        )
 
     def _supplied(self, i: int) -> np.ndarray:
         """(inputs,): what a pattern draws from each electrode (A)."""
@@ -311,27 +269,3 @@ class _Projection:
             if condition.boundary == self.columns[k]:
                 row += flows._condition(c, *EVERYWHERE)[0]
         return (y + self._of_flows(flows, row), u), "W", 1.0
-
-    def _described(
-        self, count: int, matrices: dict[str, np.ndarray], outputs: dict[str, int], ports: list[dict[str, Any]]
-    ) -> dict[str, Any]:
-        scene = self.scene
-        units = {p.name: OF_PROBES[p.quantity] for p in scene.probes}
-        hottest = [m.valid_to for m in physics.materials(scene) if m.valid_to is not None]
-        when = (None, None) if scene.steady else (10 * EARLY * scene.end_time, scene.end_time)
-
-        def plain(value: Value) -> Any:
-            return {"times": [*value.times], "values": [*value.values]} if isinstance(value, Schedule) else value
-
-        return {
-            "schema": 1, "equations": EQUATIONS, "scene": f"{scene.name}, the network of its boxes",
-            "steady_only": scene.steady, "initial_temperature_K": scene.initial_temperature, "states": count,
-            "inputs": [
-                {"name": c.name, "unit": UNITS[c.kind], "kind": c.kind, "of": c.item, "rest": c.rest, "step": c.step,
-                 "range": [*c.range], "value": plain(c.value), "port": port}
-                for c, port in zip(self.channels, ports, strict=True)
-            ],
-            "outputs": [{"name": n, "unit": units[n], "rows": [at], "reduce": "mean"} for n, at in outputs.items()],
-            "range": {"from_s": when[0], "to_s": when[1], "highest_temperature_K": min(hottest, default=None)},
-            "matrices": {n: {"shape": [*m.shape], "values": m.ravel().tolist()} for n, m in matrices.items()},
-        }  # fmt: skip

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from statespace import export, fmu, names
+from statespace import export, fmu
+from statespace.document import fmu_names, names, spice_names
 from statespace.runtime import CompactModel
 from tests.statespace.test_runtime import document
 
@@ -29,15 +30,15 @@ def alike() -> dict[str, Any]:
 
 def test_each_is_told_apart_by_the_rule_of_its_format() -> None:
     made = alike()
-    pins, reads = names.spice(made)
+    pins, reads = spice_names(made)
     assert pins == ["Drive_voltage", "drive_voltage_2"]
     assert reads == ["out_x_y", "out_x_y_2", "out_X_Y_3", "out_drive_voltage", "out_1", "out__", "out___2"]
     assert len({node.lower() for node in (*pins, *reads)}) == 9
-    inputs, outputs = names.fmu(made)
+    inputs, outputs = fmu_names(made)
     assert inputs == ["Drive_voltage", "drive_voltage"]
     assert outputs == ["x_y", "x_y_2", "X_Y", "drive_voltage_2", "_1", "_", "__2"]
     made["inputs"][0]["name"], made["inputs"][1]["name"] = "B1", "gnd"
-    assert names.spice(made)[0] == ["B1_2", "gnd_2"]
+    assert spice_names(made)[0] == ["B1_2", "gnd_2"]
 
 
 @pytest.mark.needs("ngspice")
@@ -45,7 +46,7 @@ def test_in_ngspice(tmp_path: Path) -> None:
     made = alike()
     expected = CompactModel(made).steady({"Drive.voltage": 1.2, "drive.voltage": 2.6})
     export.write(made, tmp_path)
-    nodes = {entry["name"]: entry["spice"] for entry in names.listed(made)}
+    nodes = {entry["name"]: entry["spice"] for entry in names(made)}
     circuit = [
         "* all of them", ".include model.cir", f"X1 {' '.join(nodes.values())} compact_model",
         f"V1 {nodes['Drive.voltage']} 0 1.2", f"V2 {nodes['drive.voltage']} 0 0.6", ".control", "op",
@@ -70,7 +71,7 @@ def test_in_fmpy(tmp_path: Path) -> None:
     made = alike()
     expected = CompactModel(made).steady({"Drive.voltage": 1.2, "drive.voltage": 2.6})
     export.write(made, tmp_path)
-    variables = {entry["name"]: entry["fmu"] for entry in names.listed(made)}
+    variables = {entry["name"]: entry["fmu"] for entry in names(made)}
     fmpy.read_model_description(str(tmp_path / "model.fmu"), validate=True)
     driven = [("time", float), *((variables[name], float) for name in ("Drive.voltage", "drive.voltage"))]
     given = np.array([(0.0, 1.2, 2.6)], dtype=driven)

@@ -15,7 +15,7 @@ from compare.verdict import Check
 from scenes.errors import columns
 from scenes.formats import cut
 from scenes.plan import Step
-from statespace import names
+from statespace.document import names
 from validate.report import of
 from validate.run.outcome import Outcome
 
@@ -172,7 +172,7 @@ def kept_text(outcome: Outcome[Any], style: Style, planned: tuple[Step, ...] | N
     parts = [plan_text(changed, style, "As it turned out")] * bool(changed)
     if outcome.exported is not None:
         exported = outcome.exported
-        rows = [tuple(entry.values()) for entry in names.listed(exported.document)]
+        rows = [tuple(entry.values()) for entry in names(exported.document)]
         said = wrapped(f"Exported {exported.words} to {_shown(exported.folder)}/")
         parts.append(f"{said}\n{Table(('name', 'SPICE node', 'FMU variable'), rows).text(style)}")
     return "\n\n".join([*parts, _where(outcome)])

@@ -45,7 +45,7 @@ def answer(
 def _exported(document: Mapping[str, Any], export: Export) -> Exported:
     """A compact model and its own words."""
     from statespace import fmu
-    from statespace.facts import validity
+    from statespace.document import validity
 
     without = "" if fmu.available() else f"; {fmu.MISSING}"
     what = "a compact model and its controllers" if "controllers" in document else "a compact model"

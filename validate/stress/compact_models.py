@@ -46,8 +46,7 @@ def rows(quick: bool, first: int = 0) -> Iterator[Row]:
 def off(seed: int) -> float:
     """The largest distance of the model of a seed's scene from a finer run, over the errors that both state. Raises
     SceneError and NumericsError where there is no model."""
-    from fem3d.compact.find import compact
-    from fem3d.compact.judge import instants
+    from fem3d.compact.find import compact, instants
     from fem3d.runs.scene import solve
     from statespace.runtime import CompactModel
     from validate.stress.random_scenes import draw

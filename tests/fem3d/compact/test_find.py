@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fem3d.compact.find import check, compact
-from fem3d.compact.judge import needed
+from fem3d.compact.find import check, compact, needed
 from fem3d.runs import scene as scene_run
 from scenes.errors import SceneError
 from scenes.loading import load_free as load
@@ -129,7 +128,6 @@ def test_the_scene_itself(document: dict[str, Any]) -> None:
     assert document["states"] <= 12 * len(document["inputs"])
     each = [e for run in document["error"].values() for kind in run.values() for e in kind.values()]
     assert max(e["relative"] for e in each) <= ACCURACY
-    assert document["estimated"]["residual"] < ACCURACY
 
 
 def in_python(document: dict[str, Any], folder: Path, times: np.ndarray) -> tuple[Traces, Traces]:

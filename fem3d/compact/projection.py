@@ -8,7 +8,7 @@ temperature is on the move.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from fem3d.solution.reduced import Reduced
 from fem3d.solution.transient import Base
 from meshes.symmetry import Symmetry
 from statespace.channels import Channel
+from statespace.document import Matrices, Port
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,25 +39,18 @@ class Structure:
         return self.base.heat
 
 
-class Port(NamedTuple):
-    """What goes with an input: the ``row`` and ``unit`` of the current or heat that enters there or, where heat is what
-    is given, of the mean temperature that it meets; and how many watts (else 1) one of the input's units is."""
-
-    row: int
-    unit: str
-    size: float = 1.0
-
-
 @dataclass(frozen=True, eq=False)
-class Tensors:
-    """The matrices of the runtime's docstring by name, for each output its rows and how they are taken together, and
-    the port of each input; ``basis`` (free nodes, n) are the states' fields, of which ``offset`` (inputs + 1, n) z is
-    taken off.
+class Projection(Matrices):
+    """The matrices of a model on its fields.
+
+    Attributes
+    ----------
+    basis : (free nodes, n) array
+        Fields of the states.
+    offset : (inputs + 1, n) array
+        States that belong to given temperatures: the fields are those of b - z offset.
     """
 
-    matrices: dict[str, np.ndarray]
-    outputs: dict[str, tuple[list[int], str]]
-    ports: list[Port]
     basis: np.ndarray
     offset: np.ndarray
 
@@ -67,8 +61,8 @@ class Tensors:
         return rise
 
 
-def tensors(structure: Structure, reduced: Reduced) -> Tensors:
-    """The matrices of a reduced problem, in its modes, each in units of what it adds to the outputs at most."""
+def project(structure: Structure, reduced: Reduced) -> Projection:
+    """Write a reduced problem as matrices, in its modes, each in units of its largest effect on the outputs."""
     return _Maker(structure, reduced).made()
 
 
@@ -100,7 +94,7 @@ class _Maker:
             return states_row @ self.F, lifted
         return np.concatenate([lifted, states_row]), np.zeros_like(lifted)
 
-    def made(self) -> Tensors:
+    def made(self) -> Projection:
         heat, modal = self.heat, self.modal
         outputs = {}
         for probe in heat.domain.scene.probes:
@@ -122,9 +116,9 @@ class _Maker:
         S = np.concatenate([modal.supply.T, np.zeros((self.m, self.n))], axis=1)
         matrices = {"A": A, "S": S, "F": self.F, "Q": self.Q, "Y": Y, "W": W[:, 1:],
                     "U": np.moveaxis(U, 0, 1), "P": np.moveaxis(P, 0, 1)}  # fmt: skip
-        return self._scaled(Tensors(matrices, outputs, ports, modal.basis, self.inertia))
+        return self._scaled(Projection(matrices, outputs, ports, modal.basis, self.inertia))
 
-    def _scaled(self, unscaled: Tensors) -> Tensors:
+    def _scaled(self, unscaled: Projection) -> Projection:
         """With states in units of what each adds to the temperatures that are read, or to all of the part."""
         states = slice(self.count, None)
         thermal = [r for p in self.heat.domain.scene.probes if p.quantity == "temperature"
@@ -137,7 +131,7 @@ class _Maker:
             m[name][..., states] /= unit
         m["F"] *= unit[:, None]
         m["Q"] *= unit[:, None]
-        return Tensors(m, unscaled.outputs, unscaled.ports, unscaled.basis / unit, unscaled.offset * unit)
+        return Projection(m, unscaled.outputs, unscaled.ports, unscaled.basis / unit, unscaled.offset * unit)
 
     def _probe(self, probe: Any) -> list[tuple[np.ndarray, ...]]:
         """What each row of a probe has in Y, W, U and P."""

@@ -1,0 +1,172 @@
+"""The document of a compact model (model.json): its matrices, inputs, outputs and errors, and the text about it.
+
+Names of inputs and outputs are unique in each format, also where a format allows letters and digits alone.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from scenes import physics
+from scenes.model import UNITS as OF_PROBES
+from scenes.model import AnyScene, Schedule, Value
+from scenes.units import TIME
+from statespace.channels import UNITS, Channel
+
+EQUATIONS = [
+    "z = (1, inputs g, states b), b = 0 at t = 0; (A z) c = S z for the current fields c",
+    "db/dt = F z + sum over pairs i <= j of c_i c_j Q_ij z (twice for i < j); 0 where steady_only",
+    "rows = Y z + W dg/dt + sum_i c_i U_i z + sum over pairs of c_i c_j P_ij z; an output is the max, min or mean",
+]
+"""The equations of `statespace.runtime`, in words for a document."""
+
+
+class Port(NamedTuple):
+    """The quantity that goes with an input.
+
+    Attributes
+    ----------
+    row : int
+        Row of the current or heat that enters or, where heat is given, of the mean temperature that it meets.
+    unit : str
+        Unit of the row.
+    size : float
+        Watts of one unit of the input, 1 where the input is no heat.
+    """
+
+    row: int
+    unit: str
+    size: float = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Matrices:
+    """The matrices of `statespace.runtime` by name, the rows of each output with their reduction, a port per input."""
+
+    matrices: dict[str, np.ndarray]
+    outputs: dict[str, tuple[list[int], str]]
+    ports: list[Port]
+
+
+def scene_document(
+    scene: AnyScene, name: str, inputs: Sequence[Channel], made: Matrices, first_time: float
+) -> dict[str, Any]:
+    """Write the document of a scene's model, without errors; ``first_time`` (s) is that from which errors hold."""
+    units = {p.name: OF_PROBES[p.quantity] for p in scene.probes}
+    hottest = [m.valid_to for m in physics.materials(scene) if m.valid_to is not None]
+    return {
+        "schema": 1, "equations": EQUATIONS, "scene": name, "steady_only": scene.steady,
+        "initial_temperature_K": scene.initial_temperature, "states": len(made.matrices["F"]),
+        "inputs": [
+            {"name": c.name, "unit": UNITS[c.kind], "kind": c.kind, "of": c.item, "rest": c.rest, "step": c.step,
+             "range": [*c.range], "value": _plain(c.value), "port": port._asdict()}
+            for c, port in zip(inputs, made.ports, strict=True)
+        ],
+        "outputs": [
+            {"name": n, "unit": units[n], "rows": rows, "reduce": how} for n, (rows, how) in made.outputs.items()
+        ],
+        "range": {
+            "from_s": None if scene.steady else first_time, "to_s": None if scene.steady else scene.end_time,
+            "highest_temperature_K": min(hottest, default=None),
+        },
+        "matrices": written(made.matrices),
+    }  # fmt: skip
+
+
+def _plain(value: Value) -> Any:
+    return {"times": [*value.times], "values": [*value.values]} if isinstance(value, Schedule) else value
+
+
+def written(matrices: Mapping[str, np.ndarray]) -> dict[str, Any]:
+    """Write matrices with their shapes, as plain lists."""
+    return {name: {"shape": [*m.shape], "values": m.ravel().tolist()} for name, m in matrices.items()}
+
+
+def in_kelvin(matrices: Mapping[str, np.ndarray], columns: Sequence[int], room: float) -> None:
+    """Turn inputs that are rises, in some columns of z, into temperatures."""
+    for name in ("A", "S", "F", "Q", "Y", "U", "P"):
+        matrices[name][..., 0] -= room * matrices[name][..., columns].sum(axis=-1)
+
+
+def facts(document: Mapping[str, Any]) -> list[str]:
+    """Lines for the head of a file."""
+    span = document["range"]
+    when = "steady state" if document["steady_only"] else f"from rest to {TIME.show(span['to_s'])}"
+    lines = [f'Compact model of "{document["scene"]}": {document["states"]} states, {when}.', "Inputs:"]
+    for entry in document["inputs"]:
+        low, high = entry["range"]
+        lines.append(f"  {entry['name']} ({entry['unit']}), tried from {low:g} to {high:g}, at rest {entry['rest']:g}")
+    lines.append("Outputs:")
+    lines += [f"  {entry['name']} ({entry['unit']})" for entry in document["outputs"]]
+    hottest = span["highest_temperature_K"]
+    if hottest is not None:
+        lines.append(f"Materials: valid up to {hottest:g} K.")
+    lines += errors(document)
+    return lines
+
+
+def errors(document: Mapping[str, Any]) -> list[str]:
+    """The largest relative error of each run that the model was held against, and how it was found."""
+    lines = []
+    for run, kinds in document["error"].items():
+        sentences = []
+        for kind, each in kinds.items():
+            worst = max(each, key=lambda name: each[name]["relative"])
+            since = f" from {TIME.show(document['range']['from_s'])} on" if kind == "over time" else ""
+            sentences.append(f"{kind}{since} {each[worst]['relative']:.1e} ({worst})")
+        lines.append(f"  {run}: {', '.join(sentences)}")
+    return ["Largest error, relative to the largest rise, flow or current:", *lines, *document["estimated"]["text"]]
+
+
+def validity(document: Mapping[str, Any]) -> str:
+    """The worst of them in half a sentence."""
+    each = [e["relative"] for run in document["error"].values() for kind in run.values() for e in kind.values()]
+    return f"{document['states']} states, within {max(each):.1e} of the full model and its error"
+
+
+_OF_THE_NETLIST = re.compile(r"(b|c|copy|rate|in)\d+|0|gnd")
+"""Nodes that the netlist itself uses, and SPICE's names of ground."""
+
+
+def spice_names(document: Mapping[str, Any]) -> tuple[list[str], list[str]]:
+    """The nodes of the inputs and of the outputs; upper and lower case are one to SPICE."""
+    inputs = [entry["name"] for entry in document["inputs"]]
+    outputs = [f"out_{entry['name']}" for entry in document["outputs"]]
+    nodes = _told_apart([*inputs, *outputs], ignore_case=True)
+    return nodes[: len(inputs)], nodes[len(inputs) :]
+
+
+def fmu_names(document: Mapping[str, Any]) -> tuple[list[str], list[str]]:
+    """The variables of the inputs and of the outputs, identifiers as the structured names of FMI 2.0 take them."""
+    inputs, outputs = ([entry["name"] for entry in document[kind]] for kind in ("inputs", "outputs"))
+    variables = _told_apart([re.sub(r"^(?=\d)", "_", name) for name in (*inputs, *outputs)], ignore_case=False)
+    return variables[: len(inputs)], variables[len(inputs) :]
+
+
+def names(document: Mapping[str, Any]) -> list[dict[str, str]]:
+    """What each input and each output is called: its ``name``, as in Python, in ``spice`` and in ``fmu``."""
+    names = []
+    for kind, nodes, variables in zip(("inputs", "outputs"), spice_names(document), fmu_names(document), strict=True):
+        for entry, node, variable in zip(document[kind], nodes, variables, strict=True):
+            names.append({"name": entry["name"], "spice": node, "fmu": variable})
+    return names
+
+
+def _told_apart(names: Sequence[str], ignore_case: bool) -> list[str]:
+    """The names in letters, digits and underscores of ASCII; one that another has already gets a number."""
+    renamed: dict[str, str] = {}
+    for name in names:
+        plain = re.sub(r"[^A-Za-z0-9_]+", "_", name)
+        said, number = plain, 1
+        while (key := said.lower() if ignore_case else said) in renamed or (
+            ignore_case and _OF_THE_NETLIST.fullmatch(key)
+        ):
+            number += 1
+            said = f"{plain}_{number}"
+        renamed[key] = said
+    return list(renamed.values())
