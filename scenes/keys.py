@@ -26,6 +26,7 @@ VALID_TO = Quantity(d.TEMPERATURE, 1.0, 1e4, word="unknown")
 DURATION = Quantity(d.TIME, 1e-9, 1e6)
 ACCURACY = Quantity(d.NUMBER, 1e-6, 0.1)
 CONDUCTOR = Following(Quantity(d.RESISTIVITY, 1e-9, 1e6))
+CONDUCTIVITY = Following(Quantity(d.ELECTRICAL_CONDUCTIVITY, 1e-6, 1e9))
 # A resistivity that is given for the oxide (the paper's Table 1 has 10e12 ohm m) is accepted and then left out: no
 # current is modelled there, which is right only for an insulator.
 INSULATOR = Insulator(Quantity(
@@ -53,6 +54,7 @@ def _material(name: str, resistivity: Kind) -> tuple[Key, ...]:
             resistivity=resistivity, temperature_coefficient=Quantity(d.TEMPERATURE_COEFFICIENT, -1.0, 1.0),
             reference_temperature=TEMPERATURE,
         ),
+        *(_section(path, owner, electrical_conductivity=CONDUCTIVITY) if resistivity is CONDUCTOR else ()),
         *_section(path, owner, False, valid_to=VALID_TO),
     )  # fmt: skip
 

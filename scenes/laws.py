@@ -70,7 +70,33 @@ class Table:
         return whole[n] + (temperature - first) * (self(temperature) + self(first)) / 2
 
 
+class Inverse(Table):
+    """One over a table: a resistivity whose inverse, the electrical conductivity, is given."""
+
+    def __call__(self, temperature: Any) -> Any:
+        """The resistivity at a temperature (K), a number or an array."""
+        return 1 / super().__call__(temperature)
+
+    def slope(self, temperature: Any) -> Any:
+        """Its derivative (per K)."""
+        return -super().slope(temperature) / super().__call__(temperature) ** 2
+
+    def integral(self, temperature: Any) -> Any:
+        """No model needs the integral of a resistivity."""
+        raise NotImplementedError
+
+
 Law = PowerLaw | Table
+
+
+def inverse(given: Property) -> Property:
+    """Return one over a property: of an electrical conductivity the resistivity."""
+    if isinstance(given, tuple):
+        return tuple(map(inverse, given))
+    if isinstance(given, PowerLaw):
+        return PowerLaw(1 / given.value, given.at, -given.exponent)
+    return Inverse(given.temperatures, given.values) if isinstance(given, Table) else 1 / given
+
 
 SAME = 1e-9
 """Relative: values of two tables whose quotients differ by less are proportional."""
@@ -102,8 +128,9 @@ def ratio(law: Property, other: Property) -> float | None:
     """How many times as large as a law, or a number, another one is at every temperature; None where that varies."""
     if isinstance(law, PowerLaw) and isinstance(other, PowerLaw):
         return float(other(law.at) / law.value) if law.exponent == other.exponent else None
-    if isinstance(law, Table) and isinstance(other, Table):
-        quotients = [b / a for a, b in zip(law.values, other.values, strict=False)]
+    if isinstance(law, Table) and type(law) is type(other):
+        pairs = zip(law.values, other.values, strict=False)
+        quotients = [a / b if isinstance(law, Inverse) else b / a for a, b in pairs]
         alike = law.temperatures == other.temperatures and max(quotients) <= (1 + SAME) * min(quotients)
         return quotients[0] if alike else None
     return other / law if not isinstance(law, Law) and not isinstance(other, Law) else None
@@ -174,6 +201,9 @@ def towards(law: Any, other: Any, temperature: Any) -> Any:
         logarithm = np.log(temperature / law.at)
         share = (other.value - law.value) / law.value + (other.exponent - law.exponent) * logarithm
         return law(temperature) * (share - law.exponent * (other.at - law.at) / law.at)
+    if isinstance(law, Inverse):
+        given, target = (Table(each.temperatures, each.values) for each in (law, other))
+        return -towards(given, target, temperature) * law(temperature) ** 2
     if isinstance(law, Table):
         values, places = (np.subtract(getattr(other, n), getattr(law, n)) for n in ("values", "temperatures"))
         change = np.interp(temperature, law.temperatures, values)

@@ -22,7 +22,7 @@ from scenes.kinds import Choice
 from scenes.model import AnyScene
 from scenes.moved import transferred
 from scenes.parameters import SECTION, Parameters
-from scenes.schema import nest, override
+from scenes.schema import CONDUCTIVITY, nest, override, twin
 from scenes.sink import Sink
 from scenes.validity import check as check
 
@@ -264,7 +264,7 @@ def file_name(path: Path) -> str:
 def _physical(values: Mapping[str, Any], scene_type: SceneType[Any]) -> dict[str, Any]:
     """What says what is solved, with a default standing for what is left out."""
     written = scene_type.schema.write(scene_type.schema.apply(values, scene_type.default))
-    return {path: written[path] for path, key in scene_type.schema.paths.items() if key.physical}
+    return {path: value for path, value in written.items() if scene_type.schema.paths[path].physical}
 
 
 def distinguishes(scene: object) -> str:
@@ -276,6 +276,8 @@ def distinguishes(scene: object) -> str:
     """
     kind = type_of(scene)
     words: list[str] = []
+    # Of a resistivity and the conductivity that it is the inverse of, the conductivity is shown.
+    shown = {path for path in kind.schema.write(scene) if path.endswith(CONDUCTIVITY)}
     for path, key in kind.schema.paths.items():
         value = attrgetter(key.attribute)(scene)
         section, _, name = path.rpartition(".")
@@ -286,7 +288,7 @@ def distinguishes(scene: object) -> str:
             words.insert(0, _safe(key.kind.show(value)))
         elif path == kind.leading:
             continue
-        elif value != attrgetter(key.attribute)(kind.default):
+        elif value != attrgetter(key.attribute)(kind.default) and twin(path) not in shown:
             owned = section.startswith("materials.") or section == "substrate"
             owner = section.removeprefix("materials.") + "_" if owned else ""
             label = "" if isinstance(key.kind, Choice) else f"{owner}{name}"

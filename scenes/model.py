@@ -53,7 +53,8 @@ class Material:
     eq 7); ``None`` is an electrical insulator. Above ``valid_to`` (K) the material softens, melts or decomposes;
     ``None`` where nobody says. Conductivity, specific heat and resistivity may follow the temperature by a law, and
     conductivity and resistivity differ along x, y and z (`scenes.laws`); a law of the resistivity takes the
-    coefficient's place, and its three along the axes are proportional.
+    coefficient's place, and its three along the axes are proportional. ``electrical_conductivity`` (S/m) is what a file
+    gives in place of the resistivity, which is its inverse; ``None`` otherwise.
     """
 
     name: str
@@ -64,6 +65,13 @@ class Material:
     temperature_coefficient: float = 0.0
     reference_temperature: float = 293.0
     valid_to: float | None = None
+    electrical_conductivity: Property | None = field(default=None, compare=False)
+
+    def __post_init__(self) -> None:
+        """Drop a conductivity that the resistivity no longer follows from."""
+        given = self.electrical_conductivity
+        if given is not None and laws.inverse(given) != self.resistivity:
+            object.__setattr__(self, "electrical_conductivity", None)
 
     @property
     def heat_capacity(self) -> float:

@@ -17,6 +17,7 @@ from math import inf
 from operator import attrgetter
 from typing import Any, TypeVar
 
+from scenes import laws
 from scenes.errors import SceneError, did_you_mean, nearest, printable, quoted
 from scenes.files import parsed
 from scenes.kinds import Instants, Kind, Numbers, Quantity
@@ -26,13 +27,23 @@ from scenes.units import TIME
 T = TypeVar("T")
 _HOW_LONG = ("run.end_time", "run.output_times")  # Keys that say how long a run is; a steady state has none of them.
 _MEANT = {
-    "electrical_conductivity": "resistivity, its inverse", "sigma": "resistivity, the inverse of sigma",
-    "conductivity": "thermal_conductivity, or resistivity of an electrical one", "heat_capacity": "specific_heat",
+    "sigma": "electrical_conductivity",
+    "conductivity": "thermal_conductivity or electrical_conductivity", "heat_capacity": "specific_heat",
     "capacity": "specific_heat", "cp": "specific_heat", "tcr": "temperature_coefficient",
     "rho": "density, or resistivity",
     "k": "thermal_conductivity", "power": "heat_source, per volume", "h": "convection",
 }  # fmt: skip
 """Common names of keys that are not spelled like ours."""
+
+
+RESISTIVITY, CONDUCTIVITY = "resistivity", "electrical_conductivity"
+
+
+def twin(path: str) -> str:
+    """Return the key of the inverse of a key's property, of resistivity and electrical_conductivity; or ""."""
+    owner, dot, name = path.rpartition(".")
+    other = {RESISTIVITY: CONDUCTIVITY, CONDUCTIVITY: RESISTIVITY}.get(name, "")
+    return other and f"{owner}{dot}{other}"
 
 
 @dataclass(frozen=True)
@@ -113,6 +124,9 @@ class Schema:
                 for path, given in flat.items()
                 if path != SECTION
             }
+        for path in values:
+            if path.endswith(CONDUCTIVITY) and twin(path) in values:
+                raise SceneError(f"{path} and {twin(path)} say the same: give one of them")
         return values | {SECTION: Parameters.of(names, flat)} if names else values
 
     def _items(self, table: str, given: object) -> tuple[Item, ...]:
@@ -128,6 +142,8 @@ class Schema:
                         f"{', '.join(kinds)}{_hint(str(key), kinds)}"
                     )
             values = {key: kinds[key].read(f"{label}.{key}", value) for key, value in item.items()}
+            if {RESISTIVITY, CONDUCTIVITY} <= set(values):
+                raise SceneError(f"{label} has {RESISTIVITY} and {CONDUCTIVITY}, which say the same: give one of them")
             for key in self.required[table]:
                 if key not in values:
                     needs = " and ".join(self.required[table])
@@ -141,11 +157,15 @@ class Schema:
 
     def apply(self, values: Mapping[str, Any], default: T) -> T:
         """The default scene (a frozen dataclass) with the values put in its attributes."""
-        return _with(default, {p if p == SECTION else self.paths[p].attribute: value for p, value in values.items()})
+        inverses = {twin(p): laws.inverse(value) for p, value in values.items() if p.endswith(CONDUCTIVITY)}
+        every = {**values, **inverses}
+        return _with(default, {p if p == SECTION else self.paths[p].attribute: value for p, value in every.items()})
 
     def write(self, scene: object) -> dict[str, Any]:
         """Every key of a scene as a flat scene that reads back equal: SI numbers and plain JSON types."""
-        return {path: key.kind.write(attrgetter(key.attribute)(scene)) for path, key in self.paths.items()}
+        values = {path: attrgetter(key.attribute)(scene) for path, key in self.paths.items()}
+        left_out = [p if value is None else twin(p) for p, value in values.items() if p.endswith(CONDUCTIVITY)]
+        return {path: self.paths[path].kind.write(value) for path, value in values.items() if path not in left_out}
 
     def unknown(self, path: str, given: object) -> SceneError:
         """The error for a path that is neither a key nor a section, with the nearest one that is."""
@@ -239,6 +259,7 @@ def override(flat: Mapping[str, object], settings: Sequence[str], schema: Schema
         elif item:
             tolerances = result.get(path)
             value = {**(tolerances if isinstance(tolerances, Mapping) else {}), item: value}
+        result.pop(twin(path), None)
         result |= schema.flatten({path: value})
     return _of_one_length(result, given) if "run.steady" in schema.paths else result
 
@@ -339,6 +360,7 @@ def _put(item: dict[str, Any], path: list[str], value: object) -> None:
             item[table] = [value if axis == key else old for axis, old in zip("xyz", inner, strict=True)]
             return
         item[table] = item = dict(inner) if isinstance(inner, Mapping) else {}
+    item.pop(twin(key), None)
     item[key] = value
 
 

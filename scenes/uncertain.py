@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from scenes.errors import SceneError, did_you_mean, printable, quoted
 from scenes.keys import type_of
-from scenes.schema import locate
+from scenes.schema import locate, twin
 from scenes.units import UnitError, parse_quantity
 from scenes.varied import is_free, kind_of, numbers
 
@@ -54,7 +54,7 @@ def read(scene: object, given: Sequence[str], correlated: Sequence[str] = ()) ->
             for key, u in table.items():
                 # Of three along the axes each.
                 along = [f"{key}[{axis}]" for axis in "xyz"]
-                relative |= {path: u for path in (key, *along) if path in values}
+                relative |= {path: u for path in (key, *along, twin(key)) if path in values}
             continue
         key, equals, value = (part.strip() for part in text.partition("="))
         if not (key and equals and value):

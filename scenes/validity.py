@@ -34,11 +34,12 @@ def check(scene: T) -> T:
     island longer than a span, and a film whose resistivity would not be positive at room temperature; of a device also
     for what its controllers could not work with. A beam wider than its pads is fine.
     """
-    for key in type_of(scene).schema.keys:
-        value = attrgetter(key.attribute)(scene)
-        read = key.kind.read(key.path, key.kind.write(value))
+    schema = type_of(scene).schema
+    for path, written in schema.write(scene).items():
+        key, value = schema.paths[path], attrgetter(schema.paths[path].attribute)(scene)
+        read = key.kind.read(path, written)
         if read != value:
-            raise SceneError(f"{key.path} = {quoted(value)} must be given as {read!r} in Python")
+            raise SceneError(f"{path} = {quoted(value)} must be given as {read!r} in Python")
     _CHECKS[type_of(scene).name](scene)
     return scene
 

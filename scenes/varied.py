@@ -58,6 +58,8 @@ def numbers(scene: Any) -> dict[str, float]:
         if not given:
             continue
         owner = key.attribute.rpartition(".")[0]
+        if path.endswith(".resistivity") and getattr(attrgetter(owner)(scene), "electrical_conductivity", None):
+            continue
         of_line = path.endswith((".temperature_coefficient", ".reference_temperature"))
         if of_line and ((resistivity := attrgetter(owner)(scene).resistivity) is None or laws.varies(resistivity)):
             continue
@@ -205,12 +207,13 @@ def _materials(scene: AnyScene) -> Iterator[tuple[str, Number]]:
     for material in dict.fromkeys(physics.materials(scene)):
         keys = list(physics.needed(scene))
         if physics.electric(scene) and material.resistivity is not None:
-            keys.append("resistivity")
+            keys.append("resistivity" if material.electrical_conductivity is None else "electrical_conductivity")
             keys += [] if laws.varies(material.resistivity) else ["temperature_coefficient"]
             keys += ["reference_temperature"] if material.temperature_coefficient else []
         for key in keys:
             given = getattr(material, key)
-            for name, value, times in laws.in_proportion(given) if key == "resistivity" else laws.numbers(given):
+            of_current = key in ("resistivity", "electrical_conductivity")
+            for name, value, times in laws.in_proportion(given) if of_current else laws.numbers(given):
                 kind: Any = _POWER if name.endswith(EXPONENT) else number_of(LISTS["material"][key])
                 number = Number(float(value), kind, _with_material(scene, material, key, times))
                 yield f"material.{material.name}.{key}{name}", number
@@ -220,7 +223,10 @@ def _with_material(
     scene: AnyScene, material: Material, key: str, times: Callable[[float], laws.Property]
 ) -> Callable[[float], AnyScene]:
     def more(part: float) -> AnyScene:
-        changed = replace(material, **{key: times(1 + part)})
+        changes = {key: times(1 + part)}
+        if key == "electrical_conductivity":
+            changes["resistivity"] = laws.inverse(changes[key])
+        changed = replace(material, **changes)
         parts = [replace(p, material=changed) if p.material == material else p for p in getattr(scene, scene.parts)]
         return replace(scene, **{scene.parts: tuple(parts)})  # type: ignore[arg-type]
 

@@ -8,8 +8,8 @@ from dataclasses import replace
 from typing import Any, TypeVar
 
 from scenes import condition_kinds as ck
+from scenes import laws, physics
 from scenes import model as m
-from scenes import physics
 from scenes import units as d
 from scenes.errors import SceneError, did_you_mean, quoted
 from scenes.free.tables import CONDITIONS, RADIATION, RESISTANCES, TOTALS, UNUSED
@@ -146,6 +146,8 @@ def _run_keys(run: dict[str, Any]) -> dict[str, Any]:
 
 def _material(properties: dict[str, Any]) -> m.Material:
     """The material, with a stand-in for what is not given."""
+    if (given := properties.get("electrical_conductivity")) is not None:
+        properties = {**properties, "resistivity": laws.inverse(given)}
     material = m.Material(**{**dict.fromkeys(HEAT_KEYS, UNUSED), **properties})
     physics.refuse_both(f"material {quoted(material.name)}", material)
     physics.refuse_unlike(f"material {quoted(material.name)}", material)

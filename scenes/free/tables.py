@@ -52,6 +52,7 @@ CURRENT_CONTACT = k.Quantity(d.ELECTRICAL_CONTACT, 1e-18, 1e6, note=_PERFECT)
 CONTACT_RESISTANCE = ck.ContactResistance((HEAT_CONTACT, CURRENT_CONTACT))
 """The key beside a boundary's temperature or voltage."""
 RESISTIVITY = Following(k.Quantity(d.RESISTIVITY, 1e-12, 1e9, word="insulator"), axes=True)
+CONDUCTIVITY = Following(k.Quantity(d.ELECTRICAL_CONDUCTIVITY, 1e-9, 1e12), axes=True)
 HEAT_SOURCE = ck.Varying(k.Quantity(d.HEAT_SOURCE, 0.0, 1e20, signed=True))
 
 
@@ -79,6 +80,7 @@ LISTS: dict[str, dict[str, k.Kind]] = {
         "density": k.Quantity(d.DENSITY, 1e-6, 1e9),
         "specific_heat": Following(k.Quantity(d.SPECIFIC_HEAT, 1e-6, 1e9)),
         "resistivity": RESISTIVITY,
+        "electrical_conductivity": CONDUCTIVITY,
         "temperature_coefficient": k.Quantity(d.TEMPERATURE_COEFFICIENT, 0.0, 1.0, signed=True),
         "reference_temperature": k.KELVIN,
         "valid_to": VALID_TO,

@@ -9,7 +9,7 @@ from typing import Any
 
 from scenes import laws, physics
 from scenes import model as m
-from scenes.free.tables import CONDITIONS, HEAT_SOURCE, LISTS, RESISTANCES, RESISTIVITY, TOTALS, UNUSED
+from scenes.free.tables import CONDITIONS, CONDUCTIVITY, HEAT_SOURCE, LISTS, RESISTANCES, RESISTIVITY, TOTALS, UNUSED
 from scenes.physics import HEAT_KEYS
 
 
@@ -66,7 +66,10 @@ def _of_material(material: m.Material, needed: tuple[str, ...]) -> dict[str, Any
     table: dict[str, Any] = {"name": material.name}
     kinds = LISTS["material"]
     table |= {key: kinds[key].write(v) for key in HEAT_KEYS if (v := getattr(material, key)) != UNUSED or key in needed}
-    table["resistivity"] = RESISTIVITY.write(material.resistivity)
+    if material.electrical_conductivity is None:
+        table["resistivity"] = RESISTIVITY.write(material.resistivity)
+    else:
+        table["electrical_conductivity"] = CONDUCTIVITY.write(material.electrical_conductivity)
     if material.resistivity is not None and not laws.varies(material.resistivity):
         table |= {key: getattr(material, key) for key in ("temperature_coefficient", "reference_temperature")}
     return table if material.valid_to is None else table | {"valid_to": material.valid_to}

@@ -50,6 +50,16 @@ def table(temperatures: Any, values: Any) -> Law:
     return lambda T: (np.interp(T, temperatures, values), slopes[np.searchsorted(temperatures, T)])
 
 
+def inverse(law: Law) -> Law:
+    """One over a law."""
+
+    def inverted(T: Any) -> Any:
+        value, slope = law(T)
+        return 1 / value, -slope / value**2
+
+    return inverted
+
+
 def cooled(coefficient: float, ambient: float) -> Law:
     """The flux (W/m2) out of a face with a film."""
     return lambda T: (coefficient * (T - ambient), np.full_like(T, coefficient))

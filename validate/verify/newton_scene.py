@@ -9,7 +9,7 @@ from skfem import Basis, ElementHex1, ElementHexS2, FacetBasis, MeshHex
 
 from meshes.grid import Grid
 from scenes import laws
-from scenes.laws import PowerLaw, Property, Table
+from scenes.laws import Inverse, PowerLaw, Property, Table
 from scenes.model import Boundary, Contact, Material, Scene
 from validate.verify import newton, split
 from validate.verify.newton import Electrode, Law, On, Part, Problem, State
@@ -70,6 +70,8 @@ def law(given: Property, times: float = 1.0) -> Law:
     """A property as a function of the temperature, by its numbers alone, perhaps times a number."""
     if isinstance(given, PowerLaw):
         return newton.power(times * given.value, given.at, given.exponent)
+    if isinstance(given, Inverse):
+        return newton.inverse(newton.table(given.temperatures, np.array(given.values) / times))
     if isinstance(given, Table):
         return newton.table(given.temperatures, times * np.array(given.values))
     return newton.constant(times * float(given))
