@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -26,26 +28,49 @@ def check(scene: MeshScene, mesh: GroupedMesh) -> Placed:
     named(scene, mesh)
     placed = Placed(scene, mesh)
     materials(placed)
-    joints(placed)
+    with _blaming_separate_parts(mesh):
+        joints(placed)
     boundaries(placed)
     probes(placed)
-    parts(placed)
+    with _blaming_separate_parts(mesh):
+        parts(placed)
     return placed
 
 
+CONFORMING = "make the mesh conforming (in Gmsh: BooleanFragments, or Coherence)"
+
+
 def remarks(mesh: GroupedMesh) -> list[str]:
-    """What is no fault of the scene, but may not be meant."""
+    """Return warnings about a mesh that may not be meant as it is."""
+    count = _unjoined_corners(mesh)
+    return [
+        f"{count} corners of the mesh lie where another one is without being joined to it, so that neither heat nor "
+        f"current passes there; if the parts should touch, {CONFORMING}"
+    ] * (count > 0)
+
+
+def _unjoined_corners(mesh: GroupedMesh) -> int:
+    """Return how many corners lie where another one is."""
     points = mesh.mesh.doflocs[:, : mesh.mesh.nvertices].T
     size = float(np.ptp(points, axis=0).max())
     rounded = np.rint((points - points.min(axis=0)) / (1e-9 * size)).astype(np.int64)
-    twice = len(points) - len(np.unique(rounded, axis=0))
-    if not twice:
-        return []
-    return [
-        f"{twice} corners of the mesh lie where another one is without being joined to it, so that neither heat nor "
-        "current passes there; if the parts should touch, make the mesh conforming (in Gmsh: BooleanFragments, or "
-        "Coherence)"
-    ]
+    return len(points) - len(np.unique(rounded, axis=0))
+
+
+@contextmanager
+def _blaming_separate_parts(mesh: GroupedMesh) -> Iterator[None]:
+    """Add to a refusal that parts of the mesh are not joined, which may be its cause."""
+    try:
+        yield
+    except SceneError as error:
+        parts, corners = int(mesh.parts(np.ones(mesh.count, bool)).max()), _unjoined_corners(mesh)
+        if parts == 1 and not corners:
+            raise
+        where = f" ({corners} corners lie where another one is without being joined to it)" if corners else ""
+        raise SceneError(
+            f"the mesh has {parts} {'parts' if parts > 1 else 'part'} that share no faces{where}, so that neither heat "
+            f"nor current passes between them: if they should touch, {CONFORMING}; as it is, {error}"
+        ) from None
 
 
 def named(scene: MeshScene, mesh: GroupedMesh) -> None:
@@ -160,8 +185,9 @@ def boundaries(placed: Placed) -> None:
             raise SceneError(f"boundary {quoted(b.name)}.{b.key} {why}")
         if b.kind in ("voltage", "temperature"):
             fixed.append((b, facets, np.unique(placed.mesh.mesh.facets[:, facets])))
-    physics.refuse_ungrounded(placed.scene.boundaries, placed.joined().values())
-    readouts.pairs(placed.scene, placed.joined().values())
+    with _blaming_separate_parts(placed.mesh):
+        physics.refuse_ungrounded(placed.scene.boundaries, placed.joined().values())
+        readouts.pairs(placed.scene, placed.joined().values())
     for i, (a, facets_a, nodes_a) in enumerate(fixed):
         for b, facets_b, nodes_b in fixed[:i]:
             if (a.series_resistance or b.series_resistance) and a.kind == b.kind and np.isin(nodes_a, nodes_b).any():
@@ -207,7 +233,8 @@ def probes(placed: Placed) -> None:
                     probe.quantity == "potential"
                     and locate(placed.mesh, np.array(probe.at), placed.conducting) is not None
                 ):
-                    raise SceneError(f"{where} {UNFIXED.format('potential')}")
+                    with _blaming_separate_parts(placed.mesh):
+                        raise SceneError(f"{where} {UNFIXED.format('potential')}")
                 if probe.quantity == "potential" and locate(placed.mesh, np.array(probe.at)) is not None:
                     raise SceneError(
                         f"{where} asks for the potential where nothing conducts: give a place in a conductor"
@@ -217,7 +244,8 @@ def probes(placed: Placed) -> None:
         elif probe.quantity in ("potential", "current") and not _conducts(placed, probe, placed.conducting):
             raise SceneError(f"{where} asks for a {probe.quantity} where nothing conducts: give a group on a conductor")
         elif probe.quantity in ("potential", "current") and not _conducts(placed, probe, placed.fixed):
-            raise SceneError(f"{where} {UNFIXED.format(probe.quantity)}")
+            with _blaming_separate_parts(placed.mesh):
+                raise SceneError(f"{where} {UNFIXED.format(probe.quantity)}")
         if probe.quantity == "power" and not placed.conducting[placed.mesh.volumes[probe.group or ""]].any():
             raise SceneError(f"{where} asks for a power where nothing conducts: give the group of a conductor")
         if probe.quantity in FLOWS:

@@ -1,7 +1,7 @@
-"""From a mesh file to a mesh with groups, through meshio.
+"""From a mesh file to a mesh with groups.
 
-Gmsh's physical groups and the element sets of other formats keep their names; a group without one, such as a Nastran
-property, is called by its number.
+Own readers take Gmsh's format 4.1, Nastran and Abaqus; meshio reads all other formats. Physical groups and element sets
+keep their names; a group without one, such as a Nastran property, is called by its number.
 """
 
 from __future__ import annotations
@@ -14,7 +14,11 @@ from typing import Any
 
 import numpy as np
 
+from meshes.grouped.abaqus import read_abaqus
+from meshes.grouped.data import MeshData, MeshFileError, Piece, add_gmsh_groups, collect, dimension
+from meshes.grouped.gmsh import is_gmsh_41, read_gmsh
 from meshes.grouped.model import GroupedMesh
+from meshes.grouped.nastran import read_nastran
 from meshes.grouped.refine import ordered
 from scenes.errors import SceneError, printable, quoted
 from scenes.files import check_regular
@@ -24,31 +28,38 @@ KINDS = {
 }  # fmt: skip
 """meshio's names of the cells that are solved on: their corners and nodes."""
 
-_FORMATS = {".msh": "gmsh", ".bdf": "nastran", ".nas": "nastran", ".fem": "nastran", ".dat": "nastran"}
+_TEXT_FORMATS = {**dict.fromkeys((".bdf", ".nas", ".fem", ".dat"), read_nastran), ".inp": read_abaqus}
 # a mesh is flat where its least extent is below this fraction of the largest, which nine digits can't tell from zero
 FLAT = 1e-9
-_NUMBERED = ("gmsh:physical", "nastran:ref", "medit:ref")
-_IGNORED = ("gmsh:", "cell_tags")
 
 
 def read(path: Path, unit: float) -> GroupedMesh:
-    """The mesh of a file in units of ``unit`` (m). Raises SceneError where it can't be read, has no volume cells, cells
-    of several kinds or of one that is not solved on, or cells that are inverted."""
-    file_mesh = _load(path)
-    name = _kind(file_mesh, path)
-    numbers, cells = _joined(file_mesh, name)
+    """Read a mesh file in units of ``unit`` (m).
+
+    Raises SceneError where it cannot be read, has no volume cells, cells of several kinds or of one that is not solved
+    on, or flat or curved and inverted cells. Straight inverted cells are turned round.
+    """
+    data = _load(path)
+    name = _kind(data, path)
+    points = data.points * unit
+    starts = np.cumsum([0, *(len(rows) for _, rows in data.blocks)])
+    chosen = [i for i, (kind, _) in enumerate(data.blocks) if kind == name]
+    numbers = np.concatenate([starts[i] + np.arange(len(data.blocks[i][1])) for i in chosen])
+    cells = np.concatenate([data.blocks[i][1] for i in chosen])
     # Gmsh's older format has a cell once for every group that it is in.
     first, same = np.unique(np.sort(cells, axis=1), axis=0, return_index=True, return_inverse=True)[1:]
-    cells, points = cells[first], np.asarray(file_mesh.points, float) * unit
+    cells = cells[first]
     _refuse_broken(points, cells, path)
+    cells = _turned(points, cells, name)
     mesh = made(points, cells, name)
     _refuse_inverted(mesh, path)
     mesh = ordered(mesh) if KINDS[name][0] == 4 else mesh
-    of_cell = np.full(int(numbers.max()) + 1, -1)
+    of_cell = np.full(starts[-1], -1)
     of_cell[numbers] = same.ravel()
     used, renumbered = np.unique(cells, return_inverse=True)
-    grouped = GroupedMesh(mesh, {}, {}, name, points[used], renumbered.reshape(cells.shape))
-    return _with_groups(grouped, file_mesh, of_cell, np.unique(cells[:, : KINDS[name][0]]))
+    grouped = GroupedMesh(mesh, {}, {}, name, points[used], renumbered.reshape(cells.shape), dict(data.others))
+    _add_groups(grouped, data, of_cell, np.unique(cells[:, : KINDS[name][0]]))
+    return grouped
 
 
 def own_order(name: str) -> np.ndarray:
@@ -81,51 +92,70 @@ def made(points: np.ndarray, cells: np.ndarray, name: str) -> Any:
     return replace(mesh, doflocs=places)
 
 
-def _load(path: Path) -> Any:
-    import meshio
-
+def _load(path: Path) -> MeshData:
     if path.exists():
         check_regular(path, f"mesh.file: {quoted(path)}")
     if not path.is_file():
         what = "is a directory" if path.is_dir() else "is no file"
         raise SceneError(f"mesh.file: {quoted(path)} {what}: give the path of a mesh, relative to the scene file")
-    said = io.StringIO()
+    text_format = _TEXT_FORMATS.get(path.suffix.lower())
+    why = "it is damaged, or of another format: " + (
+        "save it in Gmsh's format 4.1" if path.suffix.lower() == ".msh" else
+        "give a Gmsh (.msh), Nastran (.bdf, .nas) or Abaqus (.inp) mesh"
+    )  # fmt: skip
     try:
-        # meshio prints what it dislikes, and ends the program over a file that it cannot read.
-        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
-            return meshio.read(path, file_format=_FORMATS.get(path.suffix.lower()))
-    except (Exception, SystemExit) as error:
-        why = " ".join((said.getvalue() or str(error)).split()) or type(error).__name__
-        raise SceneError(
-            f"mesh.file: {quoted(path)} cannot be read ({printable(why, 120)}): give a Gmsh (.msh) or Nastran (.bdf, "
-            ".nas) mesh, or another that meshio reads"
-        ) from None
+        data = path.read_bytes()
+        if text_format:
+            return text_format(data.decode("utf-8-sig", "replace"))
+        return read_gmsh(data) if is_gmsh_41(data) else _read_by_meshio(path)
+    except MeshFileError as error:
+        why = printable(str(error), 400)
+    except ModuleNotFoundError as error:
+        why = f"{path.suffix} files take the Python package {error.name}: install it, or give a Gmsh (.msh) mesh"
+    except (Exception, SystemExit):  # meshio ends the program over some files
+        pass
+    raise SceneError(f"mesh.file: {quoted(path)} cannot be read: {why}")
 
 
-def _kind(file_mesh: Any, path: Path) -> str:
-    names = list(dict.fromkeys(block.type for block in file_mesh.cells if block.dim == 3 and len(block.data)))
+def _read_by_meshio(path: Path) -> MeshData:
+    import meshio
+
+    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+        found = meshio.read(path, file_format="gmsh" if path.suffix.lower() == ".msh" else None)
+    mesh = MeshData(np.asarray(found.points, float), [(b.type, np.asarray(b.data, int)) for b in found.cells], {})
+    starts = np.cumsum([0, *(len(rows) for _, rows in mesh.blocks)])
+    sets: list[Piece] = [
+        (name, dimension(mesh.blocks[i][0]), starts[i] + np.asarray(cells, int))
+        for name, blocks in found.cell_sets.items() if not name.startswith(("gmsh:", "cell_tags"))
+        for i, cells in enumerate(blocks) if cells is not None
+    ]  # fmt: skip
+    names = {(int(dim), int(tag)): name for name, (tag, dim) in found.field_data.items()}
+
+    def tagged(key: str) -> list[Piece]:
+        return [
+            (str(tag), dimension(kind), start + np.flatnonzero(tags == tag))
+            for (kind, _), tags, start in zip(mesh.blocks, found.cell_data.get(key, ()), starts, strict=False)
+            for tag in np.unique(tags) if tag
+        ]  # fmt: skip
+
+    mesh.groups = collect(sets + tagged("medit:ref"))
+    add_gmsh_groups(mesh, names, tagged("gmsh:physical"), tagged("gmsh:geometrical"))
+    return mesh
+
+
+def _kind(data: MeshData, path: Path) -> str:
+    kinds = list(dict.fromkeys(kind for kind, rows in data.blocks if len(rows)))
+    names = [kind for kind in kinds if dimension(kind) == 3]
     if not names:
-        has = " and ".join(dict.fromkeys(block.type for block in file_mesh.cells)) or "no cells"
         raise SceneError(
-            f"mesh.file: {quoted(path)} has no volume cells, but {has}: mesh the volumes too, and save them with their "
-            "physical groups"
+            f"mesh.file: {quoted(path)} has no volume cells, but {' and '.join(kinds) or 'no cells'}: mesh the volumes "
+            "too, and save them with their physical groups"
         )
     if len(names) > 1 or names[0] not in KINDS:
         shown = " and ".join(names)
         mixed = "mixes" if len(names) > 1 else "is made of"
         raise SceneError(f"mesh.file: {quoted(path)} {mixed} {shown} cells: give a mesh of {' or '.join(KINDS)} alone")
     return names[0]
-
-
-def _joined(file_mesh: Any, name: str) -> tuple[np.ndarray, np.ndarray]:
-    """The numbers that the cells of a kind have among all of the file, and their nodes."""
-    starts = np.cumsum([0, *(len(block.data) for block in file_mesh.cells)])
-    blocks = [
-        (start, np.asarray(b.data, int)) for b, start in zip(file_mesh.cells, starts, strict=False) if b.type == name
-    ]
-    return np.concatenate([start + np.arange(len(cells)) for start, cells in blocks]), np.concatenate(
-        [c for _, c in blocks]
-    )
 
 
 def _refuse_broken(points: np.ndarray, cells: np.ndarray, path: Path) -> None:
@@ -152,6 +182,23 @@ def _refuse_broken(points: np.ndarray, cells: np.ndarray, path: Path) -> None:
         raise SceneError(f"{shown} is flat, its nodes lie in one plane: give a mesh of volumes")
 
 
+def _turned(points: np.ndarray, cells: np.ndarray, name: str) -> np.ndarray:
+    """Return the cells with straight ones that are inverted turned round."""
+    if name == "tetra":
+        swap = [0, 2, 1, 3]
+        edges = [[(0, 1), (0, 2), (0, 3)]]
+    elif name == "hexahedron":
+        swap = [4, 5, 6, 7, 0, 1, 2, 3]
+        # The edges from each corner, along which a hexahedron has a positive determinant.
+        edges = [[(k, (k + 1) % 4), (k, (k + 3) % 4), (k, k + 4)] for k in range(4)]
+        edges += [[(k + 4, (k + 3) % 4 + 4), (k + 4, (k + 1) % 4 + 4), (k + 4, k)] for k in range(4)]
+    else:
+        return cells
+    ends = points[cells][:, np.array(edges)]  # (cells, corners, 3 edges, 2 ends, 3)
+    determinants = np.linalg.det(ends[..., 1, :] - ends[..., 0, :])
+    return np.where((determinants < 0).all(axis=1)[:, None], cells[:, swap], cells)
+
+
 def _refuse_inverted(mesh: Any, path: Path) -> None:
     reference = mesh.elem().doflocs.T
     places = np.concatenate([reference, reference.mean(axis=1, keepdims=True)], axis=1)
@@ -169,45 +216,16 @@ def _refuse_inverted(mesh: Any, path: Path) -> None:
         )
 
 
-def _groups(file_mesh: Any) -> dict[tuple[str, int], np.ndarray]:
-    """The cells of each group, numbered through the file, by the group's name and dimension."""
-    starts = np.cumsum([0, *(len(block.data) for block in file_mesh.cells)])
-    collected: dict[tuple[str, int], list[np.ndarray]] = {}
-
-    def add(name: str, block: int, cells: np.ndarray) -> None:
-        if len(cells):
-            collected.setdefault((name, file_mesh.cells[block].dim), []).append(starts[block] + np.asarray(cells, int))
-
-    for name, sets in (file_mesh.cell_sets or {}).items():
-        if not name.startswith(_IGNORED):
-            for block, cells in enumerate(sets):
-                if cells is not None:
-                    add(name, block, cells)
-    named = {(int(tag), int(dim)): name for name, (tag, dim) in (file_mesh.field_data or {}).items()}
-    for key in _NUMBERED:
-        for block, tags in enumerate(file_mesh.cell_data.get(key, [])):
-            if len(tags) != len(file_mesh.cells[block].data):
-                continue
-            for tag in np.unique(tags):
-                name = named.get((int(tag), file_mesh.cells[block].dim), str(tag))
-                if tag != 0 or name != "0":
-                    add(name, block, np.flatnonzero(tags == tag))
-    return {key: np.unique(np.concatenate(pieces)) for key, pieces in collected.items()}
-
-
-def _with_groups(grouped: GroupedMesh, file_mesh: Any, of_cell: np.ndarray, vertices: np.ndarray) -> GroupedMesh:
-    """With the groups of a file; ``vertices`` are the file's numbers of the mesh's vertices."""
+def _add_groups(grouped: GroupedMesh, data: MeshData, of_cell: np.ndarray, vertices: np.ndarray) -> None:
+    """Add the groups of a file; ``vertices`` are the file's numbers of the mesh's vertices."""
     corners, start = len(grouped.mesh.facets), 0
-    facet, side = np.full((2, sum(len(block.data) for block in file_mesh.cells)), -1)
-    for block in file_mesh.cells:
-        if block.dim == 2 and len(block.data) and _CORNERS.get(block.type[:4]) == corners:
-            rows = np.asarray(block.data, int)[:, :corners]
-            block_rows = slice(start, start + len(rows))
-            facet[block_rows], side[block_rows] = _facets(
-                grouped.mesh, np.searchsorted(vertices, rows), np.isin(rows, vertices)
-            )
-        start += len(block.data)
-    for (name, dim), cells in _groups(file_mesh).items():
+    facet, side = np.full((2, len(of_cell)), -1)
+    for kind, nodes in data.blocks:
+        if len(nodes) and _CORNERS.get(kind[:4]) == corners:
+            rows, block = nodes[:, :corners], slice(start, start + len(nodes))
+            facet[block], side[block] = _facets(grouped.mesh, np.searchsorted(vertices, rows), np.isin(rows, vertices))
+        start += len(nodes)
+    for (name, dim), cells in data.groups.items():
         if dim == 3:
             grouped.volumes[name] = np.unique(of_cell[cells])
         elif dim == 2 and (facet[cells] >= 0).all():
@@ -217,7 +235,6 @@ def _with_groups(grouped: GroupedMesh, file_mesh: Any, of_cell: np.ndarray, vert
             grouped.others.setdefault(name, "a surface with faces that are no faces of the volume cells")
         else:
             grouped.others.setdefault(name, "a group of lines" if dim == 1 else "a group of points")
-    return grouped
 
 
 _CORNERS = {"tria": 3, "quad": 4}

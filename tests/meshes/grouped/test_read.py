@@ -250,12 +250,6 @@ def hexes() -> meshio.Mesh:
     return boxes.as_meshio(boxes.grouped(scene_of(bar()), "hexahedron", 1))
 
 
-def upside_down() -> meshio.Mesh:
-    found = hexes()
-    cells = [(b.type, b.data[:, [4, 5, 6, 7, 0, 1, 2, 3]] if b.type == "hexahedron" else b.data) for b in found.cells]
-    return meshio.Mesh(found.points, cells, cell_data=found.cell_data, field_data=found.field_data)
-
-
 def surface_only() -> meshio.Mesh:
     found = hexes()
     return meshio.Mesh(found.points, [b for b in found.cells if b.type == "quad"])
@@ -272,7 +266,6 @@ def wedges() -> meshio.Mesh:
 
 
 FILES: dict[str, tuple[Callable[[], meshio.Mesh], str]] = {
-    "inverted": (upside_down, "inverted or flat cells"),
     "no volumes": (surface_only, "has no volume cells, but quad"),
     "mixed": (mixed, "mixes hexahedron and tetra cells"),
     "wedges": (wedges, "is made of wedge cells"),

@@ -1,0 +1,425 @@
+"""A bar of 100 um between 293 K at both ends with 0.1 V across, as mesh generators and solvers write it.
+
+Its middle is at 293 K + V^2/(8 rho k) = 305.5 K, and it carries V A/(rho L) = 100 mA.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import meshio
+import numpy as np
+import pytest
+
+import compare
+from validate.cli import main
+
+SCENE = """
+[scene]
+initial_temperature = "293 K"
+[mesh]
+file = "{file}"
+unit = "um"
+[run]
+steady = true
+accuracy = 1e-3
+[[material]]
+name = "metal"
+groups = [{metal}]
+thermal_conductivity = 100
+resistivity = "1e-6 ohm m"
+[[boundary]]
+name = "l"
+group = "{left}"
+temperature = "293 K"
+[[boundary]]
+name = "lv"
+group = "{left}"
+voltage = "0.1 V"
+[[boundary]]
+name = "r"
+group = "{right}"
+temperature = "293 K"
+[[boundary]]
+name = "rv"
+group = "{right}"
+voltage = 0
+[[probe]]
+name = "mid"
+at = ["50 um", "5 um", "5 um"]
+[[probe]]
+name = "I"
+quantity = "current"
+group = "{left}"
+"""
+X = np.arange(5) * 25.0
+POINTS = np.array([(x, y, z) for x in X for y in (0.0, 10.0) for z in (0.0, 10.0)])
+# The cells of the bar by the numbers of their nodes, from 1 on, and the faces at its ends.
+HEXAHEDRA = [[a + k for k in (1, 5, 7, 3, 2, 6, 8, 4)] for a in range(0, 16, 4)]
+LEFT, RIGHT = [1, 3, 4, 2], [17, 19, 20, 18]
+# The six tetrahedra around a diagonal of a hexahedron.
+KUHN = [(0, 1, 2, 6), (0, 2, 3, 6), (0, 3, 7, 6), (0, 7, 4, 6), (0, 4, 5, 6), (0, 5, 1, 6)]
+TETRAHEDRA = [[cell[i] for i in corners] for cell in HEXAHEDRA for corners in KUHN]
+# The halves of the ends that are faces of the tetrahedra, with the group of each.
+TRIANGLES = [(2, [1, 4, 2]), (2, [1, 3, 4]), (3, [17, 20, 18]), (3, [17, 19, 20])]
+PROPERTIES = {"metal": "1", "left": "2", "right": "3"}
+
+
+def write(folder: Path, name: str, content: str | bytes, **names: str) -> Path:
+    """Write a mesh and the scene on it; return the path of the scene."""
+    (folder / name).write_bytes(content.encode() if isinstance(content, str) else content)
+    return scene(folder, name, **names)
+
+
+def scene(folder: Path, name: str, metal: str = "metal", left: str = "left", right: str = "right") -> Path:
+    path = folder / "bar.toml"
+    groups = ", ".join(f'"{group}"' for group in metal.split())
+    path.write_text(SCENE.format(file=name, metal=groups, left=left, right=right), encoding="utf-8")
+    return path
+
+
+def assert_solved(path: Path) -> None:
+    steady = compare.solve(path).steady
+    assert steady["mid"].value == pytest.approx(305.5, abs=1e-3)
+    assert steady["I"].value == pytest.approx(0.1, rel=1e-4)
+
+
+def refusal(path: Path, capsys: pytest.CaptureFixture[str]) -> str:
+    """Return the sentence by which a scene is refused."""
+    assert main(["solve", str(path), "--no-figures", "--out", str(path.parent / "out")]) == 2
+    message = capsys.readouterr().err.strip()
+    assert message.startswith("validate: ")
+    assert "\n" not in message
+    return message
+
+
+def small(*fields: object) -> str:
+    """Return a card in Nastran's small fields, continued by a blank field 1."""
+    texts = [str(field) for field in fields]
+    lines = [texts[0], *[""] * (len(range(9, len(texts), 8)))]
+    rows = [texts[1 + i : 9 + i] for i in range(0, max(len(texts) - 1, 1), 8)]
+    return "".join(
+        first.ljust(8) + "".join(t.ljust(8) for t in row) + "\n" for first, row in zip(lines, rows, strict=True)
+    )
+
+
+def grids(system: object = "", at: np.ndarray = POINTS) -> str:
+    return "".join(small("GRID", n, system, *(f"{c:.5g}" for c in p)) for n, p in enumerate(at, 1))
+
+
+def solids() -> str:
+    cells = "".join(small("CHEXA", n, 1, *nodes) for n, nodes in enumerate(HEXAHEDRA, 1))
+    return cells + small("CQUAD4", 11, 2, *LEFT) + small("CQUAD4", 12, 3, *RIGHT)
+
+
+def deck(nodes: str = grids(), cells: str = solids(), head: str = "SOL 153\nCEND\nBEGIN BULK\n") -> str:
+    return f"{head}{nodes}{cells}ENDDATA\n"
+
+
+def free(card: str) -> str:
+    """Return cards of small fields in the free format, with marked continuations."""
+    lines = []
+    for line in card.splitlines():
+        fields = [line[i : i + 8].strip() for i in range(0, 72, 8)]
+        lines.append(",".join([fields[0] or "+", *fields[1:], "+"]))
+    return "\n".join(lines) + "\n"
+
+
+def large(nodes: np.ndarray = POINTS) -> str:
+    lines = ""
+    for n, (x, y, z) in enumerate(nodes, 1):
+        lines += f"{'GRID*':8}{n:<16}{'':16}{x:<16.9g}{y:<16.9g}*G{n}\n{f'*G{n}':8}{z:<16.9g}\n"
+    return lines
+
+
+def short_exponents() -> str:
+    """Return nodes with exponents that lack their E."""
+    return "".join(
+        small("GRID", n, "", *(f"{c / 10:.2f}+1" if k % 2 else f"{c:.1f}D0" for k, c in enumerate(p)))
+        for n, p in enumerate(POINTS, 1)
+    )
+
+
+def tetrahedra() -> str:
+    cells = "".join(small("CTETRA", n, 1, *nodes) for n, nodes in enumerate(TETRAHEDRA, 1))
+    return cells + "".join(small("CTRIA3", 100 + n, p, *f) for n, (p, f) in enumerate(TRIANGLES))
+
+
+def turned(kind: str) -> tuple[str, np.ndarray]:
+    """Return cards of a system whose origin is off and whose axes are turned, and the coordinates of the bar in it."""
+    origin, axes = np.array([3.0, -4.0, 12.0]), np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]])
+    local = (POINTS - origin) @ axes.T
+    angle = np.degrees(np.arctan2(local[:, 1], local[:, 0]))
+    r = np.hypot(local[:, 0], local[:, 1])
+    if kind == "C":
+        local = np.column_stack([r, angle, local[:, 2]])
+    if kind == "S":
+        local = np.column_stack([np.linalg.norm(local, axis=1), np.degrees(np.arctan2(r, local[:, 2])), angle])
+    # The system is given in another one, which is turned about z and off by 5.
+    base = small("CORD2R", 7, "", 5.0, 0.0, 0.0, 5.0, 0.0, 1.0, 5.0, 1.0, 0.0)
+    # With x' = y and y' = -x + 5 of the outer one.
+    points = [origin, origin + axes[2], origin + axes[0]]
+    inner = [c for p in points for c in (p[1], 5 - p[0], p[2])]
+    return base + small(f"CORD2{kind}", 9, 7, *(f"{c:.6g}" for c in inner)), local
+
+
+def in_system(kind: str) -> str:
+    cards, local = turned(kind)
+    nodes = "".join(
+        f"{'GRID*':8}{n:<16}{9:<16}{p[0]:<16.9f}{p[1]:<16.9f}\n{'*':8}{p[2]:<16.9f}\n" for n, p in enumerate(local, 1)
+    )
+    return deck(nodes + cards)
+
+
+def by_nodes(default: bool = False) -> str:
+    """Return a deck in a system of three nodes, which may be the default one; a card holds two systems."""
+    places = {91: (1.0, 2.0, 3.0), 92: (2.0, 2.0, 3.0), 93: (1.0, 3.0, 3.0)}
+    frame = "".join(small("GRID", n, 0, *at) for n, at in places.items())
+    local = (POINTS - places[91])[:, [1, 2, 0]]
+    frame += small("CORD1R", 5, 91, 92, 93, 4, 91, 92, 93) + (small("GRDSET", "", 4) if default else "")
+    return deck(grids("" if default else 4, local) + frame)
+
+
+NASTRAN: dict[str, Callable[[], str]] = {
+    "continued by a blank field": deck,
+    "free fields": lambda: deck(free(grids()), free(solids())),
+    "marked continuations": lambda: deck(cells=solids().replace("\n        ", "+A\n+A      ")),
+    "large fields": lambda: deck(large()),
+    "lower case": lambda: deck().lower(),
+    "no ENDDATA": lambda: deck().replace("ENDDATA\n", ""),
+    "no BEGIN BULK": lambda: deck(head="$ Created by Gmsh\n"),
+    "THETA of shells": lambda: deck(cells=solids() + small("CQUAD4", 99, 9, 1, 2, 4, 3, "0.", "")),
+    "comments": lambda: deck(cells=solids().replace("\n", " $ a comment\n", 3)),
+    "tabs": lambda: deck("".join("\t".join(map(str, ("GRID", n, "", *p))) + "\n" for n, p in enumerate(POINTS, 1))),
+    "exponents without E": lambda: deck(short_exponents()),
+    "tetrahedra": lambda: deck(cells=tetrahedra()),
+    "default property": lambda: deck(cells=solids().replace("CQUAD4  11      2 ", "CQUAD4  2         ")),
+    "rectangular system": lambda: in_system("R"),
+    "cylindrical system": lambda: in_system("C"),
+    "spherical system": lambda: in_system("S"),
+    "system of nodes": by_nodes,
+    "default system": lambda: by_nodes(default=True),
+}
+
+
+@pytest.mark.parametrize("form", NASTRAN)
+def test_nastran_forms_are_read(form: str, tmp_path: Path) -> None:
+    assert_solved(write(tmp_path, "bar.bdf", NASTRAN[form](), **PROPERTIES))
+
+
+SELF_MADE = small("CORD2R", 4, 4, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0)
+NASTRAN_REFUSED = {
+    "include": (lambda: deck("INCLUDE 'nodes.bdf'\n"), "line 4 has an INCLUDE: put the included file in its place"),
+    "unknown system": (
+        lambda: deck(grids(4)),
+        "GRID 1 is in coordinate system 4, which no CORD1 or CORD2 card defines",
+    ),
+    "system in itself": (lambda: deck(grids(4) + SELF_MADE), "coordinate system 4 is defined in itself"),
+    "no axes": (
+        lambda: deck(grids(4) + small("CORD2R", 4, "", *[0.0] * 9)),
+        "the three points of coordinate system 4 lie on a line",
+    ),
+    "some middle nodes": (
+        lambda: deck(cells=small("CTETRA", 7, 1, 1, 2, 3, 5, 6)),
+        "CTETRA 7 has 5 nodes: give 4 or 10",
+    ),
+    "27 nodes": (lambda: deck(cells=small("CHEXA", 7, 1, *range(1, 21), *range(1, 8))), "CHEXA 7 has 27 nodes: give 8"),
+    "no number": (lambda: deck(grids().replace("25", "2x")), 'GRID 5 has "2X" in place of a number'),
+    "no node": (lambda: deck(grids(at=POINTS[:-1])), "a cell has node 20, which is not in the file"),
+    "no cells": (lambda: deck(cells=""), "it has no GRID, or no cell such as CTETRA or CHEXA"),
+    "wedges": (lambda: deck(cells=small("CPENTA", 7, 1, 1, 2, 3, 5, 6, 7)), "is made of wedge cells"),
+}
+
+
+@pytest.mark.parametrize("form", NASTRAN_REFUSED)
+def test_nastran_is_refused_by_name(form: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    content, sentence = NASTRAN_REFUSED[form]
+    assert sentence in refusal(write(tmp_path, "bar.bdf", content(), **PROPERTIES), capsys)
+
+
+def rows(items: Any) -> str:
+    return "".join(", ".join(map(str, item)) + "\n" for item in items)
+
+
+def nodes(at: np.ndarray = POINTS) -> str:
+    return "*NODE\n" + rows((n, *p) for n, p in enumerate(at, 1))
+
+
+def elements(
+    kind: str = "C3D8", first: int = 1, cells: list[list[int]] = HEXAHEDRA, elset: str = ", ELSET=metal"
+) -> str:
+    return f"*ELEMENT, TYPE={kind}{elset}\n" + rows((n, *c) for n, c in enumerate(cells, first))
+
+
+ENDS = elements("CPS4", 11, [LEFT], ", ELSET=left") + elements("S4R", 12, [RIGHT], ", ELSET=right")
+SURFACES = (
+    "*ELSET, ELSET=_left_S3, INTERNAL, INSTANCE=P-1\n1\n*ELSET, elset=_right_S5, internal, instance=P-1\n 4,\n"
+    "*SURFACE, TYPE=ELEMENT, NAME=left\n_left_S3, S6\n*Surface, type=ELEMENT, name=right\n_right_S5, S4\n"
+)
+
+
+def instance(part: str, assembled: str = "", motion: str = "") -> str:
+    return (
+        f"*HEADING\n*Part, name=P\n{part}*End Part\n**\n*Assembly, name=A\n*Instance, name=P-1, part=P\n{motion}"
+        f"*End Instance\n*Node\n1, 9., 9., 9.\n{assembled}*End Assembly\n"
+    )
+
+
+def placed() -> str:
+    """Return an instance that is moved by (1, 2, 3), then turned by 90 degrees about the z axis through (5, 0, 0)."""
+    x, y, z = POINTS.T
+    before = np.column_stack([y + 5, 5 - x, z]) - [1.0, 2.0, 3.0]
+    return instance(nodes(before) + elements() + ENDS, motion="1., 2., 3.\n5., 0., 0., 5., 0., 1., 90.\n")
+
+
+ABAQUS: dict[str, Callable[[], str]] = {
+    "flat": lambda: nodes() + elements() + ENDS,
+    "heat transfer elements": lambda: nodes() + elements("DC3D8E") + ENDS,
+    "small letters": lambda: (nodes() + elements() + ENDS).lower(),
+    "sets": lambda: nodes() + elements(elset="") + ENDS + "*ELSET, ELSET=a, GENERATE\n1, 3, 2\n*ELSET, ELSET=b\n2, 4\n"
+    "*ELSET, ELSET=metal\na, b\n",
+    "instance": lambda: instance(nodes() + elements() + ENDS),
+    "instance that is placed": placed,
+    "element surfaces": lambda: instance(nodes() + elements(), SURFACES),
+    "tetrahedra": lambda: nodes() + elements("C3D4", cells=TETRAHEDRA)
+    + "".join(elements("CPS3", 100 + n, [f], f", ELSET={'left' if p == 2 else 'right'}") for n, (p, f) in
+              enumerate(TRIANGLES)),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("form", ABAQUS)
+def test_abaqus_forms_are_read(form: str, tmp_path: Path) -> None:
+    assert_solved(write(tmp_path, "bar.inp", ABAQUS[form]()))
+
+
+TWICE = instance(nodes() + elements() + ENDS, "*INSTANCE, NAME=P-2, PART=P\n50., 0., 0.\n*END INSTANCE\n")
+ABAQUS_REFUSED = {
+    "instances": (TWICE, "it has 2 *INSTANCE (P-1, P-2), whose nodes are not shared"),
+    "parts": ("".join(f"*PART, NAME={p}\n{nodes()}{elements()}*END PART\n" for p in "AB"), "it has 2 *PART"),
+    "include": ("*INCLUDE, INPUT=bar.inp\n", "line 1 has *INCLUDE: put the included file in its place"),
+    "nodes elsewhere": ("*NODE, INPUT=nodes.txt\n" + elements(), "line 1 has *NODE with INPUT"),
+    "cylindrical nodes": (nodes().replace("*NODE", "*NODE, SYSTEM=C"), "line 1 has *NODE with SYSTEM"),
+    "generated nodes": (nodes() + "*NGEN\n1, 5, 1\n", "has *NGEN: write all nodes and elements out"),
+    "tie": (nodes() + elements() + ENDS + "*TIE, NAME=t\nleft, right\n", "has *TIE: merge the meshes"),
+    "short element": (nodes() + "*ELEMENT, TYPE=C3D8\n1, 1, 2, 3\n", "do not fit TYPE=C3D8"),
+    "no cells": (nodes(), "it has no *NODE, or no *ELEMENT of a solid"),
+}
+
+
+@pytest.mark.parametrize("form", ABAQUS_REFUSED)
+def test_abaqus_is_refused_by_name(form: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    content, sentence = ABAQUS_REFUSED[form]
+    assert sentence in refusal(write(tmp_path, "bar.inp", content), capsys)
+
+
+NAMES = '$PhysicalNames\n3\n2 2 "left"\n2 3 "right"\n3 1 "metal"\n$EndPhysicalNames\n'
+CELLS = [(4, 1, TETRAHEDRA), *((2, tag, [f for p, f in TRIANGLES if p == tag]) for tag in (2, 3))]
+# Gmsh's Mesh.SaveAll adds the curves, of which none is in a physical group.
+CURVES = [(1, 7, [[1, 3], [3, 4]])]
+
+
+def gmsh_41(physical: bool, blocks: list[tuple[int, int, list[list[int]]]], binary: bool = False) -> bytes:
+    """Return Gmsh's format 4.1; the physical groups have the numbers of the entities."""
+
+    def put(kind: str, *numbers: Any) -> bytes:
+        return np.array(numbers, kind).tobytes() if binary else (" ".join(map(str, numbers)) + "\n").encode()
+
+    dims = {1: 1, 2: 2, 3: 2, 4: 3, 5: 3}
+    entities = {dim: [tag for kind, tag, _ in blocks if dims[kind] == dim] for dim in (1, 2, 3)}
+    text = f"$MeshFormat\n4.1 {int(binary)} 8\n".encode() + (put("<i4", 1) + b"\n") * binary
+    text += b"$EndMeshFormat\n" + NAMES.encode() * physical + b"$Entities\n"
+    text += put("<u8", 0, *map(len, entities.values()))
+    for dim, tags in entities.items():
+        for tag in tags:
+            groups = [tag] * (physical and dim > 1)
+            text += put("<i4", tag) + put("<f8", 0, 0, 0, 1, 1, 1) + put("<u8", len(groups)) + put("<i4", *groups)
+            text += put("<u8", 0)
+    text += b"\n$EndEntities\n$Nodes\n" + put("<u8", 2, 20, 1, 20) + put("<i4", 1, 7, 0) + put("<u8", 0)
+    text += put("<i4", 3, 1, 0) + put("<u8", 20, *range(1, 21)) + put("<f8", *POINTS.ravel())
+    text += b"\n$EndNodes\n$Elements\n" + put("<u8", len(blocks), 99, 1, 99)
+    for kind, tag, cells in blocks:
+        text += put("<i4", dims[kind], tag, kind) + put("<u8", len(cells))
+        text += put("<u8", *(n for number, cell in enumerate(cells, 1) for n in (number, *cell)))
+    return text + b"\n$EndElements\n"
+
+
+def gmsh_22(physical: bool, blocks: list[tuple[int, int, list[list[int]]]], names: str = "") -> str:
+    lines = [(kind, 2, tag if physical else 0, tag, *c) for kind, tag, cells in blocks for c in cells]
+    text = f"$MeshFormat\n2.2 0 8\n$EndMeshFormat\n{names}$Nodes\n20\n"
+    text += "".join(" ".join(map(str, (n, *p))) + "\n" for n, p in enumerate(POINTS.tolist(), 1))
+    text += f"$EndNodes\n$Elements\n{len(lines)}\n"
+    return text + "".join(" ".join(map(str, (n, *line))) + "\n" for n, line in enumerate(lines, 1)) + "$EndElements\n"
+
+
+def inverted(cells: list[list[int]], order: list[int]) -> list[list[int]]:
+    return [[cell[i] for i in order] for cell in cells]
+
+
+HALF = [(4, 1, inverted(TETRAHEDRA[::2], [0, 1, 3, 2]) + TETRAHEDRA[1::2]), *CELLS[1:]]
+BRICKS = [(5, 1, inverted(HEXAHEDRA, [4, 5, 6, 7, 0, 1, 2, 3])), (3, 2, [LEFT]), (3, 3, [RIGHT])]
+GMSH: dict[str, tuple[str | bytes, dict[str, str]]] = {
+    "4.1": (gmsh_41(True, CELLS), {}),
+    "4.1 in binary": (gmsh_41(True, CELLS, binary=True), {}),
+    "4.1 with SaveAll": (gmsh_41(True, CURVES + CELLS), {}),
+    "4.1 without physical groups": (gmsh_41(False, CURVES + CELLS), PROPERTIES),
+    "2.2": (gmsh_22(True, CELLS, NAMES), {}),
+    "2.2 with SaveAll": (gmsh_22(False, CURVES + CELLS, NAMES), PROPERTIES),
+    "2.2 without physical groups": (gmsh_22(False, CELLS), PROPERTIES),
+    "tetrahedra turned round": (gmsh_41(True, HALF), {}),
+    "hexahedra turned round": (gmsh_22(True, BRICKS, NAMES), {}),
+}
+
+
+@pytest.mark.parametrize("form", GMSH)
+def test_gmsh_forms_are_read(form: str, tmp_path: Path) -> None:
+    content, names = GMSH[form]
+    assert_solved(write(tmp_path, "bar.msh", content, **names))
+
+
+def test_binary_format_2_is_read(tmp_path: Path) -> None:
+    (tmp_path / "text.msh").write_text(gmsh_22(True, CELLS, NAMES), encoding="utf-8")
+    meshio.read(tmp_path / "text.msh").write(tmp_path / "bar.msh", file_format="gmsh22", binary=True)
+    assert_solved(scene(tmp_path, "bar.msh"))
+
+
+GMSH_REFUSED = {
+    "SaveAll without groups": (gmsh_22(False, CELLS, NAMES), "Mesh.SaveAll in format 2.2 drops physical groups"),
+    "cut off": (gmsh_41(True, CELLS)[:-200], "its section $Elements is missing or ends early: save it again"),
+    "too few numbers": (gmsh_41(True, CELLS).replace(b"3 1 4\n24", b"3 1 4\n99"), "cannot be read: it ends early"),
+    "partitioned": (
+        gmsh_41(True, CELLS) + b"$PartitionedEntities\n$EndPartitionedEntities\n",
+        "it is partitioned: save it whole",
+    ),
+    "parametric": (gmsh_22(True, CELLS).replace("Nodes", "ParametricNodes"), "save it in Gmsh's format 4.1"),
+    "unknown cells": (gmsh_41(True, CELLS).replace(b"3 1 4\n", b"3 1 140\n"), "it has cells of Gmsh's type 140"),
+}
+
+
+@pytest.mark.parametrize("form", GMSH_REFUSED)
+def test_gmsh_is_refused_by_name(form: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    content, sentence = GMSH_REFUSED[form]
+    assert sentence in refusal(write(tmp_path, "bar.msh", content), capsys)
+
+
+@pytest.mark.parametrize("potential", [False, True])
+def test_separate_parts_are_named_as_the_cause(
+    potential: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The right half has nodes of its own, as two boxes in Gmsh without BooleanFragments."""
+    own = np.where(POINTS[:, 0] == 50)[0] + 1
+    apart = {int(n): 20 + k for k, n in enumerate(own, 1)}
+    cells = HEXAHEDRA[:2] + [[apart.get(n, n) for n in cell] for cell in HEXAHEDRA[2:]]
+    content = nodes(np.concatenate([POINTS, POINTS[own - 1]])) + elements(cells=cells) + ENDS
+    path = write(tmp_path, "bar.inp", content)
+    if potential:
+        text = path.read_text(encoding="utf-8").replace('name = "rv"\ngroup = "right"', 'name = "rv"\ngroup = "left"')
+        text = text.replace("voltage = 0", 'voltage = "0.1 V"') + '[[probe]]\nname = "p"\nquantity = "potential"\n'
+        path.write_text(text + 'at = ["80 um", "5 um", "5 um"]\n', encoding="utf-8")
+    message = refusal(path, capsys)
+    assert (
+        "the mesh has 2 parts that share no faces (4 corners lie where another one is without being joined" in message
+    )
+    assert "BooleanFragments" in message
+    assert ("nothing determines its potential" if potential else "nothing happens in this scene") in message
