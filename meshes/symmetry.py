@@ -211,15 +211,20 @@ class _Mirror:
                 count = grid.owner.shape[self.axis]
                 if axis == self.axis and count % 2 == 0 and np.take(on_faces, count // 2 - 1, axis=axis).any():
                     return False
-        return all(self._side(scene, probe) is not None for probe in scene.probes)
+        return True
 
-    def _side(self, scene: Scene, probe: Probe) -> str | None:
-        """What the box that a probe names is called on the lower side, where the probe is read; None where it isn't
-        one box there."""
-        box = next((b for b in scene.boxes if b.name == probe.box), None)
-        if box is None or self._below(probe):
-            return probe.box
-        return next((b.name for b in scene.boxes if self.maps(box, b)), None)
+    def _sides(self, scene: Scene, probe: Probe) -> tuple[str, ...] | None:
+        """The names that the boxes of a probe have on the lower side, where it is read; None where these are others."""
+        images = {
+            box.name: next((b.name for b in scene.boxes if self.maps(box, b)), "")
+            for box in scene.boxes
+            if box.name in probe.boxes
+        }
+        if self._below(probe) is None:
+            return None if "" in images.values() else tuple(images.values())
+        volume = all(low < high for low, high in zip(probe.lower, probe.upper, strict=True))
+        uneven = volume and self._reaches_over(probe) and set(images) != set(images.values())
+        return None if uneven else probe.boxes
 
     def _keeps_conditions(self, scene: Scene) -> bool:
         """Whether the mirror maps every thermal condition onto one of its own that is the same."""
@@ -239,6 +244,8 @@ class _Mirror:
             if low < -self.small and high > self.small and not self.maps(probe, probe):
                 return False
             if max(abs(low), abs(high)) <= self.small and probe.quantity in ("heat_flow", "current"):
+                return False
+            if probe.boxes and self._sides(scene, probe) is None:
                 return False
         return True
 
@@ -260,7 +267,7 @@ class _Mirror:
         probes = []
         for probe in scene.probes:
             lower, upper = self._below(probe) or self.image(probe)
-            probes.append(replace(probe, lower=lower, upper=upper, box=self._side(scene, probe) or ""))
+            probes.append(replace(probe, lower=lower, upper=upper, boxes=self._sides(scene, probe) or ()))
         read = {probe.name: self._reading(probe, scene) for probe in scene.probes}
         return replace(scene, boxes=tuple(boxes), boundaries=tuple(kept.values()), probes=tuple(probes)), flows, read
 

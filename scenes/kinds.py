@@ -270,6 +270,19 @@ class Pair(Kind):
         return one, other
 
 
+@dataclass(frozen=True)
+class Names(Kind):
+    """A list of names; ``called`` says of what."""
+
+    member: Kind
+    called: str
+
+    def read(self, path: str, given: object) -> tuple[str, ...]:
+        if isinstance(given, (list, tuple)) and given:
+            return tuple(self.member.read(f"{path}[{i}]", name) for i, name in enumerate(given, 1))
+        raise SceneError(f'{path} = {quoted(given)} is not a list of {self.called}: give some, such as ["silicon"]')
+
+
 LABEL = Text(
     r"\w([\w .+-]*\w)?",
     "is not a name: give text of 1 to 60 letters, digits, spaces, dots, +, - and _, with a letter or digit at either "

@@ -24,16 +24,6 @@ class GroupName(Kind):
 
 
 @dataclass(frozen=True)
-class GroupNames(Kind):
-    """A list of names of groups."""
-
-    def read(self, path: str, given: object) -> tuple[str, ...]:
-        if isinstance(given, (list, tuple)) and given:
-            return tuple(GROUP.read(f"{path}[{i}]", name) for i, name in enumerate(given, 1))
-        raise SceneError(f'{path} = {quoted(given)} is not a list of groups: give some, such as ["silicon"]')
-
-
-@dataclass(frozen=True)
 class LengthUnit(Kind):
     """The unit of a file's coordinates: "um", or the length in m."""
 

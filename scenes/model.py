@@ -222,8 +222,8 @@ class Probe:
     (A): what passes through a flat box, positive into the solid where it lies on the surface, and along the positive
     axis where it lies inside. "resistance" (ohm): of the electrode on a flat box, its potential less that of the other
     electrode of its conductor, over the current that enters there. "power" (W): the Joule heat in a volume, of
-    contacts what enters it. A temperature or a potential is that of one ``box``, where one is named: on a contact it
-    says which side is meant.
+    contacts what enters it. A temperature or a potential is read in the ``boxes`` alone, where some are named: on a
+    contact one says which side is meant, of a volume they are its parts that count.
     """
 
     name: str
@@ -231,7 +231,7 @@ class Probe:
     upper: Point
     quantity: Quantity = "temperature"
     reduce: Literal["mean", "max", "min"] = "mean"
-    box: str = ""
+    boxes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -353,7 +353,7 @@ class GroupBoundary:
 
 @dataclass(frozen=True)
 class GroupProbe:
-    """What is reported at a point (m) or over a group, one of the two being ``None``.
+    """A reading at a point (m), over a group, or over volume ``groups``; the other two are ``None`` or empty.
 
     "temperature" (K) and "potential" (V): the mean, largest or smallest value over a volume or a surface group.
     "heat_flow" (W) and "current" (A): what enters the solid through the conditions on a surface group, or, where the
@@ -369,6 +369,7 @@ class GroupProbe:
     quantity: Quantity = "temperature"
     reduce: Literal["mean", "max", "min"] = "mean"
     side: str = ""
+    groups: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -53,9 +53,9 @@ class BoxCells(MappedDomain):
         away = mesh.p[d][mesh.facets[:, facets]].mean(axis=0) - mesh.p[d][mesh.t[:, mesh.f2t[0, facets]]].mean(axis=0)
         return np.where(away > 0, 1, -1)
 
-    def side(self, probe: Probe) -> str:
-        """The box that it names."""
-        return probe.box
+    def read_in(self, probe: Probe) -> tuple[str, ...]:
+        """The boxes that it names."""
+        return probe.boxes
 
     def point(self, probe: Probe) -> Point | None:
         """Where both corners are the same."""
@@ -67,7 +67,10 @@ class BoxCells(MappedDomain):
 
     def cells(self, probe: Probe) -> np.ndarray | None:
         """Those in a box."""
-        return np.flatnonzero(self._within(probe, self.space.mesh.t)) if self._extends(probe) == 3 else None
+        if self._extends(probe) < 3:
+            return None
+        inside = self._within(probe, self.space.mesh.t)
+        return np.flatnonzero(inside & self.parts(probe.boxes) if probe.boxes else inside)
 
 
 def box_cells(scene: Scene, mesh: Any) -> BoxCells:

@@ -181,6 +181,10 @@ class Domain(ABC):
         missing."""
         return np.array([each == name for each in self.names])[self.body]
 
+    def parts(self, names: Iterable[str]) -> np.ndarray:
+        """(cells,): those in any part with one of some names."""
+        return np.any([np.zeros(len(self.body), bool), *map(self.part, names)], axis=0)
+
     @abstractmethod
     def directions(self, item: Any) -> np.ndarray:
         """(facets,): 1 where the direction in which flows through a flat probe count points out of a facet's first
@@ -234,7 +238,7 @@ class Boxes(Domain):
 
     def mean(self, probe: Probe, inside: np.ndarray | None = None) -> np.ndarray:
         """(functions,): what a function adds to the mean over a probe."""
-        if self.space.plain and not probe.box:
+        if self.space.plain and not probe.boxes:
             row = self.space.mean(probe.lower, probe.upper)
             return row if inside is None else np.where(self.space.of(inside), row, 0.0)
         return self._mean_of_one_side(probe, inside)
@@ -262,8 +266,8 @@ class Boxes(Domain):
         """The parts of the cells that a box of any dimension lies in."""
         space, grid = self.space, self.space.grid
         chosen = np.ones(space.ijk.shape[1], bool) if inside is None else inside.copy()
-        if probe.box:
-            chosen &= self.part(probe.box)
+        if probe.boxes:
+            chosen &= self.parts(probe.boxes)
         corner, sides = np.zeros((3, space.ijk.shape[1])), np.ones(3)
         for d in range(3):
             i, j = grid.span(d, probe.lower[d], probe.upper[d])

@@ -40,9 +40,9 @@ class Groups(MappedDomain):
         """(cells,): those of a volume group."""
         return self.placed.part(name)
 
-    def side(self, probe: GroupProbe) -> str:
+    def read_in(self, probe: GroupProbe) -> tuple[str, ...]:
         """The volume group that it names."""
-        return probe.side
+        return (probe.side,) if probe.side else ()
 
     def point(self, probe: GroupProbe) -> Point | None:
         """What the scene says."""
@@ -51,6 +51,8 @@ class Groups(MappedDomain):
     def cells(self, probe: GroupProbe) -> np.ndarray | None:
         """The cells of a probe's group: of a name that is a surface's too, unless a potential is asked for and not all
         of them conduct."""
+        if probe.groups:
+            return np.flatnonzero(self.parts(probe.groups))
         cells = self.placed.mesh.volumes.get(probe.group or "")
         conducts = cells is not None and (probe.quantity != "potential" or self.placed.conducting[cells].all())
         return cells if conducts else None

@@ -34,8 +34,8 @@ class MappedDomain(Domain):
         return None
 
     @abstractmethod
-    def side(self, probe: Any) -> str:
-        """The part on whose side of a contact a probe reads; nothing where it doesn't say."""
+    def read_in(self, probe: Any) -> tuple[str, ...]:
+        """The parts in which a probe reads, where it names some."""
 
     @property
     def grouped(self) -> GroupedMesh:
@@ -89,9 +89,9 @@ class MappedDomain(Domain):
 
     def _beside(self, probe: Any, inside: np.ndarray | None) -> np.ndarray | None:
         """(cells,): those ``inside`` that are on the side of a probe, where it says one."""
-        if not (side := self.side(probe)):
+        if not (sides := self.read_in(probe)):
             return inside
-        return self.part(side) if inside is None else inside & self.part(side)
+        return self.parts(sides) if inside is None else inside & self.parts(sides)
 
     def is_flat(self, probe: Any) -> bool:
         """Whether a probe is a surface."""

@@ -86,6 +86,8 @@ def named(scene: MeshScene, mesh: GroupedMesh) -> None:
         for group in contact.between:
             _refuse(mesh, f"contact {quoted(contact.name)}.between", group, ("volume",))
     for probe in scene.probes:
+        for group in probe.groups:
+            _refuse(mesh, f"probe {quoted(probe.name)}.groups", group, ("volume",))
         if probe.group is not None:
             kinds = _KINDS.get(probe.quantity, ("volume", "surface"))
             _refuse(mesh, f"probe {quoted(probe.name)}.group", probe.group, kinds)
@@ -254,6 +256,8 @@ def probes(placed: Placed) -> None:
 
 def _check_side(placed: Placed, probe: GroupProbe) -> None:
     """Refuses a probe on a contact that doesn't say on which side, and one of a side that isn't all there."""
+    if probe.groups:
+        return
     if probe.side:
         if not _covered(placed, probe, placed.part(probe.side)):
             raise SceneError(

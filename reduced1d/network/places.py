@@ -82,8 +82,8 @@ def _side(layout: Layout, key: Key, touch: Touch, number: int) -> Probe:
     lower, upper = list(line.lower), list(line.upper)
     lower[line.axis], upper[line.axis] = touch.start, touch.stop
     quantity: Quantity = "potential" if key[0] in ("wire", "electrode") else "temperature"
-    box = line.box.name if any(joint.contact for joint in layout.joints) else ""
-    return Probe(f"{key[0]} {key[1]} side {number}", _point(lower), _point(upper), quantity, box=box)
+    boxes = (line.box.name,) if any(joint.contact for joint in layout.joints) else ()
+    return Probe(f"{key[0]} {key[1]} side {number}", _point(lower), _point(upper), quantity, boxes=boxes)
 
 
 def _flow(key: Key, touch: Touch) -> Probe:

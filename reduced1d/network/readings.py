@@ -57,7 +57,7 @@ class Reader:
         """What a probe of a temperature or a potential reads."""
         inside = [(i, line) for i, line in enumerate(self.layout.lines)
                   if not self.electric or line.box.material.resistivity is not None]  # fmt: skip
-        inside = [(i, line) for i, line in inside if probe.box in ("", line.box.name)]
+        inside = [(i, line) for i, line in inside if line.box.name in (probe.boxes or (line.box.name,))]
         shares = [(i, *common(line.lower, line.upper, probe)) for i, line in inside if _covers(line, probe)]
         if probe.reduce != "mean" and probe.lower != probe.upper:
             return self._extreme(probe, [(i, lower, upper) for i, lower, upper in shares])

@@ -43,7 +43,7 @@ def of_boxes(values: Values, name: str, folder: str = "") -> m.Scene:
         m.Boundary(item.name, lower=item.values["lower"], upper=item.values["upper"], **_condition(item))
         for item in _apart(values.get("boundary", ()))
     )
-    probes = tuple(m.Probe(item.name, *_corners(item), **_reading(item)) for item in values.get("probe", ()))
+    probes = tuple(_probe(item, boxes) for item in values.get("probe", ()))
     contacts = tuple(_contact(item) for item in values.get("contact", ()))
     return _declared(_with_run(m.Scene(name, boxes, boundaries, probes, contacts=contacts), values), values, folder)
 
@@ -65,7 +65,7 @@ def on_mesh(values: Values, name: str, folder: str) -> m.MeshScene:
         m.GroupBoundary(item.name, group=item.values["group"], **_condition(item))
         for item in _apart(values.get("boundary", ()))
     )
-    probes = tuple(m.GroupProbe(item.name, *_place(item), **_reading(item)) for item in values.get("probe", ()))
+    probes = tuple(_group_probe(item, bodies) for item in values.get("probe", ()))
     contacts = tuple(_contact(item) for item in values.get("contact", ()))
     scene = m.MeshScene(
         name, mesh["file"], mesh.get("unit", 1.0), bodies, sources, boundaries, probes, contacts=contacts, folder=folder
@@ -232,13 +232,64 @@ def _reading(item: Item) -> dict[str, Any]:
             f"{item.label}.reduce = {quoted(reduce)} says nothing about a {quantity}, which is a total: leave it out, "
             "or give quantity temperature or potential"
         )
-    side: dict[str, Any] = {key: item.values[key] for key in ("box", "side") if key in item.values}
-    for key, name in side.items() if quantity in TOTALS else ():
+    for key in ("box", "side") if quantity in TOTALS else ():
+        if key in item.values:
+            raise SceneError(
+                f"{item.label}.{key} = {quoted(item.values[key])} says nothing about a {quantity}, which is no value "
+                "of one side: leave it out"
+            )
+    return {"quantity": quantity, "reduce": reduce}
+
+
+def _region(item: Item, parts: Mapping[str, tuple[str, ...]], several: str) -> tuple[str, ...] | None:
+    """The boxes or volume groups over which a probe without a place is read: the listed ones, those of a material, or
+    all; None for a probe with a place. ``parts`` are those of each material."""
+    given = item.values
+    places = [key for key in ("at", "lower", "upper", "group", "box", "side") if key in given]
+    regions = [key for key in (several, "material") if key in given]
+    if not regions and (places or "reduce" not in given):
+        return None
+    if places or len(regions) > 1:
+        raise SceneError(f"{item.label} has {' and '.join([*places, *regions])}: give one of them")
+    if given.get("quantity", "temperature") != "temperature":
+        raise SceneError(f"{item.label}.quantity = {quoted(given['quantity'])} needs a place: give one")
+    known = [name for names in parts.values() for name in names]
+    if several in given:
+        for name in given[several]:
+            if name not in known:
+                listed = ", ".join(map(quoted, known[:20]))
+                hint = did_you_mean(name, known)
+                raise SceneError(f"{item.label}.{several} names {quoted(name)}: give some of {listed}{hint}")
+        return tuple(dict.fromkeys(given[several]))
+    if "material" in given and given["material"] not in parts:
+        hint = did_you_mean(given["material"], parts)
         raise SceneError(
-            f"{item.label}.{key} = {quoted(name)} says nothing about a {quantity}, which is no value of one side: "
-            "leave it out"
+            f"{item.label}.material = {quoted(given['material'])} is of no part: give {' or '.join(map(quoted, parts))}"
+            f"{hint}"
         )
-    return {"quantity": quantity, "reduce": reduce, **side}
+    return parts[given["material"]] if "material" in given else tuple(known)
+
+
+def _probe(item: Item, boxes: Sequence[m.Box]) -> m.Probe:
+    parts: dict[str, tuple[str, ...]] = {}
+    for box in boxes:
+        parts[box.material.name] = (*parts.get(box.material.name, ()), box.name)
+    reading, region = _reading(item), _region(item, parts, "boxes")
+    if region is None:
+        side = (item.values["box"],) if "box" in item.values else ()
+        return m.Probe(item.name, *_corners(item), **reading, boxes=side)
+    chosen = [box for box in boxes if box.name in region]
+    (x, y, z), (u, v, w) = ([f(getattr(b, end)[d] for b in chosen) for d in range(3)]
+                            for f, end in ((min, "lower"), (max, "upper")))  # fmt: skip
+    return m.Probe(item.name, (x, y, z), (u, v, w), **reading, boxes=region)
+
+
+def _group_probe(item: Item, bodies: Sequence[m.Body]) -> m.GroupProbe:
+    reading = _reading(item)
+    region = _region(item, {b.material.name: b.groups for b in bodies}, "groups")
+    if region is not None:
+        return m.GroupProbe(item.name, **reading, groups=region)
+    return m.GroupProbe(item.name, *_place(item), **reading, side=item.values.get("side", ""))
 
 
 def _contact(item: Item) -> m.Contact:

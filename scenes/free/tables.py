@@ -108,6 +108,8 @@ LISTS: dict[str, dict[str, k.Kind]] = {
         "upper": POINT,
         "reduce": k.Choice(("mean", "max", "min")),
         "box": k.LABEL,
+        "boxes": k.Names(k.LABEL, "boxes"),
+        "material": k.LABEL,
     },
     "contact": {
         "name": k.LABEL,
@@ -133,11 +135,11 @@ BOXES = Schema(
 )  # fmt: skip
 """The schema of a free scene of boxes."""
 
-_OF_BOXES = ("lower", "upper", "box")
+_OF_BOXES = ("lower", "upper", "box", "boxes")
 ON_MESH = Schema(
     (*_SCENE_AND_RUN, Key("mesh.file", "file", mk.MESH_FILE), Key("mesh.unit", "unit", mk.LengthUnit())),
     {
-        "material": {**LISTS["material"], "groups": mk.GroupNames()},
+        "material": {**LISTS["material"], "groups": k.Names(mk.GROUP, "groups")},
         "source": {"name": k.LABEL, "group": mk.GROUP, "heat_source": HEAT_SOURCE},
         "boundary": {
             "name": k.LABEL,
@@ -147,7 +149,7 @@ ON_MESH = Schema(
             "series_resistance": SERIES,
         },
         "probe": {key: kind for key, kind in LISTS["probe"].items() if key not in _OF_BOXES}
-        | {"group": mk.GROUP, "side": mk.GROUP},
+        | {"group": mk.GROUP, "groups": k.Names(mk.GROUP, "groups"), "side": mk.GROUP},
         "contact": {**LISTS["contact"], "between": k.Pair(mk.GROUP, "volume groups")},
     },
     {

@@ -175,7 +175,9 @@ def _check_probe(grid: Grid, probe: Probe) -> None:
     inside, owners = grid.inside(probe.lower, probe.upper), grid.cells(probe.lower, probe.upper)
     flat = grid.flat(probe.lower, probe.upper)
     solid = grid.solid[owners].any(axis=flat)
-    if not inside or not solid.all():
+    if probe.boxes and not flat:
+        _check_side(grid, probe)  # read where these boxes are
+    elif not inside or not solid.all():
         where = f"at {point(probe.lower)}" if len(flat) == 3 else "everywhere in its box"
         some = "lies outside the solid" if not inside or not solid.any() else "reaches outside the solid"
         raise SceneError(f"probe {quoted(probe.name)} {some}: there has to be solid {where}")
@@ -189,7 +191,7 @@ def _check_probe(grid: Grid, probe: Probe) -> None:
 def _check_side(grid: Grid, probe: Probe) -> None:
     """Refuses a probe on a contact that doesn't say on which side, and one of a box that isn't all there."""
     names = [box.name for box in grid.scene.boxes]
-    if not probe.box:
+    if not probe.boxes:
         if contact := contacts.touched(grid, probe):
             one, other = map(quoted, contact.between)
             raise SceneError(
@@ -197,17 +199,18 @@ def _check_side(grid: Grid, probe: Probe) -> None:
                 f"say on which side by box = {one} or box = {other}"
             )
         return
-    if probe.box not in names:
+    if unknown := next((name for name in probe.boxes if name not in names), None):
         raise SceneError(
-            f"probe {quoted(probe.name)}.box = {quoted(probe.box)} is no box of the scene: give "
-            f"{', '.join(map(quoted, names[:20]))}{did_you_mean(probe.box, names)}"
+            f"probe {quoted(probe.name)}.box = {quoted(unknown)} is no box of the scene: give "
+            f"{', '.join(map(quoted, names[:20]))}{did_you_mean(unknown, names)}"
         )
-    mask = np.array([*(name == probe.box for name in names), False])
-    owners = grid.cells(probe.lower, probe.upper)
-    if not mask[owners].any(axis=grid.flat(probe.lower, probe.upper)).all():
+    mask = np.array([*(name in probe.boxes for name in names), False])
+    owners, flat = grid.cells(probe.lower, probe.upper), grid.flat(probe.lower, probe.upper)
+    there = mask[owners].any(axis=flat)
+    if not (there.all() if flat else there.any()):
         raise SceneError(
-            f"probe {quoted(probe.name)}.box = {quoted(probe.box)} isn't everywhere in the probe's box: give a place "
-            "in it or on its faces"
+            f"probe {quoted(probe.name)}.box = {quoted(probe.boxes[0])} isn't everywhere in the probe's box: give a "
+            "place in it or on its faces"
         )
     if probe.quantity == "potential" and not (mask & grid.conducting).any():
         _refuse_insulated(probe, "the potential")

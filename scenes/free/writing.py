@@ -40,7 +40,7 @@ def as_dict(scene: m.AnyScene) -> dict[str, Any]:
     document["probe"] = [
         {"name": p.name, "quantity": p.quantity, **_where(p)}
         | ({} if p.quantity in TOTALS else {"reduce": p.reduce})
-        | {key: side for key in ("box", "side") if (side := getattr(p, key, ""))}
+        | _parts(p)
         for p in scene.probes
     ]
     if scene.contacts:
@@ -90,10 +90,21 @@ def _where(item: m.Box | m.Boundary | m.Probe | m.GroupBoundary | m.GroupProbe) 
     """The place of a part: corners, a point or a group."""
     if isinstance(item, (m.GroupBoundary, m.GroupProbe)):
         at = getattr(item, "at", None)
+        if groups := getattr(item, "groups", ()):
+            return {"groups": list(groups)}
         return {"group": item.group} if at is None else {"at": list(at)}
+    if isinstance(item, m.Probe) and len(item.boxes) > 1:
+        return {"boxes": list(item.boxes)}
     if isinstance(item, m.Probe) and item.lower == item.upper:
         return {"at": list(item.lower)}
     return {"lower": list(item.lower), "upper": list(item.upper)}
+
+
+def _parts(probe: m.Probe | m.GroupProbe) -> dict[str, Any]:
+    """The parts in which a probe is read."""
+    if isinstance(probe, m.GroupProbe):
+        return {"side": probe.side} if probe.side else {}
+    return {"box": probe.boxes[0]} if len(probe.boxes) == 1 else {}
 
 
 def as_toml(scene: m.AnyScene) -> str:

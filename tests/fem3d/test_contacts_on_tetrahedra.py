@@ -108,7 +108,7 @@ def crossed(**more: Any) -> Scene:
         Contact("c", ("plate", "block"), RESISTANCE, 3e-9), Contact("d", ("block", "beside"), 2 * RESISTANCE, 0.0),
     )  # fmt: skip
     volts = [
-        Probe(f"volts {box}", (0.0, 0.0, LENGTH), (0.0, 0.0, LENGTH), "potential", box=box)
+        Probe(f"volts {box}", (0.0, 0.0, LENGTH), (0.0, 0.0, LENGTH), "potential", boxes=(box,))
         for box in ("plate", "block")
     ]
     probes = (*scene.probes, *volts, Probe("current", (0.0, 0.0, LENGTH), (LENGTH, SIDE, LENGTH), "current"))

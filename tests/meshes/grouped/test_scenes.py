@@ -18,7 +18,7 @@ from fem3d.runs import probe_quantities
 from fem3d.runs import scene as scene_run
 from fem3d.runs.scene import solve
 from scenes.errors import RunawayError, TooLargeError
-from scenes.free import from_dict
+from scenes.free import as_dict, from_dict
 from scenes.model import MeshScene, Scene
 from scenes.result import Result
 from tests.meshes.grouped import boxes
@@ -263,3 +263,24 @@ def test_an_error_above_the_accuracy_reads_as_above(error: float, said: str) -> 
     (warning,) = less_accurate(study, {"tip": error, "end": 1e-4}, "this mesh")
     assert f'probe "tip" is less accurate than the 0.001 asked for, tip with an estimated {said}, on' in warning
     assert less_accurate(study, {"tip": 1e-3}, "this mesh") == []
+
+
+def test_a_probe_without_a_place_reads_groups(tmp_path: Path) -> None:
+    scene = from_dict(bridge())
+    assert isinstance(scene, Scene)
+    boxes.write(boxes.grouped(scene, "tetra", 1), tmp_path / "m.msh", 1e-6)
+    document = boxes.document(bridge(), "m.msh", 1e-6)
+    groups = [group for material in document["material"] for group in material.get("groups", [material["name"]])]
+    document["probe"] = [{"name": f"in {g}", "group": g, "reduce": "max"} for g in groups]
+    document["probe"] += [
+        {"name": "all", "reduce": "max"}, {"name": "two", "groups": groups[:2], "reduce": "max"},
+        {"name": "material", "material": document["material"][0]["name"], "reduce": "max"},
+    ]  # fmt: skip
+    meshed = from_dict(document, folder=str(tmp_path))
+    assert from_dict(as_dict(meshed), folder=str(tmp_path)) == meshed
+    found = solve(meshed).steady
+    largest = [found[f"in {g}"].value for g in groups]
+    assert found["all"].value == pytest.approx(max(largest), rel=1e-9)
+    assert found["two"].value == pytest.approx(max(largest[:2]), rel=1e-9)
+    own = document["material"][0].get("groups", [document["material"][0]["name"]])
+    assert found["material"].value == pytest.approx(max(found[f"in {g}"].value for g in own), rel=1e-9)

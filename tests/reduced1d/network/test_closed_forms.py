@@ -351,7 +351,7 @@ def test_ends_that_meet_at_a_contact() -> None:
     (joint,) = (p for p in places(layout(of), False) if p.key[0] == "joint")
     assert joint.other is not None
     # In 3D the temperature is told on either side.
-    assert (joint.one.box, joint.other.box) == ("bar", "thin")
+    assert (joint.one.boxes, joint.other.boxes) == (("bar",), ("thin",))
 
 
 def test_a_potential_that_jumps_is_refused() -> None:

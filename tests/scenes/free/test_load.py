@@ -7,6 +7,7 @@ import json
 import tomllib
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given, settings
@@ -20,6 +21,7 @@ from scenes.loading import builtin_text, examples
 from scenes.loading import load_free as load
 from scenes.model import Contact, Scene, Schedule
 from scenes.sink import Sink
+from tests.scenes.free.refused import beam
 
 BAR = """
 [run]
@@ -223,9 +225,34 @@ def test_contacts_and_sides_of_probes_come_back() -> None:
     scene = from_dict(document)
     assert isinstance(scene, Scene)
     assert scene.contact(1, 0) == scene.contacts[0] == Contact("c", ("box-1", "tip"), 1e-7, 0.0)
-    assert scene.probes[0].box == "box-1"
+    assert scene.probes[0].boxes == ("box-1",)
     assert from_dict(json.loads(json.dumps(as_dict(scene)))) == scene
     assert from_dict(tomllib.loads(as_toml(scene))) == scene
     more = from_dict(document, overrides=["contact.c.thermal_resistance=2e-7 m2 K/W"])
     assert isinstance(more, Scene)
     assert more.contacts[0].thermal_resistance == 2e-7
+
+
+@pytest.mark.parametrize(("given_keys", "names"), [
+    ({"reduce": "max"}, ("beam", "foot")), ({"reduce": "min", "material": "oxide"}, ("foot",)),
+    ({"boxes": ["foot", "beam"]}, ("foot", "beam")), ({"reduce": "max", "boxes": ["beam"]}, ("beam",)),
+])  # fmt: skip
+def test_a_probe_without_a_place_reads_parts(given_keys: dict[str, Any], names: tuple[str, ...]) -> None:
+    document = beam()
+    document["probe"].append({"name": "hottest", **given_keys})
+    scene = from_dict(document)
+    assert scene.probes[1].boxes == names  # type: ignore[union-attr]
+    assert from_dict(as_dict(scene)) == scene
+
+
+@pytest.mark.parametrize(("given_keys", "said"), [
+    ({}, "has no place"), ({"boxes": ["bem"]}, 'did you mean "beam"'), ({"material": "oxid"}, 'did you mean "oxide"'),
+    ({"boxes": ["beam"], "material": "oxide"}, "has boxes and material: give one"),
+    ({"boxes": ["beam"], "at": [0, 0, 0]}, "has at and boxes"),
+    ({"reduce": "max", "quantity": "potential"}, "needs a place"), ({"boxes": []}, "is not a list of boxes"),
+])  # fmt: skip
+def test_a_bad_region_of_a_probe_is_refused(given_keys: dict[str, Any], said: str) -> None:
+    document = beam()
+    document["probe"].append({"name": "hottest", **given_keys})
+    with pytest.raises(SceneError, match=said):
+        from_dict(document)
