@@ -1,5 +1,5 @@
 """Traces against traces: the largest distance over time, with what it is known to. Of the 1D model's from the 3D
-model's, and of a user's own (`validate.against` reads them from files of other programs).
+model's, and of a user's own (`compare.data` reads them from files of other programs).
 
 The largest distance of the two models is sought at the times of the 3D traces from 10 us on (and at 10 us itself). Its
 error has four parts, added: that of the 3D trace, that of the 1D trace (rounding), that of the final change that it is

@@ -335,7 +335,7 @@ def _data(
     """The user's own data, if there are any."""
     if against is None:
         return None
-    from validate.against.read import read
+    from compare.data import read
 
     named = [f"{name}={column}" for name, column in (columns or {}).items()]
     return read(Path(against), scene, named, [known_to] if isinstance(known_to, str) else known_to)

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
+from compare.data import text
 from scenes.errors import SceneError
 from scenes.files import DEEPEST, contents, parsed
 from scenes.free.document import MOST_BOXES
 from scenes.loading import document, load
 from scenes.schema import toml_value
-from validate.against.read import tables
 
 
 @pytest.fixture
@@ -29,7 +29,7 @@ def test_a_pipe_or_a_device_is_refused_where_a_scene_or_data_are_wanted(pipe: Pa
         with pytest.raises(SceneError, match=r'^"[^"]*" is a pipe or a device: save what it holds'):
             document(path, ())
         with pytest.raises(SceneError, match=r"^--against .* is a pipe or a device"):
-            tables.read_bytes(path)
+            text.read_bytes(path)
 
 
 def test_a_mesh_that_is_a_pipe_is_refused(pipe: Path) -> None:

@@ -11,7 +11,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from compare import quantities
 from compare.against import Data
+from compare.data.read import read_uncertainty
 from reduced1d import slopes
 from reduced1d.sink import solve
 from scenes.keys import SINK
@@ -19,7 +21,6 @@ from scenes.loading import load
 from scenes.sink import Sink
 from scenes.validity import check
 from scenes.varied import varied
-from validate.against.uncertainty import data_uncertainty
 from validate.cli import main
 from validate.inputs.calibration import fit, keys_of
 from validate.inputs.propagation import Sampled, Spread, of_values
@@ -109,7 +110,7 @@ def test_a_parameter_is_fitted(mine: Path) -> None:
         own = solve(other, times=at).over_time
         return own.values, of_values(other, own.values, slopes.of_sink(other, "paper", keys, at)[1])
 
-    data = replace(data, u=data_uncertainty(sink, data, ["0.05K"]))
+    data = replace(data, u=read_uncertainty(quantities.of(sink), data, ["0.05K"]))
     found = fit(sink, data, keys_of(sink, ["parameters.k"], data), in_1d, check)
     assert found.fitted["parameters.k"] == pytest.approx(0.9 * 1.38, rel=1e-4)
     assert found.scene.oxide.thermal_conductivity == pytest.approx(0.9 * 1.38, rel=1e-4)

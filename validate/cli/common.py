@@ -110,7 +110,7 @@ def data_of(arguments: argparse.Namespace, scene: Any) -> Data | None:
             (arguments.calibrate, "--calibrate fits keys to the data of --against FILE: give that, too"),
         )
         return None
-    from validate.against.read import read
+    from compare.data import read
 
     data = read(Path(arguments.against), scene, arguments.column, arguments.data_uncertainty)
     if arguments.calibrate:

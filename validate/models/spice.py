@@ -17,9 +17,9 @@ from pathlib import Path
 
 import numpy as np
 
+from compare.data import raw
 from compare.processes import with_parent
 from scenes.errors import SceneError, did_you_mean, printable, quoted
-from validate.against import raw
 from validate.models import LONGEST, Answer, Asked, readable, too_long
 
 _REFUSED = {

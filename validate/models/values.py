@@ -3,33 +3,34 @@ column of times and one for each probe, with headers as data to compare with hav
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from compare.data import text
+from compare.data.columns import Column, is_time, scale_of, split_unit
 from compare.probes import bends
 from scenes.errors import SceneError, printable, quoted
 from scenes.formats import quantity
-from scenes.units import UnitError, parse_quantity, parse_unit
-from validate.against import tables
+from scenes.units import parse_unit
 from validate.models import Answer, Asked, readable
 
 
 @dataclass
 class Values:
-    """Texts by probe, or the ``columns`` of a table over ``time`` (s) by their names without units."""
+    """Steady values by probe, or the ``columns`` of a table over ``time`` (s) by their names without units."""
 
     name: str
-    given: dict[str, str] = field(default_factory=dict)
+    given: dict[str, Column] = field(default_factory=dict)
     time: np.ndarray = field(default_factory=lambda: np.empty(0))
-    columns: dict[str, tables.Column] = field(default_factory=dict)
+    columns: dict[str, Column] = field(default_factory=dict)
 
     def rows(self, question: Asked) -> np.ndarray:
         return self.time
 
     def steady(self, question: Asked) -> Answer:
-        return {name: self._number(name, text, question.steady) for name, text in self.given.items()}, {}
+        units = question.steady
+        return {n: float(self._column(n, c, units.get(n, ""))[0]) for n, c in self.given.items()}, {}
 
     def over_time(self, question: Asked, times: np.ndarray) -> Answer:
         """Linear between the rows, with the error of that; before the first row as there."""
@@ -54,49 +55,38 @@ class Values:
             )
         return courses, errors
 
-    def _number(self, name: str, text: str, known: Mapping[str, str]) -> float:
-        try:
-            value, unit = parse_quantity(text)
-        except UnitError as error:
-            raise SceneError(f"--model {self.name}: {printable(name)} = {quoted(text)} {error}") from None
-        if name in known and unit is not None and unit.powers != parse_unit(known[name]).powers:
-            raise SceneError(f"--model {self.name}: {printable(name)} = {quoted(text)} is not in {known[name]}")
-        return value
-
-    def _column(self, name: str, column: tables.Column, unit: str) -> np.ndarray:
+    def _column(self, name: str, column: Column, unit: str) -> np.ndarray:
         if not np.isfinite(column.values).all():
             gap = quantity(float(self.time[~np.isfinite(column.values)][0]), "s")
             raise SceneError(
                 f"--model {self.name}: {quoted(column.name)} has no number at {gap}: give one, or leave that row out"
             )
-        column_unit = tables.unit_of(column.unit)
-        if column_unit is None:
-            return column.values
-        if column_unit.powers != parse_unit(unit).powers:
+        scale = scale_of(column.unit)
+        if scale is not None and unit and scale.powers != parse_unit(unit).powers:
             raise SceneError(f"--model {self.name}: {quoted(column.name)} is not in {unit}, as {printable(name)} is")
-        return tables.in_si(column.values, column_unit)
+        return column.values if scale is None else scale.to_si(column.values)
 
 
 def opened(given: str, folder: str) -> Values:
     """The values of a file. Raises SceneError for one that has none."""
     path = readable(given, folder, 'a CSV of values, with rows "probe, value" or a column of times')
     try:
-        content = tables.read_bytes(path)
-        pairs = tables.pairs(path.name, content.decode("utf-8-sig", "replace"))
+        content = text.read_bytes(path)
+        pairs = text.read_pairs(path, content)
         if pairs:
-            return Values(path.name, pairs)
-        table = tables.read(path, content)
+            return Values(path.name, {column.name: column for column in pairs})
+        table = text.read(path, content)
     except SceneError as error:
         raise SceneError(str(error).replace("--against", "--model", 1)) from None
-    times = [c for c in table.columns if tables.is_time(c) or c.name.lower() in ("time", "t", "time_s")]
+    times = [c for c in table.columns if is_time(c) or c.name.lower() in ("time", "t", "time_s")]
     if not times:
         raise SceneError(
             f'--model {quoted(path)} has no column of times, such as "time (s)", and is no list of rows "probe, value"'
         )
-    unit = tables.unit_of(times[0].unit)
-    clock = times[0].values if unit is None else tables.in_si(times[0].values, unit)
+    scale = scale_of(times[0].unit)
+    clock = times[0].values if scale is None else scale.to_si(times[0].values)
     if len(clock) < 3 or not (np.diff(clock) > 0).all():
         raise SceneError(f"--model {quoted(path)}: its times don't ascend, or are fewer than three: give one run")
-    columns = {tables.split(c.name)[0].lower(): c for c in table.columns if c is not times[0]}
+    columns = {split_unit(c.name)[0].lower(): c for c in table.columns if c is not times[0]}
     columns |= {c.name.lower(): c for c in table.columns if c is not times[0]}
     return Values(path.name, {}, clock, columns)

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from compare.data import raw
 from fem3d.compact.find import check, compact, needed
 from fem3d.runs import scene as scene_run
 from scenes.errors import SceneError
@@ -24,7 +25,6 @@ from statespace.export import write
 from statespace.runtime import CompactModel
 from tests.validate.solve.test_mesh_cli import SCENE as MESH_SCENE
 from tests.validate.solve.test_mesh_cli import WIRE
-from validate.against import raw
 from validate.cli import main
 
 BAR = """

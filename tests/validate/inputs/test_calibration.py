@@ -11,14 +11,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from compare import quantities
 from compare.against import Data
+from compare.data.read import read_uncertainty
 from reduced1d import slopes
 from reduced1d.sink import solve
 from scenes.errors import SceneError
 from scenes.sink import Sink
 from scenes.validity import check
 from scenes.varied import varied
-from validate.against.uncertainty import data_uncertainty
 from validate.cli import main
 from validate.inputs import calibration
 from validate.inputs.calibration import fit, keys_of
@@ -46,7 +47,7 @@ def in_1d(sink: Sink, keys: Sequence[str], times: np.ndarray) -> calibration.Mod
 
 def fitted(data: Data, *keys: str) -> calibration.Fit:
     sink = Sink()
-    data = replace(data, u=data_uncertainty(sink, data, [f"{NOISE}K"]))
+    data = replace(data, u=read_uncertainty(quantities.of(sink), data, [f"{NOISE}K"]))
     return fit(sink, data, keys_of(sink, keys, data), in_1d, check)
 
 

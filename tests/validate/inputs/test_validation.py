@@ -11,13 +11,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from compare import quantities
 from compare.against import Data
+from compare.data.read import read_uncertainty
 from reduced1d.ladder import solve
 from scenes.errors import SceneError
 from scenes.result import Result
 from scenes.sink import Sink
 from scenes.uncertain import read
-from validate.against.uncertainty import data_uncertainty
 from validate.cli import main
 from validate.inputs import propagation, sensitivities
 from validate.inputs.validation import Statement, finding, validate
@@ -40,7 +41,7 @@ def measured(truth: Sink, noise: float, seed: int = 0, off: float = 0.0) -> Data
 
 
 def known(data: Data, *given: str) -> Data:
-    return replace(data, u=data_uncertainty(Sink(), data, given))
+    return replace(data, u=read_uncertainty(quantities.of(Sink()), data, given))
 
 
 def statements(data: Data, given: list[str]) -> dict[tuple[str, str], Statement]:
@@ -98,16 +99,16 @@ def test_the_room_moves_temperatures_by_itself() -> None:
 
 def test_how_data_uncertainty_is_given() -> None:
     data = measured(Sink(), 0.1)
-    found = data_uncertainty(Sink(), data, ["0.5K", "end=1%"])
+    found = read_uncertainty(quantities.of(Sink()), data, ["0.5K", "end=1%"])
     assert found["peak_K"] == pytest.approx(np.full(60, 0.5))
     assert found["end_K"] == pytest.approx(0.01 * np.abs(data.values["end_K"] - 293.0))
-    assert data_uncertainty(Sink(), data, ["end=u (K)"])["end_K"] == pytest.approx(np.full(60, 0.2))
+    assert read_uncertainty(quantities.of(Sink()), data, ["end=u (K)"])["end_K"] == pytest.approx(np.full(60, 0.2))
 
 
 @pytest.mark.parametrize("given", ["-0.5K", "0K", "1A", "peek=1K", "much", "current=1uA", "-1%"])
 def test_refused(given: str) -> None:
     with pytest.raises(SceneError, match="data-uncertainty"):
-        data_uncertainty(Sink(), measured(Sink(), 0.1), [given])
+        read_uncertainty(quantities.of(Sink()), measured(Sink(), 0.1), [given])
 
 
 @pytest.mark.long

@@ -15,7 +15,6 @@ from compare import quantities
 from compare.against import Data
 from compare.testing import assert_traces_agree
 from scenes import load
-from scenes.errors import SceneError
 from scenes.uncertain import read
 from validate.cli import main
 from validate.inputs import probe_traces, propagation, sensitivities
@@ -235,7 +234,9 @@ def test_data_of_which_few_rows_can_be_compared_are_told_so(tmp_path: Path) -> N
     assert not any("rows are compared" in text for text in with_most)
 
 
-def test_a_steady_scene_wants_values_at_rest(steady: Path) -> None:
+def test_a_steady_scene_takes_the_last_row_of_traces(steady: Path) -> None:
     file = written(steady.parent / "mine.csv", TIMES, K)
-    with pytest.raises(SceneError, match="no list of values of the steady state"):
-        compare.solve(steady, against=file)
+    data = compare.solve(steady, against=file).outcome.against
+    assert data is not None
+    assert data.at_rest
+    assert "the last of 80 rows is taken for the steady state" in data.said()

@@ -3,8 +3,8 @@
 from pathlib import Path
 
 from compare.against import Data
+from compare.data import read
 from scenes.sink import Sink
-from validate.against.read import read
 
 SINK = Sink()
 

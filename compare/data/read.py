@@ -1,0 +1,240 @@
+"""Read a user's own data from a file of another program: columns, the run of the scene, quantities, uncertainties."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from compare.against import Data
+from compare.data import raw
+from compare.data import text as tables
+from compare.data.columns import Column, Table, is_time, scale_of
+from compare.data.match import Match, match_column, read_meanings
+from compare.data.runs import pick
+from compare.data.targets import Target, make_target, refusal
+from compare.quantities import AT_REST, EDGE, Quantities
+from compare.verdict import COVERS
+from scenes.errors import SceneError, did_you_mean, printable, quoted
+from scenes.formats import quantity
+from scenes.units import UnitError, parse_quantity, parse_unit
+
+_NOTICED, _REFUSED = 0.005, 0.05
+"""Distances of a trace's start from the initial temperature, over its change, that are warned of and refused: the
+tolerance of the checks is 5 %."""
+
+
+def read(path: Path, scene: Any, columns: Sequence[str] = (), uncertainty: Sequence[str] = ()) -> Data:
+    """Read data of a scene from a file.
+
+    Parameters
+    ----------
+    path : Path
+        A COMSOL table or data export, a table of text, or a raw file of ngspice or LTspice.
+    scene : Scene
+        A sink or a scene with probes.
+    columns : sequence of str
+        The meanings of columns, "peak=T (K), Point 1", as `--column` gives them.
+    uncertainty : sequence of str
+        Standard uncertainties as `--data-uncertainty` gives them.
+
+    Raises
+    ------
+    SceneError
+        Where no column is a quantity of the scene, or no run is the scene's.
+    """
+    target, shown = make_target(scene), quoted(path)
+    catalogue = target.quantities
+    if not catalogue.units:
+        raise SceneError(f"--against {shown}: the scene has no [[probe]] that data could be of: add one")
+    table = _read_table(path, catalogue.steady)
+    given = read_meanings(target, table, columns)
+    run = pick(table, given, target, shown)
+    kept: dict[str, Match] = {}
+    omitted = dict(run.left_out)
+    for column in run.columns:
+        meaning = given.get(column.name)
+        if np.isnan(column.values).all():
+            omitted[column.name] = "is empty"
+            continue
+        match = match_column(column, meaning, target)
+        if isinstance(match, str):
+            omitted[column.name] = match + _constant(column)
+        elif meaning is None and match.key in (other.name for other in given.values()):
+            omitted[column.name] = "is not the one that --column names"
+        elif match.key in kept and given.get(kept[match.key].header) is None:
+            raise SceneError(
+                f"--against {shown}: both {quoted(kept[match.key].header)} and {quoted(column.name)} may be the "
+                f"scene's {catalogue.word(match.key)}: say which, --column {catalogue.word(match.key)}="
+                f'"{printable(column.name)}"'
+            )
+        else:
+            kept[match.key] = match
+    if not kept:
+        raise SceneError(f"--against {shown}: {refusal(table, omitted, target)}")
+    gaps, notes = _gaps(kept, shown)
+    kept = {key: replace(match, values=match.values[~gaps]) for key, match in kept.items()}
+    infinite = next((match.header for match in kept.values() if not np.isfinite(match.values).all()), None)
+    if infinite is not None:
+        raise SceneError(f"--against {shown}: {quoted(infinite)} has values that are not finite numbers")
+    time = AT_REST if catalogue.steady or run.time is None else run.time[~gaps]
+    if not catalogue.steady:
+        _check_times(time, catalogue.end, shown)
+    headers = {**({"time_s": run.clock} if run.clock else {}), **{key: m.header for key, m in kept.items()}}
+    how = {key: said for key, said in (("time_s", run.how), *((k, m.note) for k, m in kept.items())) if said}
+    # Other columns in SI units may be uncertainties: of temperatures they are differences.
+    others = {
+        c.name: c.values[~gaps] * scale.factor
+        for c in run.columns if c.name not in headers.values() and (scale := scale_of(c.unit)) is not None
+    }  # fmt: skip
+    data = Data(
+        path.name, table.kind, time, {key: m.values for key, m in kept.items()}, headers, how,
+        (*table.notes, *notes), omitted, run.words, others=others, words=catalogue.words,
+    )  # fmt: skip
+    data = replace(data, u=read_uncertainty(catalogue, data, uncertainty))
+    if catalogue.steady:
+        return data
+    return replace(data, warnings=(*_spans(time, catalogue.end), *_starts(data, target, shown)))
+
+
+def _read_table(path: Path, steady: bool) -> Table:
+    """The columns of a file; columns of one name are numbered, but the times before every vector."""
+    data = tables.read_bytes(path)
+    if pairs := [] if raw.is_raw(data) else tables.read_pairs(path, data):
+        if not steady:
+            raise SceneError(
+                f"--against {quoted(path)} is a list of values of the steady state, and the scene is solved over time: "
+                "give traces, or --steady"
+            )
+        return Table("list of values", tuple(pairs))
+    table = raw.read(path, data) if raw.is_raw(data) else tables.read(path, data)
+    seen: dict[str, int] = {}
+    made = []
+    for column in table.columns:
+        n = seen[column.name] = seen.get(column.name, 0) + 1
+        made.append(
+            replace(column, name=f"{column.name} #{n}")
+            if n > 1 and column.name.lower() != "time" and not is_time(column)
+            else column
+        )
+    return replace(table, columns=tuple(made))
+
+
+def _constant(column: Column) -> str:
+    """The value of a column that may be a parameter, as it is the same throughout."""
+    if np.ptp(column.values) != 0 or len(column.values) < 2:
+        return ""
+    value = f"{column.values[0]:g} {column.unit}".strip()
+    return f" ({value} throughout; --column KEY={quoted(column.name)} holds it against the scene's)"
+
+
+def _gaps(kept: Mapping[str, Match], shown: str) -> tuple[np.ndarray, tuple[str, ...]]:
+    """(rows,): the rows in which some column is empty, and a note on them."""
+    empty = {match.header: np.isnan(match.values) for match in kept.values()}
+    gaps: np.ndarray = np.any(list(empty.values()), axis=0)
+    names = [name for name, where in empty.items() if where.any()]
+    if gaps.all():
+        raise SceneError(
+            f"--against {shown}: every row is empty in one of {', '.join(map(quoted, names))}: leave one of them out, "
+            f'--column "ignore={printable(names[0])}"'
+        )
+    said = f"{gaps.sum()} of {len(gaps)} rows are left out, for {', '.join(map(quoted, names))} has no number there"
+    return gaps, (said,) if names else ()
+
+
+def _check_times(time: np.ndarray, end: float, shown: str) -> None:
+    """Refuse fewer than three rows within the run, as a file in another unit of time has."""
+    inside = int((time <= end * (1 + 1e-9)).sum())
+    if inside < 3:
+        covered = " to ".join(quantity(float(t), "s", 3) for t in (time[0], time[-1]))
+        raise SceneError(
+            f"--against {shown} covers {covered} with {inside} {'time' if inside == 1 else 'times'} up to the run's "
+            f"end, {quantity(end, 's')}: three are the least to compare curves by (times in another unit: "
+            '--column "time (ms)=NAME"; a longer run: --set end_time=T)'
+        )
+
+
+def _spans(time: np.ndarray, end: float) -> tuple[str, ...]:
+    """A warning of traces that cover much more or less than the run."""
+    last = float(time[-1])
+    if 0.5 * end <= last <= 10 * end:
+        return ()
+    which = (
+        "only that is compared" if last < end else "is its time in another unit? only what the run covers is compared"
+    )
+    return (f"it ends at {quantity(last, 's', 3)}, the run at {quantity(end, 's', 3)}: {which}",)
+
+
+def _starts(data: Data, target: Target, shown: str) -> tuple[str, ...]:
+    """Warnings of temperatures that start off the initial one by more than their uncertainty. Raises SceneError."""
+    catalogue = target.quantities
+    if data.time[0] > max(catalogue.first / 10, EDGE * catalogue.end):
+        return ()
+    warnings, initial = [], "room" if target.initial == "room_temperature" else "initial"
+    for key, values in data.values.items():
+        if catalogue.units[key] != "K":
+            continue
+        off, change = float(values[0]) - catalogue.initial, float(np.abs(values - values[0]).max())
+        surely = abs(off) - COVERS * float(data.u[key][0]) if key in data.u else abs(off)
+        if surely <= _NOTICED * change:
+            continue
+        header = data.headers[key]
+        where = f"starts {abs(off):.4g} K {'above' if off > 0 else 'below'} the scene's {initial} temperature"
+        other = f"--set {target.initial}={catalogue.initial + off:.6g}"
+        if surely > _REFUSED * change:
+            noisy = "" if key in data.u else "; where it is noise, say how much of it there is, --data-uncertainty U"
+            raise SceneError(
+                f"--against {shown}: {quoted(header)} {where}, {catalogue.initial:g} K: give {other}, "
+                f'or where it is a rise --column "{catalogue.word(key)} rise={printable(header)}"{noisy}'
+            )
+        warnings.append(f"{quoted(header)} {where}, which goes into the difference: {other} would meet it")
+    return tuple(warnings)
+
+
+def read_uncertainty(catalogue: Quantities, data: Data, given: Sequence[str]) -> dict[str, np.ndarray]:
+    """Read `--data-uncertainty` as standard uncertainties (times,) by quantity, in SI units.
+
+    A number with a unit is of all quantities in that unit, a percentage is of the rise or value, a name is a column of
+    the file; "peak=0.5K" is of one quantity. Raises SceneError.
+    """
+    uncertainties: dict[str, np.ndarray] = {}
+    names = catalogue.names
+    example = next((word for word, name in names.items() if catalogue.units[name] == "K"), next(iter(names)))
+    form = f'give 0.5K, 1%, {example}=1%, or {example}="a column of the file"'
+    for said in given:
+        name, equals, value = said.partition("=")
+        if equals and name.strip() not in names:
+            raise SceneError(
+                f"--data-uncertainty {quoted(said)}: {printable(name)} is no quantity: give {', '.join(names)}"
+                f"{did_you_mean(name.strip(), names)}"
+            )
+        keys = [names[name.strip()]] if equals else list(data.values)
+        text = (value if equals else said).strip()
+        found = {key: u for key in keys if (u := _uncertainty(catalogue, data, key, text)) is not None}
+        if not found:
+            raise SceneError(f"--data-uncertainty {quoted(said)} is one of no quantity of {data.name}: {form}")
+        if any((u <= 0).any() or not np.isfinite(u).all() for u in found.values()):
+            raise SceneError(f"--data-uncertainty {quoted(said)}: an uncertainty must be more than nothing: {form}")
+        uncertainties |= found
+    return uncertainties
+
+
+def _uncertainty(catalogue: Quantities, data: Data, key: str, said: str) -> np.ndarray | None:
+    """(times,): the uncertainty of one quantity; ``None`` where the text is of another kind."""
+    if key not in data.values:
+        return None
+    if said in data.others:
+        return data.others[said]
+    try:
+        number, unit = parse_quantity(said)
+    except UnitError:
+        return None
+    if said.endswith("%"):
+        # A rise is zero at the start, where half of the last digit of a double would do as well.
+        return np.maximum(number * np.abs(data.values[key] - catalogue.base(key)), np.sign(number) * 1e-12)
+    if unit is None or unit.powers != parse_unit(catalogue.units[key]).powers:
+        return None
+    return np.full(len(data.time), number - 273.15 if unit.celsius else number)

@@ -1,0 +1,282 @@
+"""Files as other programs and instruments write them, of a bar whose middle warms by a known course."""
+
+from __future__ import annotations
+
+import json
+import struct
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from compare.data import read
+from scenes import load
+from scenes.errors import SceneError
+from validate.cli import main
+
+SCENE = """
+[scene]
+name = "bar"
+initial_temperature = "293.15 K"
+[run]
+end_time = "1 ms"
+[parameters]
+Vapp = "0.1 V"
+[[material]]
+name = "m"
+thermal_conductivity = 100
+resistivity = "1e-6 ohm m"
+temperature_coefficient = "1e-3 1/K"
+reference_temperature = "293.15 K"
+density = 5000
+specific_heat = 500
+[[box]]
+name = "bar"
+material = "m"
+lower = [0, 0, 0]
+upper = ["100 um", "10 um", "10 um"]
+[[boundary]]
+lower = [0, 0, 0]
+upper = [0, "10 um", "10 um"]
+temperature = "293.15 K"
+[[boundary]]
+lower = [0, 0, 0]
+upper = [0, "10 um", "10 um"]
+voltage = "Vapp"
+[[boundary]]
+lower = ["100 um", 0, 0]
+upper = ["100 um", "10 um", "10 um"]
+temperature = "293.15 K"
+[[boundary]]
+lower = ["100 um", 0, 0]
+upper = ["100 um", "10 um", "10 um"]
+voltage = 0
+[[probe]]
+name = "mid"
+at = ["50 um", "5 um", "5 um"]
+[[probe]]
+name = "quarter"
+at = ["25 um", "5 um", "5 um"]
+[[probe]]
+name = "I"
+quantity = "current"
+lower = [0, 0, 0]
+upper = [0, "10 um", "10 um"]
+[[probe]]
+name = "out"
+quantity = "current"
+lower = ["100 um", 0, 0]
+upper = ["100 um", "10 um", "10 um"]
+"""
+TIMES = np.array([0.0, 1e-6, 1e-5, 1e-4, 5e-4, 1e-3])
+RISES = 12.4228 * (1 - np.exp(-TIMES / 3.5e-5))
+MID = 293.15 + RISES
+
+
+@pytest.fixture
+def scene(tmp_path: Path) -> Path:
+    path = tmp_path / "bar.toml"
+    path.write_text(SCENE, encoding="utf-8")
+    return path
+
+
+def rows(form: str, *columns: np.ndarray, end: str = "\n") -> str:
+    return "".join(form.format(*row) + end for row in zip(*columns, strict=True))
+
+
+def comma(text: str) -> str:
+    return text.replace(".", ",")
+
+
+PAIRS = rows("{:.9g},{:.9g}", TIMES, MID)
+CELSIUS = rows("{:.9g};{:.9g}", TIMES, MID - 273.15)
+COMSOL = "% Model: bar.mph\n% Version: COMSOL 6.2.0.339\n% Length unit: m\n"
+SECTIONS = "".join(f"% T (K) @ t={t:g}\n{v:.9g}\n" for t, v in zip(TIMES, MID, strict=True))
+BESIDE = "  ".join(f"T (K) @ t={t:g}" for t in TIMES)
+STEPS = "".join(
+    f"Step Information: Vapp={v}m  (Step: {n}/2)\n" + rows("{:.9e}\t{:.9e}", TIMES, 293.15 + part * RISES)
+    for n, (v, part) in enumerate(((50, 0.25), (100, 1.0)), 1)
+)
+
+TRACES: dict[str, str | bytes] = {
+    "comma separated": "time (s),mid (K)\n" + PAIRS,
+    "COMSOL table": COMSOL + "% Time (ms)        mid (degC)\n" + rows("{:.9g}   {:.9g}", 1e3 * TIMES, MID - 273.15),
+    "COMSOL table with NaN in a column": COMSOL + "% Time (s)  mid (K)  quarter (K)\n"
+    + rows("{:.9g}  {:.9g}  NaN", TIMES, MID),
+    "COMSOL spreadsheet": f"{COMSOL}% X  Y  Z  {BESIDE}\n5E-5 5E-6 5E-6 " + rows("{:.9g} ", MID, end=" ") + "\n",
+    "COMSOL spreadsheet in um": f"{COMSOL}% x  y  z  {BESIDE}\n50 5 5 ".replace("unit: m", "unit: um")
+    + rows("{:.9g} ", MID, end=" "),
+    "COMSOL sections": COMSOL + "% X\n5E-5\n% Y\n5E-6\n% Z\n5E-6\n" + SECTIONS,
+    "COMSOL sections with coordinates": COMSOL + "% Coordinates\n5E-5 5E-6 5E-6\n% Elements (point)\n1\n"
+    + SECTIONS.replace("% T (K) @", "% Data (T (K) @").replace("\n2", ")\n2").replace("\n3", ")\n3"),
+    "COMSOL grid": COMSOL + "% Grid\n0 5E-5\n5E-6\n5E-6\n"
+    + "".join(f"% Data\n% T (K) @ t={t:g}\n293.15 {v:.9g}\n" for t, v in zip(TIMES, MID, strict=True)),
+    "COMSOL point of the geometry": COMSOL + "% Time (s)  Temperature (K), Point: (50, 5, 5)\n"
+    + rows("{:.9g}  {:.9g}", TIMES, MID),
+    "MOOSE": "time,I,mid\n" + rows("{:.9g},0.1,{:.9g}", TIMES, MID),
+    "oscilloscope with metadata": "Model,DSO-X 3024\nSample Interval,1e-6,s\nSource,CH1\n\nTIME,mid\n" + PAIRS,
+    "oscilloscope with words for units": "x-axis,mid\nsecond,Kelvin\n" + PAIRS,
+    "row of units in brackets": "time;mid\n[ms];[°C]\n" + comma(rows("{:.9g};{:.9g}", 1e3 * TIMES, MID - 273.15)),
+    "Excel's sep=;": "sep=;\r\nZeit (s);mid (°C)\r\n" + comma(CELSIUS).replace("\n", "\r\n"),
+    "decimal commas in quotes": 'time (s),mid (K)\n' + comma(rows('"{:.9f}";"{:.9f}"', TIMES, MID)).replace(";", ","),
+    "decimal commas and blanks": "time/s mid/K\n" + comma(rows("{:.9f} {:.9f}", TIMES, MID)),
+    "Windows' code page": ("time (µs);mid (°C)\n" + rows("{:.9g};{:.9g}", 1e6 * TIMES, MID - 273.15)).encode("cp1252"),
+    "UTF-16": ("time (s)\tmid (K)\r\n" + rows("{:.9g}\t{:.9g}", TIMES, MID)).encode("utf-16"),
+    "UTF-16 without a mark": ("time (s)\tmid (K)\n" + rows("{:.9g}\t{:.9g}", TIMES, MID)).encode("utf-16-le"),
+    "minutes": "time (min),mid (K)\n" + rows("{:.12g},{:.9g}", TIMES / 60, MID),
+    "Fortran": " time(s)   mid(K)\n" + rows("  {:.12e}  {:.10e}", TIMES, MID).replace("e", "D"),
+    "Xyce": "Index   TIME    V(MID)   I(V1)\n" + rows("{:.0f} {:.9e} {:.9e} -1e-1", np.arange(6), TIMES, MID)
+    + "End of Xyce(TM) Simulation\n",
+    "LTspice text with .step": "time\tV(mid)\n" + STEPS,
+    "column of texts": "date,time (s),mid (K),remark\n" + rows("2024-05-01 10:00,{:.9g},{:.9g},ok", TIMES, MID),
+    "rise": "time (s),mid rise (K)\n" + rows("{:.9g},{:.9g}", TIMES, RISES),
+    "rise by its column": "time (s),mid (K)\n" + rows("{:.9g},{:.9g}", TIMES, RISES),
+    "numbered index": ",time (s),mid (K)\n" + rows("{:.0f},{:.9g},{:.9g}", np.arange(6), TIMES, MID),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", TRACES)
+def test_kind_of_file_is_read(kind: str, scene: Path) -> None:
+    path, content = scene.with_name("data.txt"), TRACES[kind]
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    data = read(path, load(scene))
+    assert data.time == pytest.approx(TIMES, abs=1e-9)
+    assert data.values["mid"] == pytest.approx(MID, abs=2e-5)
+
+
+LTSPICE = "Title: * bar\nPlotname: Transient Analysis\nFlags: real forward\nNo. Variables: 3\nNo. Points: 6\n\
+Command: Linear Technology Corporation LTspice XVII\nVariables:\n\t0\ttime\ttime\n\t1\tV(mid)\tvoltage\n\
+\t2\tI(V1)\tdevice_current\n"
+MARKED = TIMES * np.array([1, 1, -1, 1, -1, 1])
+
+
+@pytest.mark.parametrize("kind", ["text", "UTF-16", "single", "double"])
+def test_raw_file_of_ltspice(kind: str, scene: Path) -> None:
+    """Minus signs of times are LTspice's marks; binary files have single precision unless they say "double"."""
+    values = rows("0\t{:.15e}\n\t{:.15e}\n\t-1e-1", MARKED, MID)
+    point = "<dff" if kind == "single" else "<ddd"
+    binary = b"".join(struct.pack(point, t, v, -0.1) for t, v in zip(MARKED, MID, strict=True))
+    header = LTSPICE.replace("forward", "forward double") if kind == "double" else LTSPICE
+    content = {
+        "text": (header + "Values:\n" + values).encode(), "UTF-16": (header + "Values:\n" + values).encode("utf-16-le"),
+        "single": (header + "Binary:\n").encode("utf-16-le") + binary,
+        "double": (header + "Binary:\n").encode() + binary,
+    }  # fmt: skip
+    path = scene.with_name("data.raw")
+    path.write_bytes(content[kind])
+    data = read(path, load(scene), ["I=I(V1)"])
+    assert data.time == pytest.approx(TIMES)
+    assert data.values["mid"] == pytest.approx(MID, abs=1e-4)
+    assert data.values["I"] == pytest.approx(np.full(6, 0.1))
+    assert "sign turned" in data.said()
+
+
+@pytest.mark.parametrize(("probe", "value", "turned"), [("I", -0.1, True), ("I", 0.1, False), ("out", 0.1, True)])
+def test_current_has_the_sign_that_the_voltages_give(probe: str, value: float, turned: bool, scene: Path) -> None:
+    """A current enters the bar at the electrode of the larger voltage and leaves at the other."""
+    path = scene.with_name("data.csv")
+    path.write_text(f"time (s),{probe} (mA)\n" + rows("{:.9g}," + str(1e3 * value), TIMES), encoding="utf-8")
+    data = read(path, load(scene))
+    assert data.values[probe] == pytest.approx(np.full(6, -value if turned else value))
+    assert ("sign turned to that of the voltage" in data.said()) == turned
+
+
+def put(text: str, *changes: tuple[str, str]) -> str:
+    for before, after in changes:
+        assert before in text
+        text = text.replace(before, after, 1)
+    return text
+
+
+FIRST, THIRD = PAIRS.splitlines()[0], PAIRS.splitlines()[2]
+
+
+@pytest.mark.parametrize(
+    ("change", "kept", "said"),
+    [
+        (lambda t: put(t, (THIRD, "1e-05,#N/A")), [0, 1, 3, 4, 5], "1 of 6 rows are left out"),
+        (lambda t: put(t, (THIRD, "1e-05,NaN")), [0, 1, 3, 4, 5], "1 of 6 rows are left out"),
+        (lambda t: put(t, (FIRST, "0,0")), [1, 2, 3, 4, 5], "1 placeholder rows of zeros"),
+        (lambda t: put(t, (THIRD, f"{THIRD}\n{THIRD}")), range(6), "1 of them twice, the second row is taken"),
+        (lambda t: put(t, (THIRD, f"1e-05,293.15\n{THIRD}")), range(6), "1 of them twice, the second row is taken"),
+    ],
+    ids=["#N/A", "NaN", "placeholder", "event", "jump at an event"],
+)
+def test_rows_that_are_left_out(change: Callable[[str], str], kept: list[int], said: str, scene: Path) -> None:
+    path = scene.with_name("data.csv")
+    path.write_text(change("time (s),mid (K)\n" + PAIRS), encoding="utf-8")
+    data = read(path, load(scene))
+    assert data.time == pytest.approx(TIMES[list(kept)])
+    assert data.values["mid"] == pytest.approx(MID[list(kept)])
+    assert said in data.said()
+
+
+def test_placeholder_in_degrees_celsius(scene: Path) -> None:
+    path = scene.with_name("data.csv")
+    path.write_text(put("time (s);mid (degC)\n" + CELSIUS, ("0;20", "0;0")), encoding="utf-8")
+    assert read(path, load(scene)).values["mid"] == pytest.approx(MID[1:])
+
+
+STEADY = {
+    "COMSOL table": COMSOL + "% mid (K)   quarter (K)   I (mA)\n305.5728   302.4623   99.17895\n",
+    "COMSOL sweep": COMSOL + "% Vapp (V)  mid (K)  quarter (K)  I (mA)\n0.05 296 295 50\n"
+    "0.1 305.5728 302.4623 99.17895\n",
+    "COMSOL sweep beside": COMSOL + "% mid (K) @ Vapp=0.05  mid (K) @ Vapp=0.1  quarter (K) @ Vapp=0.05"
+    "  quarter (K) @ Vapp=0.1  I (mA) @ Vapp=0.05  I (mA) @ Vapp=0.1\n296 305.5728 295 302.4623 50 99.17895\n",
+    "MOOSE": "time,mid,quarter,I\n0,293.15,293.15,0\n1,305.5728,302.4623,0.09917895\n",
+    "list": "mid, 305.5728 K\nquarter, 302.4623 K\nI, 99.17895 mA\n",
+    "list with units": "probe,value,unit\nmid,32.4228,degC\nquarter,29.3123,degC\nI,99.17895,mA\n",
+    "list with decimal commas": "Probe;Wert;Einheit\nmid;32,4228;°C\nquarter;29,3123;°C\nI;99,17895;mA\n",
+    "table of one row": "mid (K),quarter (K),I (mA)\n305.5728,302.4623,99.17895\n",
+    "data export": COMSOL + "% x  y  z  T (K)\n5E-5 5E-6 5E-6 305.5728\n2.5E-5 5E-6 5E-6 302.4623\n",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", STEADY)
+def test_steady_values(kind: str, scene: Path) -> None:
+    path = scene.with_name("data.txt")
+    path.write_text(STEADY[kind], encoding="utf-8")
+    data = read(path, load(scene, ["run.steady=true"]))
+    assert data.at_rest
+    assert data.values["mid"] == pytest.approx([305.5728])
+    assert data.values["quarter"] == pytest.approx([302.4623])
+    assert data.values.get("I", np.array([0.09917895])) == pytest.approx([0.09917895])
+
+
+def test_steady_rows_of_unknown_states_are_refused(scene: Path) -> None:
+    path = scene.with_name("data.csv")
+    path.write_text("U (V),mid (K)\n0.05,296\n0.1,305.6\n", encoding="utf-8")
+    steady = load(scene, ["run.steady=true"])
+    with pytest.raises(SceneError, match=r'2 rows where the scene has one steady state.*KEY="U \(V\)"'):
+        read(path, steady)
+    assert read(path, steady, ["Vapp=U (V)"]).values["mid"] == pytest.approx([305.6])
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("time (s);mid (K)\n" + rows("{:.9g};1.293,5", TIMES), "write none with a mark between thousands"),
+        (COMSOL + "% Grid\n0 1\n% Data\n1 2\n", "export it as a spreadsheet"),
+        ("a, b\nc, d\n", "has no rows of numbers"),
+        ("mid,305 parsec\n", "unknown unit"),
+    ],
+)
+def test_cause_and_cure_of_what_cannot_be_read(text: str, said: str, scene: Path) -> None:
+    path = scene.with_name("data.txt")
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(SceneError, match=said) as caught:
+        read(path, load(scene, ["run.steady=true"] if "parsec" in text else []))
+    assert "\n" not in str(caught.value)
+
+
+def test_steady_table_on_the_command_line(scene: Path) -> None:
+    path, out = scene.with_name("data.txt"), scene.with_name("run")
+    path.write_text(STEADY["COMSOL sweep"], encoding="utf-8")
+    assert main(["solve", str(scene), "--steady", "--against", str(path), "--no-figures", "--out", str(out)]) == 0
+    summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
+    checks = {check["id"]: check for check in summary["checks"]}
+    for name in ("against_mid", "against_quarter", "against_I"):
+        assert checks[name]["verdict"] == "agrees"
+        assert abs(checks[name]["difference"]) < 1e-3
+    assert "100 mV" in summary["against"]["run"]
