@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -104,7 +105,7 @@ class Data:
     ``left_out`` says why the others are none, ``run`` which of several runs it is, ``notes`` what else was done,
     ``warnings`` what may be another scene's; ``others`` are the values (SI) of columns that were left out, ``u`` the
     standard uncertainties (times,) of the values, by the same names, where they are known; ``words`` what a user calls
-    a quantity, where that is not its name.
+    a quantity, where that is not its name. Of a ``curve`` the rows are steady states at values (SI) of a key.
     """
 
     name: str
@@ -120,6 +121,7 @@ class Data:
     others: Mapping[str, np.ndarray] = field(default_factory=dict)
     u: Mapping[str, np.ndarray] = field(default_factory=dict)
     words: Mapping[str, str] = field(default_factory=dict)
+    curve: tuple[str, np.ndarray] | None = None
 
     @property
     def at_rest(self) -> bool:
@@ -149,7 +151,7 @@ class Data:
         omitted = [f"{quoted(name)}, it {why}" for name, why in list(self.left_out.items())[:6]]
         omitted += [f"{len(self.left_out) - 6} more"] if len(self.left_out) > 6 else []
         parts += [f"left out: {'; '.join(omitted)}"] if omitted else []
-        covered = "the steady state"
+        covered = "the steady state" if self.curve is None else f"{len(self.time)} steady states"
         if not self.at_rest:
             first, last = (quantity(float(t), "s", 3) for t in (self.time[0], self.time[-1]))
             covered = f"{len(self.time)} rows, {first} to {last}"
@@ -163,10 +165,40 @@ def checked(scene: Any, data: Data) -> dict[str, str]:
 
 def evaluate(scene: Any, data: Data, fem3d: Result) -> tuple[Check, ...]:
     """A check for every quantity of the data, in the order of the scene's."""
+    if data.curve is not None:
+        return _evaluate_curve(scene, data)
     return tuple(
         judged(check, compare(scene, data, fem3d, name), scene, always=True)
         for check, name in checked(scene, data).items()
     )
+
+
+def _evaluate_curve(scene: Any, data: Data) -> tuple[Check, ...]:
+    """The checks of a curve: the largest distance of its rows, each solved, over the largest rise or value on it."""
+    from fem3d.runs import scene as scene_run
+    from scenes.varied import kind_of, numbers, varied
+
+    assert data.curve is not None
+    key, abscissas = data.curve
+    now, dimension = numbers(scene).get(key), kind_of(scene, key).dimension
+    if now is None:
+        raise SceneError(f"--against {quoted(data.name)}: {key} is 0 in the scene: give it another value for a curve")
+    results = [scene_run.solve(varied(scene, key, float(value) / now)) for value in abscissas]
+    catalogue, checks = quantities.of(scene), []
+    for check, name in checked(scene, data).items():
+        unit, base = catalogue.units[name], catalogue.base(name)
+        models = np.array([result.steady[name].value for result in results])
+        off = data.values[name] - models
+        i, size = int(np.argmax(np.abs(off))), float(np.abs(models - base).max())
+        where = f"{key} = {dimension.show(float(f'{abscissas[i]:.6g}'))}"
+
+        title = f"{cut(catalogue.word(name), 24)}, {cut(data.name, 16, '...')}"
+        error = part(results[i].steady[name].error, size)
+        p, m = float(data.values[name][i]) - base, float(models[i]) - base
+        said = f"{data.name} is furthest from 3D at {where}: {quantity(p, unit)} against {quantity(m, unit)}"
+        comparison = Comparison(title, p, m, unit, part(p - m, size), error, partial(str, said))
+        checks.append(judged(check, comparison, scene, always=True))
+    return tuple(checks)
 
 
 def simulated(result: Result, name: str, times: np.ndarray) -> np.ndarray:

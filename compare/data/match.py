@@ -58,7 +58,7 @@ def _read_meaning(target: Target, quantity: str) -> Meaning:
         return Meaning(plain.lower(), unit)
     if plain.lower() in words:
         return Meaning(words[plain.lower()], unit, plain.lower() != name.strip().lower())
-    path = target.key_of(plain)
+    path = target.key_of(plain.removesuffix(" curve"))
     if path is None:
         choices = ("time", *target.quantities.names, IGNORED)
         example = "drive.voltage" if "drive.voltage" in target.keys else next(iter(target.keys), "")
@@ -66,7 +66,7 @@ def _read_meaning(target: Target, quantity: str) -> Meaning:
         raise SceneError(
             f"--column {quoted(quantity)} is no quantity: give {', '.join(choices)}{key}{did_you_mean(plain, choices)}"
         )
-    return Meaning(path, unit)
+    return Meaning(path, unit, curve=plain.endswith(" curve"))
 
 
 def _find_column(table: Table, wanted: str, text: str) -> str:

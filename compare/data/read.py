@@ -80,7 +80,7 @@ def read(path: Path, scene: Any, columns: Sequence[str] = (), uncertainty: Seque
     infinite = next((match.header for match in kept.values() if not np.isfinite(match.values).all()), None)
     if infinite is not None:
         raise SceneError(f"--against {shown}: {quoted(infinite)} has values that are not finite numbers")
-    time = AT_REST if catalogue.steady or run.time is None else run.time[~gaps]
+    time = np.repeat(AT_REST, int((~gaps).sum())) if catalogue.steady or run.time is None else run.time[~gaps]
     if not catalogue.steady:
         _check_times(time, catalogue.end, shown)
     headers = {**({"time_s": run.clock} if run.clock else {}), **{key: m.header for key, m in kept.items()}}
@@ -93,7 +93,10 @@ def read(path: Path, scene: Any, columns: Sequence[str] = (), uncertainty: Seque
     data = Data(
         path.name, table.kind, time, {key: m.values for key, m in kept.items()}, headers, how,
         (*table.notes, *notes), omitted, run.words, others=others, words=catalogue.words,
+        curve=None if run.curve is None else (run.curve.key, run.curve.values[~gaps]),
     )  # fmt: skip
+    if data.curve is not None and uncertainty:
+        raise SceneError("--data-uncertainty is of traces or of one steady state: leave it out with a curve")
     data = replace(data, u=read_uncertainty(catalogue, data, uncertainty))
     if catalogue.steady:
         return data

@@ -27,6 +27,7 @@ class Parameter:
     name: str
     key: str
     values: np.ndarray
+    curve: bool = False
 
     def listed(self, target: Target) -> str:
         """The distinct values in words."""
@@ -39,7 +40,8 @@ class Run:
     """The run that is compared.
 
     ``time`` (rows,) in s or ``None``, ``clock`` the header of the time and ``how`` it was read where that is not plain,
-    the ``columns`` that may be quantities, ``left_out`` the reasons of the others, ``parameters`` and ``words`` of it.
+    the ``columns`` that may be quantities, ``left_out`` the reasons of the others, the run in ``words``, and the
+    ``curve`` over a parameter of the scene whose rows are steady states.
     """
 
     time: np.ndarray | None
@@ -48,6 +50,7 @@ class Run:
     columns: tuple[Column, ...]
     left_out: Mapping[str, str]
     words: str
+    curve: Parameter | None = None
 
 
 def pick(table: Table, given: Mapping[str, Meaning], target: Target, shown: str) -> Run:
@@ -65,15 +68,26 @@ def pick(table: Table, given: Mapping[str, Meaning], target: Target, shown: str)
             how = "; ".join(filter(None, (how, f"{(~filled).sum()} rows without one are left out")))
             time = time[filled]
     parameters, columns, omitted = _below(columns, given, time, target, shown)
-    fits, words = _choose(shown, parameters, target, len(time))
+    over = next((p for p in parameters if p.curve), None)
+    fits, words = _choose(shown, [p for p in parameters if not p.curve], target, len(time))
+    if over is not None:
+        # A scene that nothing drives is refused, and so its row of zeros has no 3D.
+        fits &= over.values != 0
+        words += f"{words and '; '}rows at {over.name} = 0 are left out" if (over.values == 0).any() else ""
     time, columns = time[fits], [replace(c, values=c.values[fits]) for c in columns]
-    if target.quantities.steady:
+    if over is not None and target.quantities.steady:
+        rows, said = np.arange(len(time)), ""
+        over = replace(over, values=over.values[fits])
+        words = "; ".join(filter(None, (words, f"the curve over {over.name} ({over.key}) at {over.listed(target)}")))
+    elif over is not None:
+        raise SceneError(f"--against {shown}: a curve over {over.name} is one of steady states: give --steady")
+    elif target.quantities.steady:
         rows, said = _settled(time, clock, columns, parameters, target, shown)
     else:
         rows, said = _ascending(time, columns, target, words, shown)
     how = "; ".join(filter(None, (how, said)))
     columns = [replace(c, values=c.values[rows]) for c in columns]
-    return Run(time[rows] if clock else None, clock.name if clock else "", how, tuple(columns), omitted, words)
+    return Run(time[rows] if clock else None, clock.name if clock else "", how, tuple(columns), omitted, words, over)
 
 
 def _find_time(
@@ -123,8 +137,8 @@ def _below(
         parameter = _as_parameter(target, column, key, meaning.unit) if key or column.name not in given else None
         if parameter is None:
             others.append(column)
-        elif len(np.unique(parameter.values)) <= runs:
-            parameters.append(parameter)
+        elif len(np.unique(parameter.values)) <= runs or meaning.curve:
+            parameters.append(replace(parameter, curve=meaning.curve))
         elif key is None:
             omitted[column.name] = "varies over time"
         else:
@@ -162,6 +176,11 @@ def _choose(shown: str, parameters: Sequence[Parameter], target: Target, count: 
                 for p, w in zip(parameters, wanted, strict=True)
             )
             + f": export that run, or set the scene: --set {first.key}={value}"
+            + (
+                f', or compare the whole curve: --column "{first.key} curve={first.name}"'
+                if target.quantities.steady
+                else ""
+            )
             + f' (--column "ignore={first.name}" where it is no such parameter)'
         )
     several = (f" of {p.listed(target)}" * (len(np.unique(p.values)) > 1) for p in parameters)
@@ -169,7 +188,10 @@ def _choose(shown: str, parameters: Sequence[Parameter], target: Target, count: 
         f"{p.name} = {target.show(p.key, w)} ({p.key}){others}"
         for p, w, others in zip(parameters, wanted, several, strict=True)
     )
-    return fits, f"the run at {', '.join(words)}"
+    said = f"the run at {', '.join(words)}"
+    if target.quantities.steady and fits.sum() < count:
+        said += f' (the whole curve: --column "{parameters[0].key} curve={parameters[0].name}")'
+    return fits, said
 
 
 def _is_one_run(time: np.ndarray) -> bool:

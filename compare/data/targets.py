@@ -38,11 +38,13 @@ _NEAR = 1e-3
 
 @dataclass(frozen=True)
 class Meaning:
-    """The meaning of a column by `--column`: "time", "ignore", a quantity or a key; its unit; whether it is a rise."""
+    """The meaning of a column by `--column`: "time", "ignore", a quantity or a key; its unit; whether the column is a
+    rise, or the abscissa of a ``curve``."""
 
     name: str
     unit: str = ""
     rise: bool = False
+    curve: bool = False
 
 
 class Target:
@@ -85,10 +87,12 @@ class Target:
     def places(self, powers: Powers) -> list[tuple[str, Any, Any]]:
         """Quantities of a unit with the lower and upper corner (m) of their places."""
         probes = [p for p in self.scene.probes if p.quantity in ("temperature", "potential")]
-        probes = [
-            p for p in probes if parse_unit(UNITS[p.quantity]).powers == powers and getattr(p, "at", 0) is not None
+        ends = [
+            (p, getattr(p, "lower", getattr(p, "at", None)), getattr(p, "upper", getattr(p, "at", None)))
+            for p in probes
         ]
-        return [(p.name, getattr(p, "lower", None) or p.at, getattr(p, "upper", None) or p.at) for p in probes]
+        points = [(p, lower) for p, lower, upper in ends if lower is not None and lower == upper]
+        return [(p.name, at, at) for p, at in points if parse_unit(UNITS[p.quantity]).powers == powers]
 
     def find_point(self, name: str, powers: Powers) -> tuple[str, str]:
         """The quantity at the point in a header, in m or in the unit of the geometry, which may be mm or um."""

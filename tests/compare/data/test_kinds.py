@@ -280,3 +280,23 @@ def test_steady_table_on_the_command_line(scene: Path) -> None:
         assert checks[name]["verdict"] == "agrees"
         assert abs(checks[name]["difference"]) < 1e-3
     assert "100 mV" in summary["against"]["run"]
+
+
+def test_curve_over_a_parameter_is_solved_row_by_row(scene: Path) -> None:
+    """Both ends of the bar are held at T0 and its conductivity is constant: the integral of rho from T0 to the peak
+    is V^2/(8 k)."""
+    volts = np.array([0.0, 0.05, 0.1, 0.2])
+    k, rho, tcr = 100.0, 1e-6, 1e-3
+    rise = (np.sqrt(1 + 2 * tcr * volts**2 / (8 * k * rho)) - 1) / tcr
+    path, out = scene.with_name("curve.csv"), scene.with_name("run")
+    path.write_text("Vapp (V),mid (K)\n" + rows("{:.9g},{:.9g}", volts, 293.15 + rise), encoding="utf-8")
+    arguments = ["solve", str(scene), "--steady", "--against", str(path), "--no-figures", "--out", str(out)]
+    curve = ["--column", "Vapp curve=Vapp (V)"]
+    for off in (0.0, 5.0):
+        text = "Vapp (V),mid (K)\n" + rows("{:.9g},{:.9g}", volts, 293.15 + rise + off * (volts == 0.05))
+        path.write_text(text, encoding="utf-8")
+        assert main([*arguments, *curve]) == 0
+        summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
+        (check,) = [check for check in summary["checks"] if check["id"] == "against_mid"]
+        assert check["difference"] == pytest.approx(off / rise.max(), abs=1e-3)
+    assert main([*arguments, *curve, "--data-uncertainty", "1K"]) == 2

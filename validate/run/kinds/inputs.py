@@ -104,7 +104,7 @@ def held_against(run: Run, outcome: Outcome[Any], data: Data | None, fit: Fit | 
     scene, three, uncertain = outcome.scene, outcome.fem3d, run.request.uncertain
     checks, kind = evaluate(scene, data, three), kinds.of(outcome.scene)
     slopes: dict[str, Any] = {}
-    if uncertain is not None and outcome.propagated is not None:
+    if uncertain is not None and outcome.propagated is not None and data.curve is None:
         sensitivities = outcome.propagated.sensitivities
         slopes = kind.slopes(outcome, sensitivities)
         beside = kind.beside(outcome, sensitivities)
@@ -118,7 +118,7 @@ def held_against(run: Run, outcome: Outcome[Any], data: Data | None, fit: Fit | 
     outcome = replace(
         outcome, checks=(*outcome.checks, *checks), warnings=(*outcome.warnings, *warnings), against=data, fit=fit
     )
-    if uncertain is None and not data.u:
+    if data.curve is not None or (uncertain is None and not data.u):
         return outcome
     models = [
         (name, result, propagation.u_input(uncertain, slopes[name]) if uncertain is not None else None)
