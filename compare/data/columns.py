@@ -27,7 +27,7 @@ _WORDS = {
 """Units in words, as instruments write them in any case: "second", "Volts", "millisec", "S"."""
 _MISSING = {"", "nan", "-nan", "na", "n/a", "null", "none", "-", "--", "nan(ind)", "-nan(ind)", "1.#qnan", "-1.#ind"}
 SHEET_ERROR = re.compile(r"#(N/?[AV]\b|[^\W\d_/]+(/0)?[!?])")
-_VECTOR = re.compile(r"(v|i\w{0,2})\(.*\)$|.*#branch$|@.*\[\w+\]$", re.IGNORECASE)
+_VECTOR = re.compile(r"(v|i\w{0,2})\([^()]*\)$|.*#branch$|@.*\[\w+\]$", re.IGNORECASE)
 
 
 @dataclass(frozen=True)

@@ -176,7 +176,7 @@ class SinkTarget(Target):
         return [(key, (0.0, y, 0.0), (0.0, y, height)) for key, y in ys]
 
     def sign(self, key: str) -> float:
-        return float(np.sign(self.scene.voltage))
+        return float(np.sign(self.scene.voltage if self.scene.current is None else self.scene.current))
 
 
 def make_target(scene: Any) -> Target:
