@@ -8,17 +8,11 @@ The first two responses are the mean rises of sink and sensor, by which their re
 u (W) of these is the electrical power V^2/R (eqs 6, 7). Any further ones are how a film's local temperature departs
 from its mean: heat is rho J^2 with the resistivity of the place, so that u_j = P a dT_j / (1 + a dT) there, which moves
 heat about and makes none.
-
-In an interval of constant voltages modes are propagated exactly, the heat V^2/R(T) collocated in powers of t^(1/p).
-After a voltage jump the temperatures go like t, t^(3/2), t^2 ... once heat has entered the layers, and faster while it
-charges the thin sensor; in x = (t/h)^(1/p) both are smooth. The source is a polynomial in x through its values at the
-start (known) and at Chebyshev points; its response at those points is a product with tables made once per length h.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import lru_cache
 
 import numpy as np
 
@@ -114,71 +108,3 @@ class Modal:
         local = a * rise / (1 + a * rise[film])
         local[:2] = 1.0
         return power[film] * local
-
-
-@dataclass(frozen=True)
-class Interval:
-    """Tables for one length (s), with q + 1 nodes (the first at the start), n modes and m responses, which vary
-    slowest.
-
-    ``free`` (m q, n) rises at the nodes per mode at the start; ``first`` (m q, m) and ``later`` (m q, m q) rises per
-    heat at the start and at the nodes; ``decay`` (n,), ``gain_first`` (n, m) and ``gain_later`` (n, m q) take the modes
-    to the interval's end; ``weights`` (q + 1,) integrate a power over it.
-    """
-
-    length: float
-    nodes: np.ndarray
-    free: np.ndarray
-    first: np.ndarray
-    later: np.ndarray
-    decay: np.ndarray
-    gain_first: np.ndarray
-    gain_later: np.ndarray
-    weights: np.ndarray
-
-
-def interval(modes: Modal, length: float, q: int, p: int) -> Interval:
-    """Tables for intervals of one length (s) with q unknown heats per response in t^(1/p)."""
-    m = modes.responses
-    x = (1 - np.cos(np.pi * np.arange(q + 1) / q)) / 2
-    response = np.stack([_response(modes.rates * length, x, k, p) for k in range(1, q + 1)]) * length
-    kernel = np.einsum("in,mnl,jn->imjl", modes.shape, response, modes.shape)
-    free = np.einsum("in,mn->imn", modes.shape, np.exp(-np.outer(x[1:] ** p, modes.rates * length)))
-    last = np.einsum("nl,jn->njl", response[-1], modes.shape)
-    points, w = _graded(x[-1], 4, q + 8)
-    return Interval(
-        length, length * x**p, free.reshape(m * q, -1),
-        kernel[..., 0].reshape(m * q, m), kernel[..., 1:].reshape(m * q, m * q),
-        np.exp(-modes.rates * length), last[..., 0], last[..., 1:].reshape(-1, m * q),
-        length * (w * p * points ** (p - 1)) @ _lagrange(x, points),
-    )  # fmt: skip
-
-
-def _response(decay: np.ndarray, x: np.ndarray, m: int, p: int) -> np.ndarray:
-    """Integrals of exp(-decay (x_m^p - s^p)) times the Lagrange polynomials in s over ds^p, (modes, nodes)."""
-    s, w = _graded(x[m], int(np.ceil(np.log2(p * decay.max() + 1))) + 4, len(x) + 7)
-    return np.exp(np.outer(decay, s**p - x[m] ** p)) @ ((w * p * s ** (p - 1))[:, None] * _lagrange(x, s))
-
-
-def _graded(end: float, panels: int, order: int) -> tuple[np.ndarray, np.ndarray]:
-    """Gauss points and weights on panels of (0, end) that halve towards the end."""
-    edges = end * np.r_[1 - 0.5 ** np.arange(panels), 1.0]
-    x, w = _gauss(order)
-    half = np.diff(edges)[:, None] / 2
-    return (edges[:-1, None] + half * (1 + x)).ravel(), (half * w).ravel()
-
-
-@lru_cache
-def _gauss(order: int) -> tuple[np.ndarray, np.ndarray]:
-    return np.polynomial.legendre.leggauss(order)
-
-
-def _lagrange(nodes: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Lagrange polynomials of the Chebyshev-Lobatto nodes at x, (points, nodes), by the barycentric formula."""
-    weights = (-1.0) ** np.arange(len(nodes))
-    weights[[0, -1]] /= 2
-    difference = x[:, None] - nodes
-    hit = np.abs(difference) < 1e-15
-    terms = weights / np.where(hit, 1.0, difference)
-    values = terms / terms.sum(axis=1, keepdims=True)
-    return np.where(hit.any(axis=1, keepdims=True), hit, values)

@@ -8,14 +8,13 @@ that its power tells of the outside alone. One kelvin of substrate then changes 
 # ruff: noqa: N815 - the symbols of units keep their capitals, as in the keys of the output
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from scenes.device import Device, External
 from statespace.controller import timetable
-from statespace.march import Resolution, march
+from statespace.march import march
 from statespace.modal import Modal
 from statespace.stability import steady
 
@@ -91,17 +90,16 @@ class Response:
         return float(self.sensor_power_W_per_K[at]), float(self.time_s[at])
 
 
-def response(resolutions: Sequence[Resolution], device: Device) -> list[Response]:
-    """The sampled loops' response in several resolutions of one device."""
+def response(modal: Modal, nodes: int, device: Device) -> Response:
+    """The response of the sampled loops of a model, with some nodes between samples."""
     room, h = device.sink.room_temperature, device.control.sample_time
     outer = device.external.final_temperature - room
     after = device.end_time - (device.external.step_time if device.steps_outside else 0.0)
     stepped = replace(
         device, external=External(room, room + STEP, BEFORE * h), end_time=BEFORE * h + max(after, BEFORE * h)
     )
-    models = [Resolution(r.modal.above_substrate(outer), r.nodes) for r in resolutions]
-    run = march(models, stepped, CLOSELY, start="settled")
+    run = march(modal.above_substrate(outer), nodes, stepped, CLOSELY, start="settled")
     time = timetable(stepped).times[: len(run.powers)]
     change = (run.powers - run.powers[BEFORE - 1]) / STEP
     since = slice(BEFORE, None)
-    return [Response(time[since] - time[BEFORE], change[since, i, 1], change[since, i, 0]) for i in range(len(models))]
+    return Response(time[since] - time[BEFORE], change[since, 1], change[since, 0])

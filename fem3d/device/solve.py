@@ -18,7 +18,7 @@ from scenes.device import Device, External
 from scenes.errors import NumericsError
 from statespace import shielding
 from statespace.ground import NARROW, Shared, shared
-from statespace.march import March, Resolution, march
+from statespace.march import March, march
 from statespace.modal import Modal
 from statespace.result import QUANTITIES, TOP, DeviceResult, Steady, device_result
 from statespace.shielding import Response, Shielding
@@ -107,7 +107,7 @@ class Model:
         """Over time the response of both powers to a step of the substrate's temperature, with errors: what the lower
         space, fewer fields and fewer nodes change of it."""
         given = (self.fine, self.nodes), (self.low, self.nodes), (self.fewer, self.nodes), (self.fine, self.nodes - 2)
-        response, *others = shielding.response([Resolution(modal, nodes) for modal, nodes in given], device)
+        response, *others = (shielding.response(modal, nodes, device) for modal, nodes in given)
 
         def error(film: str) -> float:
             values = getattr(response, film)
@@ -139,19 +139,18 @@ class Model:
 
         Raises ArithmeticError where the powers between two samples cannot be found.
         """
-        models = [Resolution(modal, self.nodes) for modal in (self.fine, self.low)]
-        run = march(models, device, _steps(device), meter, start)
-        scale, apart = _scales(device, run), run.apart(0, 1)
+        runs = [march(modal, self.nodes, device, _steps(device), meter, start) for modal in (self.fine, self.low)]
+        scale, apart = _scales(device, runs[0]), runs[0].distance(runs[1])
         space = {q: self.beyond[q] * apart[q] for q in _NAMES}
         rest = {q: self.by_fewer[q] * scale[q] for q in _NAMES}
         errors, parts = {q: space[q] + rest[q] for q in _NAMES}, {"space": space, "states and time": rest}
         before, after = self.steady(device, device.external.initial_temperature), self.steady(device)
         result, lower = (
             device_result(
-                "few states of 3D", device, run.traces[:, i], errors, before=before, after=after, error_parts=parts,
-                details=self.details | {"stopped": run.stopped},
+                "few states of 3D", device, run.traces, errors, before=before, after=after, error_parts=parts,
+                details=self.details | {"stopped": runs[0].stopped},
             )
-            for i in (0, 1)
+            for run in runs
         )  # fmt: skip
         return result, lower
 
@@ -230,12 +229,11 @@ def _judged(
     """How far the model of the lower space, fewer fields and fewer nodes are from the fine one, for each quantity
     relative to its scale, in a short run and in the steady state; and what of the first is left, for each quantity."""
     modals = (fine.modal, low.modal, lowest.modal, fine.fewer, fine.modal)
-    models = [Resolution(modal, n) for modal, n in zip(modals, (*[nodes] * 4, nodes - 2), strict=True)]
-    run = march(models, short, _steps(device))
-    scale = _scales(device, run)
+    runs = [march(modal, n, short, _steps(device)) for modal, n in zip(modals, (*[nodes] * 4, nodes - 2), strict=True)]
+    scale = _scales(device, runs[0])
     distances = {}
     for name, (a, b) in {"low": (0, 1), "lowest": (1, 2), "fewer": (0, 3), "nodes": (0, 4)}.items():
-        apart = run.apart(a, b)
+        apart = runs[a].distance(runs[b])
         one, two = (steady(modals[i], device) for i in (a, b))
         distances[name] = {q: apart[q] / scale[q] for q in _NAMES}
         for q in ("sink_power_W", "sensor_power_W"):
@@ -255,5 +253,5 @@ def _steps(device: Device) -> float:
 
 def _scales(device: Device, run: March) -> dict[str, float]:
     """What an error of each quantity is relative to: the set temperature's rise, or its largest value."""
-    largest = dict(zip(_NAMES, np.maximum(np.abs(run.traces[:, 0]).max(axis=0), 1e-300).tolist(), strict=True))
+    largest = dict(zip(_NAMES, np.maximum(np.abs(run.traces).max(axis=0), 1e-300).tolist(), strict=True))
     return largest | dict.fromkeys(("sink_K", "sensor_K"), device.set_rise)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -11,8 +10,7 @@ import numpy as np
 from reduced1d.device.lumped import Lumped, Modes, around, lump, modes
 from reduced1d.device.stability import findings
 from scenes.device import Device
-from statespace import march as sampled
-from statespace.march import March
+from statespace.march import March, march
 from statespace.result import QUANTITIES, DeviceResult, device_result
 
 ROUNDS, LARGEST_DEGREE, LARGEST_NODES = 4, 36, 18
@@ -31,19 +29,8 @@ class Resolution(NamedTuple):
 FIRST = Resolution(12, 6)  # The resolution of the first run; it is raised until the error is small enough.
 
 
-def march(
-    device: Device, resolutions: Sequence[Resolution], tolerance: float, meter: tuple[float, float] = (0.0, 0.0),
-    start: Literal["cold", "settled"] = "cold", watched: int | None = None,
-) -> tuple[Modes, March]:  # fmt: skip
-    """The modes of a device's first resolution, and its closed loop as `statespace.march.march` runs it."""
-    lumped = lump(device)
-    spectra = [modes(lumped, r.degree) for r in resolutions]
-    models = [sampled.Resolution(m.modal, r.nodes) for m, r in zip(spectra, resolutions, strict=True)]
-    return spectra[0], sampled.march(models, device, tolerance, meter, start, watched)
-
-
 def imbalance(lumped: Lumped, modes: Modes, run: March) -> float:
-    """What is missing in the heat balance of sink, insulator and sensor over a run's first resolution, as a part of the
+    """What is missing in the heat balance of sink, insulator and sensor over a run, as a part of the
     heat (J) that was generated or passed the boundaries: to substrate and air, and into the polymer.
 
     The time integral of each mode is exact, from its own equation. The heat into the polymer is that of the reported
@@ -65,7 +52,7 @@ def solve_accurate(
 ) -> DeviceResult:  # fmt: skip
     """Traces of a device, to its ``accuracy`` where that can be reached.
 
-    Three resolutions run side by side: the answer, one with elements of a degree LESS lower, and one with two powers
+    Three resolutions are run: the answer, one with elements of a degree LESS lower, and one with two powers
     fewer between samples. The differences estimate the error in space and in time (of the coarser ones, so generously)
     and whatever exceeds the accuracy is refined, as long as that helps. ``meter`` is the resolution in ohm to which the
     resistances of (sink, sensor) are measured, 0 for an ideal meter. ``start`` "settled" begins in the steady state at
@@ -73,13 +60,17 @@ def solve_accurate(
     findings no limits of stability are sought, which of slowly sampled loops takes as long as the run. Raises
     ValueError for values that make no device, and ArithmeticError where the powers between two samples cannot be found.
     """
-    goal = device.accuracy * device.set_rise
+    goal, lumped = device.accuracy * device.set_rise, lump(device)
     resolution, before = FIRST, math.inf
     for attempt in range(ROUNDS):
         degree, nodes = resolution
-        ladder = (resolution, Resolution(degree - LESS, nodes), Resolution(degree, nodes - 2))
-        spectrum, run = march(device, ladder, min(1e-4 * goal, 1e-8), meter, start)
-        parts = {name: run.apart(0, i) for i, name in ((1, "space"), (2, "time"))}
+        spectrum, tolerance = modes(lumped, degree), min(1e-4 * goal, 1e-8)
+        coarser = modes(lumped, degree - LESS)
+        run, less_space, less_time = (
+            march(each.modal, q, device, tolerance, meter, start)
+            for each, q in ((spectrum, nodes), (coarser, nodes), (spectrum, nodes - 2))
+        )
+        parts = {"space": run.distance(less_space), "time": run.distance(less_time)}
         space, time = (max(part["sink_K"], part["sensor_K"]) for part in parts.values())
         finer = Resolution(
             min(degree + 6 * (space > goal / 2), LARGEST_DEGREE), min(nodes + 4 * (time > goal / 2), LARGEST_NODES)
@@ -87,13 +78,13 @@ def solve_accurate(
         if finer == resolution or attempt == ROUNDS - 1 or space + time > before / 2:
             break
         resolution, before = finer, space + time
-    errors = {q: parts["space"][q] + parts["time"][q] + 1e-12 * float(np.abs(run.traces[:, 0, i]).max())
+    errors = {q: parts["space"][q] + parts["time"][q] + 1e-12 * float(np.abs(run.traces[:, i]).max())
               for i, q in enumerate(QUANTITIES)}  # fmt: skip
     said = findings(device, run, max(errors["sink_K"], errors["sensor_K"]), goal) if with_findings else ()
     return device_result(
-        "accurate", device, run.traces[:, 0], errors, **around(device), error_parts=parts, findings=said,
+        "accurate", device, run.traces, errors, **around(device), error_parts=parts, findings=said,
         details={
             "states": spectrum.modal.count, "degree": degree, "nodes": nodes, "rounds": attempt + 1,
-            "energy_imbalance": imbalance(lump(device), spectrum, run), "stopped": run.stopped,
+            "energy_imbalance": imbalance(lumped, spectrum, run), "stopped": run.stopped,
         },
     )  # fmt: skip

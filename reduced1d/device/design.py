@@ -8,12 +8,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from reduced1d.device.accurate import Resolution, march
+from reduced1d.device.accurate import Resolution
 from reduced1d.device.lumped import lump, modes, steady
 from reduced1d.device.stability import DEGREE, at_sample_time, plant, stability
 from scenes.device import Device, External
 from scenes.formats import quantity
 from statespace.ground import NARROW, held_range
+from statespace.march import march
 from statespace.result import Steady
 from statespace.stability import gain_limit, gains
 
@@ -110,7 +111,7 @@ def limiter_acts(device: Device, element: int) -> bool:
     quiet = External(device.external.initial_temperature, device.external.initial_temperature, 2 * duration)
     control = replace(device.control, allow_negative_voltage=False)
     start = replace(device, external=quiet, control=control, end_time=duration)
-    _, run = march(start, (QUICK,), 1e-5, watched=element)
+    run = march(modes(lump(start), QUICK.degree).modal, QUICK.nodes, start, 1e-5, watched=element)
     return bool(run.limited[:, element].any()) or run.stopped
 
 

@@ -7,7 +7,6 @@ from functools import lru_cache
 from reduced1d.device.accurate import FIRST
 from reduced1d.device.lumped import lump, modes
 from scenes.device import Device
-from statespace.march import Resolution
 from statespace.shielding import Response, Shielding, around, response
 
 
@@ -20,4 +19,4 @@ def of_device(device: Device) -> Shielding:
 @lru_cache(maxsize=8)
 def over_time(device: Device) -> Response:
     """The response of both powers to a step of the substrate's temperature."""
-    return response([Resolution(modes(lump(device), FIRST.degree).modal, FIRST.nodes)], device)[0]
+    return response(modes(lump(device), FIRST.degree).modal, FIRST.nodes, device)

@@ -55,7 +55,7 @@ def findings(device: Device, run: March, error: float, goal: float) -> tuple[str
     h, external, sentences = device.control.sample_time, device.external, []
     end = (len(run.rises) - 1) * h
     if run.stopped:
-        rises, voltages = run.rises[-1, 0], run.voltages[-1, 0]
+        rises, voltages = run.rises[-1], run.voltages[-1]
         hot = int(np.argmax(rises))
         wrong = "; its voltage is negative, where eq 21 raises the power of an element that is too hot"
         sentences.append(

@@ -15,7 +15,7 @@ from scenes.device import Device
 from scenes.errors import NumericsError
 from statespace.device_reduction import closed_loop, compact
 from statespace.ground import grounded
-from statespace.march import Resolution, march
+from statespace.march import march
 from statespace.result import Run, Runs
 from statespace.runtime import CompactModel
 from tests.fem3d.device.full_order import above_a_warmer_substrate, simulate
@@ -79,7 +79,7 @@ def test_the_sensor_pays_for_what_leaves_through_the_polymer(states):
 def test_heat_is_local(states, short):
     fine = states.fine
     mean = replace(fine, shape=fine.shape[:2], film=fine.film[:2], external=fine.external[:2], feed=fine.feed[:, :2])
-    local, uniform = (march([Resolution(m, 4)], short, 1e-8).rises[:, 0, 0] for m in (fine, mean))
+    local, uniform = (march(m, 4, short, 1e-8).rises[:, 0] for m in (fine, mean))
     assert 2e-3 < np.abs(local - uniform).max() < 2e-2  # 7 mK
 
 
