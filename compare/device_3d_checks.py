@@ -12,9 +12,8 @@ from compare.device_checks import not_reached
 from compare.made import made_3d_checks
 from compare.verdict import Check, Comparison, judged, relative
 from fem3d.device.runs import Solved
+from reduced1d.device.closed_loop import shielding, stability
 from reduced1d.device.lumped import lump
-from reduced1d.device.shielding import of_device
-from reduced1d.device.stability import stability
 from reduced1d.sink import air_conductance
 from scenes.device import Device
 from scenes.formats import milliseconds, percent, quantity
@@ -213,7 +212,7 @@ def _shielding(both: Both) -> Comparison:
     """The paper: with sink and sensor at one temperature no heat of the sensor is lost to the substrate, relative to
     what is lost where the sink is off."""
     slopes, errors = both.three.shielding
-    in_1d, over_time = of_device(both.device), both.three.response
+    in_1d, over_time = shielding(both.device), both.three.response
     names = ("sensor_power_per_substrate_W_per_K", "sensor_power_per_substrate_sink_off_W_per_K")
     (closed, off), error = (getattr(slopes, name) for name in names), errors[names[0]]
     size = abs(off) or abs(slopes.sensor_power_per_outside_W_per_K) or 1.0

@@ -9,10 +9,10 @@ import numpy as np
 
 from compare.made import made_checks
 from compare.verdict import Check, Comparison, judged, relative
+from reduced1d.device.closed_loop import at_sample_time, ground_effects, largest_eigenvalue
 from reduced1d.device.design import PXI_4070, delivered, reading
-from reduced1d.device.ground import of_device
+from reduced1d.device.findings import shown
 from reduced1d.device.lumped import lump
-from reduced1d.device.stability import at_sample_time, largest_eigenvalue, shown
 from scenes.device import Device
 from scenes.errors import SceneError
 from scenes.formats import kelvin, milliseconds, percent, quantity
@@ -322,7 +322,7 @@ def fig14_ground(runs: Runs) -> Comparison:
     device, film = runs.base.device, lump(runs.base.device)
     square = float(film.resistance[1]) * device.sink.width / device.sink.length
     ground_resistance = device.control.ground_resistance
-    limits = of_device(device, METER_POWER, METER_RESISTANCE)
+    limits = ground_effects(device, METER_POWER, METER_RESISTANCE)
     lead = ground_resistance or square
     said = (
         "paper: sink and sensor may share a ground; here a lead of "

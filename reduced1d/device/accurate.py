@@ -7,8 +7,8 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from reduced1d.device.findings import findings
 from reduced1d.device.lumped import Lumped, Modes, around, lump, modes
-from reduced1d.device.stability import findings
 from scenes.device import Device
 from statespace.march import March, march
 from statespace.result import QUANTITIES, DeviceResult, device_result

@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from reduced1d.device.accurate import Resolution
+from reduced1d.device.closed_loop import DEGREE, at_sample_time, plant, stability
 from reduced1d.device.lumped import lump, modes, steady
-from reduced1d.device.stability import DEGREE, at_sample_time, plant, stability
 from scenes.device import Device, External
 from scenes.formats import quantity
 from statespace.ground import NARROW, held_range
@@ -116,28 +116,27 @@ def limiter_acts(device: Device, element: int) -> bool:
 
 
 def smooth_start_gain(device: Device, element: int) -> float:
-    """The largest gain (V) of the sink (0) or the sensor (1) up to which no cold start makes its limiter act.
+    """Bisect for the gain (V) of the sink (0) or the sensor (1) above which a cold start makes its limiter act.
 
-    The other gain is the device's own. A larger gain can swing less than a smaller one, where the other loop disturbs
-    this one; so gains are tried upwards, a quarter more each, from a thousandth of the largest stable gain to that,
-    and the first that fails is bisected to 0.1 %. 0 where the limiter acts at the smallest already.
+    The other gain is the device's own. The search is between a thousandth of the largest stable gain and that gain:
+    0 where the limiter acts at the former already, the latter where it acts at neither.
     """
     control = device.control
-    top = gain_limit(plant(device, device.external.initial_temperature), gains(device), element)
-    if not 0 < top < np.inf:
-        top = 10 * float(gains(device).max())
+    high = gain_limit(plant(device, device.external.initial_temperature), gains(device), element)
+    if not 0 < high < np.inf:
+        high = 10 * float(gains(device).max())
 
     def acts(gain: float) -> bool:
         tried = replace(control, sink_gain=gain) if element == 0 else replace(control, sensor_gain=gain)
         return limiter_acts(replace(device, control=tried), element)
 
-    low, high = 0.0, top / 1000
-    while not acts(high):
-        low, high = high, 1.25 * high
-        if low >= top:
-            return low
-    while low and high - low > 1e-3 * high:
-        middle = (low + high) / 2
+    low = high / 1000
+    if acts(low):
+        return 0.0
+    if not acts(high):
+        return high
+    while high > 1.001 * low:
+        middle = math.sqrt(low * high)
         low, high = (low, middle) if acts(middle) else (middle, high)
     return low
 

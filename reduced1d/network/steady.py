@@ -1,7 +1,7 @@
 """The steady state of a network: Newton's method on rises and potentials at once.
 
-Where a resistance falls as it warms, the state is followed from no voltage up to the scene's along its arc (Keller's
-pseudo-arclength continuation), on which thermal runaway is the ordinary maximum of the voltage.
+Where heating may run away, the state is followed from no voltage up to the scene's in steps that are halved down to
+`SHORTEST`; the last voltage with a state is the largest one.
 """
 
 from __future__ import annotations
@@ -19,10 +19,8 @@ from scenes.errors import NumericsError, RunawayError
 MOST = 40  # The most Newton steps.
 SETTLED = 1e-13
 """Relative change that ends Newton's method: the rounding of sums of a few thousand terms."""
-LONGEST, SHORTEST = 0.25, 1e-7  # Steps along the curve of states, whose whole length is about 1.
-FLAT = 1e-4
-"""The largest voltage is where the curve's slope is below this: it is then right to the square of it."""
-WIDE = 12  # The most Newton steps for one step along the curve; where they do not suffice a shorter one is tried.
+SHORTEST = 1e-8
+"""The last step of the factor on the voltages: the relative error of the largest voltage with a state."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,9 +136,9 @@ class _Coupled:
         for _ in range(MOST):
             try:
                 rest, matrix, _ = self._equations(z, s)
-            except NumericsError:
+                change = splu(matrix).solve(-rest)
+            except (NumericsError, RuntimeError):  # no resistivity, or a singular matrix
                 return z, False
-            change = splu(matrix).solve(-rest)
             z = z + change
             size, largest = float(np.abs(change).max()), max(1.0, float(np.abs(z).max()))
             if not np.isfinite(size) or size > 1e6:
@@ -151,38 +149,31 @@ class _Coupled:
         return z, False
 
     def _followed(self, voltage: float) -> np.ndarray:
-        """The free unknowns at the scene's voltage, from none up along the arc."""
+        """The free unknowns at the scene's voltage, from none up; a step without a state is halved."""
         z, ok = self._newton(np.zeros(len(self.unit)), 0.0)
         if not ok:
             raise NumericsError("the network has no state at the given temperatures and no voltage")
-        s, step = 0.0, LONGEST / 4
-        tangent = self._tangent(z, s, np.r_[np.zeros(len(z)), 1.0])
-        while True:
-            corrected = self._corrected(z, s, tangent, step)
-            if corrected is None:
-                step /= 2
+        s, step, tangent = 0.0, 1.0, np.zeros(len(z))
+        while s < 1:
+            ahead = min(s + step, 1.0)
+            new, ok = self._newton(z + (ahead - s) * tangent, ahead)
+            after = self._tangent(new, ahead) if ok else tangent
+            # Beyond the largest voltage, on the other branch, the state grows as the voltage falls.
+            if ok and float(after[: self.f] @ new[: self.f]) >= 0:
+                z, s, tangent, step = new, ahead, after, 2 * step
+            else:
+                step = (ahead - s) / 2
                 if step < SHORTEST:
-                    # The arc ends where a resistivity reaches zero; the voltage only nears its largest value there.
                     raise self._runaway(voltage, s)
-                continue
-            new_z, new_s, count = corrected
-            after = self._tangent(new_z, new_s, tangent)
-            if after[-1] <= 0:
-                new_z, new_s = self._fold((z, s), tangent, step, float(after[-1]))
-                if new_s < 1:
-                    raise self._runaway(voltage, new_s)
-            if new_s >= 1:
-                final, ok = self._newton(z + (new_z - z) * (1 - s) / (new_s - s), 1.0)
-                if ok and self._tangent(final, 1.0, tangent)[-1] > 0:
-                    return final
-                step /= 2
-                continue
-            z, s, tangent = new_z, new_s, after
-            size = self._length(np.r_[z, 0.0])
-            if self.model.by_current and after[-1] < FLAT:
-                # At a given current the rise grows beyond all bounds, like 1 / (1 - s / limit).
-                raise self._runaway(voltage, s + float(after[-1]) * size)
-            step = min(step * (2.0 if count < 5 else 1.0 if count < 8 else 0.5), LONGEST * max(1.0, size))
+        return z
+
+    def _tangent(self, z: np.ndarray, s: float) -> np.ndarray:
+        """How the state follows the factor; no numbers where it does not."""
+        _, matrix, by_s = self._equations(z, s)
+        try:
+            return np.asarray(splu(matrix).solve(-by_s))
+        except RuntimeError:
+            return np.full(len(z), np.nan)
 
     def _runaway(self, voltage: float, part: float) -> NumericsError:
         by_current = self.model.by_current
@@ -194,65 +185,3 @@ class _Coupled:
             f"{why} as it heats", part * voltage,
             f"the largest {what} with one is {part * voltage:.4g} {unit}",
         )  # fmt: skip
-
-    def _tangent(self, z: np.ndarray, s: float, before: np.ndarray) -> np.ndarray:
-        _, matrix, by_s = self._equations(z, s)
-        direction = splu(self._bordered(matrix, by_s, before)).solve(np.r_[np.zeros(len(z)), 1.0])
-        return np.asarray(direction / self._length(direction))
-
-    def _bordered(self, matrix: sp.csc_matrix, by_s: np.ndarray, row: np.ndarray) -> sp.csc_matrix:
-        weighted = row * self._weights
-        return sp.block_array(
-            [[matrix, by_s[:, None]], [weighted[None, :-1], weighted[None, -1:]]], format="csc"
-        )  # fmt: skip
-
-    @property
-    def _weights(self) -> np.ndarray:
-        """Of the arc's length: the mean square of all free rises and potentials, and the factor's."""
-        count = len(self.unit)
-        return np.r_[np.full(count, 1 / count), 1.0]
-
-    def _length(self, v: np.ndarray) -> float:
-        return float(np.sqrt((self._weights * v * v).sum()))
-
-    def _corrected(
-        self, z: np.ndarray, s: float, tangent: np.ndarray, step: float
-    ) -> tuple[np.ndarray, float, int] | None:
-        """The state a step further along the arc and how many Newton steps that took; None where it isn't found."""
-        w = np.r_[z, s] + step * tangent
-        for count in range(WIDE):
-            try:
-                rest, matrix, by_s = self._equations(w[:-1], w[-1])
-            except NumericsError:
-                return None
-            off = float((self._weights * tangent * (w - np.r_[z, s])).sum()) - step
-            change = splu(self._bordered(matrix, by_s, tangent)).solve(-np.r_[rest, off])
-            w = w + change
-            size = float(np.abs(change).max())
-            if not np.isfinite(size) or size > 1e3:
-                return None
-            if size <= 1e-10 * max(1.0, float(np.abs(w).max())):
-                return w[:-1], float(w[-1]), count
-        return None
-
-    def _fold(
-        self, at: tuple[np.ndarray, float], tangent: np.ndarray, step: float, further: float
-    ) -> tuple[np.ndarray, float]:
-        """The state of the largest factor between one and that a step further, where the arc's slope in the factor is
-        negative (``beyond``): where it is zero, by secants kept within bounds (Illinois)."""
-        low, high, best = (0.0, float(tangent[-1])), (step, further), at
-        for _ in range(30):
-            middle = low[0] + (high[0] - low[0]) * low[1] / (low[1] - high[1])
-            corrected = self._corrected(*at, tangent, middle)
-            if corrected is None:
-                high = (middle, high[1])
-                continue
-            best = max(best, corrected[:2], key=lambda state: state[1])
-            slope = float(self._tangent(*corrected[:2], tangent)[-1])
-            if abs(slope) < FLAT:
-                break
-            if slope > 0:
-                low, high = (middle, slope), (high[0], high[1] / 2)
-            else:
-                low, high = (low[0], low[1] / 2), (middle, slope)
-        return best

@@ -11,9 +11,9 @@ import numpy as np
 
 from compare.device_checks import METER_POWER, METER_RESISTANCE
 from compare.verdict import Check, relative
-from reduced1d.device.ground import of_device
-from reduced1d.device.shielding import of_device as of_shielding
-from reduced1d.device.stability import largest_eigenvalue, shown
+from reduced1d.device.closed_loop import ground_effects, largest_eigenvalue
+from reduced1d.device.closed_loop import shielding as of_shielding
+from reduced1d.device.findings import shown
 from scenes.formats import kelvin, milliseconds, percent, quantity
 from statespace.result import BAND, QUANTITIES, Run, settling
 from validate.report import analysed, checks
@@ -215,7 +215,7 @@ def _design(outcome: Outcome[Device], style: Style) -> Section:
 
 def _leads(outcome: Outcome[Device]) -> dict[str, list[tuple[Shared, dict[str, float]]]]:
     """What leads that both films share do in each model, with the errors that are known."""
-    ground = of_device(outcome.scene, METER_POWER, METER_RESISTANCE)
+    ground = ground_effects(outcome.scene, METER_POWER, METER_RESISTANCE)
     leads: dict[str, list[tuple[Shared, dict[str, float]]]] = {"1D": [(each, {}) for each in ground.leads]}
     if outcome.device_3d is not None:
         leads["3D"] = outcome.device_3d.ground
@@ -276,7 +276,7 @@ def _ground_document(outcome: Outcome[Device]) -> dict[str, Any] | None:
     """What leads that both films share do: of each model a list by resistance."""
     if "fig14_ground" not in {check.id for check in outcome.checks}:
         return None
-    ground = of_device(outcome.scene, METER_POWER, METER_RESISTANCE)
+    ground = ground_effects(outcome.scene, METER_POWER, METER_RESISTANCE)
     listed = {
         {"1D": "reduced1d", "3D": "fem3d"}[model]: [
             {q: {"value": v} | ({"error": errors[q]} if q in errors else {}) for q, v in asdict(each).items()}

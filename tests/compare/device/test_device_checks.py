@@ -13,8 +13,8 @@ from compare import device_checks as checks
 from compare.device_3d_checks import _why_steady
 from compare.made import made_checks, skipped_checks
 from compare.verdict import Check, judged
+from reduced1d.device.closed_loop import largest_eigenvalue
 from reduced1d.device.runs import solve
-from reduced1d.device.stability import largest_eigenvalue
 from scenes.checks import DEVICE_TOLERANCES
 from scenes.device import Control, Device, External
 from scenes.keys import DEVICE

@@ -9,6 +9,7 @@ import pytest
 
 import compare
 from reduced1d.device.accurate import solve_accurate
+from reduced1d.device.closed_loop import plant, stability
 from reduced1d.device.design import (
     MAX1367,
     PXI_4070,
@@ -21,7 +22,6 @@ from reduced1d.device.design import (
 )
 from reduced1d.device.lumped import steady
 from reduced1d.device.runs import solve
-from reduced1d.device.stability import plant, stability
 from reduced1d.equations import anchor_flow
 from scenes.device import Control, Device, External
 from scenes.errors import SceneError

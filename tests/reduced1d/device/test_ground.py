@@ -11,10 +11,9 @@ import pytest
 from compare import device_checks
 from reduced1d.device import design
 from reduced1d.device.accurate import solve_accurate
-from reduced1d.device.ground import of_device
+from reduced1d.device.closed_loop import DEGREE, ground_effects, largest_eigenvalue
 from reduced1d.device.lumped import lump, modes, steady
 from reduced1d.device.runs import make
-from reduced1d.device.stability import DEGREE, largest_eigenvalue
 from scenes.device import Device, External
 from scenes.errors import SceneError
 from statespace import circuit
@@ -126,7 +125,7 @@ def test_the_range_ends_where_the_sensor_cannot_be_held() -> None:
 
 
 def test_the_lead_that_the_papers_meter_tells() -> None:
-    found = of_device(Device(), device_checks.METER_POWER, device_checks.METER_RESISTANCE)
+    found = ground_effects(Device(), device_checks.METER_POWER, device_checks.METER_RESISTANCE)
     without = steady(Device())
     by_power = steady(grounded(Device(), found.by_power_ohm))
     assert without.sensor_power_W - by_power.sensor_power_W == pytest.approx(23e-9, rel=1e-4)

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from compare.device_checks import METER_POWER, METER_RESISTANCE
-from reduced1d.device.ground import of_device
+from reduced1d.device.closed_loop import ground_effects
 from scenes.device import Device
 from scenes.formats import quantity
 from validate.report.checks import drawn, with_mu
@@ -19,7 +19,7 @@ def shared(outcome: Outcome[Device]) -> Figure:
     """Left how far the films are off the temperatures without the lead, against its resistance, with the leads from
     which on the paper's meter tells; right between which outer temperatures both are held."""
     device = outcome.scene
-    ground = of_device(device, METER_POWER, METER_RESISTANCE)
+    ground = ground_effects(device, METER_POWER, METER_RESISTANCE)
     checks = [drawn(check) for check in outcome.checks if check.id == "fig14_ground"]
     figure = new_figure(9.5, 5.0, "Figure 14: a lead to ground that sink and sensor share", checks, bottom=0.95)
     off, reach = figure.subplots(1, 2, gridspec_kw={"wspace": 0.28})

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from reduced1d.device.shielding import over_time as in_1d
+from reduced1d.device.closed_loop import shielding_response as in_1d
 from scenes.device import Device
 from validate.report.checks import drawn, with_mu
 from validate.report.figures import INK, LAYERS

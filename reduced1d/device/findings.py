@@ -1,53 +1,21 @@
-"""Stability of the sampled loop of the 1D device about its steady states, and what a reader of a run must know."""
+"""Sentences about a run of the 1D device: limiter, saturation, stability, and how far the run can be trusted."""
 
 from __future__ import annotations
 
-from dataclasses import replace
-from functools import lru_cache
-
 import numpy as np
 
-from reduced1d.device.lumped import lump, modes, steady
-from scenes.device import Device, External
-from statespace import stability as loop
+from reduced1d.device.closed_loop import stability
+from reduced1d.device.lumped import steady
+from scenes.device import Device
 from statespace.march import CEILING, March
-from statespace.stability import Plant, Stability
+from statespace.stability import Stability
 
-DEGREE = 9  # Polynomial degree of the layers' elements in stability questions.
 ELEMENTS = ("sink", "sensor")
 MARGIN = 2.0
 """Loops with a smaller gain margin are called near instability: 6 dB is the least that textbooks ask for (Franklin,
 Powell and Emami-Naeini, Feedback Control of Dynamic Systems, section 6.4)."""
-
-
 SWINGS = 20
 """A loop swings at the end of a run where a voltage is at its limit in one of this many last samples."""
-
-
-def plant(device: Device, external: float | None = None) -> Plant:
-    """Linearise a device about its steady state at an outer temperature (K; by default the final one)."""
-    return loop.plant(modes(lump(device), DEGREE).modal, device, external)
-
-
-def stability(device: Device, external: float | None = None) -> Stability:
-    """Stability of a device's controllers about the steady state at an outer temperature (K)."""
-    outer = device.external.final_temperature if external is None else external
-    # Neither what is outside at other times nor for how long matters, so that many runs share one answer.
-    return _about(replace(device, external=External(outer, outer), end_time=1.0))
-
-
-@lru_cache(maxsize=64)
-def _about(device: Device) -> Stability:
-    return Stability.of(plant(device), device)
-
-
-def largest_eigenvalue(device: Device, external: float | None = None) -> complex:
-    """That of ``stability`` alone, which takes a fraction of the time."""
-    return plant(device, external).eigenvalue(loop.gains(device))
-
-
-def at_sample_time(device: Device, sample_time: float) -> Device:
-    return replace(device, control=replace(device.control, sample_time=sample_time))
 
 
 def findings(device: Device, run: March, error: float, goal: float) -> tuple[str, ...]:
