@@ -62,13 +62,14 @@ def collect(pieces: Iterable[Piece]) -> dict[tuple[str, int], np.ndarray]:
 def add_gmsh_groups(
     mesh: MeshData, names: dict[tuple[int, int], str], physical: list[Piece], elementary: list[Piece]
 ) -> None:
-    """Add Gmsh's physical groups and, in a dimension without any, its elementary entities by their tags.
+    """Add Gmsh's physical groups and, for cells in none, its elementary entities by their tags.
 
     ``names`` are those of physical groups, by dimension and tag.
     """
-    grouped = {dim for _, dim, cells in physical if len(cells)}
-    chosen = [(names.get((dim, int(tag)), tag), dim, cells) for tag, dim, cells in physical]
-    mesh.groups |= collect(chosen + [piece for piece in elementary if piece[1] not in grouped])
+    mesh.groups |= collect((names.get((dim, int(tag)), tag), dim, cells) for tag, dim, cells in physical)
+    grouped = np.concatenate([np.empty(0, int), *(cells for _, _, cells in physical)])
+    alone = collect((tag, dim, np.setdiff1d(cells, grouped)) for tag, dim, cells in elementary if dim >= 2)
+    mesh.groups = alone | mesh.groups
     lost = (
         "a physical group without cells (Mesh.SaveAll in format 2.2 drops physical groups: save without it, or in 4.1)"
     )

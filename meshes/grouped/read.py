@@ -210,9 +210,10 @@ def _refuse_inverted(mesh: Any, path: Path) -> None:
     if len(wrong):
         at = mesh.doflocs[:, mesh.t[:, wrong[0]]].mean(axis=1)
         near = ", ".join(f"{float(c):.4g} m" for c in at)
+        curved = mesh.doflocs.shape[1] > mesh.nvertices
         raise SceneError(
             f"mesh.file: {quoted(path)} has {len(wrong)} inverted or flat cells of {mesh.t.shape[1]}, the first at "
-            f"[{near}]: mesh again, with more or less curved cells there"
+            f"[{near}]: mesh again" + (", with more or less curved cells there" if curved else "")
         )
 
 

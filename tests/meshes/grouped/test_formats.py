@@ -364,6 +364,16 @@ GMSH: dict[str, tuple[str | bytes, dict[str, str]]] = {
     "4.1 in binary": (gmsh_41(True, CELLS, binary=True), {}),
     "4.1 with SaveAll": (gmsh_41(True, CURVES + CELLS), {}),
     "4.1 without physical groups": (gmsh_41(False, CURVES + CELLS), PROPERTIES),
+    "a volume in no physical group": (
+        gmsh_22(True, [(4, 1, TETRAHEDRA[:12]), *CELLS[1:]], NAMES)
+        .replace("$Elements\n16", "$Elements\n28")
+        .replace(
+            "$EndElements",
+            "".join(f"{30 + n} 4 2 0 9 {' '.join(map(str, t))}\n" for n, t in enumerate(TETRAHEDRA[12:]))
+            + "$EndElements",
+        ),
+        {"metal": "metal 9"},
+    ),
     "2.2": (gmsh_22(True, CELLS, NAMES), {}),
     "2.2 with SaveAll": (gmsh_22(False, CURVES + CELLS, NAMES), PROPERTIES),
     "2.2 without physical groups": (gmsh_22(False, CELLS), PROPERTIES),
