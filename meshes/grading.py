@@ -14,7 +14,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from meshes import connected, fins, singular
+from meshes import connected, singular
 from meshes.grid import Grid
 from scenes.free.contacts import across, resistances
 from scenes.model import Scene
@@ -35,9 +35,6 @@ AT_ONCE = 3  # layers that an interval is cut into in one step, at most: a coars
 # Degrees by which a layer at an edge may have fewer than the next larger one, over the exponent: both take away alike,
 # RATIO^(2 s) a layer, and rho^-2 a degree beside a singular end, as in fem3d.adaptivity.estimate.
 FALL = -np.log(RATIO) / np.log((1 + np.sqrt(RATIO)) / (1 - np.sqrt(RATIO)))
-# An interval that misses more than this factor times its share gets two degrees at once (`validate stress`:
-# "constants").
-FAR = 300.0
 MEASURED = 6  # degree from which on the last two degrees took away as those that follow will
 AT_MOST = 2  # degrees that an interval gains at once: three of them add as many unknowns as another interval
 
@@ -96,7 +93,7 @@ def first_grid(scene: Scene, accuracy: float, marks: Features) -> Grid:
             axis_degrees += [across] if flat else _layered(len(inner) + 1, degree, at[0] is not None, at[1] is not None)
         breaks.append(np.concatenate(axis_breaks))
         degrees.append(np.array(axis_degrees))
-    return fins.suited(Grid(tuple(breaks), tuple(degrees), scene.boxes), scene, accuracy, HIGHEST_DEGREE)
+    return Grid(tuple(breaks), tuple(degrees), scene.boxes)
 
 
 def _reaches(scene: Scene, planes: list[np.ndarray]) -> tuple[list[np.ndarray], list[np.ndarray]]:
@@ -232,7 +229,7 @@ def refined(
                         p, excess = p + 1, 1.0
                     inner, cut_degrees = _cut(a, b, p, ends, excess, shortest)
                 else:
-                    more = 2 if excess > FAR else 1
+                    more = 1
                     if falls is not None and p >= MEASURED:
                         more = int(np.ceil(np.log(excess) / -np.log(np.clip(falls[d][i], 1e-9, 1 - 1e-9))))
                     if p + more <= HIGHEST_DEGREE and more <= AT_MOST:
