@@ -1,4 +1,4 @@
-"""What keys of a scene on a mesh file take: the file, the unit of its coordinates, and groups of its cells."""
+"""Values of the keys of a scene on a mesh file: the file, the unit of its coordinates, and groups of its cells."""
 
 from __future__ import annotations
 

@@ -10,8 +10,7 @@ import numpy as np
 
 from fem3d.spaces.domain import Domain, Patch
 from fem3d.spaces.mapped import MappedSpace
-from meshes.grouped.locate import locate
-from meshes.grouped.model import GroupedMesh
+from meshes.grouped.model import GroupedMesh, locate
 from scenes.model import Point
 
 

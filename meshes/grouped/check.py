@@ -1,4 +1,4 @@
-"""Whether a scene fits its mesh: every refusal by name, and remarks on what may not be meant."""
+"""Checks that a scene fits its mesh: refusals by name, and warnings."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from meshes.grouped.model import GroupedMesh
+from meshes.grouped.model import GroupedMesh, locate
 from meshes.grouped.place import Placed
 from scenes import physics, readouts
 from scenes.errors import SceneError, did_you_mean, listed, quoted
@@ -19,11 +19,10 @@ from scenes.physics import heats, is_exit
 
 
 def check(scene: MeshScene, mesh: GroupedMesh) -> Placed:
-    """The scene on the mesh.
+    """Place a scene on its mesh.
 
-    Raises SceneError for groups that are not there or of the wrong kind; cells without a material, or with two;
-    conditions that act on nothing or contradict each other; probes of what is not there; floating parts, and what
-    nothing drives.
+    Raises SceneError for missing groups or groups of the wrong kind, cells without a material or with two, conditions
+    that act on nothing or contradict each other, probes outside the solid, floating parts, and scenes at rest.
     """
     named(scene, mesh)
     placed = Placed(scene, mesh)
@@ -74,7 +73,7 @@ def _blaming_separate_parts(mesh: GroupedMesh) -> Iterator[None]:
 
 
 def named(scene: MeshScene, mesh: GroupedMesh) -> None:
-    """Refuses names of groups that are not there, and groups of the wrong dimension."""
+    """Refuse missing groups and groups of the wrong dimension."""
     for body in scene.bodies:
         for group in body.groups:
             _refuse(mesh, f"material {quoted(body.material.name)}.groups", group, ("volume",))
@@ -120,7 +119,7 @@ def _known(mesh: GroupedMesh, kinds: tuple[str, ...]) -> str:
 
 
 def materials(placed: Placed) -> None:
-    """Refuses cells without a material or with two, and resistivities that are not positive at the start."""
+    """Refuse cells without a material or with two, and resistivities that are not positive at the start."""
     mesh, scene = placed.mesh, placed.scene
     owner = np.full(mesh.count, -1)
     for number, body in enumerate(scene.bodies):
@@ -164,7 +163,7 @@ def joints(placed: Placed) -> None:
 
 
 def boundaries(placed: Placed) -> None:
-    """Refuses conditions that act on nothing, lie on a contact, or contradict each other."""
+    """Refuse conditions that act on nothing, lie on a contact, or contradict each other."""
     fixed: list[tuple[GroupBoundary, np.ndarray, np.ndarray]] = []
     for b in placed.scene.boundaries:
         facets = placed.acting(b)
@@ -221,8 +220,6 @@ def boundaries(placed: Placed) -> None:
 def probes(placed: Placed) -> None:
     """Refuses probes where there is no solid, or nothing that conducts, those on a contact that say no side of it, and
     flows through what is ambiguous."""
-    from meshes.grouped.locate import locate
-
     for probe in placed.scene.probes:
         where = f"probe {quoted(probe.name)}"
         if probe.quantity in ("temperature", "potential"):
@@ -277,8 +274,6 @@ def _check_side(placed: Placed, probe: GroupProbe) -> None:
 
 def _covered(placed: Placed, probe: GroupProbe, inside: np.ndarray) -> bool:
     """Whether some cells (cells,) are everywhere at a probe."""
-    from meshes.grouped.locate import locate
-
     mesh, group = placed.mesh, probe.group or ""
     if probe.at is not None:
         return locate(mesh, np.array(probe.at), inside) is not None

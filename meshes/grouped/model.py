@@ -1,4 +1,4 @@
-"""The value type of a mesh with groups."""
+"""A mesh with groups, and the cell of it that a point lies in."""
 
 from __future__ import annotations
 
@@ -13,12 +13,17 @@ from scipy.sparse.csgraph import connected_components
 
 @dataclass(frozen=True, eq=False)
 class GroupedMesh:
-    """``mesh`` is scikit-fem's (MeshTet, MeshTet2, MeshHex or MeshHex2), in m; ``volumes`` are the cells of each volume
-    group, ``surfaces`` the facets of each surface group, and of each which of its two cells in `f2t` it points out of.
+    """A mesh and its groups of cells and facets.
 
-    ``file_type`` is meshio's name of the file's cells, ``points`` (n, 3) and ``cells`` (m, nodes) are they, in order
-    of nodes; ``others``: the names of groups that are neither, and of surface groups with facets that are of no cell,
-    with what they are.
+    Attributes
+    ----------
+    mesh : scikit-fem's MeshTet, MeshTet2, MeshHex or MeshHex2, in m
+    volumes : numbers of the cells, for each volume group
+    surfaces : numbers of the facets, and the row in ``f2t`` of the cell that each facet points out of, for each
+        surface group
+    file_type : kind of the file's cells by meshio's name
+    points, cells : (n, 3) nodes of the file (m), and (m, nodes) its volume cells in meshio's order
+    others : description of each name in the file that is neither a volume nor a surface group
     """
 
     mesh: Any
@@ -31,7 +36,7 @@ class GroupedMesh:
 
     @property
     def count(self) -> int:
-        """How many cells."""
+        """Number of cells."""
         return int(self.mesh.t.shape[1])
 
     @property
@@ -40,22 +45,24 @@ class GroupedMesh:
         return len(self.mesh.t) == 4
 
     def exposed(self, facets: np.ndarray) -> np.ndarray:
-        """(n,): which facets are on the surface."""
+        """Return (n,) whether each facet is on the surface."""
         return self.mesh.f2t[1, facets] < 0
 
     def beside(self, facets: np.ndarray) -> np.ndarray:
-        """(k,): the cells at either side of some facets."""
+        """Return (k,) the cells beside some facets."""
         cells = np.unique(self.mesh.f2t[:, facets])
         return cells[cells >= 0]
 
     def borders(self, facets: np.ndarray, inside: np.ndarray) -> np.ndarray:
-        """Those of some facets that a chosen cell (cells,) is at."""
+        """Return the facets that are sides of chosen cells (cells,)."""
         cells = self.mesh.f2t[:, facets]
         return facets[((cells >= 0) & inside[cells]).any(axis=0)]
 
     def parts(self, inside: np.ndarray, cuts: np.ndarray | None = None) -> np.ndarray:
-        """(cells,): a number from 1 on for each set of chosen cells (cells,) that facets join, but for those of
-        ``cuts``; 0 elsewhere."""
+        """Return (cells,) a number from 1 on for each part of the chosen cells that facets join; 0 elsewhere.
+
+        Facets in ``cuts`` join nothing.
+        """
         joins = np.setdiff1d(np.arange(self.mesh.f2t.shape[1]), [] if cuts is None else cuts).astype(int)
         a, b = self.mesh.f2t[:, joins]
         both = (b >= 0) & inside[a] & inside[b]
@@ -67,6 +74,43 @@ class GroupedMesh:
 
     @cached_property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """(3, cells) twice: the least and the largest coordinates of each cell's nodes."""
+        """Lowest and highest coordinates (3, cells) of each cell's nodes."""
         nodes = self.mesh.doflocs[:, self.mesh.dofs.element_dofs]
         return nodes.min(axis=1), nodes.max(axis=1)
+
+
+INSIDE = 1e-6  # reference coordinates; coordinates in files have six or more digits
+STEPS = 30  # iterations at most; Newton's method doubles the digits in each
+
+
+def locate(mesh: GroupedMesh, point: np.ndarray, inside: np.ndarray | None = None) -> tuple[int, np.ndarray] | None:
+    """Find the cell, among chosen ones (cells,), and the reference coordinates (3,) of a point (m).
+
+    Return None outside. The map of each cell near the point is inverted by Newton's method.
+    """
+    low, high = mesh.bounds
+    size = (high - low).max(axis=0)
+    # A curved cell may bulge beyond its nodes by less than this.
+    room = (1e-6 if mesh.mesh.doflocs.shape[1] == mesh.mesh.nvertices else 0.25) * size
+    near = ((point[:, None] >= low - room) & (point[:, None] <= high + room)).all(axis=0)
+    cells = np.flatnonzero(near if inside is None else near & inside)
+    if not len(cells):
+        return None
+    mapping = mesh.mesh.mapping()
+    x = np.full((3, len(cells), 1), 0.25 if mesh.simplex else 0.5)
+    for _ in range(STEPS):
+        slopes = np.moveaxis(mapping.DF(x, tind=cells)[..., 0], -1, 0)
+        away = (point[:, None] - mapping.F(x, tind=cells)[..., 0]).T
+        step = np.linalg.solve(slopes, away[..., None])[..., 0].T
+        # Where the point is in another cell the iteration ends at the bounds.
+        before, x = x, np.clip(x + step[..., None], -0.5, 1.5)
+        if np.abs(x - before).max() < 1e-13:
+            break
+    at = x[..., 0]
+    outside = np.maximum(-at, at - 1).max(axis=0)
+    if mesh.simplex:
+        outside = np.maximum(outside, at.sum(axis=0) - 1)
+    off = np.linalg.norm(mapping.F(x, tind=cells)[..., 0] - point[:, None], axis=0)
+    outside = np.where(off < 1e-6 * size[cells], outside, np.inf)
+    best = int(outside.argmin())
+    return (int(cells[best]), at[:, best]) if outside[best] <= INSIDE else None

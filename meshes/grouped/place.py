@@ -1,4 +1,4 @@
-"""A scene laid on its mesh: which cells and facets its materials, sources, conditions and probes are on."""
+"""Cells and facets of the materials, sources, conditions and probes of a scene on its mesh."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from scenes.model import Contact, GroupBoundary, GroupProbe, Material, MeshScene
 
 @dataclass(frozen=True, eq=False)
 class Placed:
-    """A scene and its mesh, which has every group that the scene names."""
+    """A scene and its mesh with all groups that the scene names."""
 
     scene: MeshScene
     mesh: GroupedMesh
 
     @cached_property
     def body(self) -> np.ndarray:
-        """(cells,): the number of the body that each cell is of, -1 for none."""
+        """Number of the body of each cell (cells,), -1 for none."""
         bodies = np.full(self.mesh.count, -1)
         for number, body in enumerate(self.scene.bodies):
             for group in body.groups:
@@ -32,43 +32,43 @@ class Placed:
 
     @property
     def materials(self) -> list[Material]:
-        """The material of each body."""
+        """Material of each body."""
         return [body.material for body in self.scene.bodies]
 
     @cached_property
     def conducting(self) -> np.ndarray:
-        """(cells,): which cells conduct electricity."""
+        """Whether each cell (cells,) conducts electricity."""
         return np.array([m.resistivity is not None for m in self.materials])[self.body]
 
     @cached_property
     def fixed(self) -> np.ndarray:
-        """(cells,): those of conductors that an electrode touches; the potential of any other is not determined."""
+        """Whether each cell (cells,) is in a conductor with an electrode, so that its potential is determined."""
         live, still = self.conductors
         return np.any([live, *(cells for cells, _ in still)], axis=0)
 
     def part(self, group: str) -> np.ndarray:
-        """(cells,): those of a volume group."""
+        """Return whether each cell (cells,) is in a volume group."""
         part = np.zeros(self.mesh.count, bool)
         part[self.mesh.volumes[group]] = True
         return part
 
     def between(self, contact: Contact) -> np.ndarray:
-        """The facets of a contact."""
+        """Return the facets of a contact."""
         return between(self.mesh.mesh.f2t, *map(self.part, contact.between))
 
     def facets(self, item: GroupBoundary | GroupProbe) -> np.ndarray:
-        """The facets of the group of a condition or a flat probe."""
+        """Return the facets of the group of a condition or a flat probe."""
         return self.mesh.surfaces[item.group or ""][0]
 
     def acting(self, boundary: GroupBoundary) -> np.ndarray:
-        """The facets on which a condition acts: those of conductors for a voltage, exposed ones for a flux."""
+        """Return the facets on which a condition acts: of conductors for a voltage, exposed ones for a flux."""
         facets = self.facets(boundary)
         if boundary.kind == "voltage":
             return self.mesh.borders(facets, self.conducting)
         return facets if boundary.kind == "temperature" else facets[self.mesh.exposed(facets)]
 
     def covered(self, probe: GroupProbe) -> list[GroupBoundary]:
-        """The boundaries of the probe's kind, thermal or electric, that have facets in its group."""
+        """Return the boundaries of the probe's kind, thermal or electric, with facets in its group."""
         electric, facets = probe.quantity == "current", self.facets(probe)
         return [
             b for b in self.scene.boundaries
@@ -76,7 +76,7 @@ class Placed:
         ]  # fmt: skip
 
     def touched(self, parts: np.ndarray, boundaries: Sequence[GroupBoundary]) -> set[int]:
-        """The numbers of the parts (`GroupedMesh.parts`) that some conditions act on."""
+        """Return the numbers of the parts (`GroupedMesh.parts`) on which some conditions act."""
         numbers: set[int] = set()
         for b in boundaries:
             numbers |= set(parts[self.mesh.beside(self.acting(b))].tolist())
@@ -84,13 +84,13 @@ class Placed:
 
     @cached_property
     def _parts(self) -> tuple[np.ndarray, list[GroupBoundary]]:
-        """(cells,): the number of each part of the conductors, which ends at electrodes; and these."""
+        """Number of the part of the conductors of each cell (cells,), and the electrodes, at which parts end."""
         electrodes = [b for b in self.scene.boundaries if b.kind == "voltage"]
         cuts = np.concatenate([np.empty(0, int), *(self.acting(b) for b in electrodes)])
         return self.mesh.parts(self.conducting, cuts), electrodes
 
     def joined(self) -> dict[int, set[str]]:
-        """The names of the electrodes that each part of the conductors touches."""
+        """Return the names of the electrodes of each part of the conductors."""
         (parts, electrodes), names = self._parts, dict[int, set[str]]()
         for b in electrodes:
             for part in self.touched(parts, [b]):
@@ -99,9 +99,10 @@ class Placed:
 
     @cached_property
     def conductors(self) -> tuple[np.ndarray, tuple[tuple[np.ndarray, Value | str], ...]]:
-        """The cells (cells,) of conductors that touch electrodes of two voltages, and those of each that touches one
-        only, with its voltage, or the name of the electrode whose potential isn't given; a conductor ends at its
-        electrodes."""
+        """Cells (cells,) of conductors between electrodes of two voltages, and of each conductor with one voltage.
+
+        The latter come with the voltage, or the name of the electrode if its potential is unknown.
+        """
         parts, electrodes = self._parts
         voltages: dict[int, set[Value | str]] = {}
         touched = [(b, self.touched(parts, [b])) for b in electrodes]
