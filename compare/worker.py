@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
-from multiprocessing import current_process, parent_process
+from multiprocessing import parent_process
 from multiprocessing.context import SpawnContext, SpawnProcess
 from multiprocessing.resource_tracker import ensure_running
 from threading import Lock, Thread
@@ -20,7 +20,7 @@ from weakref import finalize
 from pebble import ProcessExpired, ProcessPool
 
 from compare.processes import ONE_THREAD
-from scenes.errors import NumericsError
+from scenes.errors import NumericsError, SceneError
 
 T = TypeVar("T")
 
@@ -30,24 +30,20 @@ _SAFE_PATH = "PYTHONSAFEPATH"
 _starting = Lock()
 
 
-class WorkerDiedError(Exception):
-    """The process ended during a task; the message names its exit status or its signal."""
-
-
 class Worker:
-    """A process that runs tasks one by one; it starts with the first task, and again after a task that ended it.
+    """A process that runs the tasks of a model one by one; it starts with the first one, and again after it ended.
 
-    A ``quiet`` process prints nothing; another one prints to this process's standard error.
+    ``name`` begins the sentences about it. A ``quiet`` process prints nothing, others to standard error.
     """
 
-    def __init__(self, quiet: bool) -> None:
-        self._quiet = quiet
+    def __init__(self, name: str, quiet: bool) -> None:
+        self._name, self._quiet = name, quiet
         self._pool: ProcessPool | None = None
 
     def run(self, seconds: float, function: Callable[..., T], *arguments: object) -> T:
-        """Return the value of ``function(*arguments)``, computed in the process.
+        """Return ``function(*arguments)``, computed in the process, or raise the function's exception.
 
-        Raises what the function raises, TimeoutError after so many seconds, and WorkerDiedError.
+        Raises SceneError after so many seconds, and where the process ends.
         """
         if self._pool is None or not self._pool.active:
             self._pool = start_pool(1, self._quiet)
@@ -55,10 +51,12 @@ class Worker:
         task = self._pool.schedule(function, arguments, timeout=seconds)
         try:
             return task.result()
+        except TimeoutError:
+            raise SceneError(f"{self._name} has not answered in {seconds / 60:.2g} minutes, and was ended") from None
         except (ProcessExpired, BrokenProcessPool) as error:
             status = getattr(error, "exitcode", None) or 0
-            how = f"status {status}" if status >= 0 else f"the signal {signal.Signals(-status).name}"
-            raise WorkerDiedError(how) from None
+            how = f", with the signal {signal.Signals(-status).name}" if status < 0 else ""
+            raise SceneError(f"{self._name} failed: it ended its process{how}") from None
         finally:
             task.cancel()  # ends the process where this one is interrupted
 
@@ -140,7 +138,8 @@ def _stop(processes: ProcessPool) -> None:
 def _begin(quiet: bool, initializer: Callable[[], None] | None) -> None:
     """Prepare a process of a pool."""
     Thread(target=_end_with_parent, daemon=True).start()
-    current_process().daemon = False  # a daemon may not start processes
+    leave = os._exit  # pebble waits for ever for a task that ends its process with the status 0
+    os._exit = lambda status: leave(status or 1)  # type: ignore[assignment]
     signal.signal(signal.SIGTERM, signal.SIG_DFL)  # ends the process during a long call of a library too
     if quiet:
         nowhere = os.open(os.devnull, os.O_WRONLY)

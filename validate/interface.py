@@ -223,12 +223,12 @@ def run(
     is anything written; ``figures`` and ``fields`` go there. Raises SceneError for bad input, ArithmeticError where the
     numerics fail (a thermal runaway names its voltage).
     """
-    from validate.models import of_reduction
+    from compare.models import parse_reduction
 
     sink = _scene(scene, Sink, overrides, {"drive.voltage": voltage, "run.accuracy": accuracy})
     if steady and against is not None:
         raise SceneError("against compares over time: leave out steady=True")
-    name, model = of_reduction(str(reduction) if isinstance(reduction, Path) else reduction)
+    name, model = parse_reduction(str(reduction) if isinstance(reduction, Path) else reduction)
     if model and why:
         raise SceneError("why splits the differences of this program's own 1D models: leave it out")
     request = Request(

@@ -73,9 +73,9 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _request(arguments: argparse.Namespace, sink: Sink) -> Request:
     """What is asked for; SceneError where one thing leaves out another."""
+    from compare.models import parse_reduction
     from scenes.kinds import Quantity
     from scenes.units import TIME
-    from validate.models import of_reduction
 
     only, named, times, samples = arguments.only, arguments.reduction, arguments.field_times, arguments.monte_carlo
     sampling = f"--monte-carlo {printable(samples or '')}"
@@ -101,7 +101,7 @@ def _request(arguments: argparse.Namespace, sink: Sink) -> Request:
         ),
         (samples is not None and only, f"--monte-carlo compares both models: leave out --only {only}"),
     )
-    reduction, model = of_reduction(named or "paper")
+    reduction, model = parse_reduction(named or "paper")
     reason = f"--reduction {printable(named or '')} is judged against 3D as it is: leave out"
     for option, chosen in (("--why", arguments.why), ("--only 1d", only == "1d"), ("--monte-carlo", samples)):
         common.refuse((model and chosen, f"{reason} {option}"))

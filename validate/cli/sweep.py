@@ -96,18 +96,18 @@ def scene(arguments: argparse.Namespace) -> Base:
 def models_of(arguments: argparse.Namespace, base: Base) -> tuple[tuple[str, ...], str]:
     """The names of the models, and the path of the user's own, if it is one, that holds wherever points are solved.
     Raises SceneError for what is none, as a run would."""
+    from compare.models import open_model, parse_reductions
     from scenes.plan import Request
-    from validate import models
     from validate.run.plan import own_model
 
     if not arguments.model:
-        return models.of_reductions([name.strip() for name in (arguments.reduction or "paper").split(",")])
+        return parse_reductions([name.strip() for name in (arguments.reduction or "paper").split(",")])
 
     source = own_model(cast("AnyScene", base.at(())), Request(model=arguments.model))
     assert source is not None
     given, folder = str(source[0]), source[1]
     whole = given if given == "network" else str((Path(folder) / given).resolve())
-    models.opened(whole)
+    open_model(whole)
     return (Path(whole).name,), whole
 
 

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from compare.against import Data
+from compare.models import open_model
+from compare.models.sampling import make_question
 from scenes.errors import SceneError, did_you_mean, quoted
 from scenes.model import AnyScene, OwnModel
-from validate import models
 from validate.inputs.calibration import Fit, fit_model
-from validate.models.asked import of_scene
 
 
 def fitted(
@@ -21,7 +21,7 @@ def fitted(
 ) -> Fit:  # fmt: skip
     """The fit of some of the model's parameters, by their names, whose keys are model.parameters.NAME; its scene has
     them. Raises SceneError for a parameter that there isn't, and where the model has no answer."""
-    model, start = models.opened(given, folder), dict(of_scene(scene).parameters)
+    model, start = open_model(given, folder), dict(make_question(scene).parameters)
     for name in names:
         if not start.get(name):
             listed = f"has {', '.join(start)}" if start else "has none"
@@ -36,12 +36,12 @@ def fitted(
         )
 
     def answers(values: Mapping[str, float], times: np.ndarray) -> dict[str, np.ndarray]:
-        question = of_scene(with_(values))
+        question = make_question(with_(values))
         if np.isinf(times[-1]):
-            return {n: np.atleast_1d(float(v)) for n, v in model.steady(question)[0].items()}
+            return {n: np.atleast_1d(float(v)) for n, v in model.answer(question, None).values.items()}
         # A model over time is run up to the last time, which is that of the run.
         every = np.union1d(times, scene.end_time)
-        courses = {n: np.asarray(v, float) for n, v in model.over_time(question, every)[0].items()}
+        courses = {n: np.asarray(v, float) for n, v in model.answer(question, every).values.items()}
         for name, course in courses.items():
             if course.shape != every.shape:
                 raise SceneError(f"--model {model.name}: {quoted(name)} over time is not one number for each time")

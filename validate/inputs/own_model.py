@@ -11,14 +11,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from compare.models import Model
+from compare.models.slopes import follow
 from compare.verdict import Check
 from scenes.model import OVER_TIME, AnyScene
 from scenes.result import Estimate, Result
 from scenes.varied import neighbour
 from validate.inputs.propagation import Propagated, combined
 from validate.inputs.sensitivities import Sensitivities, Slope
-from validate.models import Model
-from validate.models.slopes import follow
 
 STEP = 1e-4  # Relative step of a key: the temperature that rises count from is linear in the key, or independent of it.
 

@@ -7,6 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from compare.models import Model
+from compare.models.slopes import follow
 from scenes.errors import SceneError
 from scenes.model import AnyScene
 from scenes.result import Estimate, Result
@@ -14,8 +16,6 @@ from scenes.varied import neighbour
 from validate.inputs.calibration import Modelled
 from validate.inputs.propagation import STEP, SlopesInUnits
 from validate.inputs.sensitivities import Sensitivities, of_free
-from validate.models import Model
-from validate.models.slopes import follow
 
 
 def above(scene: AnyScene, key: str, over_time: bool) -> float:

@@ -19,8 +19,8 @@ from scenes.sink import OF_A_SINK, Sink
 from scenes.varied import numbers, zeros
 
 if TYPE_CHECKING:
+    from compare.models import Model as OwnModel
     from fem3d.device.solve import Model
-    from validate.models import Model as OwnModel
 
 QUANTITIES = {entry.steady: entry.called for entry in OF_A_SINK.values()}
 PREFIX = "slope_"
@@ -149,7 +149,7 @@ def of_sink(
     course1d: dict[str, dict[str, np.ndarray]] = {}
     if reduced1d is not None:
         if own_model is not None and fem3d is not None:
-            from validate.models.slopes import of_sink as slopes_of
+            from compare.models.slopes import of_sink as slopes_of
 
             by_key, course1d, silent = slopes_of(own_model, sink, fem3d, reduced1d, times)
             left_out |= silent

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from compare.against import Data
     from compare.blame import Budget
     from compare.checks import Varied
+    from compare.models import Model
     from compare.verdict import Check
     from fem3d.device.runs import Solved
     from reduced1d.device.design import Design
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
     from validate.inputs.propagation import Propagated, Sampled
     from validate.inputs.sensitivities import Sensitivities
     from validate.inputs.validation import Validation
-    from validate.models import Model
 
 S = TypeVar("S", covariant=True)
 """The kind of scene: a Sink, a Device, or a free scene."""

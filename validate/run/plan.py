@@ -160,7 +160,7 @@ def of_free(
 def own_model(scene: AnyScene, request: Request) -> tuple[str | Callable[..., Any], str] | None:
     """The user's own model and the folder that its file is relative to: the one asked for, or the scene's own where
     that runs no program. Raises SceneError where the scene is to have one and has none."""
-    from validate.models import OF_THE_SCENE, runs_code
+    from compare.models import OF_THE_SCENE, runs_code
 
     given, model = request.model, scene.model
     if given and given != OF_THE_SCENE:

@@ -335,21 +335,21 @@ def _free(scene: AnyScene, scope: Scope) -> dict[str, Any]:
 
 def _judged(scene: AnyScene, scope: Scope) -> tuple[Result, dict[str, Any]]:
     """A free scene's 3D result, and the columns of a user's model; solved again more finely while a verdict is open."""
+    from compare.models import open_model
+    from compare.models.sampling import make_question
     from compare.probes import evaluate
     from fem3d.runs import scene as scene_run
-    from validate import models
-    from validate.models.asked import of_scene
     from validate.run.kinds.free import at_rest, held
 
     def say(_: str) -> None:
         """Nothing is told of a point."""
 
-    model = models.opened(scope.model)
+    model = open_model(scope.model)
     while True:
         result = scene_run.solve(scene)
         if not scene.steady and not scope.check.endswith(OVER_TIME):
             result = replace(result, steady=at_rest(scene, say))
-        both = held(scene, result, model, of_scene(scene), say)
+        both = held(scene, result, model, make_question(scene), say)
         checks = evaluate(scene, both)
         finer = _finer(scene, checks, scope)
         if finer is None:

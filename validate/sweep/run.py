@@ -251,7 +251,7 @@ def sweep(
     s; ``workers`` are processes, one a processor if not given. Raises SceneError for bad input, ArithmeticError where a
     cluster is lost, ImportError without xarray.
     """
-    from validate.models import of_reductions
+    from compare.models import parse_reductions
 
     try:
         import xarray
@@ -268,7 +268,7 @@ def sweep(
         for key, given in (vary or {}).items()
     ]
     design = Design(tuple(axes), sample, seed)
-    names, model_path = of_reductions([model or reduction] if isinstance(reduction, str) else reduction)
+    names, model_path = parse_reductions([model or reduction] if isinstance(reduction, str) else reduction)
     check = checked(scene_base, check, steady, design.keys, names[0], model_path)
     scope = Scope(names, steady, check, blame, model=model_path)
     job, say = Job(scene_base, design, scope), progress or (lambda _: None)

@@ -19,13 +19,13 @@ if TYPE_CHECKING:
     import numpy as np
 
     from compare.against import Data
+    from compare.models import Model, Question
     from compare.probes import Both
     from compare.verdict import Check
     from scenes.result import Estimate, Result
     from validate.inputs.calibration import Fit, Modelled
     from validate.inputs.propagation import Estimates, Propagated, SlopesInUnits
     from validate.inputs.sensitivities import Sensitivities
-    from validate.models import Asked, Model
 
 PYTHON = "compare.solve"
 SHOWN = ()
@@ -105,18 +105,18 @@ def answer(run: Run, data: Data | None) -> Outcome[AnyScene]:
     return inputs.held_against(run, outcome, data, fit)
 
 
-def _opened(scene: AnyScene, request: Request) -> tuple[Model, Asked] | None:
+def _opened(scene: AnyScene, request: Request) -> tuple[Model, Question] | None:
     """The user's own model, and what it is asked; ``None`` where there is none to run."""
     given = plans.own_model(scene, request)
     if given is None:
         return None
-    from validate import models
-    from validate.models.asked import of_scene
+    from compare.models import open_model
+    from compare.models.sampling import make_question
 
-    return models.opened(*given), of_scene(scene)
+    return open_model(*given), make_question(scene)
 
 
-def _judged(run: Run, outcome: Outcome[AnyScene], model: Model, question: Asked) -> Outcome[AnyScene]:
+def _judged(run: Run, outcome: Outcome[AnyScene], model: Model, question: Question) -> Outcome[AnyScene]:
     """With the user's own model held against 3D; where that is interrupted or fails, what 3D found as it is."""
     from compare.probe_answer import answered
 
@@ -152,13 +152,13 @@ def _judged(run: Run, outcome: Outcome[AnyScene], model: Model, question: Asked)
     return replace(outcome, reduced1d=reduced1d, own_model=model, checks=checks, answer=said, warnings=warnings)
 
 
-def held(scene: AnyScene, fem3d: Result, model: Model, question: Asked, say: Callable[[str], None]) -> Both:
+def held(scene: AnyScene, fem3d: Result, model: Model, question: Question, say: Callable[[str], None]) -> Both:
     """A model beside the 3D result of a scene."""
     from compare import quantities
+    from compare.models import sampling
     from compare.probes import Both
-    from validate.models import asked as of_model
 
-    reduced1d = of_model.solve(model, question, fem3d, scene.accuracy, bool(fem3d.steady), say)
+    reduced1d = sampling.solve(model, question, fem3d, scene.accuracy, bool(fem3d.steady), say)
     return Both(quantities.of(scene, fem3d), fem3d, reduced1d)
 
 

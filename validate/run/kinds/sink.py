@@ -128,9 +128,9 @@ def _compared(
     outcome = Outcome(sink, request, ())
     fem3d = reduced1d = single = model = None
     if request.model:
-        from validate.models import asked, opened
+        from compare.models import open_model, sampling
 
-        model = opened(request.model)
+        model = open_model(request.model)
     if "fem3d" in request.models:
         with clock.stage("imports"):
             from fem3d.runs.sink import solve as solve_3d
@@ -154,7 +154,7 @@ def _compared(
                 reduced1d = _reduction(sink, request, fem3d, levels)
             elif fem3d is not None:
                 try:
-                    reduced1d = asked.solve(model, asked.of_sink(sink, fem3d), fem3d, 0.0, True, say)
+                    reduced1d = sampling.solve(model, sampling.make_question(sink, fem3d), fem3d, 0.0, True, say)
                 except (KeyboardInterrupt, NumericsError, SceneError) as error:
                     request = replace(request, models=("fem3d",), model="")
                     why = None if isinstance(error, KeyboardInterrupt) else error

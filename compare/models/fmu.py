@@ -1,7 +1,7 @@
 """A model that is an FMU, run by fmpy in a process of its own, so that a fault in it is a sentence here.
 
 The scene's values are the start values of its parameters and inputs. Over time it is run twice, with steps of
-different length, whose difference estimates the error. For the steady state its runs get ever longer (`Fmu.steady`).
+different length, whose difference estimates the error. For the steady state its runs get ever longer (`Fmu._longest`).
 """
 
 from __future__ import annotations
@@ -10,8 +10,7 @@ import re
 import time
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field
-from functools import partial
+from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -20,11 +19,11 @@ from zipfile import BadZipFile, ZipFile
 
 import numpy as np
 
-from compare.worker import Worker, WorkerDiedError
+from compare.models.model import LONGEST, Answer, Model, Question, find_file
+from compare.worker import Worker
 from scenes.errors import SceneError, did_you_mean, listed, printable, quoted
 from scenes.formats import quantity
 from scenes.units import UnitError, parse_unit
-from validate.models import LONGEST, Answer, Asked, readable
 
 STEPS = (500, 2000)
 """Numbers of steps of the two runs over time; an FMU integrated here has a relative tolerance of 0.01 over that."""
@@ -42,6 +41,10 @@ LARGEST = 2e9
 """Bytes that an FMU may unpack to; those with the data of whole buildings have some hundred million."""
 
 
+Run = dict[str, np.ndarray]
+"""The "time" (s) of a run, and the outputs by probe, in SI units."""
+
+
 @dataclass(frozen=True)
 class Unit:
     """The unit that an FMU declares for a variable, SI where it declares none.
@@ -55,49 +58,44 @@ class Unit:
     offset: float = 0.0
 
 
-@dataclass
-class Fmu:
+class Fmu(Model):
     """An FMU unpacked in a ``folder``, and the units of its variables that can be set and read."""
 
-    name: str
-    folder: TemporaryDirectory[str]
-    settable: Mapping[str, Unit]
-    readable: Mapping[str, Unit]
-    _worker: Worker = field(default_factory=lambda: Worker(quiet=True))
-    _settled: dict[object, Answer] = field(default_factory=dict)
-    _courses: dict[object, list[dict[str, np.ndarray]]] = field(default_factory=dict)
+    def __init__(
+        self, name: str, folder: TemporaryDirectory[str], settable: Mapping[str, Unit], readable: Mapping[str, Unit]
+    ) -> None:
+        self.name, self._folder, self._settable, self._readable = name, folder, settable, readable
+        self._worker = Worker(f"--model {name}", quiet=True)
+        self._settled: dict[object, Answer] = {}
+        self._courses: dict[object, list[Run]] = {}
 
-    def rows(self, question: Asked) -> np.ndarray:
-        return np.empty(0)
+    def answer(self, question: Question, times: np.ndarray | None) -> Answer:
+        outputs = self._outputs(question, question.units(times))
+        key = (times is None or float(times[-1]), *question.parameters.items(), *outputs.items())
+        if times is None:
+            if key not in self._settled:
+                self._settled[key] = self._at_rest(*self._longest(question, outputs))
+            return self._settled[key]
+        if key not in self._courses:
+            self._courses[key] = [self._run(question, outputs, float(times[-1]), n, LONGEST) for n in STEPS]
+        coarse, fine = self._courses[key]
+        # A jump of an output takes a whole step here: the two runs differ most at the end of the short step, by all
+        # but its part of the long one, and right after the jump the short one is off by all of it.
+        everywhere, whole = np.union1d(times, fine["time"]), STEPS[1] / (STEPS[1] - STEPS[0])
+        values, errors = {}, {}
+        for name in outputs:
+            courses = [np.interp(everywhere, run["time"], run[name]) for run in (coarse, fine)]
+            errors[name] = whole * float(np.abs(courses[1] - courses[0]).max())
+            values[name] = np.interp(times, fine["time"], fine[name])
+        return Answer(values, errors)
 
-    def steady(self, question: Asked) -> Answer:
-        """Run the FMU to ever later ends, and return the last values of the longest run, where its outputs rest.
+    def _longest(self, question: Question, outputs: Mapping[str, str]) -> tuple[Run, SceneError | None]:
+        """Run the FMU to ever later ends, and return the longest run whose steps are short enough for the FMU.
 
         Rest does not depend on a scale of time: an output has to have moved, and then to have stayed for as long
-        again. All ends are tried, because an FMU may move again. The first run with steps too long for the FMU
-        ends the series: it fails, is not finite, or contradicts the middle of a shorter run.
+        again. All ends are tried, because an FMU may move again. The first run with too long steps ends the series:
+        it fails (its error is returned too), is not finite, or contradicts the middle of a shorter run.
         """
-        outputs = self._outputs(question, question.steady)
-        key = (*question.parameters.items(), *outputs.items())
-        if key not in self._settled:
-            self._settled[key] = self._at_rest(*self._longest(question, outputs))
-        return self._settled[key]
-
-    def over_time(self, question: Asked, times: np.ndarray) -> Answer:
-        end, outputs = float(times[-1]), self._outputs(question, question.over_time)
-        key = (end, *question.parameters.items(), *outputs.items())
-        if key not in self._courses:
-            self._courses[key] = [self._run(question, outputs, end, steps, LONGEST) for steps in STEPS]
-        runs = self._courses[key]
-        # What an output does at an instant it does over a step here: the two runs differ most at the end of the short
-        # one, by all but its part of the long one, and at once after the instant the short one is off by all of it.
-        everywhere, whole = np.union1d(times, runs[1]["time"]), STEPS[1] / (STEPS[1] - STEPS[0])
-        coarse, fine = ({n: partial(np.interp, xp=r["time"], fp=v) for n, v in r.items() if n != "time"} for r in runs)
-        errors = {n: whole * float(np.abs(fine[n](everywhere) - coarse[n](everywhere)).max()) for n in fine}
-        return {n: fine[n](times) for n in fine}, errors
-
-    def _longest(self, question: Asked, outputs: Mapping[str, str]) -> tuple[dict[str, np.ndarray], SceneError | None]:
-        """Return the longest run to a steady state whose steps are short enough, and the failure of a longer one."""
         longest, failure, until = None, None, time.monotonic() + BUDGET
         for end in HORIZONS:
             try:
@@ -110,44 +108,45 @@ class Fmu:
             failure = None
             if longest is not None and (not _finite(run) or _contradicts(run, longest)):
                 break
-            if longest is None or not _rests(longest):
-                until = min(until, time.monotonic() + (CHECKS if _moves(run) and _rests(run) else BUDGET))
+            if _moves(run) and _rests(run) and (longest is None or not _rests(longest)):
+                until = min(until, time.monotonic() + CHECKS)
             longest = run
         if longest is None:
             assert failure is not None
             raise failure
         return longest, failure
 
-    def _at_rest(self, run: dict[str, np.ndarray], failure: SceneError | None) -> Answer:
+    def _at_rest(self, run: Run, failure: SceneError | None) -> Answer:
         """Return the last values of a run, with their changes in its second half as errors."""
         end, values = float(run["time"][-1]), {name: v for name, v in run.items() if name != "time"}
         rests, moves = _rests(run) or not _finite(run), _moves(run)
         if not rests or (not moves and end < HORIZONS[-1]):
             has = "does not come to rest" if moves else "has not moved"
-            why = f"a longer run of it {failure.args[0].partition(' ')[2]}" if failure else "it has no steady state"
+            longer = str(failure).removeprefix(f"--model {self.name} ")
+            why = f"a longer run {longer}" if failure else "it has no steady state"
             raise SceneError(f"--model {self.name} {has} within {quantity(end, 's')}: {why}")
-        return {name: float(v[-1]) for name, v in values.items()}, {n: _late(v) for n, v in values.items()}
+        return Answer({n: v[-1] for n, v in values.items()}, {n: _late(v) for n, v in values.items()})
 
-    def _outputs(self, question: Asked, wanted: Mapping[str, str]) -> dict[str, str]:
+    def _outputs(self, question: Question, wanted: Mapping[str, str]) -> dict[str, str]:
         """Return the FMU's variable of each probe that it has. Raises SceneError for names and units that don't fit."""
         for name in question.parameters:
-            if name not in self.settable:
+            if name not in self._settable:
                 raise SceneError(
                     f"--model {self.name} has no parameter or input {quoted(name)}: it has "
-                    f"{listed(list(self.settable)) or 'none'}{did_you_mean(name, self.settable)}"
+                    f"{listed(list(self._settable)) or 'none'}{did_you_mean(name, self._settable)}"
                 )
-        plain = {re.sub(r"\W+", "_", variable).lower(): variable for variable in self.readable}
+        plain = {re.sub(r"\W+", "_", variable).lower(): variable for variable in self._readable}
         outputs = {}
         for name, unit in wanted.items():
             variable = question.outputs.get(name) or plain.get(re.sub(r"\W+", "_", name).lower())
             if variable is None:
                 continue
-            if variable not in self.readable:
+            if variable not in self._readable:
                 raise SceneError(
                     f"--model {self.name} has no variable {quoted(variable)} for {quoted(name)}: it has "
-                    f"{listed(list(self.readable))}{did_you_mean(variable, self.readable)}"
+                    f"{listed(list(self._readable))}{did_you_mean(variable, self._readable)}"
                 )
-            declared = self._known(variable, self.readable[variable])
+            declared = self._known(variable, self._readable[variable])
             if declared.powers not in (None, parse_unit(unit).powers):
                 raise SceneError(
                     f"--model {self.name}: {quoted(variable)} is in {quoted(declared.name)}, not in {unit}, as "
@@ -155,7 +154,7 @@ class Fmu:
                 )
             outputs[name] = variable
         if not outputs:
-            has = listed(list(self.readable)) or "none"
+            has = listed(list(self._readable)) or "none"
             raise SceneError(
                 f"--model {self.name} has no variable called as a probe ({', '.join(wanted)}; signs and blanks as "
                 f'_): it has {has}; say which is which, [model.outputs] probe = "name"'
@@ -171,22 +170,17 @@ class Fmu:
             )
         return unit
 
-    def _run(
-        self, question: Asked, outputs: Mapping[str, str], end: float, steps: int, seconds: float
-    ) -> dict[str, np.ndarray]:
+    def _run(self, question: Question, outputs: Mapping[str, str], end: float, steps: int, seconds: float) -> Run:
         """Return the "time" and the outputs by probe, in SI units, of a run to an end (s)."""
         start = {}
         for name, value in question.parameters.items():
-            unit = self._known(name, self.settable[name])
+            unit = self._known(name, self._settable[name])
             start[name] = (value - unit.offset) / unit.factor
         try:
-            if seconds <= 0:
-                raise TimeoutError
-            columns = self._worker.run(seconds, simulate, self.folder.name, end, steps, start, list(outputs.values()))
-        except TimeoutError:
-            raise SceneError(f"--model {self.name} takes too long, and was ended") from None
-        except WorkerDiedError as error:
-            raise SceneError(f"--model {self.name} failed: it ended its process, with {error}") from None
+            task = (self._folder.name, end, steps, start, list(outputs.values()))
+            columns = self._worker.run(max(seconds, 0.1), simulate, *task)
+        except SceneError:
+            raise
         except Exception as error:
             raise SceneError(f"--model {self.name} failed: {printable(str(error), 200)}") from None
         until = columns["time"][-1]
@@ -197,14 +191,14 @@ class Fmu:
             )
         run = {"time": columns["time"]}
         for name, variable in outputs.items():
-            unit = self.readable[variable]
+            unit = self._readable[variable]
             run[name] = unit.factor * columns[variable] + unit.offset
         return run
 
 
-def opened(given: str, folder: str) -> Fmu:
-    """The FMU of a file, its description read. Raises SceneError."""
-    path = readable(given, folder, "an FMU, such as bridge.fmu")
+def open_model(given: str, folder: str) -> Fmu:
+    """Return the FMU of a file. Raises SceneError where it cannot be read."""
+    path = find_file(given, folder, "an FMU, such as bridge.fmu")
     if find_spec("fmpy") is None:
         raise SceneError(f"--model {quoted(given)} is run by fmpy: pip install 'heated-microstructure-validation[fmu]'")
     from fmpy import extract, read_model_description
@@ -247,7 +241,7 @@ def _unit(variable: Any, definitions: Mapping[str, Any]) -> Unit:
     return Unit(name, unit.powers, float(unit.factor), 273.15 if unit.celsius else 0.0)
 
 
-def _finite(run: Mapping[str, np.ndarray]) -> bool:
+def _finite(run: Run) -> bool:
     return all(np.isfinite(values).all() for values in run.values())
 
 
@@ -262,16 +256,16 @@ def _late(values: np.ndarray) -> float:
     return _change(values[len(values) // 2 :])
 
 
-def _rests(run: Mapping[str, np.ndarray]) -> bool:
+def _rests(run: Run) -> bool:
     """Return whether each output has moved and come to rest, or never moved."""
     return all(_late(values) <= REST * _change(values) for name, values in run.items() if name != "time")
 
 
-def _moves(run: Mapping[str, np.ndarray]) -> bool:
+def _moves(run: Run) -> bool:
     return any(_change(values) for name, values in run.items() if name != "time")
 
 
-def _contradicts(longer: Mapping[str, np.ndarray], shorter: Mapping[str, np.ndarray]) -> bool:
+def _contradicts(longer: Run, shorter: Run) -> bool:
     """Return whether a run differs in the middle of a shorter one, in which the outputs were at rest by then."""
     if not _rests(shorter):
         return False
@@ -284,9 +278,7 @@ def _contradicts(longer: Mapping[str, np.ndarray], shorter: Mapping[str, np.ndar
     )
 
 
-def simulate(
-    folder: str, end: float, steps: int, start: Mapping[str, float], outputs: list[str]
-) -> dict[str, np.ndarray]:
+def simulate(folder: str, end: float, steps: int, start: Mapping[str, float], outputs: list[str]) -> Run:
     """Run an unpacked FMU from 0 to ``end`` (s), and return its "time" and its outputs; for a process of its own."""
     from fmpy import simulate_fmu
 

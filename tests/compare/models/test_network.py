@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 import compare
+from compare.models import open_model, runs_code
 from compare.probes import bends
 from scenes.errors import RunawayError, SceneError
 from scenes.model import MeshScene
 from scenes.plan import Request
-from validate import models
 from validate.cli import main
 from validate.run import pipeline
 
@@ -32,9 +32,9 @@ def test_the_bridge_is_judged() -> None:
 
 
 def test_it_runs_no_code_of_anybody() -> None:
-    assert not models.runs_code("network")
+    assert not runs_code("network")
     with pytest.raises(SceneError, match="network, or scene for the scene's own"):
-        models.kind_of("netwerk")
+        open_model("netwerk")
 
 
 def test_rows_just_before_a_jump_bend_nothing() -> None:
@@ -52,7 +52,7 @@ def test_a_network_without_an_answer_leaves_what_3d_found(
     def runs_away(*_: object, **__: object) -> None:
         raise RunawayError("the network runs away", 1.0)
 
-    monkeypatch.setattr("validate.models.network.solve", runs_away)
+    monkeypatch.setattr("compare.models.network.solve", runs_away)
     out = steady.parent / "run"
     assert main(["solve", str(steady), "--model", "network", "--no-figures", "--out", str(out)]) == 3
     said = capsys.readouterr()

@@ -12,11 +12,12 @@ import numpy as np
 import pytest
 
 import compare
+from compare.models import open_model
+from compare.models.sampling import make_question
 from scenes import load
 from scenes.errors import SceneError
 from scenes.plan import Request
 from validate.cli import main
-from validate.models import asked, opened
 from validate.report.folder import folder_of
 
 NETLIST = """the same in volts
@@ -205,11 +206,10 @@ def test_values_as_spreadsheets_write_them(text: str, steady: Path, tmp_path: Pa
     assert judged(steady, str(tmp_path / "lump.csv"))["tip"].predicted == pytest.approx(100.5)
 
 
-def test_a_row_without_a_number_is_named(tmp_path: Path) -> None:
+def test_a_row_without_a_number_is_named(transient: Path, tmp_path: Path) -> None:
     (tmp_path / "gap.csv").write_text("time (ms);tip (degC)\n0;20\n0.1;\n0.2;40\n0.5;80\n", encoding="utf-8")
-    table = opened(str(tmp_path / "gap.csv"))
     with pytest.raises(SceneError, match=r'"tip \(degC\)" has no number at 100\.0 us'):
-        table.over_time(asked.Asked("bar", {}, {}, {"tip": "K"}, {}, {}), np.linspace(0, 5e-4, 9))
+        compare.solve(transient, model=str(tmp_path / "gap.csv"))
 
 
 def test_an_fmu_whose_step_says_that_it_failed_has_no_answer(transient: Path, tmp_path: Path, capsys: Any) -> None:
@@ -224,12 +224,12 @@ def test_an_fmu_whose_step_says_that_it_failed_has_no_answer(transient: Path, tm
 def test_an_fmu_that_would_fill_a_disk_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with ZipFile(tmp_path / "bomb.fmu", "w", ZIP_DEFLATED) as archive:
         archive.writestr("resources/zeros", bytes(100_000))
-    monkeypatch.setattr("validate.models.fmu.LARGEST", 1e4)
+    monkeypatch.setattr("compare.models.fmu.LARGEST", 1e4)
     with pytest.raises(SceneError, match="unpacks to"):
-        opened(str(tmp_path / "bomb.fmu"))
-    monkeypatch.setattr("validate.models.fmu.LARGEST", 1e6)
+        open_model(str(tmp_path / "bomb.fmu"))
+    monkeypatch.setattr("compare.models.fmu.LARGEST", 1e6)
     with pytest.raises(SceneError, match="no FMU that can be read"):
-        opened(str(tmp_path / "bomb.fmu"))
+        open_model(str(tmp_path / "bomb.fmu"))
 
 
 def test_a_function_imports_what_lies_beside_it(steady: Path, tmp_path: Path) -> None:
@@ -296,12 +296,17 @@ def test_comments_and_titles_that_are_commands_do_nothing(steady: Path, tmp_path
 
 def test_a_models_parameters_are_made_of_the_scenes() -> None:
     given = ["model.parameters.half=w/2", "model.parameters.end=box.beam.upper.y", "model.parameters.R=300 ohm"]
-    assert asked.of_scene(load("bridge", [*given, "parameters.w=12um"])).parameters == {
+    assert make_question(load("bridge", [*given, "parameters.w=12um"])).parameters == {
         "half": 6e-6, "end": 200e-6, "R": 300.0,
     }  # fmt: skip
-    assert asked.of_scene(load("bridge")).document["parameters"]["gap"] == 2e-6
+    mixed = ["model.parameters.arm=box.beam.upper.y/2 + w", "model.parameters.V=2*boundary.left electrode.voltage"]
+    parameters = make_question(load("bridge", [*mixed, "parameters.w=12um"])).parameters
+    assert (parameters["arm"], parameters["V"]) == (pytest.approx(112e-6), 2.0)
+    with pytest.raises(SceneError, match=r"has a length \+ a temperature|neither a quantity"):
+        make_question(load("bridge", ["model.parameters.odd=w + boundary.substrate.temperature"]))
+    assert make_question(load("bridge")).document["parameters"]["gap"] == 2e-6
     with pytest.raises(SceneError, match="nor made of its parameters"):
-        asked.of_scene(load("bridge", ["model.parameters.half=width/2"]))
+        make_question(load("bridge", ["model.parameters.half=width/2"]))
 
 
 def test_a_folder_has_the_function_apart_from_its_file() -> None:

@@ -1,8 +1,7 @@
 """How a model follows the numbers of its scene, by differences: its slopes for sensitivities and uncertain inputs.
 
-A central difference over a step h of a key is off by its square, and by the model's own noise over h. Both are
-measured, by the same difference over 2h; where the two disagree by more than is smooth, a longer step has less of the
-noise.
+The error of a central difference over a step h of a key is of order h^2, and the model's own noise over h. The same
+difference over 2h measures both; where the two disagree too much, a longer step has less of the noise.
 """
 
 from __future__ import annotations
@@ -13,13 +12,12 @@ from typing import Any
 
 import numpy as np
 
+from compare.models.model import Model, Question
+from compare.models.sampling import make_question
 from scenes.errors import SceneError
 from scenes.result import Result
 from scenes.sink import Sink
 from scenes.varied import neighbour, numbers
-from validate.models import Asked, Model
-from validate.models.asked import of_scene
-from validate.models.asked import of_sink as asked_of_sink
 
 STEPS = (1e-3, 1e-2, 5e-2)
 """Relative steps of a key: the first suffices for a smooth model, the others are for noisy ones."""
@@ -28,15 +26,17 @@ SMOOTH = 1e-2
 NOTHING = 1e-9
 """A slope smaller than this part of the quantity counts as zero."""
 BENT = 0.1
-"""A relative slope that changes by more than this at the key's value is none: with f the quantity, |f(h) - 2 f(0) +
-f(-h)| is then above 0.1 h f, while a power f = key^n has only n (n - 1) h^2 f. A network jumps where another side of a
-box becomes its longest."""
+"""A key has no slope where the relative slope jumps by more than this at its value. With f the quantity, |f(h) - 2 f(0)
++ f(-h)| is then above 0.1 h f, while a power f = key^n has only n (n - 1) h^2 f. A network jumps where another side of
+a box becomes its longest."""
 
 
 @dataclass(frozen=True)
 class Followed:
-    """d quantity / d ln key of a model by key and quantity, each (times,), or one number in the steady state;
-    ``left_out`` says why a key has none."""
+    """d quantity / d ln key of a model by key and quantity, each (times,), or one number in the steady state.
+
+    ``left_out`` has the reason why a key has no slope.
+    """
 
     slopes: dict[str, dict[str, np.ndarray]]
     left_out: dict[str, str]
@@ -44,48 +44,42 @@ class Followed:
 
 def follow(
     model: Model, scene: Any, keys: Iterable[str], times: np.ndarray | None, say: Callable[[str], None],
-    asking: Callable[[Any], Asked] = of_scene,
+    ask: Callable[[Any], Question] = make_question,
 ) -> Followed:  # fmt: skip
-    """A model's slopes by keys of its scene, at times (s) that end with the run, or in the steady state; ``asking``
-    says what it is asked of a scene. SceneError where it has no answer beside the scene."""
+    """Return a model's slopes by keys of its scene, at times (s) that end with the run, or in the steady state.
+
+    ``ask`` makes the question of a scene. Raises SceneError where the model has no answer to the scene itself.
+    """
 
     def at(key: str, step: float) -> dict[str, np.ndarray]:
-        question = asking(neighbour(scene, key, step))
-        answer, _ = model.steady(question) if times is None else model.over_time(question, times)
-        return {name: np.asarray(value, float) for name, value in answer.items()}
+        return dict(model.answer(ask(neighbour(scene, key, step)), times).values)
 
-    followed, smooth = Followed({}, {}), getattr(model, "smooth", False)
+    followed = Followed({}, {})
     base: dict[str, np.ndarray] = {}
     for key in keys:
         say(f"asking {model.name} beside {key}")
         for h in STEPS:
             try:
                 base = base or at(key, 0.0)
-                moved = {step: at(key, step) for step in ((h, -h) if smooth else (h, -h, 2 * h, -2 * h))}
+                moved = {step: at(key, step) for step in ((h, -h) if model.exact else (h, -h, 2 * h, -2 * h))}
             except SceneError as error:
                 followed.left_out[key] = f"{model.name} has no answer beside it ({error})"
                 break
             near = {name: (moved[h][name] - moved[-h][name]) / (2 * h) for name in moved[h]}
-            bent = (
-                np.abs(moved[h][name] - 2 * base[name] + moved[-h][name]).max() > BENT * h * np.abs(base[name]).max()
-                for name in near
-            )
-            if any(bent):
-                followed.left_out[key] = f"{model.name} jumps or bends at the very value that it has"
+            bends = {name: np.abs(moved[h][name] - 2 * base[name] + moved[-h][name]).max() for name in near}
+            if any(bend > BENT * h * np.abs(base[name]).max() for name, bend in bends.items()):
+                followed.left_out[key] = f"{model.name} is not differentiable at this value"
                 followed.slopes.pop(key, None)
             else:
                 followed.left_out.pop(key, None)
                 followed.slopes[key] = near
-            if smooth:
+            if model.exact:
                 break
-            far = {name: (moved[2 * h][name] - moved[-2 * h][name]) / (4 * h) for name in moved[h]}
-            errors = {name: float(np.abs(near[name] - far[name]).max()) for name in near}
-            sizes = {name: float(np.abs(moved[h][name]).max()) for name in near}
-            rough = [
-                name
-                for name, error in errors.items()
-                if error > SMOOTH * float(np.abs(near[name]).max()) and error > NOTHING * sizes[name]
-            ]
+            rough = False
+            for name, slope in near.items():
+                far = (moved[2 * h][name] - moved[-2 * h][name]) / (4 * h)
+                off, size = float(np.abs(slope - far).max()), float(np.abs(moved[h][name]).max())
+                rough |= off > SMOOTH * float(np.abs(slope).max()) and off > NOTHING * size
             if not rough:
                 break
     return followed
@@ -94,12 +88,14 @@ def follow(
 def of_sink(
     model: Model, sink: Sink, fem3d: Result, one: Result, times: np.ndarray | None
 ) -> tuple[dict[str, dict[str, float]], dict[str, dict[str, np.ndarray]], dict[str, str]]:
-    """d ln quantity / d ln key of a model of a sink, by key and quantity: steady, and at ``times`` (s) of its traces,
-    of rises for temperatures; and why a key has none."""
+    """Return d ln quantity / d ln key of a model of a sink, of rises for temperatures, by key and quantity.
+
+    First in the steady state, then at ``times`` (s) of its traces; at last the reasons why keys have none.
+    """
     keys = list(numbers(sink))
 
     def followed(at: np.ndarray | None) -> Followed:
-        return follow(model, sink, keys, at, lambda _: None, lambda other: asked_of_sink(other, fem3d))
+        return follow(model, sink, keys, at, lambda _: None, lambda other: make_question(other, fem3d))
 
     rest, over_time = followed(None), None
     course: dict[str, dict[str, np.ndarray]] = {}

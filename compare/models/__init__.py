@@ -1,0 +1,81 @@
+"""1D and lumped models that a user brings: a Python function, an ngspice netlist, an FMU, a table of values; and the
+network of a scene's boxes. All answer the same `Question`.
+
+A netlist that could do more than describe a circuit is refused. A Python file and an FMU are programs, which run only
+where the command line names them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from importlib import import_module
+from pathlib import Path
+
+from compare.models.model import Answer, Model, Question
+from scenes.errors import SceneError, quoted
+
+__all__ = ["Answer", "Model", "Question", "open_model", "parse_reduction", "parse_reductions", "runs_code"]
+
+OF_THE_SCENE = "scene"
+_FORM = "give FILE.py:FUNCTION, FILE.cir, FILE.fmu, FILE.csv, network, or scene for the scene's own [model]"
+_KINDS = {".py": "function", ".cir": "netlist", ".net": "netlist", ".sp": "netlist", ".fmu": "fmu", ".csv": "table"}
+_PROGRAMS = ("function", "netlist", "fmu")
+
+
+def open_model(given: str | Callable[..., object], folder: str = "") -> Model:
+    """Return the model of a name, a file (relative to ``folder``) or a Python callable. Raises SceneError."""
+    if callable(given):
+        from compare.models.function import Function
+
+        return Function(given)
+    model: Model = import_module(f"compare.models.{_kind(given)}").open_model(given, folder)
+    return model
+
+
+def runs_code(given: str) -> bool:
+    """Return whether a model is a program, which never runs because a scene that somebody sent names it."""
+    return _kind(given) in _PROGRAMS
+
+
+def parse_reduction(given: str | Callable[..., object]) -> tuple[str, str | Callable[..., object]]:
+    """Return the name of a sink's reduction, and the user's own model that it is, "" for one of this program's."""
+    from reduced1d.ladder import canonical, is_one
+
+    if not callable(given):
+        file = given.rpartition(":")[0] or given
+        if is_one(given) or (given != "network" and Path(file).suffix.lower() not in _KINDS):
+            try:
+                return canonical(given), ""
+            except SceneError as error:
+                raise SceneError(f"{error}; or network, FILE.py:FUNCTION, FILE.cir, FILE.fmu, FILE.csv") from None
+        _kind(given)
+        return Path(given).name, given
+    return getattr(given, "__name__", type(given).__name__), given
+
+
+def parse_reductions(given: Sequence[str]) -> tuple[tuple[str, ...], str]:
+    """Return the names of some reductions of a sink, and the path of the user's own model, "" without one.
+
+    Raises SceneError for names that are neither, and for an own model beside others.
+    """
+    each = [parse_reduction(text) for text in given]
+    own_models = [str(model) for _, model in each if model]
+    if own_models and len(each) > 1:
+        raise SceneError(f"--reduction {quoted(own_models[0])} is judged alone: leave the others out")
+    model = "".join(own_models)
+    path = model if model in ("", "network") else str(Path(model).resolve())
+    if path:
+        open_model(path)
+    return tuple(dict.fromkeys(name for name, _ in each)), path
+
+
+def _kind(given: str) -> str:
+    """Return the module of this package that opens a model. Raises SceneError where none does."""
+    if given == "network":
+        return given
+    file = given.rpartition(":")[0] if Path(given.rpartition(":")[0]).suffix == ".py" else given
+    kind = _KINDS.get(Path(file).suffix.lower())
+    if kind is None or (kind == "function" and file == given):
+        why = "is no model" if kind is None else "names no function"
+        raise SceneError(f"--model {quoted(given)} {why}: {_FORM}")
+    return kind

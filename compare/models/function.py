@@ -1,0 +1,158 @@
+"""A model that is a Python function: f(scene, times) -> {quantity: number or (n,) numbers}.
+
+``scene`` is the scene's document in SI numbers, and ``times`` (n,) are in s, or None in the steady state. A callable
+is called in this process. The function of a file is called in a process of its own, so that this one survives it. The
+function's output goes to standard error.
+"""
+
+from __future__ import annotations
+
+import copy
+import importlib.util
+import os
+import sys
+import traceback
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, redirect_stdout
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+
+from compare.models.model import LONGEST, Answer, Model, Question, find_file
+from compare.processes import TimeIsUpError
+from compare.worker import Worker
+from scenes.errors import SceneError, did_you_mean, listed, printable, quoted
+
+
+class Function(Model):
+    """A callable as a model; the ``file`` that defines it may be known."""
+
+    def __init__(self, call: Callable[..., object], name: str = "", file: Path | None = None) -> None:
+        self.name = name or getattr(call, "__name__", type(call).__name__)
+        self._call, self._file = call, file
+
+    def answer(self, question: Question, times: np.ndarray | None) -> Answer:
+        when = "in the steady state" if times is None else "over time"
+        with _sentences(self.name, self._file, f" when it was asked {when}"), _beside(self._file):
+            answer = self._call(copy.deepcopy(dict(question.document)), None if times is None else times.copy())
+        if answer is None:
+            return Answer({})
+        if not isinstance(answer, Mapping):
+            raise SceneError(
+                f"--model {self.name} returned {quoted(type(answer).__name__)} {when}: return a dict such as "
+                f"{{{next(iter(question.units(times)), 'probe')!r}: 300.0}}"
+            )
+        shape = () if times is None else times.shape
+        return Answer({str(name): self._numbers(str(name), value, shape, when) for name, value in answer.items()})
+
+    def _numbers(self, name: str, value: object, shape: tuple[int, ...], when: str) -> np.ndarray:
+        """Return a value as real numbers of a shape; masked ones are not numbers."""
+        needed = f"{shape[0]} numbers, one for each time" if shape else "one number"
+        try:
+            numbers: np.ma.MaskedArray = np.ma.asarray(value)
+            if numbers.dtype.kind not in "fiu":
+                raise TypeError
+        except (TypeError, ValueError):
+            raise SceneError(
+                f"--model {self.name}: {quoted(name)} {when} is {quoted(type(value).__name__)} that holds no real "
+                f"numbers: give {needed}"
+            ) from None
+        array: np.ndarray = np.ma.filled(numbers.astype(float), np.nan)
+        if array.size == 1:
+            return np.broadcast_to(array.reshape(()), shape).astype(float)
+        if array.shape != shape:
+            size = " x ".join(map(str, array.shape))
+            raise SceneError(f"--model {self.name}: {quoted(name)} {when} has {size} numbers: give {needed}")
+        return array
+
+
+class FileFunction(Model):
+    """The function of FILE.py:FUNCTION, in a process of its own."""
+
+    def __init__(self, path: Path, function: str, saved: int) -> None:
+        self.name = f"{path.name}:{function}"
+        self._key = str(path), function, saved
+        self._worker = Worker(f"--model {self.name}", quiet=False)
+        self._worker.run(LONGEST, _load, *self._key)
+
+    def answer(self, question: Question, times: np.ndarray | None) -> Answer:
+        return self._worker.run(LONGEST, _ask, self._key, os.getcwd(), question, times)
+
+
+def open_model(given: str, folder: str) -> FileFunction:
+    """Return the function of FILE.py:FUNCTION, loaded; the same as before where the file has not changed."""
+    file, _, name = given.rpartition(":")
+    path = find_file(file, folder, "a Python file and a function in it, such as lumped.py:bridge")
+    if not name.strip():
+        raise SceneError(f"--model {quoted(given)} names no function: give {printable(file)}:FUNCTION")
+    return _open(path.resolve(), name, path.stat().st_mtime_ns)
+
+
+_open = lru_cache(maxsize=1)(FileFunction)
+
+
+def _ask(key: tuple[str, str, int], folder: str, question: Question, times: np.ndarray | None) -> Answer:
+    """Return the answer of a file's function, which finds other files from ``folder``; for a process of its own."""
+    os.chdir(folder)
+    return _function(*key).answer(question, times)
+
+
+def _load(path: str, name: str, saved: int) -> None:
+    _function(path, name, saved)
+
+
+@lru_cache(maxsize=1)
+def _function(file: str, name: str, saved: int) -> Function:
+    """Run a file that was ``saved`` at a time (ns), with its own folder on the path for its imports."""
+    path = Path(file)
+    spec = importlib.util.spec_from_file_location(f"model_{path.stem}", path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    with _sentences(path.name, path, ""), _beside(path):
+        spec.loader.exec_module(module)
+    call = getattr(module, name, None)
+    if callable(call):
+        return Function(call, f"{path.name}:{name}", path)
+    defined = {n: each for n, each in vars(module).items() if getattr(each, "__module__", None) == spec.name}
+    functions = [n for n, each in defined.items() if callable(each) and not n.startswith("_")]
+    fault = f"has no function {quoted(name)}" if call is None else f"has {quoted(name)}, but not as a function"
+    has = f"give {listed(functions)}" if functions else "it has none"
+    raise SceneError(f"--model {path.name}:{name}: {path.name} {fault}: {has}{did_you_mean(name, functions)}")
+
+
+@contextmanager
+def _beside(file: Path | None) -> Iterator[None]:
+    """Put the folder of the user's file on the path, also for imports that a function makes when it is called."""
+    before = sys.path.copy()
+    if file is not None:
+        sys.path.insert(0, str(file.parent))
+    try:
+        yield
+    finally:
+        sys.path[:] = before
+
+
+@contextmanager
+def _sentences(name: str, file: Path | None, when: str) -> Iterator[None]:
+    """Turn an exception of the user's code into a sentence with the innermost line of the user's file."""
+    try:
+        with redirect_stdout(sys.stderr), np.errstate(all="ignore"):
+            yield
+    except (KeyboardInterrupt, TimeIsUpError):
+        raise
+    except BaseException as error:
+        frames = traceback.extract_tb(error.__traceback__)
+        mine = [f for f in frames if (Path(f.filename).resolve() == file if file else f.filename != __file__)]
+        where = f"{Path(mine[-1].filename).name}, line {mine[-1].lineno}: " if mine else ""
+        if isinstance(error, SyntaxError) and error.lineno is not None:
+            where = f"{Path(error.filename or name).name}, line {error.lineno}: "
+        try:
+            said = f"{type(error).__name__}: {printable(str(error), 200)}".rstrip(": ")
+        except Exception:  # of an exception's own __str__
+            said = type(error).__name__
+        if isinstance(error, TypeError) and when and not mine:
+            said += "; it is called as f(scene, times)"
+        raise SceneError(f"--model {name} failed{when}: {where}{said}") from None

@@ -1,0 +1,184 @@
+"""A model that is a netlist, run by ngspice: kelvins are volts, watts amperes, as in any thermal network.
+
+The scene's values are put in by `.param`, the steady state is `.op`, over time it is `.tran` at two tolerances, whose
+difference is the error. The netlist's own analyses and output commands are left out, and what could do more than
+describe a circuit is refused: control blocks, which run shell commands, other files, and code models that start
+programs. No start-up file of ngspice's is read.
+"""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from compare.data import raw
+from compare.models.model import LONGEST, Answer, Model, Question, find_file
+from compare.processes import with_parent
+from scenes.errors import SceneError, did_you_mean, printable, quoted
+
+_REFUSED = {
+    ".control": "runs commands", ".endc": "runs commands", ".exec": "runs commands", ".include": "reads other files",
+    ".inc": "reads other files", ".lib": "reads other files", ".csparam": "is of a control block",
+    ".codemodel": "loads programs", ".osdi": "loads programs", ".pre_osdi": "loads programs",
+}  # fmt: skip
+_PROGRAMS = re.compile(r"\b(d_process|d_cosim|filesource|d_source|d_state)\b|(\b|_|raw)file\s*=", re.IGNORECASE)
+"""Statements that start a program, or read or write a file."""
+_PARAM = re.compile(r"([A-Za-z_]\w*)\s*=(?!=)")
+_OWN = (".op", ".tran", ".dc", ".ac", ".noise", ".tf", ".pz", ".disto", ".sens", ".sp", ".pss", ".print", ".plot",
+        ".probe", ".save", ".width", ".meas", ".measure", ".four", ".end")  # fmt: skip
+"""Analyses and output commands, which are replaced."""
+_BY_ZERO = 1e25  # what is larger is divided by zero: ngspice then divides by 1e-32
+_OUTPUT = "model_output_"
+_TOLERANCES = (1e-4, 1e-6)
+_STEPS = (500, 2000)
+"""The least number of steps of each of the two runs over time, with the relative tolerances above."""
+
+
+class Netlist(Model):
+    """A netlist's ``lines`` without its title, each whole.
+
+    Over time it starts ``from_ic``, the initial values that it states, or else from its operating point.
+    """
+
+    def __init__(self, name: str, lines: tuple[str, ...], from_ic: bool) -> None:
+        self.name, self._lines, self._from_ic = name, lines, from_ic
+        self._runs: dict[object, dict[str, np.ndarray]] = {}
+
+    def answer(self, question: Question, times: np.ndarray | None) -> Answer:
+        if times is None:
+            run = self._run(question, question.steady, ".op", _TOLERANCES[-1])
+            return Answer({name: values[-1] for name, values in run.items() if name != "time"})
+        end, courses = float(times[-1]), []
+        for tolerance, steps in zip(_TOLERANCES, _STEPS, strict=True):
+            analysis = f".tran {end / steps:.17g} {end:.17g} 0 {end / steps:.17g}{' uic' * self._from_ic}"
+            run = self._run(question, question.over_time, analysis, tolerance)
+            courses.append({n: np.interp(times, run["time"], v) for n, v in run.items() if n != "time"})
+        coarse, fine = courses
+        return Answer(fine, {name: float(np.abs(fine[name] - coarse[name]).max()) for name in fine})
+
+    def _run(
+        self, question: Question, wanted: Mapping[str, str], analysis: str, tolerance: float
+    ) -> dict[str, np.ndarray]:
+        """Return the quantities that the netlist has, by name, with the "time" of a transient."""
+        key = (analysis, tolerance, *question.parameters.items())
+        if key not in self._runs:
+            text = self._with_analysis(question, wanted, analysis, tolerance)
+            plot = "transient" if analysis.startswith(".tran") else "operating point"
+            self._runs[key] = self._quantities(question, wanted, _solve(self.name, text, plot))
+        return self._runs[key]
+
+    def _with_analysis(self, question: Question, wanted: Mapping[str, str], analysis: str, tolerance: float) -> str:
+        """Return the netlist with the question's parameters and outputs."""
+        params = (line for line in self._lines if line.lower().startswith(".param"))
+        names = {name.lower() for line in params for name in _PARAM.findall(line)}
+        lines = list(self._lines)
+        for name, value in question.parameters.items():
+            if name.lower() not in names:
+                has = f"it has {', '.join(sorted(names))}" if names else "it has none"
+                raise SceneError(f"--model {self.name} has no .param {quoted(name)}: {has}{did_you_mean(name, names)}")
+            lines.append(f".param {name}={value:.17g}")
+        for n, name in enumerate(wanted):
+            if name in question.outputs:
+                lines.append(f"B{_OUTPUT}{n} {_OUTPUT}{n} 0 V={_circuit(self.name, question.outputs[name])}")
+        options = f".options reltol={tolerance:g} abstol={tolerance * 1e-9:g} vntol={tolerance * 1e-3:g}"
+        return "\n".join(["a model", *lines, options, analysis, ".end", ""])
+
+    def _quantities(
+        self, question: Question, wanted: Mapping[str, str], vectors: Mapping[str, np.ndarray]
+    ) -> dict[str, np.ndarray]:
+        """Return the vectors that are quantities, by these, and the time."""
+        nodes = {n: f"{_OUTPUT}{k}" if n in question.outputs else _plain(n) for k, n in enumerate(wanted)}
+        run = {name: vectors[node] for name, node in nodes.items() if node in vectors}
+        if not run:
+            others = ", ".join(sorted(v for v in vectors if not v.startswith(("time", _OUTPUT))))
+            raise SceneError(
+                f"--model {self.name} has no node called as a probe ({', '.join(wanted)}; blanks as _): it has "
+                f'{others or "none"}; say which is which in the scene, [model.outputs] probe = "v(node)"'
+            )
+        for name, values in run.items():
+            if np.abs(values).max(initial=0.0) > _BY_ZERO:
+                largest = values[np.abs(values).argmax()]
+                raise SceneError(f"--model {self.name}: {quoted(name)} is {largest:.2g}: an expression divides by zero")
+        return run | {name: vectors[name] for name in ("time",) if name in vectors}
+
+
+def open_model(given: str, folder: str) -> Netlist:
+    """Return the netlist of a file. Raises SceneError for more than a circuit, and where there is no ngspice."""
+    path = find_file(given, folder, "an ngspice netlist, such as bridge.cir")
+    text = path.read_bytes()[:10_000_000].decode("utf-8", "replace").replace("\r", "\n")
+    # The first line is the title, whatever stands there.
+    whole: list[str] = []
+    for line in text.split("\n")[1:]:
+        bare = "".join(c if c.isprintable() else " " for c in line).strip()
+        if bare.startswith("+") and whole:
+            whole[-1] += f" {bare[1:]}"
+        elif bare and not bare.startswith(("*", "$", "#", ";", "//")):
+            whole.append(bare)
+    kept = tuple(_circuit(path.name, line) for line in whole if line.split()[0].lower() not in _OWN)
+    if shutil.which("ngspice") is None:
+        raise SceneError(f"--model {quoted(given)} is run by ngspice, which is not on the path: install ngspice")
+    from_ic = any(re.search(r"^\.tran\b.*\buic\b|\bic\s*=", line, re.IGNORECASE) for line in whole)
+    return Netlist(path.name, kept, from_ic)
+
+
+def _circuit(name: str, line: str) -> str:
+    """A line, if it does no more than describe a circuit. Raises SceneError."""
+    word = line.split()[0].lower() if line.split() else ""
+    if not line.isprintable():
+        raise SceneError(f"--model {name}: {quoted(line)} is no expression of one line")
+    refused = next((why for key, why in _REFUSED.items() if word.startswith(key)), "")
+    program = _PROGRAMS.search(line)
+    if refused or program or "`" in line:
+        what = word if refused else program[0] if program else "`"
+        why = refused or "starts programs or reads files"
+        raise SceneError(f"--model {name} has {quoted(what)}, which {why}: give the circuit alone, in one file")
+    return line
+
+
+def _solve(name: str, text: str, plot: str) -> dict[str, np.ndarray]:
+    """Return the vectors of an analysis by their nodes; ngspice ends with this process."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "model.raw"
+        (Path(folder) / "model.cir").write_text(text, encoding="utf-8")
+        try:
+            ran = subprocess.run(
+                ["ngspice", "-n", "-b", "-r", "model.raw", "model.cir"], cwd=folder, stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False, preexec_fn=with_parent, timeout=LONGEST,
+            )  # fmt: skip
+        except subprocess.TimeoutExpired:
+            raise SceneError(f"--model {name} has not answered in {LONGEST / 60:g} minutes, and was ended") from None
+        except OSError as error:
+            raise SceneError(f"--model {name}: ngspice can't be started ({error})") from None
+        said = ran.stdout.decode("utf-8", "replace")
+        if singular := re.search(r"singular matrix:\s*check nodes?[ \t]*(.*)", said):
+            where = f", at {printable(singular[1].strip())}" if singular[1].strip() else ""
+            branch = where.endswith("#branch")
+            need = "no voltage sources in a loop" if branch else "every node a way for direct current to ground"
+            raise SceneError(f"--model {name}: ngspice finds its matrix singular{where}: give {need}")
+        if not path.exists() or not path.stat().st_size:
+            raise SceneError(f"--model {name}: ngspice has no solution{_complaint(said)}")
+        try:
+            table = raw.read(path, path.read_bytes(), plot)
+        except SceneError:
+            raise SceneError(f"--model {name}: ngspice has no {plot}{_complaint(said)}") from None
+    return {_plain(column.name): column.values for column in table.columns}
+
+
+def _complaint(said: str) -> str:
+    """What ngspice complains of, in brackets."""
+    lines = dict.fromkeys(line.strip() for line in said.splitlines())
+    signs = "error|singular|fail|too small|undefined|unknown|can't|no such"
+    wrong = [line for line in lines if re.search(signs, line, re.IGNORECASE)]
+    return f" ({printable('; '.join(wrong[:2]), 200)})" if wrong else ""
+
+
+def _plain(name: str) -> str:
+    """A probe's or a vector's name as a node's: in small letters, without v( ) and blanks."""
+    bare = re.sub(r"^[vi]\((.*)\)$", r"\1", name.strip().lower()).removesuffix("#branch")
+    return re.sub(r"[^\w.+-]", "_", bare)

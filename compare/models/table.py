@@ -1,0 +1,87 @@
+"""A model that is a table of computed values: rows "probe, value" in the steady state; over time a column of times and
+one for each probe, with headers as in data to compare with."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from compare.data import text
+from compare.data.columns import Column, is_time, scale_of, split_unit
+from compare.models.model import Answer, Model, Question, find_file
+from compare.probes import bends
+from scenes.errors import SceneError, printable, quoted
+from scenes.formats import quantity
+from scenes.units import parse_unit
+
+
+class Table(Model):
+    """Columns by their names without units: of one ``steady`` value each, or over ``rows`` (s)."""
+
+    def __init__(
+        self, name: str, steady: Mapping[str, Column], rows: np.ndarray, columns: Mapping[str, Column]
+    ) -> None:
+        self.name, self.rows, self._steady, self._columns = name, rows, steady, columns
+
+    def answer(self, question: Question, times: np.ndarray | None) -> Answer:
+        """Return the values, linear between the rows, with the error of that."""
+        if times is None:
+            return Answer({n: self._si(n, c, question.steady.get(n, ""))[0] for n, c in self._steady.items()})
+        if len(self.rows) and self.rows[-1] < times[-1] * (1 - 1e-9):
+            last = quantity(float(self.rows[-1]), "s")
+            raise SceneError(
+                f"--model {self.name} ends at {last}, the run at {quantity(float(times[-1]), 's')}: give rows up to "
+                f'there, or --end-time "{last}"'
+            )
+        values, errors = {}, {}
+        for name, unit in question.over_time.items():
+            column = self._columns.get(question.outputs.get(name, name).lower())
+            if column is not None:
+                course = self._si(name, column, unit)
+                values[name] = np.interp(times, self.rows, course)
+                errors[name] = float(bends(self.rows, course).max(initial=0.0))
+        if self._columns and not values:
+            raise SceneError(
+                f"--model {self.name} has no column of a probe ({', '.join(question.over_time)}): it has "
+                f"{', '.join(c.name for c in self._columns.values())}"
+            )
+        return Answer(values, errors)
+
+    def _si(self, name: str, column: Column, unit: str) -> np.ndarray:
+        """Return the column of a quantity in SI units."""
+        gaps = np.flatnonzero(~np.isfinite(column.values))
+        if gaps.size:
+            at = f" at {quantity(float(self.rows[gaps[0]]), 's')}" if len(self.rows) else ""
+            raise SceneError(
+                f"--model {self.name}: {quoted(column.name)} has no number{at}: give one, or leave that row out"
+            )
+        scale = scale_of(column.unit)
+        if scale is not None and unit and scale.powers != parse_unit(unit).powers:
+            raise SceneError(f"--model {self.name}: {quoted(column.name)} is not in {unit}, as {printable(name)} is")
+        return column.values if scale is None else scale.to_si(column.values)
+
+
+def open_model(given: str, folder: str) -> Table:
+    """Return the values of a file. Raises SceneError for a file without any."""
+    path = find_file(given, folder, 'a CSV of values, with rows "probe, value" or a column of times')
+    try:
+        content = text.read_bytes(path)
+        pairs = text.read_pairs(path, content)
+        if pairs:
+            return Table(path.name, {column.name: column for column in pairs}, np.empty(0), {})
+        columns = text.read(path, content).columns
+    except SceneError as error:
+        raise SceneError(str(error).replace("--against", "--model", 1)) from None
+    clock = next((c for c in columns if is_time(c) or c.name.lower() in ("time", "t", "time_s")), None)
+    if clock is None:
+        raise SceneError(
+            f'--model {quoted(path)} has no column of times, such as "time (s)", and is no list of rows "probe, value"'
+        )
+    scale = scale_of(clock.unit)
+    rows = clock.values if scale is None else scale.to_si(clock.values)
+    if len(rows) < 3 or not (np.diff(rows) > 0).all():
+        raise SceneError(f"--model {quoted(path)}: its times don't ascend, or are fewer than three: give one run")
+    others = [c for c in columns if c is not clock]
+    names = {split_unit(c.name)[0].lower(): c for c in others} | {c.name.lower(): c for c in others}
+    return Table(path.name, {}, rows, names)
