@@ -1,4 +1,4 @@
-"""High-order elements on a line, and the modes of what is made of them.
+"""High-order elements on a line, and the modes of their matrices.
 
 On each element stand the two linear hats and the integrated Legendre polynomials of Szabo and Babuska (Finite Element
 Analysis, 1991, section 3.1), whose slopes are orthonormal: the stiffness of the inner functions is the identity.

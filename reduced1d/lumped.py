@@ -7,8 +7,8 @@ Scaled by the linear rise V^2/(R0 G) and the time constant C/G it has one parame
     dx/ds = 1/(1 + b x) - x.
 
 Its steady states are the roots of b x^2 + x - 1, real for 1 + 4 b >= 0. With q = sqrt(1 + 4 b) they are 2/(1 + q) and
-2/(1 - q). On the way from 0 to the first root the right side is positive, so the lump at rest climbs to it and to
-nothing else; there the right side falls with slope -2 q/(1 + q) (so it is stable), at the other root, which is
+2/(1 - q). On the way from 0 to the first root the right side is positive, so the lump at rest climbs to this root
+alone; there the right side falls with slope -2 q/(1 + q) (so it is stable), at the other root, which is
 positive only for b < 0, it grows (so that one is unstable). For 1 + 4 b < 0 there is none: thermal runaway. The time at
 which a rise is reached is explicit, and is inverted in the progress v, the rise being the steady one times 1 - exp(-v).
 """
@@ -44,7 +44,7 @@ class Lump:
 
     @property
     def feedback(self) -> float:
-        """The one parameter of the scaled equation (-): the relative change of resistance over the linear rise."""
+        """The only parameter of the scaled equation (-): the relative change of resistance over the linear rise."""
         return self.coefficient * self.linear_rise
 
     @property

@@ -36,7 +36,7 @@ class Reduction:
 
 
 def paint(sink: Sink, points: np.ndarray, end: float, peak: float) -> np.ndarray:
-    """(n,): what the reduction says of the rise at points (n, 3), given its rises of end and peak (K).
+    """(n,): the rise at points (n, 3) by the reduction, from its rises of end and peak (K).
 
     In the beam eq 9's parabola. Beyond it eq 14's series of prisms: falling evenly in the pad from the beam's end to
     the oxide, at one temperature from there on, and falling evenly through the oxide to none at the substrate.

@@ -23,5 +23,5 @@ def radau(count: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def within(count: int, parts: np.ndarray) -> np.ndarray:
-    """(parts, count + 1): what takes values at a step's start and points to those at some parts of it (0 to 1)."""
+    """(parts, count + 1): interpolation from a step's start and points to some parts of the step (0 to 1)."""
     return np.asarray(legendre.legvander(2 * parts - 1, count) @ radau(count)[1])

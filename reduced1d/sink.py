@@ -41,9 +41,9 @@ def gap_conductance(sink: Sink) -> float:
 
 def lump(sink: Sink) -> Lump:
     """The constants of eq 20 for a sink: the beam's heat capacity and resistance, and the conductance of eq 19 through
-    both anchors plus those of the air and of the gas below.
+    both anchors plus the conductances of the air and of the gas below.
 
-    The model knows no pads: they hold no heat, and have no electrical resistance whichever the sink's electrodes are,
+    The model has no pads: they hold no heat, and have no electrical resistance whichever the sink's electrodes are,
     so that with electrodes at the pads' outer faces it leaves out part of the circuit.
 
     Raises ValueError where the silicon does not conduct (``room_resistivity``).
@@ -68,7 +68,7 @@ def solve(sink: Sink, *, steady_only: bool = False, times: np.ndarray | None = N
     else at times up to the sink's end time, so dense that linear interpolation stays within the sink's accuracy:
     temperatures relative to the final rise, current and power to themselves.
     Temperatures in the traces are absolute; "mean" is the equivalent uniform temperature. "heat_out_W" leaves through
-    both anchors and the gas below; what the air takes is ``details["air_loss_W"]``.
+    both anchors and the gas below; the loss to the air is ``details["air_loss_W"]``.
 
     Raises RunawayError where there is no steady state, ValueError for negative times or silicon that does not conduct.
     """

@@ -1,4 +1,4 @@
-"""Logarithmic derivatives of what a 1D model of sink or device finds by the keys of its scene, by central differences.
+"""Logarithmic derivatives of a 1D model's quantities by the keys of its scene, by central differences.
 
 The reductions are solved to rounding, and a step of 2e-4 is off by its square: a few 1e-8 of a quantity that goes like
 a third power.
@@ -35,7 +35,7 @@ def of_sink(
     sink: Sink, reduction: str, keys: Iterable[str], times: np.ndarray | None = None
 ) -> tuple[Steady, OverTime]:
     """d ln quantity / d ln key of the steady quantities and, with ``times`` (s), of the traces there (of rises, for
-    temperatures), by key and quantity. Raises what `reduced1d.ladder.solve` raises."""
+    temperatures), by key and quantity. Raises the errors of `reduced1d.ladder.solve`."""
 
     def solved(key: str, step: float) -> tuple[dict[str, float], dict[str, np.ndarray]]:
         changed = neighbour(sink, key, step)

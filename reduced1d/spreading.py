@@ -1,5 +1,4 @@
-"""The spreading resistance of a substrate: what a plate adds to the resistance from a rectangle on it to its underside,
-because the heat enters through the rectangle alone.
+"""The spreading resistance of a substrate: the resistance of a plate from a rectangle on its top to its underside.
 
 Y. S. Muzychka, J. R. Culham and M. M. Yovanovich, Thermal spreading resistance of eccentric heat sources on rectangular
 flux channels, Journal of Electronic Packaging 125, 178 (2003).
@@ -31,8 +30,8 @@ def plate_resistance(
 
     ``plate`` are its sides and its thickness (m), ``source`` the rectangle's sides, ``place`` and ``other`` where their
     middles are, from the plate's corner. With a_m(y) = cos(m pi y / L), whose mean over a rectangle is a_m at its
-    middle times sin(x)/x, x = m pi a / (2 L), the sum over m, n of what each brings of the heat, how it spreads,
-    tanh(b t) / (k b) with b^2 = (m pi / L)^2 + (n pi / W)^2 (t / k for m = n = 0), and what the mean sees of it.
+    middle times sin(x)/x, x = m pi a / (2 L), the sum over m, n of the source's coefficient, the spreading
+    tanh(b t) / (k b) with b^2 = (m pi / L)^2 + (n pi / W)^2 (t / k for m = n = 0), and the mean of the mode.
     Sides farther away than the heat spreads are moved there.
 
     Raises NumericsError where the plate is so much larger than the source that this takes too many terms.
@@ -51,7 +50,7 @@ def plate_resistance(
 
 
 def _near(side: float, extent: float, place: float, other: float, far: float) -> tuple[float, float, float]:
-    """A side of the plate without what is farther than ``far`` from both sources, and where their middles are on it."""
+    """A side of the plate cut at ``far`` from both sources, and the places of their middles on it."""
     start = max(min(place, other) - extent / 2 - far, 0.0)
     end = min(max(place, other) + extent / 2 + far, side)
     return end - start, place - start, other - start
@@ -61,7 +60,7 @@ def _sum(
     plate: tuple[float, float, float], source: tuple[float, float], place: tuple[float, float],
     other: tuple[float, float], terms: int,
 ) -> float:  # fmt: skip
-    """What `plate_resistance` is times the conductivity and the area, of so many terms."""
+    """`plate_resistance` times the conductivity and the area, by so many terms."""
     length, width, thickness = plate
     along = _modes(length, source[0], place[0], other[0], terms)
     across = _modes(width, source[1], place[1], other[1], terms)

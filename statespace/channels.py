@@ -15,8 +15,17 @@ UNITS = {"voltage": "V", "temperature": "K", "ambient": "K", "heat_flux": "W/m2"
 
 @dataclass(frozen=True)
 class Channel:
-    """One input: the ``kind`` of value of a boundary, box or source (``item``), what the scene gives it (``value``),
-    its value at ``rest``, and the size of the ``step`` by which it is tried alone."""
+    """An input of a scene.
+
+    Attributes
+    ----------
+    item, kind : str
+        Name of a boundary, box or source, and the kind of value, as a key of the scene.
+    value, rest : Value, float
+        Value in the scene, and at rest.
+    step : float
+        Size of the step by which the input is tried alone.
+    """
 
     item: str
     kind: str
@@ -37,7 +46,7 @@ class Channel:
 
     @property
     def largest(self) -> float:
-        """The largest in size of what the scene gives it."""
+        """The value of largest size in the scene."""
         return max(values(self.value), key=abs)
 
 
@@ -78,13 +87,12 @@ def driven(scene: Any, values_by_name: Mapping[str, Value]) -> Any:
 
 
 def apart(scene: AnyScene, inputs: tuple[Channel, ...]) -> AnyScene:
-    """The scene with a schedule of its own for every channel, told apart by a first time before the start; a channel
-    of the heat problem is one of these."""
+    """Give every channel a schedule of its own, with a first time before the start that no other has."""
     return driven(scene, {c.name: schedule(c, k) for k, c in enumerate(inputs)})
 
 
 def schedule(channel: Channel, number: int) -> Schedule:
-    """A channel's own values over time, unlike those of any other."""
+    """Schedule of a channel's values, unlike the schedule of any other."""
     value = channel.value
     times, levels = (value.times, value.values) if isinstance(value, Schedule) else ((), (value,))
     first = min(-1.0, *times, 0.0) - 1.0 - number
@@ -92,7 +100,7 @@ def schedule(channel: Channel, number: int) -> Schedule:
 
 
 def scenarios(scene: AnyScene, inputs: tuple[Channel, ...]) -> dict[str, AnyScene]:
-    """What a model is held against, by name: the scene as it is, and a step of each channel alone from rest."""
+    """Make the scenes by which a model is judged: the scene itself, and a step of each channel alone from rest."""
     rest = {c.name: c.rest for c in inputs}
     steps = {f"step of {c.name}": driven(scene, rest | {c.name: c.rest + c.step}) for c in inputs}
     return {OWN: scene, **steps}

@@ -2,17 +2,15 @@
 
     V_e = R_e I_e + R_ground (I_sink + I_sensor),      measured R_e = V_e/I_e = R_e + R_ground (1 + I_other/I_e)
 
-A film's power is what it takes itself, I_e^2 R_e. Without the lead each film is alone, V_e = R_e I_e.
+The power of a film is I_e^2 R_e. Without the lead each film is alone, V_e = R_e I_e.
 """
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 
-Pair = tuple[float, float]
 FIRST_PART, LEAST_PART = 1.0, 1e-3
 """A lead grows in steps, as parts of the whole: the first is all of it; where the steady state can't be followed, steps
 shrink down to the second, to which the end is then known."""
@@ -30,7 +28,7 @@ def currents(voltage: np.ndarray, resistance: np.ndarray, ground: float) -> np.n
 
 
 def powers(voltage: np.ndarray, resistance: np.ndarray, ground: float) -> np.ndarray:
-    """(..., 2): what (sink, sensor) take themselves, in W."""
+    """(..., 2): the powers (W) in (sink, sensor) themselves."""
     if not ground:
         return np.asarray(voltage**2 / resistance)
     return currents(voltage, resistance, ground) ** 2 * resistance
@@ -63,7 +61,7 @@ class Slopes:
 def slopes(voltage: np.ndarray, resistance: np.ndarray, ground: float) -> Slopes:
     """The derivatives at some voltages and resistances, (2,) each.
 
-    Of M I = V with M = diag(R) + R_ground: dI = M^-1 (dV - I dR). What is measured without a current is R + R_ground.
+    From M I = V with M = diag(R) + R_ground: dI = M^-1 (dV - I dR). Without a current R + R_ground is measured.
     """
     current, inverse = currents(voltage, resistance, ground), np.linalg.inv(np.diag(resistance) + ground)
     by_resistance, heat = -inverse * current, (2 * current * resistance)[:, None]
@@ -72,7 +70,7 @@ def slopes(voltage: np.ndarray, resistance: np.ndarray, ground: float) -> Slopes
     other = current[::-1]
 
     def of_ratio(change: np.ndarray) -> np.ndarray:
-        """R_ground times the change of I_other/I_own by that of the currents."""
+        """R_ground times the change of I_other/I_own by a change of the currents."""
         ratios = ground * (change[::-1] / divisor[:, None] - (other / divisor**2)[:, None] * change)
         return np.where(forward[:, None], ratios, 0.0)
 
@@ -86,91 +84,75 @@ def held(
     per_power: np.ndarray, unheated: np.ndarray, resistance: np.ndarray, coefficient: np.ndarray, target: float,
     ground: float, choice: np.ndarray, guess: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray] | None:  # fmt: skip
-    """The steady rises (K) and currents (A) of (sink, sensor) at which films of a ``choice`` (2, of booleans) are seen
-    at the resistance of the ``target`` rise (K) and the others have no voltage; ``None`` where there are none.
+    """Solve for the steady state in which some films are measured at the resistance of a target rise.
 
-    ``per_power`` (2, 2) in K/W and ``unheated`` (2,) in K make rises of powers; ``resistance`` (ohm) is that at no rise
-    and changes by ``coefficient`` (1/K); ``guess`` (2,) are the currents without a lead. With R(T) of the rises that
-    the currents make, R_seen that of the target and 0 for a film without voltage, the equations are
+    The rises T (K) and currents I (A) of (sink, sensor) fulfil
 
-        I_e (R_e - R_seen,e) + R_ground (I_sink + I_sensor) = 0,
+        T = per_power (I^2 R(T)) + unheated,      I_e (R_e(T) - R_seen,e) + R_ground (I_sink + I_sensor) = 0,
 
-    by Newton's method along a lead that grows from nothing. The state followed is the one that the determinant of the
-    slopes keeps its sign on: where it changes, the state has met another one and both end.
+    with R(T) = R_0 (1 + a T), and R_seen that of the target rise, or 0 for a film without voltage. Newton's method
+    follows the state as the lead grows from nothing to ``ground``; where the determinant of the Jacobian changes its
+    sign the state has met another one, and both end.
+
+    Parameters
+    ----------
+    per_power : (2, 2) array
+        Rises per power, K/W.
+    unheated : (2,) array
+        Rises without power, K.
+    resistance, coefficient : (2,) array
+        R_0 in ohm and a in 1/K.
+    target, ground : float
+        The target rise (K), the resistance of the lead (ohm).
+    choice : (2,) array of bool
+        The films that are held.
+    guess : (2,) array
+        Their currents without a lead, A.
+
+    Returns
+    -------
+    (rise, current) or None where there is no such state.
     """
-    # Plain numbers: with arrays of two the leads of a device took 1.6 s instead of 0.4 s.
-    (sink_per_W, sink_per_sensor_W), (sensor_per_sink_W, sensor_per_W) = per_power.tolist()
-    (cold_1, cold_2), (warm_1, warm_2) = resistance.tolist(), (resistance * coefficient).tolist()
-    seen_1, seen_2 = np.where(choice, resistance * (1 + coefficient * target), 0.0).tolist()
-    unheated_1, unheated_2 = unheated.tolist()
+    warm, seen = resistance * coefficient, np.where(choice, resistance * (1 + coefficient * target), 0.0)
+    jacobian, films = np.eye(4), np.arange(2)
 
-    def equations(current: Pair, lead: float) -> tuple[Pair, tuple[float, float, float, float], Pair]:
-        """What is missing (V), its slopes by the currents (ohm, by rows) and the rises (K)."""
-        i, j = current
-        heat_1, heat_2 = i * i * cold_1, j * j * cold_2
-        # (1 - P diag(I^2 R')) T = P I^2 R + what is unheated, and its derivatives by both currents.
-        per_1, per_2 = i * i * warm_1, j * j * warm_2
-        feedback = (
-            1 - sink_per_W * per_1,
-            -sink_per_sensor_W * per_2,
-            -sensor_per_sink_W * per_1,
-            1 - sensor_per_W * per_2,
-        )
-        heated_1, heated_2 = (
-            sink_per_W * heat_1 + sink_per_sensor_W * heat_2,
-            sensor_per_sink_W * heat_1 + sensor_per_W * heat_2,
-        )
-        rise = _solved(feedback, (heated_1 + unheated_1, heated_2 + unheated_2))
-        hot_1, hot_2 = cold_1 + warm_1 * rise[0], cold_2 + warm_2 * rise[1]
-        by_i = _solved(feedback, (sink_per_W * 2 * i * hot_1, sensor_per_sink_W * 2 * i * hot_1))
-        by_j = _solved(feedback, (sink_per_sensor_W * 2 * j * hot_2, sensor_per_W * 2 * j * hot_2))
-        slope = (
-            hot_1 - seen_1 + i * warm_1 * by_i[0] + lead, i * warm_1 * by_j[0] + lead,
-            j * warm_2 * by_i[1] + lead, hot_2 - seen_2 + j * warm_2 * by_j[1] + lead,
-        )  # fmt: skip
-        return (i * (hot_1 - seen_1) + lead * (i + j), j * (hot_2 - seen_2) + lead * (i + j)), slope, rise
+    def linearise(z: np.ndarray, lead: float) -> tuple[np.ndarray, float]:
+        """The residual; fills the Jacobian, whose determinant is the second."""
+        rise, current = z[:2], z[2:]
+        hot = resistance + warm * rise
+        jacobian[:2, :2] = np.eye(2) - per_power * (current**2 * warm)
+        jacobian[:2, 2:] = -per_power * (2 * current * hot)
+        jacobian[2 + films, films] = current * warm
+        jacobian[2:, 2:] = lead
+        jacobian[2 + films, 2 + films] += hot - seen
+        heat = rise - per_power @ (current**2 * hot) - unheated
+        return np.r_[heat, current * (hot - seen) + lead * current.sum()], float(np.linalg.det(jacobian))
 
-    def solved(current: Pair, lead: float, sign: float) -> tuple[Pair, Pair] | None:
+    def solve(z: np.ndarray, lead: float, sign: float) -> np.ndarray | None:
         for _ in range(NEWTON):
-            missing, slope, _ = equations(current, lead)
-            if not _determinant(slope) * sign > 0:
+            residual, determinant = linearise(z, lead)
+            if not determinant * sign > 0:
                 return None
-            change = _solved(slope, missing)
-            current = current[0] - change[0], current[1] - change[1]
-            if max(map(abs, change)) <= CLOSE * max(map(abs, current)):
-                break
-        else:
-            return None
-        _, slope, rise = equations(current, lead)
-        kept = _determinant(slope) * sign > 0 and all(i > 0 for i, on in zip(current, choice, strict=True) if on)
-        return (rise, current) if kept else None
+            change = np.linalg.solve(jacobian, residual)
+            z = z - change
+            if np.abs(change[2:]).max() <= CLOSE * np.abs(z[2:]).max():
+                kept = linearise(z, lead)[1] * sign > 0 and (z[2:][choice] > 0).all()
+                return z if kept else None
+        return None
 
     current = np.where(choice, guess, 0.0)
     if (current[choice] <= 0).any():
         return None
-    followed: Pair = float(current[0]), float(current[1])
-    sign = float(np.sign(_determinant(equations(followed, 0.0)[1])))
-    reached, part, state = 0.0, FIRST_PART, None
+    heating = np.eye(2) - per_power * (current**2 * warm)
+    z = np.r_[np.linalg.solve(heating, per_power @ (current**2 * resistance) + unheated), current]
+    sign, reached, part = float(np.sign(linearise(z, 0.0)[1])), 0.0, FIRST_PART
     while reached < 1.0:
         following = min(reached + part, 1.0)
-        state = solved(followed, ground * following, sign)
-        if state is None:
+        state = solve(z, ground * following, sign)
+        if state is not None:
+            reached, z = following, state
+        else:
             part /= 4
             if part < LEAST_PART:
                 return None
-        else:
-            reached, followed = following, state[1]
-    return None if state is None else (np.array(state[0]), np.array(state[1]))
-
-
-def _determinant(matrix: tuple[float, float, float, float]) -> float:
-    """That of a matrix (2, 2) by its rows."""
-    a, b, c, d = matrix
-    return a * d - b * c
-
-
-def _solved(matrix: tuple[float, float, float, float], right: Pair) -> Pair:
-    """What a matrix (2, 2), given by its rows, times is the right-hand side; NaN where that is nothing or much."""
-    a, b, c, d = matrix
-    determinant = _determinant(matrix) or math.nan
-    return (d * right[0] - b * right[1]) / determinant, (a * right[1] - c * right[0]) / determinant
+    return z[:2], z[2:]

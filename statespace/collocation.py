@@ -22,7 +22,7 @@ POWER = 2
 class Interval:
     """Matrices of one interval length, for n modes, m responses, k flows and q unknown heats per response.
 
-    The size = m (q + 1) + k places are the responses at the start, those at the nodes (response by response), and the
+    The size = m (q + 1) + k places are the responses at the start, then at the nodes (response by response), and the
     flows at the start.
 
     Attributes

@@ -1,15 +1,15 @@
 """The device as a part of somebody's system: a `Modal` and the circuit of its films as the matrices of
 `statespace.runtime`, and the numbers of its controllers.
 
-Inputs g are both voltages, the outer and the substrate's temperature T (K); the current fields are those of sink and
+Inputs g are both voltages, the outer and the substrate's temperature T (K); the current fields belong to sink and
 sensor, so that A c = S g is the circuit with its common lead, and c_e^2 R_e a film's power. The states are b plus the
 jumps of both temperatures, so that no input is differentiated:
 
     db/dt = -rates (b - jump T) + shape^T u,      rises = shape (b - jump T) + external T.
 
-What takes heat where a temperature is given is found by testing the heat equation with the steady rise w that a kelvin
-there keeps up: the heat that enters is the rate of what is stored, weighed with w, and what w conducts, less the films'
-heat weighed with w.
+The heat that enters where a temperature is given follows from the heat equation tested with the steady rise w per
+kelvin there: the rate of the stored heat weighed with w, and the heat that w conducts, less the films' heat weighed
+with w.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ GIVEN = 1 + len(INPUTS)
 
 
 def document(modal: Modal, device: Device, name: str, inputs: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
-    """The document of a model, without its errors; ``inputs`` has what is said of each: value, rest, step, range."""
+    """Write the document of a model without errors; ``inputs`` has the value, rest, step and range of each input."""
     return _Maker(modal, device).document(name, inputs)
 
 
@@ -119,7 +119,7 @@ class _Maker:
         }  # fmt: skip
 
     def _row(self, y: Any = 0.0, u: Any = 0.0, p: Any = 0.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """What a row reads: of z, per current field (2, z), and per pair of these (3, z)."""
+        """Coefficients of a row: of z, per current field (2, z), and per pair of fields (3, z)."""
         return np.zeros(self.size) + y, np.zeros((2, self.size)) + u, np.zeros((3, self.size)) + p
 
     def _rows(self, ground: float) -> tuple[list[tuple[np.ndarray, np.ndarray, np.ndarray]], dict[str, list[int]]]:
@@ -148,7 +148,7 @@ class _Maker:
         y[GIVEN:] = -modal.rates * inlet.jump
         below = self.modal.substrate
         for column, other in zip(self.columns, self.inlets, strict=True):
-            # What a kelvin of one draws at the other is the same both ways.
+            # The heat that a kelvin of one draws at the other is the same both ways.
             conducted = inlet.taken if other is inlet else -float(below.flux[0])
             y[column] = inlet.jump @ (modal.rates * other.jump) + conducted
         for response, film in enumerate(modal.film):

@@ -1,8 +1,8 @@
 """A device's compact model with as few states as hold an accuracy, and its error: held against the closed loop as the
 whole model runs it, and against the whole model for a step of every input alone.
 
-Errors are relative to the set temperature's rise, to what that changes a resistance by, and to the largest voltage,
-current and power of the closed loop. Between samples the voltages hold, as the sampled controllers hold them.
+Errors are relative to the set temperature's rise, to its change of a resistance, and to the largest voltage, current
+and power of the closed loop. Between samples the voltages hold, as the sampled controllers hold them.
 """
 
 from __future__ import annotations
@@ -16,7 +16,6 @@ import numpy as np
 
 from scenes.device import Device
 from scenes.errors import NumericsError
-from statespace import circuit
 from statespace.controller import timetable
 from statespace.controllers import Controllers
 from statespace.device_model import FILMS, INPUTS, OUTPUTS, document
@@ -39,9 +38,22 @@ MORE = 1.25
 
 @dataclass(frozen=True, eq=False)
 class Whole:
-    """The model that is exported: its modes, what its closed loop does (``result``), the errors of the steady state
-    after the outer step by quantity, and ``others`` by which its own error is known: the distance to each, times a
-    factor. ``name`` is what the files call it."""
+    """The model that is exported.
+
+    Attributes
+    ----------
+    name : str
+        Name in the files.
+    device : Device
+    modal : Modal
+        The model.
+    result : DeviceResult
+        Its closed loop.
+    steady_errors : Mapping
+        Errors of the steady state after the outer step, by quantity.
+    others : sequence of (Modal, float)
+        Models whose distance, times a factor, bounds the model's own error.
+    """
 
     name: str
     device: Device
@@ -109,7 +121,7 @@ class _Judge:
 
     @cached_property
     def _sums(self) -> np.ndarray:
-        """(n, n): the sums of modes that the inputs move, those first that matter most to both films' temperatures."""
+        """(n, n): sums of modes, ordered by their effect on both films' temperatures."""
         modal, h = self.modal, self.device.control.sample_time
         heating, decaying = modal.shape.T, np.column_stack([modal.jump, modal.substrate.jump])
         rates = modal.rates[:, None]
@@ -125,92 +137,65 @@ class _Judge:
 
     @cached_property
     def inputs(self) -> dict[str, dict[str, Any]]:
-        """What is said of each input: its own value, of a voltage that in the steady state after the outer step; and a
-        step, of a voltage that which alone brings its film to the set rise, else the outer temperature's largest."""
+        """Value, rest, step and range of each input.
+
+        A voltage has its value in the steady state after the outer step, and a step that alone brings its film to the
+        set rise; a temperature steps by the largest change outside.
+        """
         modal, result, device = self.modal, self.whole.result, self.device
         external, room = device.external, self.room
         alone = np.einsum("en,n,en->e", modal.shape[:2], 1 / modal.rates, modal.shape[:2])
         hot = modal.resistance * (1 + modal.coefficient * device.set_rise)
         volts = np.sqrt(device.set_rise / alone * (hot + device.control.ground_resistance))
         inputs = dict[str, dict[str, Any]]()
+
+        def add(name: str, value: Any, rest: float, step: float, *tried: float) -> None:
+            tried = (rest, rest + step, *tried)
+            inputs[name] = {"value": value, "rest": rest, "step": step, "range": [min(tried), max(tried)]}
+
         for e, film in enumerate(FILMS):
-            trace = result.trace(f"{film}_V")
-            value, step = float(getattr(result.after, f"{film}_V")), float(volts[e])
-            given = (0.0, step, value, float(trace.min()), float(trace.max()))
-            inputs[f"{film}.voltage"] = {"value": value, "rest": 0.0, "step": step, "range": [min(given), max(given)]}
+            trace, value = result.trace(f"{film}_V"), float(getattr(result.after, f"{film}_V"))
+            add(f"{film}.voltage", value, 0.0, float(volts[e]), value, float(trace.min()), float(trace.max()))
         outer = [external.initial_temperature, external.final_temperature]
         step = max((t - room for t in outer), key=abs) or 1.0
-        schedule: Any = {"times": [external.step_time] * 2, "values": outer}
-        for name, value, change in (("outside", schedule, step), ("substrate", room, abs(step))):
-            given = (room, room + change, *(outer if name == "outside" else ()))
-            inputs[f"{name}.temperature"] = {
-                "value": value,
-                "rest": room,
-                "step": change,
-                "range": [min(given), max(given)],
-            }
+        add("outside.temperature", {"times": [external.step_time] * 2, "values": outer}, room, step, *outer)
+        add("substrate.temperature", room, room, abs(step))
         return inputs
 
     @cached_property
     def _scales(self) -> dict[str, float]:
-        """What an error of each output is relative to."""
+        """The size that errors of each output are relative to."""
         result, modal, device = self.whole.result, self.modal, self.device
-        change = modal.resistance * modal.coefficient * device.set_rise
-        current = self._derived(*self._loop)["A"]
         scales = dict[str, float]()
         for e, film in enumerate(FILMS):
-            scales |= {f"{film}_K": device.set_rise, f"{film}_ohm": abs(float(change[e]))}
-            scales[f"{film}_A"] = float(np.abs(current[:, e]).max())
-            for name in (f"{film}_power_W", f"{film}_V"):
-                scales[name] = float(np.abs(result.trace(name)).max())
-        # A film that never has any power: what the other one's are relative to.
-        for what in ("A", "power_W", "V"):
-            most = max(scales[f"{film}_{what}"] for film in FILMS) or 1.0
-            scales |= {f"{film}_{what}": scales[f"{film}_{what}"] or most for film in FILMS}
+            power, change = result.trace(f"{film}_power_W"), modal.coefficient[e] * device.set_rise
+            cold = float(modal.resistance[e])
+            warm = cold * (1 + modal.coefficient[e] * (result.trace(f"{film}_K") - self.room))
+            scales |= {
+                f"{film}_K": device.set_rise, f"{film}_ohm": cold * abs(float(change)),
+                f"{film}_A": float(np.sqrt(power / warm).max()), f"{film}_power_W": float(power.max()),
+                f"{film}_V": float(np.abs(result.trace(f"{film}_V")).max()),
+            }  # fmt: skip
+        # A film that never has any power takes the scales of the other one.
+        for quantity in ("A", "power_W", "V"):
+            most = max(scales[f"{film}_{quantity}"] for film in FILMS) or 1.0
+            scales |= {f"{film}_{quantity}": scales[f"{film}_{quantity}"] or most for film in FILMS}
         return scales
 
-    @property
-    def _loop(self) -> tuple[np.ndarray, np.ndarray]:
-        """(samples, 2) twice: the voltages (V) from each sample on, and the temperatures (K) there."""
-        result = self.whole.result
-        return (np.column_stack([result.sink_V, result.sensor_V]), np.column_stack([result.sink_K, result.sensor_K]))
-
-    def _derived(self, voltage: np.ndarray, temperature: np.ndarray) -> dict[str, np.ndarray]:
-        """(samples, 2): the currents from each sample on, and the resistances measured there at the voltages before."""
-        modal, ground = self.modal, self.device.control.ground_resistance
-        resistance = modal.resistance * (1 + modal.coefficient * (temperature - self.room))
-        held = np.vstack([np.zeros(2), voltage[:-1]])
-        return {"A": circuit.currents(voltage, resistance, ground), "ohm": circuit.measured(held, resistance, ground)}
-
     def closed(self, model: CompactModel) -> dict[str, Any]:
-        """The errors in the closed loop, which the model and the controllers run as their FMUs do."""
-        result, errors = self.whole.result, self.whole.result.errors
-        rows = closed_loop(model, self.device, len(result.time_s))
-        voltage, temperature = self._loop
-        exact = self._derived(voltage, temperature)
-        # What the loop's own errors make of currents and resistances, one after the other.
-        off = {name: np.zeros_like(values) for name, values in exact.items()}
-        for e, film in enumerate(FILMS):
-            unit = np.eye(2)[e]
-            changed = (
-                self._derived(voltage + errors[f"{film}_V"] * unit, temperature),
-                self._derived(voltage, temperature + errors[f"{film}_K"] * unit),
-            )
-            for name in off:
-                off[name] += sum(np.abs(other[name] - exact[name]) for other in changed)
-        over = {}
-        for name in (*OUTPUTS, *VOLTAGES):
-            film, _, what = name.partition("_")
-            e = FILMS.index(film)
-            true = exact[what][:, e] if what in exact else result.trace(name)
-            error = float(off[what][:, e].max()) if what in off else errors[name]
-            over[name] = relative(float(np.abs(rows[name] - true).max()) + error, self._scales[name])
-        after, steady = result.after, {}
-        at_rest = model.steady()
-        for name in (f"{film}_{what}" for film in FILMS for what in ("K", "power_W")):
-            error = self.whole.steady_errors.get(name, 0.0)
-            steady[name] = relative(abs(at_rest[name] - getattr(after, name)) + error, self._scales[name])
-        return {"steady": steady, "over time": over}
+        """Bound the errors of a model in the closed loop, which it and the controllers run as their FMUs do."""
+        result, scales = self.whole.result, self._scales
+        rows, at_rest = closed_loop(model, self.device, len(result.time_s)), model.steady()
+        over_time = {
+            name: relative(float(np.abs(rows[name] - result.trace(name)).max()) + result.errors[name], scales[name])
+            for name in (f"{film}_{quantity}" for film in FILMS for quantity in ("K", "power_W", "V"))
+        }
+        steady = {
+            name: relative(abs(at_rest[name] - getattr(result.after, name)) + self.whole.steady_errors.get(name, 0.0),
+                           scales[name])
+            for name in (f"{film}_{quantity}" for film in FILMS for quantity in ("K", "power_W"))
+        }  # fmt: skip
+        return {"steady": steady, "over time": over_time}
 
     @cached_property
     def references(self) -> dict[str, list[Reference]]:

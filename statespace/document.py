@@ -56,7 +56,7 @@ class Matrices:
 def scene_document(
     scene: AnyScene, name: str, inputs: Sequence[Channel], made: Matrices, first_time: float
 ) -> dict[str, Any]:
-    """Write the document of a scene's model, without errors; ``first_time`` (s) is that from which errors hold."""
+    """Write the document of a scene's model, without errors; errors hold from ``first_time`` (s) on."""
     units = {p.name: OF_PROBES[p.quantity] for p in scene.probes}
     hottest = [m.valid_to for m in physics.materials(scene) if m.valid_to is not None]
     return {
@@ -94,7 +94,7 @@ def in_kelvin(matrices: Mapping[str, np.ndarray], columns: Sequence[int], room: 
 
 
 def facts(document: Mapping[str, Any]) -> list[str]:
-    """Lines for the head of a file."""
+    """Write the lines at the head of a file."""
     span = document["range"]
     when = "steady state" if document["steady_only"] else f"from rest to {TIME.show(span['to_s'])}"
     lines = [f'Compact model of "{document["scene"]}": {document["states"]} states, {when}.', "Inputs:"]
@@ -111,7 +111,7 @@ def facts(document: Mapping[str, Any]) -> list[str]:
 
 
 def errors(document: Mapping[str, Any]) -> list[str]:
-    """The largest relative error of each run that the model was held against, and how it was found."""
+    """List the largest relative error in each run, and how it was estimated."""
     lines = []
     for run, kinds in document["error"].items():
         sentences = []
@@ -124,7 +124,7 @@ def errors(document: Mapping[str, Any]) -> list[str]:
 
 
 def validity(document: Mapping[str, Any]) -> str:
-    """The worst of them in half a sentence."""
+    """State the number of states and the largest relative error."""
     each = [e["relative"] for run in document["error"].values() for kind in run.values() for e in kind.values()]
     return f"{document['states']} states, within {max(each):.1e} of the full model and its error"
 
@@ -149,7 +149,7 @@ def fmu_names(document: Mapping[str, Any]) -> tuple[list[str], list[str]]:
 
 
 def names(document: Mapping[str, Any]) -> list[dict[str, str]]:
-    """What each input and each output is called: its ``name``, as in Python, in ``spice`` and in ``fmu``."""
+    """List the names of inputs and outputs: in Python ("name"), SPICE and the FMU."""
     names = []
     for kind, nodes, variables in zip(("inputs", "outputs"), spice_names(document), fmu_names(document), strict=True):
         for entry, node, variable in zip(document[kind], nodes, variables, strict=True):

@@ -87,7 +87,7 @@ _MODEL = """
             self.add((variable, name, entry["unit"]), lambda name=name: self._read()[name])
 
     def _read(self):
-        # All outputs are found once for inputs and states that stay as they are.
+        # Outputs are computed once for inputs and states that stay as they are.
         given, b, outputs = self.known
         if given != self.given or b is not self.b:
             g = np.array(self.given)
@@ -111,7 +111,7 @@ _CONTROLLERS = """
             self.add((film + "_V", "voltage of the " + film, "V"), lambda e=e: float(controllers.voltage[e]))
 
     def do_step(self, current_time, step_size):
-        # A sample at the start of a step, or within it, is of what is given now.
+        # A sample at the start of a step, or within it, takes the inputs of now.
         controllers.until(current_time + step_size, self.given)
         return True
 """
@@ -123,13 +123,13 @@ def available() -> bool:
 
 
 def write_fmu(document: Mapping[str, Any], path: Path) -> None:
-    """Writes the FMU of a model. Raises OSError where that can't be done."""
+    """Write the FMU of a model; raise OSError where that fails."""
     description = f'Compact model of "{document["scene"]}" of {document["states"]} states'
     _build("CompactSlave", as_python(document), description, _MODEL.format(names=fmu_names(document)), path)
 
 
 def write_controllers(document: Mapping[str, Any], path: Path) -> None:
-    """Writes that of the controllers of a device's model."""
+    """Write the FMU of the controllers of a device's model."""
     description = f'Sampled controllers of "{document["scene"]}"'
     _build("ControllersSlave", controllers_as_python(document), description, _CONTROLLERS, path)
 

@@ -1,4 +1,4 @@
-"""What a lead to ground that sink and sensor share does to both: in the steady state, to the range and to the loop.
+"""Effects of a lead to ground that sink and sensor share: on the steady state, the range and the loop.
 
 Each controller sees its film with the lead in series, R + R_ground (1 + I_other/I), and so holds it at less than the
 set temperature; the two by different amounts, so that heat passes from one to the other, which the sensor's power then
@@ -24,11 +24,22 @@ SMALLEST, LARGEST = 1e-12, 10.0
 
 @dataclass(frozen=True)
 class Shared:
-    """What a lead of ``resistance_ohm`` does after the outer step: how far both films are off the temperatures without
-    it (K), both powers (W), up to which outer temperature (K) the sensor is held, the size of the loop's largest
-    eigenvalue per sample, and by how much (K) a volt more across the sink moves what is seen of the sensor at once.
+    """The effect of a lead after the outer step.
 
-    ``sensor_power_W`` of a sensor that can't be held is what the sink's current leaves in it.
+    Attributes
+    ----------
+    resistance_ohm : float
+        Resistance of the lead.
+    sink_off_K, sensor_off_K : float
+        Deviation of the films from their temperatures without a lead.
+    sink_power_W, sensor_power_W : float
+        Powers; where the sensor cannot be held, the power of the sink's current in the sensor.
+    lowest_K, highest_K : float
+        Outer temperatures between which both films are held.
+    largest_eigenvalue : float
+        Size of the loop's largest eigenvalue per sample.
+    coupling_K_per_V : float
+        Change of the sensor's measured temperature per volt across the sink.
     """
 
     resistance_ohm: float
@@ -44,8 +55,8 @@ class Shared:
 
 @dataclass(frozen=True)
 class Ground:
-    """Leads of several resistances, and those (ohm) from which on the sensor is off by more than a step of its power
-    and than a step of its measured resistance; infinite where none is large enough."""
+    """Leads of several resistances; the resistances (ohm) at which the sensor is off by a step of its power, and of its
+    measured resistance, infinite where no lead is large enough."""
 
     leads: tuple[Shared, ...]
     by_power_ohm: float
@@ -58,7 +69,7 @@ def grounded(device: Device, resistance: float) -> Device:
 
 
 def shared(modal: Modal, device: Device, resistance: float) -> Shared:
-    """What a lead of a resistance (ohm) does to a model of a device."""
+    """Compute the effect of a lead of some resistance (ohm) on a model of a device."""
     earthed = grounded(device, resistance)
     without, state, loop = steady(modal, grounded(device, 0.0)), steady(modal, earthed), plant(modal, earthed)
     return Shared(
@@ -73,7 +84,7 @@ def held_range(modal: Modal, device: Device) -> tuple[float, float]:
     temperature.
 
     With one the sensor's current gets too small beside the sink's above them, and the sink's beside the sensor's below.
-    Sought from the set temperature down in steps of its rise above room, at first smaller ones.
+    The search goes down from the set temperature in steps of its rise above room, at first smaller.
     """
     top, step = device.control.set_temperature, device.set_rise
     if not device.control.ground_resistance:
@@ -100,8 +111,8 @@ def held_range(modal: Modal, device: Device) -> tuple[float, float]:
 
 
 def effects(modal: Modal, device: Device, resistances: Iterable[float], power: float, resistance: float) -> Ground:
-    """What leads of some ``resistances`` (ohm) do, and which ones are off by a step of the sensor's ``power`` (W) and
-    of its measured ``resistance`` (ohm)."""
+    """Compute the effects of leads of some ``resistances`` (ohm), and the leads at which the sensor is off by a step of
+    its ``power`` (W) and of its measured ``resistance`` (ohm)."""
     without = steady(modal, grounded(device, 0.0))
     per_kelvin = modal.resistance[1] * modal.coefficient[1]
 

@@ -1,7 +1,7 @@
 """March the closed loop of a device from sample to sample.
 
 Between samples the voltages hold, the modes are propagated exactly, and the heat V^2/R(T) of each film is collocated
-(`statespace.collocation`). The heats of an interval are found by Picard's iteration, else by Newton's method.
+(`statespace.collocation`). The heats of an interval come from Picard's iteration, else by Newton's method.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ PICARD, NEWTON = 8, 30
 
 @dataclass(frozen=True)
 class March:
-    """A run of the closed loop; values are those just before each sample, voltages those from it on.
+    """A run of the closed loop: values just before each sample, and the voltages from the sample on.
 
     Attributes
     ----------
@@ -41,7 +41,7 @@ class March:
     stopped : bool
         The run ended early, at a rise above `CEILING`.
     change, stepped : (n,) array
-        Change of the amplitudes over the run, and the part of it that outer steps made.
+        Change of the amplitudes over the run, and its part by outer steps.
     energy : (2,) array
         Heat generated in (sink, sensor), J.
     outer_time, outer : float
@@ -81,7 +81,7 @@ class _Places:
     """The places of an interval: responses at the start, at the nodes, and flows.
 
     Of each place: ``film``, 0 for the sink and 1 for the sensor; ``mean``, the place of the film's mean rise at the
-    same time; ``both`` (2, places), those of sink and sensor; ``conductance`` (1/ohm) and ``change`` (1/K), both zero
+    same time; ``both`` (2, places), the places of both means; ``conductance`` (1/ohm) and ``change`` (1/K), both zero
     for a flow; ``outer``, the value per kelvin of the outer rise, and ``offset``. ``departs`` marks local departures;
     ``feed`` (k, places) adds the heats just before a sample to its flows.
     """

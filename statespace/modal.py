@@ -1,13 +1,13 @@
-"""A structure with two heated films in modes that decay on their own: what a closed loop needs to know of a model.
+"""A structure with two heated films, as modes that decay on their own: the state-space model of a device.
 
     db/dt = -rates b + shape^T u,      rises = shape b + external T,      b jumps by -jump dT with the outer rise T
 
-The substrate's temperature is another such input, and what does not change besides is an offset of the rises.
+The substrate's temperature is another such input; constant contributions are an offset of the rises.
 
-The first two responses are the mean rises of sink and sensor, by which their resistances change (eq 7), and the heat
-u (W) of these is the electrical power V^2/R (eqs 6, 7). Any further ones are how a film's local temperature departs
-from its mean: heat is rho J^2 with the resistivity of the place, so that u_j = P a dT_j / (1 + a dT) there, which moves
-heat about and makes none.
+The first two responses are the mean rises of sink and sensor, on which their resistances depend (eq 7), and the heat
+u (W) of the two is the electrical power V^2/R (eqs 6, 7). Further responses are departures of a film's local
+temperature from its mean: heat is rho J^2 with the resistivity of the place, so that u_j = P a dT_j / (1 + a dT) there,
+which moves heat about and makes none.
 """
 
 from __future__ import annotations
@@ -19,9 +19,21 @@ import numpy as np
 
 @dataclass(frozen=True, eq=False)
 class Inlet:
-    """A temperature that a model is given, per kelvin: the rises ``external`` (m,) that it keeps up, the heat flows
-    ``flux`` (k,) in W/K, by what ``jump`` (n,) a step of it changes the modes, and the heat (W/K) that is ``taken`` in
-    where it is given. ``plate`` (n,) is what of the jump is in the plate on whose bottom it is given."""
+    """A given temperature of a model, per kelvin.
+
+    Attributes
+    ----------
+    external : (m,) array
+        Steady rises, K/K.
+    jump : (n,) array
+        Change of the modes by a step of the temperature.
+    flux : (k,) array
+        Steady heat flows, W/K.
+    taken : float
+        Heat that enters where the temperature is given, W/K.
+    plate : (n,) array or 0
+        The part of ``jump`` in the plate on whose bottom the temperature is given.
+    """
 
     external: np.ndarray
     jump: np.ndarray
@@ -32,11 +44,25 @@ class Inlet:
 
 @dataclass(frozen=True, eq=False)
 class Modal:
-    """``rates`` (n,) in 1/s, ascending; ``shape`` (m, n); ``film`` (m,): 0 where a response is of the sink, 1 of the
-    sensor; ``resistance`` (ohm, no rise) and ``coefficient`` (1/K), (2,) each; ``external`` (m,) and ``jump`` (n,) as
-    above. Heat flows (W), k of them: flux b + flux_external T + feed u, with ``flux`` (k, n) and ``feed`` (k, m).
-    ``substrate`` is that temperature as an input; ``offset`` (m,) and ``flux_offset`` (k,) are added to rises and
-    flows, none where they are left out.
+    """The model of a device, with n modes, m responses and k heat flows (W), flux b + flux_external T + feed u.
+
+    Attributes
+    ----------
+    rates : (n,) array
+        Decay rates in 1/s, ascending.
+    shape : (m, n) array
+        Rises per amplitude, and amplitudes per heat.
+    film : (m,) array
+        0 where a response belongs to the sink, 1 for the sensor.
+    resistance, coefficient : (2,) array
+        Of (sink, sensor): ohm at no rise, and 1/K.
+    external, jump : (m,), (n,) array
+        Response to the outer temperature, as of `Inlet`.
+    flux, flux_external, feed : (k, n), (k,), (k, m) array
+    substrate : Inlet
+        The substrate's temperature as an input.
+    offset, flux_offset : (m,), (k,) array or 0
+        Constant rises and flows.
     """
 
     rates: np.ndarray
@@ -55,7 +81,7 @@ class Modal:
 
     @property
     def outside(self) -> Inlet:
-        """The outer temperature as an input: what leaves the polymer at rest enters nowhere else."""
+        """The outer temperature as an input: all heat that leaves the polymer at rest enters there."""
         return Inlet(self.external, self.jump, self.flux_external, -float(self.flux_external[0]))
 
     def above_substrate(self, outer: float) -> Modal:
@@ -67,14 +93,13 @@ class Modal:
         )  # fmt: skip
 
     def on_top_of_plate(self) -> Modal:
-        """The model whose substrate's temperature is that which the plate would have under its feet without it: a step
-        of that warms the plate at once, and the structure on it by and by."""
+        """The model whose input is the temperature of the plate's top: a step warms the plate at once."""
         below = self.substrate
         return replace(self, substrate=replace(below, jump=below.jump - below.plate, plate=0.0))
 
     def with_heat_below(self) -> Modal:
-        """The model with one flow more, the last: the heat that leaves into the substrate (or the plate below), as what
-        is stored, conducted and generated, each weighed with the steady rise per kelvin of substrate."""
+        """Add a flow, the heat that leaves into the substrate (or the plate below): stored, conducted and generated
+        heat, each weighed with the steady rise per kelvin of substrate."""
         below = self.substrate
         drawn = float(below.flux[0])  # what a kelvin outside sends there is what one of substrate sends outside
         return replace(

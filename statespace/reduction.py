@@ -1,7 +1,7 @@
 """Reduce a model to the fewest states that hold an accuracy, judged by runs of the full model.
 
-The states of a rich model are ordered by their effect on the outputs. The smallest leading part that stays within the
-accuracy of every reference run, with the error bound of that run, is the compact model.
+The states of a rich model are ordered by their effect on the outputs. The compact model is the smallest
+leading part that stays within the accuracy of every reference run, the error bound of the run included.
 """
 
 from __future__ import annotations
@@ -152,8 +152,8 @@ def leading(states: np.ndarray, rows: np.ndarray) -> np.ndarray:
     Returns
     -------
     (n, n) array
-        Orthonormal directions, those first that matter most to the responses in their own norm and to the outputs,
-        each relative to its largest value.
+        Orthonormal directions in the order of their effect on the responses, in their norm, and on the outputs, each
+        relative to its largest value.
     """
     size = np.abs(rows @ states).max(axis=1, initial=0.0)
     read = rows[size > 0] / size[size > 0, None]

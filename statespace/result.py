@@ -1,6 +1,5 @@
-"""The answer of a model of the device: what the controllers see and do, sample by sample, and how far to trust it; the
-runs behind checks and figures, the scene itself, sampled slowly, and other steps; and how long a trace takes to enter a
-band about its final value for good."""
+"""Results of a model of the device: traces with a value per controller sample, their errors, and settling times; and
+the runs behind checks and figures: the scene itself, sampled slowly, and other outer steps."""
 
 # ruff: noqa: N815 - the symbols of units keep their capitals, as in the keys of the output
 from __future__ import annotations
@@ -34,8 +33,8 @@ class Steady:
     """A steady state: temperatures in K; voltages in V; powers and the heat flow from the sensor into the polymer in W.
 
     ``sink_saturated`` and ``sensor_saturated``: the element is above the set temperature without any power.
-    ``cycles``: there is none, as over a common lead to ground a film can neither be held nor rest without power; the
-    values are those without its power.
+    ``cycles``: there is no steady state, as over a common lead to ground a film can neither be held nor rest without
+    power; the values are without its power.
     """
 
     sink_K: float
@@ -52,15 +51,24 @@ class Steady:
 
 @dataclass(frozen=True)
 class DeviceResult:
-    """Traces with one entry per controller sample, their estimated errors, and findings in plain sentences.
+    """Traces with one entry per controller sample, their estimated errors, and findings.
 
-    ``time_s`` in s; temperatures in K; voltages in V and powers in W are those that hold from the sample on;
-    ``polymer_flux_W`` is the heat flow from the sensor into the polymer in W, ``polymer_top_W`` that out of its top, in
-    models that tell them apart; flows are those just before a sample. ``before`` and ``after`` are the steady states at
-    the initial and the final outer temperature. ``errors`` bounds the numerical error of
-    each trace over the run, in its unit; ``error_parts`` splits it by source. ``findings`` says what a reader must
-    know: a limiter that acts, an unstable loop with its growth rate, a run that was stopped. ``details`` has numbers
-    of the run (states, nodes, energy imbalance).
+    Attributes
+    ----------
+    time_s, sink_K, sensor_K : (samples,) array
+        Just before each sample.
+    sink_V, sensor_V, sink_power_W, sensor_power_W : (samples,) array
+        From each sample on.
+    polymer_flux_W, polymer_top_W : (samples,) array
+        Heat flow from the sensor into the polymer, and out of its top in 3D, just before each sample.
+    before, after : Steady
+        Steady states at the initial and the final outer temperature.
+    errors, error_parts : dict
+        Error bound of each trace in its unit, and its parts by source.
+    findings : tuple of str
+        Sentences: a limiter that acts, an unstable loop, a run that was stopped.
+    details : dict
+        Numbers of the run (states, nodes, energy imbalance).
     """
 
     scheme: str
@@ -102,9 +110,19 @@ def device_result(
 
 @dataclass(frozen=True)
 class Run:
-    """A device, what the model says of it, and the loop's ``largest`` eigenvalue per sample about the steady state of a
-    device; for an outer step from room temperature its height in K, and what another scheme or mesh says, by
-    which the result's times are judged."""
+    """A run of a device.
+
+    Attributes
+    ----------
+    device : Device
+    result : DeviceResult
+    largest : callable
+        The loop's largest eigenvalue per sample about the steady state of a device.
+    step : float
+        Height (K) of an outer step from room temperature.
+    reference : DeviceResult, optional
+        Result of another scheme or mesh, by which the times are judged.
+    """
 
     device: Device
     result: DeviceResult
@@ -163,10 +181,11 @@ class Run:
         return last.time, max(abs(time - last.time) for time in moved)
 
     def final(self, quantity: str) -> tuple[float, float]:
-        """The last value of a quantity, and how far it may be from where it will settle: what it still changed by over
-        the last tenth of the time since the outer step, or what the loop's slowest mode leaves of the step by then, if
-        that is more. The mode may carry twice the step (a slab's first one does) and the loop's answer twice that;
-        where more than a tenth of it is left, faster modes matter too and nothing is known."""
+        """The last value of a quantity, and a bound of its distance from the value at rest.
+
+        The bound is the change over the last tenth of the time since the outer step or, if larger, the rest of the
+        loop's slowest mode. The mode may carry twice the step (a slab's first mode does) and the loop's answer twice
+        that; where more than a tenth of the mode is left, faster modes matter too and there is no bound."""
         time, values = self.result.time_s, self.result.trace(quantity)
         start = min(self.device.external.step_time, time[-1])
         earlier = int(np.searchsorted(time, start + 0.9 * (time[-1] - start)))
@@ -177,13 +196,13 @@ class Run:
 
     @property
     def remaining(self) -> float:
-        """What is left of the loop's slowest mode at the end of the run; infinite where it grows."""
+        """The remaining part of the loop's slowest mode at the end of the run; infinite where the mode grows."""
         return math.exp(-self.decay * self.watched) if math.isfinite(self.watched) else math.inf
 
 
 @dataclass(frozen=True)
 class Runs:
-    """The scene's own run, and those that were needed besides."""
+    """The scene's own run, the run sampled slowly, and runs of outer steps."""
 
     base: Run
     slow: Run | None
@@ -197,7 +216,7 @@ Simulate = Callable[[Device, Literal["cold", "settled"]], Run]
 def with_others(
     device: Device, base: Run, simulate: Simulate, slow: bool, steps: bool, say: Callable[[str], None]
 ) -> Runs:
-    """The scene's own run with the others, where they are wanted: the one sampled slowly, those of the outer steps."""
+    """Add to the scene's own run, where wanted, the run sampled slowly and the runs of the outer steps."""
     slowly = None
     if slow:
         say("solving with slow sampling")
@@ -248,7 +267,7 @@ class Settling:
 def settling_time(time: np.ndarray, values: np.ndarray, target: float, band: float) -> float:
     """Seconds after ``time[0]`` from when on ``values`` stays within ``band`` of ``target``; infinite if it doesn't.
 
-    Between the last sample outside and the first inside the crossing is found by a straight line.
+    The crossing between the last sample outside and the first inside is on a straight line.
     """
     away = np.abs(values - target) - band
     outside = np.flatnonzero(away > 0)
@@ -264,10 +283,10 @@ def settling_time(time: np.ndarray, values: np.ndarray, target: float, band: flo
 def settling(device: Device, result: DeviceResult, quantity: str, fraction: float = 0.01) -> tuple[Settling, ...]:
     """Settling of one quantity after the cold start and after the outer step, as far as the run has them.
 
-    The band is ``fraction`` of the change in the steady state that the event asks for: of the set rise, or the power
+    The band is ``fraction`` of the change of the steady state by the event: of the set rise, or the power
     from none, at the start; and of the step between the steady values after it. Where the step changes the steady value
     by less than `BAND` of the change from cold (the temperatures and the sink), the band after it is ``fraction`` of
-    the latter: a part of almost no change says nothing, and not the same in two models.
+    the latter: a part of almost no change is not comparable between models.
     """
     external, time, values = device.external, result.time_s, result.trace(quantity)
     first, last = getattr(result.before, quantity), getattr(result.after, quantity)

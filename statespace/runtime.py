@@ -100,7 +100,7 @@ class CompactModel:
             change = np.linalg.solve(jacobian, -residual)
             b, before, size = b + change, size, float(np.abs(change).max(initial=0.0))
             largest = float(np.abs(b).max(initial=1e-300))
-            # Where all inputs cancel out, as at one temperature, the states are what rounding leaves.
+            # Where all inputs cancel out, as at one temperature, the states are rounding errors.
             terms = np.abs(self.F) @ np.abs(np.concatenate([[1.0], g, b]))
             noise = 1e-15 * float((terms / np.where(self.decay > 0, self.decay, np.inf)).max(initial=0.0))
             if size <= max(1e-12 * largest, noise) or (size < 1e-6 * largest and size >= before):
@@ -135,7 +135,7 @@ class CompactModel:
         return readings
 
     def named(self, row: np.ndarray) -> dict[str, float]:
-        """What is read by the outputs' names."""
+        """The outputs of a row of readings, by name."""
         reduce: dict[str, Any] = {"max": np.max, "min": np.min, "mean": np.mean, "measured": _measured}
         return {name: float(reduce[o["reduce"]](row[o["rows"]])) for name, o in self.outputs.items()}
 
@@ -187,7 +187,7 @@ class CompactModel:
         return rate
 
     def _step(self, b: np.ndarray, g: np.ndarray, slope: np.ndarray, h: float) -> tuple[np.ndarray, float]:
-        """The states after a step (s), and how far a step of order 2 is from that."""
+        """The states after a step (s), and the distance of a step of order 2."""
         p1, p2, p3, whole, first, to_half = self._propagators(h)
         end = whole * b
         n0 = self._source(g, b)
@@ -199,7 +199,7 @@ class CompactModel:
         return new, float(np.abs(new - lower).max(initial=0.0))
 
     def _propagators(self, h: float) -> tuple[np.ndarray, ...]:
-        """phi_1 to phi_3 and the decay over a step (s), phi_1 and the decay over half of it; cached."""
+        """phi_1 to phi_3 and the decay over a step (s), phi_1 and the decay over half a step; cached."""
         if h not in self._known:
             if len(self._known) >= KEPT:
                 self._known.clear()
@@ -237,8 +237,8 @@ def _drive(tables: list[tuple[np.ndarray, np.ndarray]], t: float) -> tuple[np.nd
 
 
 def _measured(rows: np.ndarray) -> float:
-    """A resistance behind a lead that another current shares (ohm): what is in series, and the other's drop in the lead
-    (V) over the current (A); without a current forward, of the voltage's sign, what is in series alone."""
+    """A resistance behind a shared lead (ohm): the resistances in series, plus the other current's drop in the lead (V)
+    over the current (A) where that has the sign of the voltage."""
     series, drop, current, voltage = rows.tolist()
     return float(series + (drop / current if current * voltage > 0 else 0.0))
 

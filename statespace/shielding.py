@@ -1,8 +1,8 @@
-"""How well the active sink shields the sensor: what the temperatures around a device do to the powers of both films, in
-the steady state and over time, with both loops closed and with the sink off.
+"""Shielding of the sensor by the active sink: effect of the temperatures around a device on the powers of both films,
+in the steady state and over time, with both loops closed and with the sink off.
 
 The paper's claim is that with sink and sensor at one temperature no heat is lost from the sensor to the substrate, so
-that its power tells of the outside alone. One kelvin of substrate then changes the sink's power only.
+that its power depends on the outside alone. One kelvin of substrate then changes the sink's power only.
 """
 
 # ruff: noqa: N815 - the symbols of units keep their capitals, as in the keys of the output
@@ -29,8 +29,8 @@ CLOSELY = 1e-9
 
 @dataclass(frozen=True)
 class Shielding:
-    """What a kelvin more does to powers (W/K) about the steady state after the outer step: of the substrate, of all
-    that is at room temperature (substrate and air), and outside; and with the sink off."""
+    """Changes of power per kelvin (W/K) about the steady state after the outer step: per kelvin of the substrate, of
+    the room (substrate and air), and outside; and with the sink off."""
 
     sensor_power_per_substrate_W_per_K: float
     sink_power_per_substrate_W_per_K: float
@@ -57,8 +57,8 @@ def without_sink(device: Device) -> Device:
 
 
 def _above_room(modal: Modal, outer: float) -> Modal:
-    """The model whose input is all that is at room temperature: where all outside is warmer alike, everything is, so
-    that this is what is missing to that, and films have no local departures by it."""
+    """The model whose input is all that is at room temperature: where all outside is warmer alike, everything is, and
+    films have no local departures: this is the difference of the two."""
     mean = (np.arange(modal.responses) < 2).astype(float)
     return replace(
         modal, external=mean - modal.external, flux_external=-modal.flux_external,
@@ -74,8 +74,8 @@ def _slopes(modal: Modal, device: Device, about: float) -> tuple[float, float]:
 
 @dataclass(frozen=True, eq=False)
 class Response:
-    """Over the time ``time_s`` since a step of the substrate by 1 K, from the steady state after the outer step: what
-    has been added to the powers of sensor and sink (W/K), as (samples,), with the errors of either."""
+    """Response to a step of the substrate by 1 K, from the steady state after the outer step: the changes of the powers
+    of sensor and sink (W/K), as (samples,), over ``time_s`` since the step, with their errors."""
 
     time_s: np.ndarray
     sensor_power_W_per_K: np.ndarray

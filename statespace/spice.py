@@ -1,7 +1,7 @@
 """A compact model as a SPICE subcircuit: an RC pair for every state, behavioural sources for all else.
 
 Temperatures are rises above the initial one in volts, heat in watts is a current in amperes. The terms of z are node
-voltages: constants of given temperatures are folded into those of rises, so that nothing large cancels out.
+voltages: constants of given temperatures are folded into constants of rises, so that nothing large cancels out.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ class _Netlist:
         return "\n".join([*heads, *(_wrapped(line) for line in body)]) + "\n"
 
     def _pins(self) -> None:
-        """What enters at each pin, or its rise where heat is what is given; rates of inputs that anything follows."""
+        """The current at each pin, or its rise where heat is given; and the rates of inputs that are used."""
         moves = self.model.W.any(axis=0) & (not self.document["steady_only"])
         for k in np.flatnonzero(moves).tolist():
             self.lines += [f"Ecopy{k + 1} copy{k + 1} 0 {self.pins[k]} 0 1", f"Crate{k + 1} copy{k + 1} rate{k + 1} 1",
@@ -96,7 +96,7 @@ class _Netlist:
                 self.lines.append(f"Bin{k + 1} {pin} 0 I = {value}")
 
     def _currents(self) -> None:
-        """A node for each current field, at which what it lacks must vanish."""
+        """A node for each current field, at which its residual must vanish."""
         m = self.model
         for i in range(len(m.S)):
             size = m.A[i, i, 0]

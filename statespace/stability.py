@@ -25,11 +25,18 @@ shrinks them to a hundredth."""
 
 @dataclass(frozen=True)
 class Plant:
-    """The linearised device from sample to sample: b' = a b + in dV (amplitudes, V), and what the controllers see of
-    both films, as rises (K): out b + across dV with the voltages that have held until then.
+    """The linearised device from sample to sample: b' = a b + inlet dV, measured rises = out b + across dV.
 
-    ``a`` (n, n), ``inlet`` (n, 2), ``out`` (2, n), ``across`` (2, 2) in K/V, zero without a common lead to ground;
-    ``active`` (2,) whether (sink, sensor) can respond to its voltage.
+    Attributes
+    ----------
+    a, inlet, out : (n, n), (n, 2), (2, n) array
+        Matrices of the amplitudes b and the voltages V of (sink, sensor).
+    across : (2, 2) array
+        Effect (K/V) of the present voltages on the measured rises, zero without a common lead to ground.
+    active : (2,) array
+        Whether (sink, sensor) can respond to its voltage.
+    set_rise, sample_time : float
+        K and s.
     """
 
     a: np.ndarray
@@ -70,7 +77,7 @@ class Stability:
 
     @staticmethod
     def of(system: Plant, device: Device) -> Stability:
-        """That of a plant with a device's gains."""
+        """Compute the stability of a plant with a device's gains."""
         loop_gains = gains(device)
         largest = system.eigenvalue(loop_gains)
         rate = float(np.log(abs(largest)) / system.sample_time)
@@ -102,8 +109,8 @@ def gain_limit(system: Plant, others: np.ndarray, element: int) -> float:
 @dataclass(frozen=True, eq=False)
 class State:
     """A steady state: ``rise`` (m,) of the responses in K, ``power`` in W and ``voltage`` in V of (sink, sensor), heat
-    ``flow`` (k,) in W, and whether a film is ``held`` at the set temperature (2,). Where it ``cycles`` there is none,
-    and this one, without power in films that cannot be held, is what the controllers leave again and again."""
+    ``flow`` (k,) in W, and whether a film is ``held`` at the set temperature (2,). Where it ``cycles`` there is no
+    steady state; the controllers leave this one, without power in films that cannot be held, again and again."""
 
     rise: np.ndarray
     power: np.ndarray
@@ -114,7 +121,7 @@ class State:
 
 
 def gains(device: Device) -> np.ndarray:
-    """(2,): those (V) of (sink, sensor)."""
+    """(2,): the gains (V) of (sink, sensor)."""
     return np.array([device.control.sink_gain, device.control.sensor_gain])
 
 
@@ -122,8 +129,8 @@ def state_of(modal: Modal, device: Device, external: float | None = None) -> Sta
     """The steady state of a model of a device at an outer temperature (K; by default the final one): films that have a
     gain at the set temperature or, where they would need a negative power for that, without any.
 
-    The heat of local departures follows from the rises, which follow from it: it is a hundredth of the rest, and a few
-    rounds settle it. Raises ArithmeticError where they don't.
+    Heat of local departures and rises depend on each other; the former is a hundredth of the rest, and a few rounds
+    settle both. Raises ArithmeticError where they don't.
     """
     room = device.sink.room_temperature
     outer = (device.external.final_temperature if external is None else external) - room
@@ -205,7 +212,7 @@ def complementary(
     K: np.ndarray, load: np.ndarray, target: float, controlled: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Rises and powers of both elements with K rise = load + power, where a controlled one has either the target rise
-    and a power of at least 0, or no power and more than the target; and which ones are held at the target."""
+    and a power of at least 0, or no power and more than the target; and whether each is held at the target."""
     for choice in CHOICES:
         held = np.array(choice) & controlled
         rise = np.where(held, target, 0.0)
@@ -231,7 +238,7 @@ def plant(modal: Modal, device: Device, external: float | None = None) -> Plant:
     a, ratio = modal.coefficient[film], (1 + modal.coefficient * state.rise[:2])[film]
     now = circuit.slopes(state.voltage, modal.resistance * ratio[:2], device.control.ground_resistance)
     warm = modal.resistance * modal.coefficient
-    # heat = per_power * P: what a rise of each response, along a row, and a voltage change of it.
+    # heat = per_power * P; its derivatives by the rise of each response, along a row, and by the voltages.
     per_power = modal.heat(np.ones(2), state.rise)
     slope, departs = np.zeros((m, m)), np.arange(2, m)
     slope[:, :2] = per_power[:, None] * now.power_by_resistance[film] * warm

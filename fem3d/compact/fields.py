@@ -1,7 +1,7 @@
-"""The fields of a compact model: rational Krylov fields of all loads, and the few sums of them that the outputs need.
+"""The fields of a compact model: rational Krylov fields of all loads.
 
 A field (M + g K)^-1 F for every load F, at g = infinity (the steady response) and at shifts g between the earliest time
-and the slowest response, which are added where the equations' residual says that they are missing. Source: Ruhe, Linear
+and the slowest response, which are added where the residual is large. Source: Ruhe, Linear
 Algebra Appl. 58, 1984; Antoulas, Approximation of Large-Scale Dynamical Systems, 2005, chapter 11.
 """
 
@@ -30,13 +30,13 @@ def slowest(heat: HeatProblem) -> float:
 
 def jumps_of(heat: HeatProblem, steps: np.ndarray) -> list[np.ndarray]:
     """The heat (J, all nodes) that a given temperature's step takes at once, of each as large as ``steps`` (channels,)
-    say; as a state, what decays from then on."""
+    say; as a state, it decays from then on."""
     return [s * (heat.mass @ lift) for s, lift in zip(steps[1:], heat.lifts[1:], strict=True) if lift.any()]
 
 
 def loads_of(base: Base, steps: np.ndarray) -> list[np.ndarray]:
     """The loads (W, all nodes) of a model, each as large as the inputs' steps (channels,) make it: every channel's own,
-    the Joule heat of every pair of current fields, and what temperature adds to that."""
+    the Joule heat of every pair of current fields, and its change by temperature."""
     heat, conductor = base.heat, base.conductor
     loads = [s * v for s, v in zip(steps[1:], heat.loads[1:], strict=True) if v.any()]
     if not heat.anchored:
@@ -63,8 +63,8 @@ def _joule(heat: HeatProblem, conductor: Conductor, base: Base, steps: np.ndarra
 
 
 def rational(heat: HeatProblem, loads: list[np.ndarray], times: tuple[float, float] | None, enough: float) -> Any:
-    """(free nodes, fields): those of some loads for times (s) from the earliest to the slowest, or of the steady state
-    alone, until the residual at any shift between is below ``enough`` of its load."""
+    """(free nodes, fields): the fields of some loads for times (s) from the earliest to the slowest, or of the steady
+    state alone, until the residual at any shift between is below ``enough`` of its load."""
     n = heat.free
     each = [load[:n] for load in loads]
     fields = [heat.solve_steady(load) for load in each]
@@ -85,8 +85,8 @@ def rational(heat: HeatProblem, loads: list[np.ndarray], times: tuple[float, flo
 
 
 def _residual(heat: HeatProblem, basis: np.ndarray, loads: list[np.ndarray], shift: float) -> float:
-    """The largest error of (M + g K) u = F in the fields over u, in the energy's norm, as the diagonal alone tells
-    it: what is left of F is orthogonal to the fields, so that it is rough."""
+    """The largest error of (M + g K) u = F in the fields over u, in the energy's norm, by the diagonal
+    alone: the residual is orthogonal to the fields, so that it is rough."""
     mass, stiffness = heat.inner_mass, heat.inner_stiffness
     product = mass @ basis + shift * (stiffness @ basis)
     weight = 1 / (mass.diagonal() + shift * stiffness.diagonal())

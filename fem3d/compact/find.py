@@ -62,7 +62,7 @@ class Run:
 
     @property
     def scales(self) -> dict[str, float]:
-        """What errors of each probe are relative to."""
+        """The scale of each probe's errors."""
         known = self.steady or self.over_time
         assert known is not None
         scales: dict[str, float] = known.details["scales"]
@@ -225,7 +225,7 @@ def instants(scene: AnyScene, times: np.ndarray, inputs: Mapping[str, Value] | N
 def _rich(
     scene: AnyScene, inputs: tuple[Channel, ...], heat: Any, conductor: Any, part: Any, accuracy: float
 ) -> tuple[Structure, Reduced]:
-    """Project the problem on more fields than are needed, those first that matter most."""
+    """Project the problem on more fields than are needed, in the order of their effect."""
     if not physics.heat(scene):
         none = np.empty((heat.free, 0))
         cold = [conductor.solve(np.zeros(heat.size), v) for v in conductor.voltages if v.any()]
@@ -289,7 +289,7 @@ def _rises(scene: AnyScene, model: CompactModel, made: Projection, heat: Any, ru
 
 
 def needed(values: np.ndarray, rows: np.ndarray, near: np.ndarray) -> np.ndarray:
-    """Choose few rows whose largest value is that of all, but for ``near``.
+    """Choose few rows whose largest value equals that of all rows, but for ``near``.
 
     Parameters
     ----------

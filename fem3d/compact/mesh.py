@@ -28,7 +28,7 @@ def problem(
 ) -> tuple[HeatProblem, Conductor | None, Symmetry]:
     """The heat problem and the conductor with a channel for each input, where they hold ``accuracy`` for inputs that
     together make rises of the size ``rise`` (K), relative to ``scales`` or more, as such rises may cancel out in a
-    probe; and the part that they are of. Of hexahedra of a file they are those of the finest space."""
+    probe; and the part that is solved. On hexahedra of a file they are in the finest space."""
     named = apart(scene, channels)
     start, mixed = None, _mixed(scene, channels, rise)
     if isinstance(named, MeshScene):

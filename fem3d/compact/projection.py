@@ -24,7 +24,7 @@ from statespace.document import Matrices, Port
 
 @dataclass(frozen=True, eq=False)
 class Structure:
-    """What a model is made of: the problem of the part that is solved, with its current fields, the scene's inputs,
+    """The parts of a model: the problem of the part that is solved, with its current fields, the scene's inputs,
     whether it has capacities, and for each probe of an extreme where it may be, as rows (places, all nodes)."""
 
     base: Base
@@ -119,7 +119,7 @@ class _Maker:
         return self._scaled(Projection(matrices, outputs, ports, modal.basis, self.inertia))
 
     def _scaled(self, unscaled: Projection) -> Projection:
-        """With states in units of what each adds to the temperatures that are read, or to all of the part."""
+        """Scale each state to its largest effect on the probes of temperature, or to the mean of the part."""
         states = slice(self.count, None)
         thermal = [r for p in self.heat.domain.scene.probes if p.quantity == "temperature"
                    for r in unscaled.outputs[p.name][0]]  # fmt: skip
@@ -134,7 +134,7 @@ class _Maker:
         return Projection(m, unscaled.outputs, unscaled.ports, unscaled.basis / unit, unscaled.offset * unit)
 
     def _probe(self, probe: Any) -> list[tuple[np.ndarray, ...]]:
-        """What each row of a probe has in Y, W, U and P."""
+        """The rows of a probe in Y, W, U and P."""
         nothing = np.zeros((self.m, self.count + self.n))
         no_pairs, no_rates = np.zeros((len(self.i), self.count + self.n)), np.zeros(self.count)
         if probe.name in self.structure.places:

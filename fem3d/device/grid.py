@@ -1,4 +1,4 @@
-"""The grid of a device: refined where the responses of its few states tell that something is missing."""
+"""The grid of a device: refined where the responses of its few states have a large error."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from scenes.model import Scene
 
 
 def first(scene: Scene, accuracy: float, earliest: float, marks: Features) -> Grid:
-    """The grid to start with: that of the steady state, with layers at the polymer's top for a step there, and a degree
-    more across the layers, through which heat comes and goes in a few samples."""
+    """The grid to start with: the grid of the steady state, with layers at the polymer's top for a step there, and a
+    degree more across the layers, through which heat comes and goes in a few samples."""
     grid = diffusion.graded(reach.first_grid(scene, accuracy, marks), scene, earliest)
     return grid.with_axes(grid.breaks, [*grid.degrees[:2], grading.raised(grid).degrees[2]])
 
@@ -29,9 +29,9 @@ def refined(grid: Grid, given: Problems, fine: Projected, low: Projected, over: 
 
 
 def _missing(given: Problems, fine: Projected, low: Projected) -> Spread:
-    """What each interval missed of the responses of the lower space, for the worst of the loads and shifts.
+    """The error of the lower space's responses by interval, for the worst of the loads and shifts.
 
-    A film's power heats what its resistance is measured by, so that a load F is the goal too: the last degree adds
+    A film's power acts where its resistance is measured, so that a load F is the goal too: the last degree adds
     x (F - A y) to F x, summed over the functions that the lower space's solution y lacks.
     """
     heat, space = given.heat, given.bricks

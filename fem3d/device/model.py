@@ -1,7 +1,7 @@
 """The device in 3D as a `statespace.modal.Modal`: the heat problem projected on a few fields, in its own modes.
 
-With b = sqrt(copies) a for the part that symmetry leaves, what a film's power heats is what its resistance is measured
-by: with the current densities J uniform in temperature, heat rho J^2 and resistance are both means over rho J^2.
+With b = sqrt(copies) a for the part that symmetry leaves, a film's power and its resistance have the same
+weight: with the current densities J uniform in temperature, heat rho J^2 and resistance are both means over rho J^2.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class Structure:
         return self._channel(SUBSTRATE)
 
     def _channel(self, boundary: str) -> int:
-        # What the structure stands on may be behind a contact or a gas: then it is what a film leads to.
+        # The substrate may be behind a contact or a gas: then its temperature is the ambient of a film.
         named = (b for b in self.heat.domain.scene.boundaries if b.name.startswith(boundary))
         value = next(v for b in named for v in (b.value, b.ambient) if isinstance(v, Schedule))
         return 1 + self.heat.inputs.schedules.index(value)
@@ -61,8 +61,8 @@ class Structure:
         return [conductor.pattern(conductor.solve(still, voltage)) for voltage in voltages]
 
     def base(self) -> Base:
-        """What the fields must hold: the responses to either film's power, to the outer temperature and to the
-        substrate's, the steady ones exactly, the local heat of the latter among them."""
+        """The base of the fields: responses to either film's power, to the outer and to the substrate's temperature,
+        the steady responses exactly, with the local heat at each."""
         heat, conductor, n, patterns = self.heat, self.conductor, self.heat.free, self.patterns
         none = np.zeros(heat.size)
         lifts = [heat.lifts[channel] for channel in (self.outside, self.below)]
@@ -112,7 +112,7 @@ class Structure:
         rows = self.polymer
         per_rise, per_rate = (self.copies / root * (r[:, : heat.free] @ modal.basis) for r in rows)
         inlets = np.array(shape)
-        # A temperature acts through films too, on top of what it keeps up where it is given.
+        # A temperature acts through films too, besides where it is given.
         filmed = [root * modal.source[channel] / rates for channel in channels]
         outside, below = (
             Inlet(rises + inlets @ film, jumps + film, self.copies * rows[0] @ heat.lifts[channel] + per_rise @ film)
@@ -162,8 +162,8 @@ class Structure:
 
 
 def _excited(rates: np.ndarray, shape: np.ndarray, jump: np.ndarray) -> np.ndarray:
-    """(n, k): a root of the states' Gramian for both powers and the outer temperatures, each with what brings its film
-    to a rise of 1 K. (Antoulas, Approximation of Large-Scale Dynamical Systems, 2005, section 4.3.)"""
+    """(n, k): a root of the states' Gramian for both powers and the outer temperatures, each of the size that brings
+    its film to a rise of 1 K. (Antoulas, Approximation of Large-Scale Dynamical Systems, 2005, section 4.3.)"""
     per_power = np.einsum("en,en->e", shape / rates, shape)
     inputs = np.vstack([shape / per_power[:, None], jump])
     gramian = (inputs.T @ inputs) / (rates[:, None] + rates)

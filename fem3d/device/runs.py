@@ -24,7 +24,7 @@ class Solved:
 
     @cached_property
     def shielding(self) -> tuple[Shielding, dict[str, float]]:
-        """What the temperatures around do to both powers, with errors (`Model.shielding`)."""
+        """Effect of the temperatures around on both powers, with errors (`Model.shielding`)."""
         return self.model.shielding(self.runs.base.device)
 
     @cached_property
@@ -34,7 +34,7 @@ class Solved:
 
     @property
     def exported(self) -> Whole:
-        """What a compact model of the device is made of and held against."""
+        """The model to export, and its closed loop."""
         model, base = self.model, self.runs.base
         others = [(model.low, max(model.edges, *model.beyond.values())), (model.fewer, 1.0)]
         return Whole(
@@ -43,7 +43,7 @@ class Solved:
 
     @cached_property
     def ground(self) -> list[tuple[Shared, dict[str, float]]]:
-        """What a lead to ground that both films share does, each with its errors (`Model.ground`)."""
+        """Effects of a lead to ground that both films share, with errors (`Model.ground`)."""
         return self.model.ground(self.runs.base.device)
 
 

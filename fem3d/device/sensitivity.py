@@ -1,8 +1,8 @@
 """How the steady state of the device in 3D, under its controllers, follows its keys.
 
 For each key the structure is assembled on the cells that are there, moved, and projected on the steady fields of this
-one and on the dual ones of the heat through the polymer. Powers and rises are read by what they are made by, so that
-what such a projection leaves out is of second order in the step.
+one and on the dual ones of the heat through the polymer. Powers and rises are read with the weights that make them, so
+that the error of the projection is of second order in the step.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ OF_STORAGE = (".density", ".specific_heat")
 
 def of_device(device: Device, model: Model) -> tuple[Table, dict[str, str]]:
     """d ln quantity / d ln key of the steady state after the outer step, of quantities that are not zero, and why there
-    is none by some keys; errors by the next lower space, as those of the quantities."""
+    is none by some keys; errors by the next lower space, as for the quantities."""
     part, left_out, table = symmetry.reduce(device.scene()), dict[str, str](), Table()
     besides = [_beside(structure) for structure in model.structures]
     still = [_read(s, b.original) for s, b in zip(model.structures, besides, strict=True)]
@@ -62,7 +62,7 @@ def of_device(device: Device, model: Model) -> tuple[Table, dict[str, str]]:
 
 
 def _beside(structure: Structure) -> Beside:
-    """Beside it, on the steady fields and the dual ones of what is read besides, made orthonormal."""
+    """The structure beside, on orthonormal steady fields and dual fields of the other quantities."""
     heat = structure.heat
     rows = structure.polymer[0][:, : heat.free]
     fields = np.column_stack([structure.base().fields, *(heat.solve_steady(row) for row in rows)])

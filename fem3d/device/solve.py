@@ -1,4 +1,4 @@
-"""The 3D device: its few states, found once for a structure, and runs of its controllers with estimated errors."""
+"""The 3D device: its few states, solved once for a structure, and runs of its controllers with estimated errors."""
 
 from __future__ import annotations
 
@@ -48,10 +48,20 @@ STEPS = 1e-2  # the iteration for the powers between samples ends at this fracti
 class Model:
     """The few states of a device's structure, for any controllers and outer temperatures.
 
-    ``low`` is what the next lower space gives, ``beyond`` how much of its distance all higher ones leave, for each
-    quantity; ``by_fewer`` is what fewer fields and nodes miss of each, relative to its size; ``nodes`` are those
-    between samples. ``edges`` is what is left of the distance of steady values, which singular edges decide.
-    ``structures``: those of both spaces; ``fewer`` is the fine model of fewer fields.
+    Attributes
+    ----------
+    fine, low, fewer : Modal
+        The model, that of the next lower space, and the fine model of fewer fields.
+    beyond : dict
+        By quantity the error over the distance of the lower space.
+    by_fewer : dict
+        By quantity the relative error of fewer fields and nodes.
+    nodes : int
+        Unknown heats between samples.
+    edges : float
+        The error of steady values over the distance of the lower space, which singular edges decide.
+    structures : (Structure, Structure)
+        The structures of both spaces.
     """
 
     device: Device
@@ -74,7 +84,7 @@ class Model:
         return Stability.of(plant(self.fine, device, external), device)
 
     def largest_eigenvalue(self, device: Device, external: float | None = None) -> complex:
-        """That of ``stability`` alone."""
+        """The eigenvalue of ``stability`` alone."""
         return plant(self.fine, device, external).eigenvalue(gains(device))
 
     @property
@@ -90,9 +100,9 @@ class Model:
         }
 
     def shielding(self, device: Device) -> tuple[Shielding, dict[str, float]]:
-        """What the temperatures around do to both powers in the steady state, with errors (W/K): twice what is left of
-        the lower space, for differences of small ones need not fall by half with a degree, what fewer fields change,
-        and the part that local departures may add without being followed."""
+        """Effect of the temperatures around on both powers in the steady state, with errors (W/K): twice the error by
+        the lower space, as differences of small values need not fall by half with a degree; the change by fewer
+        fields; and the part that local departures may add without being followed."""
         models = (self.fine, self.low, self.fewer)
         fine, low, fewer = (asdict(shielding.around(modal, device)) for modal in models)
         power = max(self.steady(device).sink_power_W, self.steady(device).sensor_power_W)
@@ -104,8 +114,8 @@ class Model:
         return Shielding(**fine), errors
 
     def response(self, device: Device) -> Response:
-        """Over time the response of both powers to a step of the substrate's temperature, with errors: what the lower
-        space, fewer fields and fewer nodes change of it."""
+        """Response of both powers to a step of the substrate's temperature, with errors by the lower space, fewer
+        fields and fewer nodes."""
         given = (self.fine, self.nodes), (self.low, self.nodes), (self.fewer, self.nodes), (self.fine, self.nodes - 2)
         response, *others = (shielding.response(modal, nodes, device) for modal, nodes in given)
 
@@ -118,7 +128,7 @@ class Model:
         return replace(response, sensor_error=sensor, sink_error=sink)
 
     def ground(self, device: Device) -> list[tuple[Shared, dict[str, float]]]:
-        """What a lead to ground that both films share does, each with its errors, in their units: the device's own, or
+        """Effects of a lead to ground that both films share, with errors in their units: the device's own, or
         where it has none leads of a thousandth and a hundredth of the sensor's resistance."""
         film = float(self.fine.resistance[1])
         leads = [device.control.ground_resistance] if device.control.ground_resistance else [1e-3 * film, 1e-2 * film]
@@ -134,10 +144,10 @@ class Model:
     def solve(
         self, device: Device, meter: tuple[float, float] = (0.0, 0.0), start: Literal["cold", "settled"] = "cold"
     ) -> tuple[DeviceResult, DeviceResult]:
-        """Traces of a device of this structure under its controllers, as `reduced1d.device.accurate` gives those in 1D;
-        and those of the lower space.
+        """Traces of a device of this structure under its controllers, as of `reduced1d.device.accurate` in 1D;
+        and the traces of the lower space.
 
-        Raises ArithmeticError where the powers between two samples cannot be found.
+        Raises ArithmeticError where the powers between two samples do not converge.
         """
         runs = [march(modal, self.nodes, device, _steps(device), meter, start) for modal in (self.fine, self.low)]
         scale, apart = _scales(device, runs[0]), runs[0].distance(runs[1])
@@ -162,7 +172,7 @@ def model(device: Device, accuracy: float, say: Callable[[str], None] = lambda _
     """The few states of a device's structure, on a mesh and in as many fields as an accuracy takes: of temperatures
     relative to the set rise, of steady powers relative to themselves, from the second sample on.
 
-    Each level raises what leaves more than its share of the error: the mesh, the fields or the nodes in time.
+    Each level refines whatever has more than its share of the error: the mesh, the fields or the nodes in time.
 
     Raises NumericsError where the accuracy is not reached with the most of each.
     """
@@ -227,7 +237,7 @@ def _judged(
     device: Device, short: Device, fine: Projected, low: Projected, lowest: Projected, nodes: int
 ) -> tuple[dict[str, dict[str, float]], dict[str, float]]:
     """How far the model of the lower space, fewer fields and fewer nodes are from the fine one, for each quantity
-    relative to its scale, in a short run and in the steady state; and what of the first is left, for each quantity."""
+    relative to its scale, in a short run and in the steady state; and the error over the first, for each quantity."""
     modals = (fine.modal, low.modal, lowest.modal, fine.fewer, fine.modal)
     runs = [march(modal, n, short, _steps(device)) for modal, n in zip(modals, (*[nodes] * 4, nodes - 2), strict=True)]
     scale = _scales(device, runs[0])
@@ -252,6 +262,6 @@ def _steps(device: Device) -> float:
 
 
 def _scales(device: Device, run: March) -> dict[str, float]:
-    """What an error of each quantity is relative to: the set temperature's rise, or its largest value."""
+    """The scale of each quantity's error: the set temperature's rise, or its largest value."""
     largest = dict(zip(_NAMES, np.maximum(np.abs(run.traces).max(axis=0), 1e-300).tolist(), strict=True))
     return largest | dict.fromkeys(("sink_K", "sensor_K"), device.set_rise)

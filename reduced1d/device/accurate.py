@@ -30,11 +30,11 @@ FIRST = Resolution(12, 6)  # The resolution of the first run; it is raised until
 
 
 def imbalance(lumped: Lumped, modes: Modes, run: March) -> float:
-    """What is missing in the heat balance of sink, insulator and sensor over a run, as a part of the
+    """The imbalance of heat of sink, insulator and sensor over a run, as a part of the
     heat (J) that was generated or passed the boundaries: to substrate and air, and into the polymer.
 
     The time integral of each mode is exact, from its own equation. The heat into the polymer is that of the reported
-    flux, from the temperature's slope at the sensor, not what the discretisation balances by construction.
+    flux, from the temperature's slope at the sensor, not the flux that the discretisation balances by construction.
     """
     m = modes.modal
     heat = (run.energy @ m.shape - run.change + run.stepped) / m.rates
@@ -53,12 +53,12 @@ def solve_accurate(
     """Traces of a device, to its ``accuracy`` where that can be reached.
 
     Three resolutions are run: the answer, one with elements of a degree LESS lower, and one with two powers
-    fewer between samples. The differences estimate the error in space and in time (of the coarser ones, so generously)
+    fewer between samples. The differences estimate the errors of the coarser runs in space and in time
     and whatever exceeds the accuracy is refined, as long as that helps. ``meter`` is the resolution in ohm to which the
     resistances of (sink, sensor) are measured, 0 for an ideal meter. ``start`` "settled" begins in the steady state at
     the initial outer temperature, "cold" at room temperature without voltage. Without
     findings no limits of stability are sought, which of slowly sampled loops takes as long as the run. Raises
-    ValueError for values that make no device, and ArithmeticError where the powers between two samples cannot be found.
+    ValueError for values that make no device, and ArithmeticError where the powers between two samples do not converge.
     """
     goal, lumped = device.accuracy * device.set_rise, lump(device)
     resolution, before = FIRST, math.inf

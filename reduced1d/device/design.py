@@ -1,4 +1,4 @@
-"""What a designer asks next: how far the gains may go, what can be measured, and how finely, by which meter."""
+"""Limits for a designer: the largest gains, the measurable range, and the resolution of meters."""
 
 # ruff: noqa: N815 - the symbols of units keep their capitals, as in the keys of the output
 from __future__ import annotations
@@ -27,8 +27,8 @@ START_TIME, START_SAMPLES = 0.05, 100
 
 @dataclass(frozen=True)
 class Range:
-    """Outer temperatures in K that the sensor can tell: above ``highest_K`` its power is zero, below ``lowest_K`` it
-    would need more than ``sensor_power_W`` (``sensor_V``). ``sink_V`` is what the sink needs at any of them."""
+    """Measurable outer temperatures in K: above ``highest_K`` the sensor's power is zero, below ``lowest_K`` it would
+    need more than ``sensor_power_W`` (``sensor_V``). ``sink_V`` is the sink's voltage at any of them."""
 
     lowest_K: float
     highest_K: float
@@ -56,7 +56,7 @@ def measurable_range(device: Device, *, voltage: float = np.inf, power: float = 
 
 
 def _range_over_ground(device: Device, voltage: float, power: float) -> Range:
-    """The same through a lead that both films share, within what is held at all; NaN where nothing is."""
+    """The range through a lead that both films share, within the held range; NaN where that is empty."""
     lowest, highest = held_range(modes(lump(device), DEGREE).modal, device)
     if math.isnan(highest):
         return Range(lowest, highest, math.nan, math.nan, math.nan)
@@ -90,7 +90,7 @@ class ExternalStep:
 
 
 def resolution(device: Device, meter: Meter, external: float | None = None) -> ExternalStep:
-    """What a meter resolves of the outer temperature at a steady state (K; by default the final one).
+    """Compute the step of the outer temperature that a meter resolves at a steady state (K; by default the final one).
 
     T_ext = T_sensor - (P - q)/g_polymer with q = g_insulator (T_sensor - T_sink): a step of the power counts
     1/g_polymer, one of the sensor's temperature 1 + g_insulator/g_polymer, one of the sink's g_insulator/g_polymer.
@@ -143,9 +143,9 @@ def smooth_start_gain(device: Device, element: int) -> float:
 
 @dataclass(frozen=True)
 class GainLimits:
-    """The largest stable gains (V) of sink and sensor at a sample time (s), the smaller of those before and after the
-    outer step, each with the other gain as it is; and the decay (1/s) of the loop's slowest mode at its own gains, with
-    the size of its eigenvalue per sample."""
+    """The largest stable gains (V) of sink and sensor at a sample time (s), the smaller of the limits before and after
+    the outer step, each with the other gain as it is; and the decay (1/s) of the loop's slowest mode at its own gains,
+    with the size of its eigenvalue per sample."""
 
     sample_time_s: float
     sink_gain_V: float
@@ -198,7 +198,8 @@ def answer(device: Device, largest_voltage: float = np.inf, largest_power: float
 
 
 def _resolves(step: ExternalStep, span: float) -> str:
-    """In words what a meter resolves: nothing, where its step is more than the set point is away from outside (K)."""
+    """State the resolution of a meter, or that its step is larger than the ``span`` (K) from outside to the set
+    point."""
     parts = (
         f"{quantity(step.power, 'K', 2)} by the sensor's power, {quantity(step.sensor, 'K', 2)} by holding the "
         f"sensor's temperature, {quantity(step.sink, 'K', 2)} the sink's"
@@ -246,7 +247,7 @@ METERS = {meter.name: meter for meter in (PXI_4070, MAX1367)}
 
 @dataclass(frozen=True)
 class Reading:
-    """What a meter tells apart in one element: steps of voltage (V), current (A), resistance (ohm) and power (W)."""
+    """The resolution of a meter in one element: steps of voltage (V), current (A), resistance (ohm) and power (W)."""
 
     voltage: float
     current: float
@@ -269,7 +270,7 @@ def reading(meter: Meter, voltage: float, power: float) -> Reading:
 
 def delivered(device: Device, state: Steady, film: int) -> tuple[float, float]:
     """The voltage (V) of the sink (0) or the sensor (1) in a steady state, and the power (W) that its source delivers:
-    the film's own, and what its current takes from the lead to ground."""
+    the film's own, and the power of its current in the lead to ground."""
     voltage, power = (state.sink_V, state.sink_power_W) if film == 0 else (state.sensor_V, state.sensor_power_W)
     if device.control.ground_resistance and voltage:
         lumped, rise = lump(device), (state.sink_K, state.sensor_K)[film] - device.sink.room_temperature

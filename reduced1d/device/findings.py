@@ -75,7 +75,7 @@ def findings(device: Device, run: March, error: float, goal: float) -> tuple[str
 
 
 def shown(eigenvalue: complex) -> str:
-    """An eigenvalue: "-1.21 (alternating)", or the size of a pair of complex ones."""
+    """An eigenvalue: "-1.21 (alternating)", or the size of a complex pair."""
     if eigenvalue.imag:
         return f"{abs(eigenvalue):.4g} in size (oscillating)"
     return f"{eigenvalue.real:.4g}{' (alternating)' if eigenvalue.real < 0 else ''}"

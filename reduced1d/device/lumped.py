@@ -64,7 +64,7 @@ class Lumped:
 
     Of (sink, sensor), thermally thin heated films, (2,) each: ``capacity`` in J/K; R of eq 7 at room temperature,
     ``resistance`` in ohm, and its relative change per kelvin, ``coefficient``. ``conductance`` (W/K) is the sink's to
-    room temperature, of which ``to_air`` is that to the air, the rest that to the substrate.
+    room temperature, of which ``to_air`` goes to the air and the rest to the substrate.
     """
 
     capacity: np.ndarray
@@ -82,7 +82,7 @@ class Lumped:
 
 
 def lump(device: Device) -> Lumped:
-    """Capacities, conductances and resistances of a device; the sink's are those of eq 20, of ``reduced1d.sink``."""
+    """Capacities, conductances and resistances of a device; the sink has the constants of eq 20 (`reduced1d.sink`)."""
     sink, gold, area, pdms = device.sink, device.gold, device.contact_area, device.pdms
     alone = lump_sink(sink)
     resistivity, change = room_resistivity(gold, sink.room_temperature)

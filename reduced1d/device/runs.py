@@ -23,7 +23,7 @@ def make(
     """The scene's own run by a ``scheme``, with a meter in its loop if one is named; and where they are wanted the one
     sampled slowly and those of the outer steps.
 
-    Raises SceneError for what the model refuses, and ArithmeticError where its numerics fail.
+    Raises SceneError for scenes that the model refuses, and ArithmeticError where its numerics fail.
     """
     if scheme == "paper" and device.control.ground_resistance:
         raise SceneError(
@@ -53,7 +53,7 @@ def make(
 
 
 def exported(run: Run) -> Whole:
-    """What a compact model of a device is made of and held against, from a run of the accurate scheme."""
+    """The model to export, and its closed loop, from a run of the accurate scheme."""
     device, degree = run.device, run.result.details["degree"]
     fine, lower = (modes(lump(device), d).modal for d in (degree, degree - LESS))
     return Whole(f"{device.name}, in 1D", device, fine, run.result, {}, [(lower, 1.0)])
@@ -66,7 +66,7 @@ def solve(
 
     ``scheme`` "accurate" couples all layers and propagates them exactly between samples (errors: an estimate in space
     and time); "paper" is the paper's own (errors: the distance from the accurate one). ``meter`` rounds the resistances
-    that the controllers see to what it resolves at the initial steady state. Raises ValueError for values that make
+    that the controllers see to its resolution at the initial steady state. Raises ValueError for values that make
     no device, UnstableStepError (a ValueError) where the paper's step is beyond its limit, and ArithmeticError where
     the numerics fail.
     """

@@ -1,4 +1,4 @@
-"""Reductions of the sink, each with one assumption less than the one before, behind one `solve`.
+"""Reductions of the sink, each with one assumption less than its predecessor, behind one `solve`.
 
     paper           eq 20: eq 14's series resistance, eq 9's parabola, one lump, pads without heat capacity
     anchored        the same with the anchor resistance computed from the plate
@@ -80,8 +80,8 @@ def solve(
     """The steady state and, unless ``steady_only``, the traces of a reduction of a sink, at ``times`` (s, ascending)
     or at times of its own up to the sink's end time.
 
-    ``Result.model`` is the reduction's name; ``details`` has its "states", and of those that stand on the plate the
-    "warnings" and the "thin_plate_remainder". ``levels`` saves the plate between several reductions of one sink.
+    ``Result.model`` is the reduction's name; ``details`` has its "states", and of reductions that stand on the plate
+    the "warnings" and the "thin_plate_remainder". ``levels`` saves the plate between several reductions of one sink.
 
     Raises SceneError for an unknown reduction, RunawayError where there is no steady state, ValueError for silicon that
     does not conduct.

@@ -1,5 +1,5 @@
-"""What an anchor, pad and oxide, is to the beam: a resistance, a capacity, and what the circuit does in it; and where
-that and the plate stop being a good picture of the sink.
+"""An anchor, pad and oxide, as a boundary condition of the beam: a resistance, a capacity, and the heat of the circuit
+in it; and warnings where this or the plate is not accurate.
 
 Let theta be the steady rise when heat flows into the anchor through the beam's end, per watt through each end. Its mean
 over the end is the anchor resistance R. For slow changes the anchor's rise is the end's times theta / R, and with that
@@ -7,8 +7,8 @@ shape (Galerkin) it is one node with the capacity
 
     C = integral of rho c (theta / R)^2,
 
-which is also what Z(p) = R - p R^2 C + ... , the anchor's impedance at small rates p, says. A heat density q in the
-pad counts by its effect on the end, as the integral of q theta / R (reciprocity).
+which is also the capacity in Z(p) = R - p R^2 C + ... , the anchor's impedance at small rates p. A heat density q in
+the pad counts by its effect on the end, as the integral of q theta / R (reciprocity).
 """
 
 from __future__ import annotations
@@ -74,10 +74,10 @@ def thin_plate_remainder(plate: Plate) -> float:
     """The part of the anchor resistance (-) that the plate's neglected terms may be: where it is not small, the layer
     is not thin.
 
-    Over the oxide the foot of the layer is colder than its mean by h t/(3 k), and at the oxide's edge half of that: the
-    step in the flux spreads over the thickness. Summed over the cosines across it, the flux there is larger than the
-    plate's by zeta(3)/pi^3 h^2 t^2/k per length of edge and kelvin. On the other side of the interface the rise in the
-    oxide is taken to fall linearly however fast it changes along the layer; what that conducts sideways, k_ox |grad
+    Over the oxide the foot of the layer is colder than its mean by h t/(3 k), and at the oxide's edge by half as much:
+    the step in the flux spreads over the thickness. Summed over the cosines across it, the flux there is larger than
+    the plate's by zeta(3)/pi^3 h^2 t^2/k per length of edge and kelvin. On the other side of the interface the rise in
+    the oxide is taken to fall linearly however fast it changes along the layer; the heat conducted sideways, k_ox |grad
     T|^2, is as large as the terms left out there. First-order perturbation of R by both, in terms of theta.
     """
     from skfem import BilinearForm
@@ -101,9 +101,9 @@ def thin_plate_remainder(plate: Plate) -> float:
 def one_node_remainder(plate: Plate) -> float:
     """How far the end of a fin on one-node anchors may be off on the way to the steady state, relative (-).
 
-    Of the impedance Z(p) = m0 - m1 p + m2 p^2 ... one node has m2 = m1^2/m0. What it lacks, delta = m2 m0/m1^2 - 1,
-    tells as much as the anchor's time constant m1/m0 is not short against the sink's slowest: their product is
-    returned, which is seldom exceeded, and often far above what is found.
+    Of the impedance Z(p) = m0 - m1 p + m2 p^2 ... one node has m2 = m1^2/m0. The error delta = m2 m0/m1^2 - 1
+    matters as much as the anchor's time constant m1/m0 is not short against the sink's slowest: their product is
+    returned, which is seldom exceeded, and often far above the error.
     """
     inside, model = plate.in_pads + plate.in_oxide, plate.model
     fields = [plate.inverse.solve(model.outputs["mean"])]
@@ -127,7 +127,7 @@ def oxide_time(sink: Sink) -> float:
 
 
 def warnings(sink: Sink, remainder: float) -> list[str]:
-    """A sentence for each assumption of the plate that a sink breaks; ``remainder`` is what it neglects."""
+    """Write a sentence for each assumption of the plate that a sink breaks; ``remainder`` is the neglected part."""
     sentences = []
     if remainder > THIN:
         sentences.append(
@@ -145,7 +145,7 @@ def warnings(sink: Sink, remainder: float) -> list[str]:
 
 
 def fin_warnings(sink: Sink, one_node: float) -> list[str]:
-    """A sentence for each assumption of the fin that a sink breaks; ``one_node`` estimates what its anchors neglect."""
+    """A sentence for each assumption of the fin that a sink breaks; ``one_node`` estimates the error of its anchors."""
     sentences = []
     if one_node > ONE_NODE:
         sentences.append(

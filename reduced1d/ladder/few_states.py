@@ -3,7 +3,7 @@
     C da/dt = -G a + I^2 (s + alpha S a),   R = r + alpha s . a,   I = V / R,   a(0) = 0.
 
 ``s`` is the heat of a current of 1 A in the cold sink, which the resistivity's linear rise with temperature weighs by
-1 + alpha T: so the same s gives the resistance, and the power I^2 R is what heats, to the last digit. Written in the
+1 + alpha T: so the same s gives the resistance, and the heat is the power I^2 R to the last digit. Written in the
 modes of (C, G) the capacity is one and the conductance diagonal.
 
 With modes in which conductance and feedback are both diagonal, G = 1 and S = diag(nu), the steady state at the squared
@@ -56,11 +56,11 @@ _SHORTEST = 1e-10  # A run that needs a step below this part of the end time has
 @dataclass(frozen=True, eq=False)
 class FewStates:
     """``capacity`` (n, n) in J/K and ``conductance`` (n, n) in W/K; ``source`` (n,) and ``feedback`` (n, n) of 1 A;
-    ``resistance`` in ohm, ``coefficient`` in 1/K; what drives it. ``outputs`` are rows (n,) on the states: the rises
+    ``resistance`` in ohm, ``coefficient`` in 1/K; the ``drive``. ``outputs`` are rows (n,) on the states: the rises
     peak, end, mean in K, and in W the heat to the air, and that from the beam alone, to the air and to a gas below it.
     ``source_beam`` and ``resistance_beam`` are the beam's part of the heat.
 
-    The plate is of this form too, with sparse matrices; what answers is ``in_modes``."""
+    The plate has this form too, with sparse matrices; states are solved ``in_modes``."""
 
     capacity: np.ndarray | csc_matrix
     conductance: np.ndarray | csc_matrix
@@ -176,8 +176,8 @@ def _first_maximum(model: FewStates, gains: np.ndarray, sources: np.ndarray) -> 
 def trajectory(model: FewStates, times: np.ndarray, growth: float = 2.0) -> tuple[np.ndarray, np.ndarray]:
     """States (times, n) and currents (times,) at ``times`` (s, ascending, not negative), from rest.
 
-    A step ends at ``growth`` times its start, so that its error is a fixed part of what happens around that time; the
-    first ends at or before the first time asked for. One whose sweeps do not settle is taken in halves.
+    A step ends at ``growth`` times its start, so that its error is a fixed part of the change around that time; the
+    first ends at or before the first time. A step whose sweeps do not settle is taken in halves.
 
     Raises RunawayError where the feedback outruns every step.
     """
@@ -238,7 +238,7 @@ def result(
 ) -> Result:
     """The answer of ``fine``; ``coarse`` is the same reduction less finely discretised, for the errors.
 
-    ``times`` (s, ascending from 0) are those of the traces; without them, times so dense that linear interpolation
+    ``times`` (s, ascending from 0) are the times of the traces; without them, times so dense that linear interpolation
     stays within the sink's accuracy. Raises RunawayError.
     """
     values, coarser = steady(fine), steady(coarse)
@@ -292,7 +292,7 @@ def _read(model: FewStates, states: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def top(values: np.ndarray) -> np.ndarray:
-    """(...,): the top of a profile known at equally spaced places (..., places), by the parabola through three."""
+    """(...,): the top of a profile at equally spaced places (..., places), by the parabola through three."""
     at = np.clip(values.argmax(axis=-1), 1, values.shape[-1] - 2)[..., None]
     low, top, high = (np.take_along_axis(values, at + d, axis=-1)[..., 0] for d in (-1, 0, 1))
     bend = 2 * top - low - high

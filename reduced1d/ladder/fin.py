@@ -4,12 +4,12 @@ It is the heat equation along the beam, with the heat that the current makes at 
 
     (rho c A + c_i) dT/dt = k A T'' - (h_air w + h_gas w + g_i) T + I^2 rho_e(T) / A,
 
-where over an island g_i is that of its block in series with contacts and the silicon's thickness, times its width, and
-c_i a third of the block's capacity, as for the plate (`reduced1d.ladder.plate`); elsewhere both are zero. At its ends
-are anchors of a resistance R and a capacity C, k A T' = T / R + C dT/dt, where electrodes at the pads' outer faces also
-make heat. Half of the row is cut into polynomials; theirs is Galerkin's method, as is the anchor's one shape, so that
-the fin of one span is the plate projected on rises that are uniform across the beam. What a row's fin leaves out
-besides is that heat converges to an island narrower than the beam.
+where over an island g_i is the conductance of its block in series with contacts and the silicon's thickness, times its
+width, and c_i a third of the block's capacity, as for the plate (`reduced1d.ladder.plate`); elsewhere both are zero.
+At its ends are anchors of a resistance R and a capacity C, k A T' = T / R + C dT/dt, where electrodes at the pads'
+outer faces also make heat. Half of the row is cut into polynomials; theirs is Galerkin's method, as is the anchor's
+one shape, so that the fin of one span is the plate projected on rises that are uniform across the beam. A row's fin
+also leaves out that heat converges to an island narrower than the beam.
 
 Spans further in than some few are all alike, each symmetric about its middle: the polynomials of one half of a span and
 of one half of an island serve for all of these, which is Galerkin's method too.
@@ -41,8 +41,8 @@ _ALIKE = 1e-6
 def fin(
     sink: Sink, anchor: Anchor, *, pad_capacity: bool = True, oxide_capacity: bool = True, finer: int = 0
 ) -> FewStates:  # fmt: skip
-    """The fin on an anchor, with the capacities that are asked for (of the islands with the oxide's); ``finer`` is
-    added to the polynomials' degrees, and half of it to the spans that are told apart.
+    """The fin on an anchor, with the chosen capacities (of the islands with the oxide's); ``finer`` is added to the
+    polynomials' degrees, and half as much to the number of spans that differ.
 
     Raises ValueError where the silicon does not conduct.
     """
@@ -72,7 +72,7 @@ def fin(
             outputs[f"span{number}_mean"] = row.mean(span)
             outputs[f"span{number}_peak"] = row.along(span, np.linspace(0.0, 1.0, _PLACES))
         for number in range(1, sink.spans // 2 + 1):
-            # A block keeps a third of its capacity: what enters the substrate as time passes is the film's alone.
+            # A block keeps a third of its capacity: the heat into the substrate over time is the film's alone.
             outputs[f"island{number}_heat"] = down * sink.island * row.mean(min(number, row.solved), island=True)
     return FewStates(
         row.line.products(both * (sink.silicon.heat_capacity * A_c + block * over)) + 2 * capacity * node,
@@ -87,7 +87,7 @@ def fin(
 @dataclass(frozen=True, eq=False)
 class _Row:
     """Elements of half a row: how many each is in ``weights``, whether it is over one of the ``islands``, and the
-    ``numbers`` of spans and islands from the pad inwards, of which ``solved`` are told apart."""
+    ``numbers`` of spans and islands from the pad inwards, of which ``solved`` differ."""
 
     line: Line
     weights: np.ndarray
@@ -101,7 +101,7 @@ class _Row:
         return self.line.integral(1.0 * elements) / np.array(self.line.lengths)[elements].sum()
 
     def along(self, number: int, places: np.ndarray | list[float]) -> np.ndarray:
-        """(places, n): values at some places of a span (from 0 to 1), of which its second half may mirror the first."""
+        """(places, n): values at some places of a span (from 0 to 1), whose second half may mirror the first."""
         elements = np.flatnonzero((self.numbers == number) & ~self.islands).tolist()
         edges = np.cumsum([0.0, *(self.line.lengths[i] for i in elements)])
         whole = edges[-1] if len(elements) > len(_DEGREES) else 2 * edges[-1]
@@ -119,7 +119,7 @@ def _halved(sink: Sink, finer: int) -> _Row:
     alike, solved = apart < inner, min(apart, inner)
     half, island = np.diff(_SPAN) * sink.length / 2, np.array([sink.island / 2])
     degrees, over = [p + finer for p in _DEGREES], [_ISLAND + finer]
-    # Halves of spans and islands deeper than the middle of the first span of those that are alike.
+    # Halves of spans and islands deeper than the middle of the first span that stands for others.
     deeper = (sink.spans - 2 * solved + 1) * alike
     elements: list[tuple[float, int, tuple[int, int], int, bool, int]] = []
 

@@ -1,5 +1,5 @@
-"""A sink's plate on two meshes, and what follows from it, each computed when first asked for; and the ladder on it,
-rung by rung: what each assumption that is dropped does, with everything before it already dropped."""
+"""A sink's plate on two meshes and the models that follow, each computed when first needed; and the ladder of models,
+in which each rung drops one more assumption."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from scenes.sink import Sink
 class Level:
     """A sink solved to some fineness: the mesh's, and the number of fields and of degrees that go with it.
 
-    The plate of a row of spans is that of one of them alone: it is there for the row's anchors.
+    The plate of a row has one span: it gives the row's anchors.
     """
 
     sink: Sink
@@ -53,12 +53,12 @@ class Level:
 
     @cached_property
     def remainder(self) -> float:
-        """What the plate leaves out of the anchor resistance (-)."""
+        """Part of the anchor resistance that the plate neglects (-)."""
         return thin_plate_remainder(self._assembled)
 
     @cached_property
     def one_node(self) -> float:
-        """What a fin on one-node anchors may leave out at its ends (-)."""
+        """Error of a fin on one-node anchors at its ends (-)."""
         return one_node_remainder(self._assembled)
 
     def lump(self, circuit: bool = False) -> FewStates:
@@ -66,7 +66,7 @@ class Level:
         return lumps(self.sink, self.anchor.resistance, circuit)
 
     def fin(self, pad_capacity: bool = True, oxide_capacity: bool = True, circuit: bool = True) -> FewStates:
-        """The fin on the plate's anchor, with what is asked for of the anchor's capacity and of the circuit in it."""
+        """The fin on the plate's anchor, with or without the anchor's capacities and the circuit in it."""
         anchor = self.anchor if circuit else replace(self.anchor, circuit=0.0, source=0.0, feedback=0.0)
         return fin(self.sink, anchor, pad_capacity=pad_capacity, oxide_capacity=oxide_capacity, finer=self.finer)
 
@@ -93,8 +93,8 @@ class Level:
 class Levels:
     """The two levels of a sink of constant properties (`plain`); their difference bounds the error of the finer one.
 
-    ``rough`` takes the coarser for both, in a quarter of the time: errors come out as 0, so that it is for whoever asks
-    which part is the largest, not how large it is.
+    ``rough`` takes the coarser for both, in a quarter of the time: errors come out as 0; this is enough to decide
+    which part is the largest.
     """
 
     sink: Sink
@@ -123,8 +123,8 @@ class Levels:
 
 @dataclass(frozen=True)
 class Rung:
-    """A model, and the one assumption that the next one drops: its ``blame`` in tables, a clause that says what it is,
-    and what in the model is ``at_fault``; the sink's attributes that the model is ``without``."""
+    """A model, and the assumption that the next model drops: its ``blame`` in tables, a clause about it, and the part
+    of the model ``at_fault``; the sink's attributes that the model is ``without``."""
 
     name: str
     blame: str
@@ -144,7 +144,7 @@ def rungs(levels: Levels, start: str = "paper") -> list[Rung]:
     if levels.sink.electrodes == "beam-end":
         models = [rung for rung in models if rung.name != _WITHOUT_CIRCUIT]
     if start in ladder.CONSTANT:
-        # These have none of it, the models that stand on the plate do: it comes after all the rest.
+        # The paper's model has neither, the models that stand on the plate do: both are dropped last.
         last, missing = models.pop(), _missing(levels.sink, start)
         models = [replace(rung, without=missing) for rung in models]
         models += [replace(_MISSING[key], name=last.name, without=missing[n:]) for n, key in enumerate(missing)]

@@ -1,9 +1,9 @@
 """The paper's model on any anchors: each span of a row a sink of its own, all in one circuit; one span is eq 20.
 
 A span has an anchor at a pad, and at an island half of the island's block alone, t_o/(k_o A_o) with half the area (and
-contacts at its faces); eqs 13 to 19 are those of unequal ends (`reduced1d.equations.unequal_ends`). So there are two
-kinds of span in a row, the two outer ones and those between, each one lump after eq 20 at the current that the voltage
-drives through the spans in series; what the beam is above an island is left out, as the pads are: no capacity, no air
+contacts at its faces); eqs 13 to 19 hold for unequal ends (`reduced1d.equations.unequal_ends`). So there are two
+kinds of span in a row, the two outer spans and the inner spans, each one lump after eq 20 at the current that the
+voltage drives through the spans in series; the beam above an island is left out, as the pads are: no capacity, no air
 on them, no part of the circuit.
 """
 
@@ -37,7 +37,7 @@ def lumps(sink: Sink, anchor_resistance: float, circuit: bool = False) -> FewSta
         ((anchor_resistance, anchor_resistance if sink.spans == 1 else island), min(sink.spans, 2)),
         ((island, island), sink.spans - 2),
     ][: 1 + (sink.spans > 2)]
-    # Of each kind: dT0, the rise of the outer end and that of the inner one, per equivalent rise.
+    # Of each kind: dT0, the rises of the outer and the inner end, per equivalent rise.
     shapes = [unequal_ends(1.0, *ends, k, A_c, L) for ends, _ in kinds]
     number = np.array([float(count) for _, count in kinds])
     flows = np.array([rises[1] / ends[0] + rises[2] / ends[1] for rises, (ends, _) in zip(shapes, kinds, strict=True)])
@@ -56,7 +56,7 @@ def lumps(sink: Sink, anchor_resistance: float, circuit: bool = False) -> FewSta
             outputs[f"span{span}_middle"] = states[kind] * (dT0 + (outer + inner) / 2)
             outputs[f"span{span}_mean"] = states[kind]
         for isle in range(1, sink.spans // 2 + 1):
-            # What the span before it brings, and the one after it, which has it for an outer end.
+            # From the span before the island, and from the span after, whose outer end it is.
             before, after = min(isle, 2) - 1, min(isle + 1, sink.spans - isle, 2) - 1
             rises = states[before] * shapes[before][2] + states[after] * shapes[after][1 if after else 2]
             outputs[f"island{isle}_heat"] = rises / island

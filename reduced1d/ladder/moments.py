@@ -4,8 +4,8 @@ The rise that a source s, switched on, causes in the linear plate has the Laplac
 (G + p C)^-1 s, ((G + p C)^-1 C)^j (G + p C)^-1 s span a space in which it is matched at the rate p with its first
 derivatives in p; with G^-1 s its steady state is matched as well (Antoulas, Approximation of Large-Scale Dynamical
 Systems, chapter 11). Galerkin's projection keeps the matrices symmetric, so that the reduced model is stable and loses
-no heat. Two choices remain, the same for every sink: the steady field is that of the hot sink, so that the steady
-state is the plate's; and p is the geometric mean of the slowest rate and of that of the first time of interest.
+no heat. Two choices remain, the same for every sink: the steady field is the hot sink's, so that the steady
+state is the plate's; and p is the geometric mean of the slowest rate and one over the first time of interest.
 """
 
 from __future__ import annotations
@@ -29,7 +29,8 @@ _MOST_PATTERNS = 30  # The most steps of that search.
 
 
 def added(fields: np.ndarray, field: np.ndarray, model: FewStates) -> np.ndarray | None:
-    """Fields (n, states), orthonormal in the model's conductance, with what is new in another; ``None`` if nothing."""
+    """Fields (n, states), orthonormal in the model's conductance, extended by another; ``None`` if it depends on
+    them."""
     whole = math.sqrt(field @ (model.conductance @ field))
     # Twice is enough (Kahan) for orthogonality to rounding.
     for _ in range(2):

@@ -10,7 +10,7 @@ the foot where there is oxide (h_gas T where there is gas), gives for the mean r
     k_ox = t_o k_o / 3            a third of its conductance along the layer,
 
 the last two by Galerkin's method with a rise that falls linearly to zero through the oxide (the integral of its square
-is a third; ``stored`` has it with contacts at the oxide's faces). What is neglected is of second order in the Biot
+is a third; ``stored`` has it with contacts at the oxide's faces). The neglected terms are of second order in the Biot
 number h t / k; ``anchor.thin_plate_remainder`` computes it. A quarter is solved, between the two mirror planes; all
 integrals here are of the whole sink.
 """
@@ -110,10 +110,10 @@ def factorize(matrix: csc_matrix) -> Any:
 
 
 def film(sink: Sink) -> float:
-    """The oxide as a film coefficient (W/(m2 K)) under the silicon's mean temperature: 1/h = t_o/k_o + t/(3 k), and the
-    contacts at its faces and what is below it.
+    """The oxide as a film coefficient (W/(m2 K)) under the silicon's mean temperature: 1/h = t_o/k_o + t/(3 k), with
+    the contacts at its faces and the substrate below.
 
-    The oxide's own resistance, and that of the silicon's thickness: with heat taken off below and none above, the
+    The oxide's own resistance, and the silicon's over its thickness: with heat taken off below and none above, the
     temperature is a parabola across the layer, whose mean is q t / (3 k) above its foot.
     """
     silicon = sink.thickness / (3 * sink.silicon.thermal_conductivity)
@@ -121,7 +121,7 @@ def film(sink: Sink) -> float:
 
 
 def stored(sink: Sink) -> float:
-    """The mean square of the rise in the oxide, over the square of that above it: a third where it falls linearly
+    """The mean square of the rise in the oxide, over the square of the rise above: a third where it falls linearly
     to zero, (a^2 + a b + b^2)/3 where contacts leave a and b of it at its upper and its lower face."""
     oxide = sink.oxide_thickness / sink.oxide.thermal_conductivity
     b = sink.contacts / 2 / (oxide + sink.contacts)
@@ -212,7 +212,7 @@ def along(basis: skfem.Basis, facets: np.ndarray) -> tuple[np.ndarray, np.ndarra
 
 
 def _beam_end(sink: Sink, part: Quarter) -> np.ndarray:
-    """The facets of the beam's end cross section: those between beam and pad, and where the beam is wider, its own."""
+    """The facets of the beam's end cross section: between beam and pad, and where the beam is wider, its own."""
     mesh = part.mesh
     first, second = mesh.f2t
     of_beam = part.beam[first] | ((second >= 0) & part.beam[second])
@@ -221,16 +221,16 @@ def _beam_end(sink: Sink, part: Quarter) -> np.ndarray:
 
 
 def current_through_pads(plate: Plate, rise: np.ndarray | None = None) -> tuple[Heat, Heat]:
-    """What the current between the pads' outer faces does in beam and pads, for a given rise (n,), ``None`` for none.
+    """Heat of the current between the pads' outer faces in beam and pads, at a rise (n,), ``None`` for none.
 
     With the sheet current density (A/m) written as j = (dpsi/dy, -dpsi/dx) it is free of sources whatever psi is. Of
-    all those, the one of least heat at a given total current is the one that flows (Thomson's principle):
+    all such currents of a given total, the current of least heat flows (Thomson's principle):
 
         div(rho_e / t grad psi) = 0,   psi = 0 on the mirror x = 0,   psi = I/2 on the insulated sides,
 
     and the natural condition, no current along the boundary, holds on the electrodes and on the mirror y = L/2. The
     resistivity enters linearly, and a psi that is off by e gives a resistance that is too large by e^2. The heat is
-    told for the cold resistivity, as `Heat` is; the pattern is the hot one's.
+    that of the cold resistivity, as in `Heat`, in the pattern of the hot current.
     """
     from skfem import BilinearForm, LinearForm
     from skfem.helpers import dot, grad
@@ -258,7 +258,7 @@ def current_through_pads(plate: Plate, rise: np.ndarray | None = None) -> tuple[
 
 
 def _sides(plate: Plate) -> tuple[np.ndarray, np.ndarray]:
-    """psi (n,) with its values on the insulated sides and zero elsewhere, and which of it are free."""
+    """psi (n,) with its values on the insulated sides and zero elsewhere, and the numbers of its free entries."""
     sink, basis, mesh = plate.sink, plate.basis, plate.basis.mesh
     small = [np.diff(np.unique(each)).min() / 2 for each in mesh.p]
     outer = mesh.boundary_facets()

@@ -1,14 +1,14 @@
-"""Heat, or current, in a layout as a circuit: what flows through each of its branches, and what of them are
+"""Heat, or current, in a layout as a circuit: the flow through each of its branches, and which of them are
 resistances.
 
-A branch is a point of a line's quadrature (what flows along the line there, for its gradient), a point at which two
+A branch is a point of a line's quadrature (the flow along the line there, for its gradient), a point at which two
 lines that run alike exchange heat, a joint between the means of two intervals, or a condition. With the unknowns u and
 the inputs x (the given temperatures, fluxes, voltages)
 
     flow = (B u - N x) / r,    r = extra + sum over its halves of size * resistivity(T),
 
-where a half is what one line has of a branch's resistance: length/area of its material, at its own temperature M u. The
-weak form of the heat equation on the lines, Kirchhoff's laws at the joints, is then B^T flow = load.
+where a half is the part of one line in a branch's resistance: length/area of its material, at its own temperature M u.
+The weak form of the heat equation on the lines, Kirchhoff's laws at the joints, is then B^T flow = load.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class Circuit:
 
     ``across`` (m, n) and ``given`` (m, inputs) are B and N, ``halves`` (h, n) is M, ``branch`` and ``line`` (h,)
     say of which branch and of which line, ``size`` is in 1/m, ``extra`` (m,) in K/W or ohm; ``span`` (2, h) from
-    where to where along its line a half lies (m). ``load`` (n, inputs) is what inputs bring directly. ``rows`` says
+    where to where along its line a half lies (m). ``load`` (n, inputs) is the direct effect of inputs. ``rows`` says
     which branches are those of ("line", number), ("joint", number) or ("condition", number).
     """
 
@@ -79,8 +79,8 @@ class Circuit:
         return np.asarray(self.free.sum(axis=0)).ravel()
 
     def components(self) -> np.ndarray:
-        """(f,): a number for each set of free unknowns that branches join, from 1 on where a branch joins it to what is
-        given, and -1 - number where none does."""
+        """(f,): a number for each set of free unknowns that branches join, from 1 on where a branch joins the set to a
+        given value, and -1 - number where none does."""
         linked = abs(self.free_across)
         graph = (linked.T @ linked).tocoo()
         count, labels = sp.csgraph.connected_components(graph, directed=False)
@@ -96,7 +96,7 @@ Half = tuple[int, sp.csr_matrix, np.ndarray, np.ndarray]
 
 
 class Builder:
-    """Collects the branches of a circuit: first those of lines, then joints and conditions."""
+    """Collects the branches of a circuit: first lines, then joints and conditions."""
 
     def __init__(self, layout: Layout, elements: Elements, inputs: int, electric: bool) -> None:
         self.layout, self.elements, self.inputs, self.electric = layout, elements, inputs, electric
@@ -159,7 +159,7 @@ class Builder:
         self._add(("line", number), e.slopes[q], [(number, e.values[q], 1 / (line.area * e.weights[q]), e.places[q])])
 
     def joint(self, number: int, joint: Joint) -> None:
-        """What two lines exchange where they touch; two ends without a contact become one unknown."""
+        """The exchange of two lines where they touch; two ends without a contact become one unknown."""
         one, other = joint.one, joint.other
         by_point, measured = joint.kind == "along", self.measured.get(("joint", number))
         if joint.kind == "ends" and not measured and not joint.contact:
@@ -194,7 +194,7 @@ class Builder:
         return touch.area / (touch.stop - touch.start) * self.elements.weights[q]
 
     def condition(self, number: int, condition: Condition, film: float | None = None) -> None:
-        """A given temperature or voltage, or behind a film (W/(m2 K)) what surrounds it."""
+        """A given temperature or voltage, or the surroundings behind a film (W/(m2 K))."""
         touch, given = condition.touch, condition.boundary
         b = self.layout.scene.boundaries[given]
         key = ("condition", number)
@@ -218,8 +218,8 @@ class Builder:
         self._add(key, values, halves, given, 0.0 if film is None else 1 / (film * areas))
 
     def terminal(self, number: int) -> None:
-        """What enters at an electrode whose potential is unknown: a given current, or what a voltage drives through a
-        resistance in series."""
+        """The current at an electrode of unknown potential: given, or driven by a voltage through a resistance in
+        series."""
         resistance = self.layout.scene.boundaries[number].series_resistance
         if np.isinf(resistance):
             self.load[self.elements.terminals[number], number] = 1.0

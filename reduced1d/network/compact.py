@@ -2,7 +2,7 @@
 error of that against the network itself.
 
 The fields are responses of the rise to every input, to its jumps and to the Joule heat of every pair of current
-patterns, at rest and at rates spread over what happens in time (rational Krylov spaces), by their weight in the stored
+patterns, at rest and at rates spread over the time scales (rational Krylov spaces), by their weight in the stored
 heat.
 """
 
@@ -133,13 +133,13 @@ class _Projection:
         return self.model.current
 
     def _halved(self, i: int, j: int) -> tuple[np.ndarray, np.ndarray]:
-        """(h,) twice: what two patterns make in each half, cold, and per kelvin of it (W)."""
+        """(h,) twice: the Joule heat of two patterns in each half, cold, and per kelvin (W)."""
         circuit, law = self._circuit, self.model.law
         product = self.patterns[i][circuit.branch] * self.patterns[j][circuit.branch] * circuit.size
         return product * law[0], product * law[1]
 
     def _fields(self) -> np.ndarray:
-        """(f, n): fields, those first that hold most."""
+        """(f, n): fields in the order of their weight."""
         joule = [self.heat.free.T @ (self._circuit.halves.T @ self._halved(i, j)[0]) for i, j in self.pairs]
         loads = np.column_stack([self.entering, self.lifted, *joule])
         loads = loads[:, np.abs(loads).max(axis=0) > 0]
@@ -149,7 +149,7 @@ class _Projection:
         snapshots = []
         for rate in rates:
             lu, right = factor(self.K + rate * self.C), loads
-            # What heats follows what is heated: the responses to that, and to these.
+            # Heating follows the temperature: the responses to the heat of responses, and so on.
             for _ in range(1 + FEEDBACK * self.model.couples):
                 responses = lu.solve(right)
                 norms = np.sqrt(np.einsum("fk,fk->k", responses, self.C @ responses))
@@ -210,13 +210,13 @@ class _Projection:
         )
 
     def _supplied(self, i: int) -> np.ndarray:
-        """(inputs,): what a pattern draws from each electrode (A)."""
+        """(inputs,): the current of a pattern at each electrode (A)."""
         circuit = self._circuit
         currents = self.patterns[i][: len(circuit.extra)]
         return np.asarray((circuit.fixed.T @ (circuit.across.T @ currents) - circuit.given.T @ currents)[self.columns])
 
     def _row(self, probe: Probe) -> tuple[np.ndarray, np.ndarray]:
-        """(z,) and (patterns, z): what a probe reads, and for each pattern."""
+        """(z,) and (patterns, z): the rows of a probe, and for each pattern."""
         model, m = self.model, len(self.patterns)
         y, u = np.zeros(self.rise.shape[1]), np.zeros((m, self.rise.shape[1]))
         inputs = slice(1, 1 + len(self.channels))
@@ -233,7 +233,7 @@ class _Projection:
             u[:, 0] = self.patterns @ self.flows.through(probe)[0]
         elif m:
             reading, circuit = Reader(model, True).reading(probe), self._circuit
-            # By a current that is drawn where the potential is read: what it meets along the way.
+            # By the resistance to a current that is drawn where the potential is read.
             resistance = model.resistances(np.zeros(model.elements.size))[1]
             row = np.asarray(reading.unknowns.todense()).ravel()
             inner = factor(circuit.free.T @ circuit.matrix(1 / resistance) @ circuit.free).solve(circuit.free.T @ row)
@@ -254,7 +254,8 @@ class _Projection:
         return np.asarray(row @ flows.at(rise, rise, x))
 
     def _port(self, k: int, channel: Channel) -> tuple[tuple[np.ndarray, np.ndarray], str, float]:
-        """What enters at an input, or the mean temperature that its heat meets, as a row; its unit; and W per unit."""
+        """The flow that enters at an input, or the mean temperature that its heat meets, as a row; its unit; W per
+        unit."""
         y, u = np.zeros(self.rise.shape[1]), np.zeros((len(self.patterns), self.rise.shape[1]))
         if channel.kind == "voltage":
             u[:, 0] = [self._supplied(i)[k] for i in range(len(self.patterns))]

@@ -25,7 +25,7 @@ class Elements:
 
     ``values`` and ``slopes`` (points, n) take the n unknowns to the points of the quadrature, whose ``weights`` and
     ``places`` along their lines are in m. The potentials of electrodes that no voltage gives, ``terminals`` by the
-    number of their boundary, are unknowns behind those of the lines.
+    number of their boundary, are unknowns behind the unknowns of the lines.
     """
 
     def __init__(self, nodes: Sequence[np.ndarray], degree: int, terminals: Sequence[int] = ()) -> None:
@@ -134,7 +134,7 @@ def graded(places: Sequence[float], shortest: float) -> np.ndarray:
 
 
 def joined(count: int, pairs: list[tuple[int, int]]) -> np.ndarray:
-    """(count,): a number for each set of things that pairs of them join."""
+    """(count,): a number for each connected set under some pairs."""
     rows, columns = np.array(pairs, int).reshape(-1, 2).T
     graph = sp.coo_array((np.ones(len(rows)), (rows, columns)), shape=(count, count))
     return np.asarray(sp.csgraph.connected_components(graph, directed=False)[1])

@@ -1,8 +1,7 @@
-"""What flows through a flat box: the joints, the conditions and the cross-sections of lines that it covers.
+"""Flow through a flat box: by the joints, the conditions and the cross-sections of lines that it covers.
 
-Through joints and conditions at lines' sides it is known. Where ends meet, or an end is held, nothing lies between, and
-what passes follows from what arrives along each line; of several ways (ends that meet in a ring) in proportion to the
-areas.
+Joints and conditions at lines' sides have branches with a flow. Where ends meet, or an end is held, there is no branch,
+and the flow follows from the flow that arrives along each line; where ends meet in a ring, in proportion to the areas.
 """
 
 from __future__ import annotations
@@ -21,8 +20,7 @@ EVERYWHERE: tuple[Point, Point] = (-np.inf, -np.inf, -np.inf), (np.inf, np.inf, 
 
 
 class Flows:
-    """The flows of one of a network's circuits: along its lines' cross-sections, through its branches, and what is made
-    of them.
+    """The flows of one of a network's circuits: along its lines' cross-sections, and through its branches.
 
     A flow is a row on the vector of all flows of `at` and one on the inputs."""
 
@@ -72,7 +70,7 @@ class Flows:
                 row[0][self.branches + number] = _area(lower, upper, normal) / line.area
                 _add(flow, row, 1.0)
                 continue
-            # Alongside a line, between what passes its two faces.
+            # Alongside a line, between the flows through its two faces.
             part = (at - line.lower[normal]) / (line.upper[normal] - line.lower[normal])
             _add(flow, self._into(i, normal, line.lower[normal], lower, upper), 1 - part)
             _add(flow, self._into(i, normal, line.upper[normal], lower, upper), -part)
@@ -86,7 +84,7 @@ class Flows:
         return flow
 
     def entering(self, boundary: int) -> tuple[np.ndarray, np.ndarray]:
-        """What enters all lines by a condition."""
+        """The flow into all lines by a condition."""
         flow = self._none()
         for c, condition in enumerate(self.conditions):
             if condition.boundary == boundary:
@@ -109,7 +107,7 @@ class Flows:
         return lines
 
     def _sign(self, touch: Touch) -> float:
-        """By which what enters a line at a condition counts: into the solid on its surface; inside along the axis, as
+        """The sign of the flow into a line at a condition: into the solid on its surface; inside along the axis, as
         the mean of both sides that carry something."""
         axis, at = touch.normal, touch.lower[touch.normal]
         above = self.layout.lines[touch.line].lower[axis] == at
@@ -136,7 +134,7 @@ class Flows:
         return {i for i, x in enumerate(label) if len(voltages.get(x, ())) > 1}
 
     def _into(self, i: int, normal: int, at: float, lower: Point, upper: Point) -> tuple[np.ndarray, np.ndarray]:
-        """What enters a line through a part of one of its sides."""
+        """The flow into a line through a part of one of its sides."""
         flow = self._none()
         lower, upper = _moved(lower, normal, at), _moved(upper, normal, at)
         for j, joint in enumerate(self.joints):
@@ -150,14 +148,14 @@ class Flows:
         return flow
 
     def _joint(self, j: int, lower: Point, upper: Point) -> tuple[np.ndarray, np.ndarray]:
-        """What passes a joint, from its first line to the other, in a part of space."""
+        """The flow through a joint, from its first line to the other, in a part of space."""
         joint = self.joints[j]
         if ("joint", j) not in self.circuit.rows:
             return _scaled(self._at_ends["joint", j], _part(joint.one, lower, upper))
         return self._branch(("joint", j), joint.one, joint.kind == "along", lower, upper)
 
     def _condition(self, c: int, lower: Point, upper: Point) -> tuple[np.ndarray, np.ndarray]:
-        """What enters a line by a condition, in a part of space."""
+        """The flow into a line by a condition, in a part of space."""
         condition = self.conditions[c]
         touch, b = condition.touch, self.layout.scene.boundaries[condition.boundary]
         if b.kind == "heat_flux":
@@ -173,7 +171,7 @@ class Flows:
     def _branch(
         self, key: tuple[str, int], touch: Touch, by_point: bool, lower: Point, upper: Point
     ) -> tuple[np.ndarray, np.ndarray]:
-        """What flows through the branches of a joint or a condition, from its first line on, in a part of space."""
+        """The flow through the branches of a joint or a condition, from its first line on, in a part of space."""
         flow, rows = self._none(), self.circuit.rows[key]
         if not by_point:
             flow[0][rows] = _part(touch, lower, upper)
@@ -189,8 +187,8 @@ class Flows:
 
     @cached_property
     def _at_ends(self) -> dict[tuple[str, int], tuple[np.ndarray, np.ndarray]]:
-        """What passes each joint of two ends, and enters at each end that is held: the flows of least size, per area,
-        that bring to every end what goes on along its line."""
+        """The flow through each joint of two ends, and into each end that is held: the flows of least size, per area,
+        that balance the flow along the line at every end."""
         keys: list[tuple[str, int]] = []
         columns: list[dict[tuple[int, int | None], float]] = []
         areas = []

@@ -1,10 +1,10 @@
-"""The lines of a union of boxes, the joints where two touch, and what conditions act on which.
+"""The lines of a union of boxes, the joints where two touch, and the conditions on each.
 
-Every box is a line along its longest side; of equal ones along that at whose ends most is joined, then along that of
-the neighbour it touches most, then along the first axis. What later boxes leave of an earlier one is cut into boxes,
-across its longest side first, and each of these is a line like any other. A temperature or an electrode that lies
-inside a box cuts it there. All corners are planes of the scene's grid, counted in whole numbers, so that what touches
-does so exactly.
+Every box is a line along its longest side; of equal sides along the one at whose ends most is joined, then along the
+axis of the neighbour with most contact, then along the first axis. The rest of a box under later boxes is cut into
+boxes, across its longest side first, and each of these is a line like any other. A temperature or an electrode that
+lies inside a box cuts it there. All corners are planes of the scene's grid, counted in whole numbers, so that contact
+is exact.
 """
 
 from __future__ import annotations
@@ -105,7 +105,7 @@ class Condition:
 class Layout:
     """The lines of a scene; joints and conditions of the heat, and joints and electrodes of the current.
 
-    ``measured`` are resistances (K/W or ohm) that stand in the place of those by hand, by ("joint" | "condition" |
+    ``measured`` are resistances (K/W or ohm) in the place of the calculated ones, by ("joint" | "condition" |
     "wire" | "electrode", number). ``pairs``: of each probe of a resistance, by its name, the numbers of the electrode's
     boundary and of the other one's."""
 
@@ -155,7 +155,7 @@ def layout(scene: AnyScene) -> Layout:
 
 
 def _refuse_jumps(scene: Scene) -> None:
-    """SceneError where a potential jumps: what heats a contact would have to enter two lines."""
+    """Raise SceneError where a potential jumps: the heat of a contact would have to enter two lines."""
     behind = [f"boundary {quoted(b.name)}.contact_resistance" for b in scene.boundaries if b.kind == "voltage"
               and b.contact_resistance]  # fmt: skip
     behind += [f"contact {quoted(c.name)}.electrical_resistance" for c in scene.contacts if c.electrical_resistance]
@@ -164,14 +164,14 @@ def _refuse_jumps(scene: Scene) -> None:
 
 
 def common(lower: Point, upper: Point, item: Line | Touch | Probe) -> tuple[Point, Point]:
-    """The corners (m) of what a box has in common with another."""
+    """The corners (m) of the intersection of two boxes."""
     low = [max(a, b) for a, b in zip(lower, item.lower, strict=True)]
     high = [min(a, b) for a, b in zip(upper, item.upper, strict=True)]
     return (low[0], low[1], low[2]), (high[0], high[1], high[2])
 
 
 def overlap(first: Cells, second: Cells) -> Cells | None:
-    """What two boxes share, of the dimension of the smaller one; None where that is nothing, or less."""
+    """The intersection of two boxes, of the dimension of the smaller box; None where it is empty or of less."""
     shared = []
     for (a, b), (c, d) in zip(first, second, strict=True):
         low, high = max(a, c), min(b, d)
@@ -182,7 +182,7 @@ def overlap(first: Cells, second: Cells) -> Cells | None:
 
 
 def without(box: Cells, cut: Cells, order: tuple[int, ...] = (0, 1, 2)) -> list[Cells]:
-    """What is left of a box, or of a flat one, without another, cut into boxes across the axes in an ``order``."""
+    """A box, or a flat box, without another, cut into boxes across the axes in an ``order``."""
     shared = overlap(box, cut)
     if shared is None or any(low == high and a < b for (low, high), (a, b) in zip(shared, box, strict=True)):
         return [box]
@@ -212,7 +212,7 @@ class _Cutting:
         self.axes = self._axes()
 
     def layout(self) -> Layout:
-        """The layout of what has been cut."""
+        """The layout of the parts."""
         electric = physics.electric(self.scene)
         held = [s for s, b in zip(self.sheets, self.scene.boundaries, strict=True) if b.kind == "temperature"]
         fixed = [s for s, b in zip(self.sheets, self.scene.boundaries, strict=True) if b.kind == "voltage"]
@@ -285,7 +285,7 @@ class _Cutting:
         return self._as_neighbours(choices)
 
     def _as_neighbours(self, choices: list[list[int]]) -> list[int]:
-        """One axis of those that each part may have: that of the neighbours it touches most of those that have one."""
+        """Choose for each part, among its axes, that of the neighbours with most contact."""
         while open_ := [i for i, axes in enumerate(choices) if len(axes) > 1]:
             shares = {}
             for i in open_:

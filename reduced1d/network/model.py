@@ -30,7 +30,7 @@ ROUNDING = 1e-14  # They end with a change below this part of the largest potent
 
 @dataclass(frozen=True)
 class Inputs:
-    """What drives a scene: the boundaries' values (of a film what surrounds it), then the boxes' heat sources. Given
+    """The inputs of a scene: the boundaries' values (of a film its ambient), then the boxes' heat sources. Given
     temperatures are rises above ``start`` (K)."""
 
     values: tuple[Value, ...]
@@ -78,7 +78,7 @@ def _at(value: Value, time: float) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """A network on its elements. ``heat`` and ``current`` are None where a scene asks for nothing of the kind."""
+    """A network on its elements. ``heat`` and ``current`` are None where a scene needs none."""
 
     layout: Layout
     elements: Elements
@@ -162,7 +162,7 @@ class Model:
 
     def potentials(self, rises: np.ndarray, x: np.ndarray, guess: np.ndarray | None = None) -> np.ndarray:
         """(n, k): the potentials (V) at k rises (n, k) and inputs (inputs, k), by iteration with one factorization,
-        that of their mean conductances; where they are too different for that, in two halves."""
+        of the mean conductances; where the rises differ too much, in two halves."""
         circuit = self.current
         assert circuit is not None
         resistance = self.resistances(rises)[1]
@@ -222,7 +222,7 @@ def build(layout: Layout, degree: int, shortest: Sequence[float]) -> Model:
 
 
 def scales(layout: Layout, time: float | None) -> list[float]:
-    """Of each line the length (m) over which its rise changes: the healing length of what it loses along its sides, and
+    """Of each line the length (m) over which its rise changes: the healing length by its losses along its sides, and
     how far heat comes in a ``time`` (s)."""
     losses = np.zeros(len(layout.lines))
     for joint in layout.joints:
@@ -249,7 +249,7 @@ def scales(layout: Layout, time: float | None) -> list[float]:
 
 
 def remarks(model: Model) -> dict[str, Any]:
-    """What a result says of the network's size."""
+    """The size of the network, for a result."""
     heat, current = model.heat, model.current
     return {
         "lines": len(model.layout.lines), "unknowns": heat.free.shape[1] if heat else 0,

@@ -1,8 +1,8 @@
-"""Where lines are joined to each other or to what is given, with what would be measured there in a full model: the mean
-temperatures (or potentials) on both sides and what flows between.
+"""Joints of lines with each other and with given values, and the probes that measure them in a full model: the mean
+temperatures (or potentials) on both sides and the flow between.
 
-Along a line k A dT/ds is what flows, exactly, for the mean temperature over the cross-section. What a network of lines
-gets wrong is therefore at its joints and conditions, in their resistances and in how the flow spreads over them.
+Along a line the flow is k A dT/ds, exactly, for the mean temperature over the cross-section. The error of a network of
+lines gets wrong is therefore at its joints and conditions, in their resistances and in how the flow spreads over them.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ Key = tuple[str, int]
 
 @dataclass(frozen=True)
 class Place:
-    """A joint or a condition: what it is ``called``, the probes of what is on either side (None for what is given by a
-    boundary, of number ``given``) and of the flow, and by which ``sign`` that goes from the first side to the other."""
+    """A joint or a condition: its name ``called``, the probes of either side (None for the value of a boundary, of
+    number ``given``) and of the flow, and the ``sign`` of the flow from the first side to the other."""
 
     key: Key
     called: str
@@ -51,7 +51,7 @@ def places(layout: Layout, electric: bool) -> list[Place]:
 def _joint(layout: Layout, key: Key, joint: Joint) -> Place:
     names = " | ".join(layout.lines[t.line].name for t in (joint.one, joint.other))
     one, other = (_side(layout, key, touch, n) for n, touch in enumerate((joint.one, joint.other)))
-    # What flows through a face inside counts along the axis, from the first line to the other.
+    # The flow through a face inside counts along the axis, from the first line to the other.
     return Place(key, _called(key, names), one, other, None, _flow(key, joint.one), 1.0)
 
 

@@ -1,8 +1,7 @@
-"""What probes of a temperature or a potential read off a network, as rows on its unknowns and inputs.
+"""Probes of a temperature or a potential in a network, as rows on its unknowns and inputs.
 
-It is that of the lines in the probe's place, weighted by what of each lies in it. On the side of a line it is the
-face's: the line's, less what half the thickness takes of the difference to what lies beyond. An extreme is that of the
-lines.
+A probe reads the lines in its place, weighted by their part in it. On the side of a line it reads the face: the line,
+less the drop over half the thickness towards the other side of the face. An extreme is taken along the lines.
 """
 
 from __future__ import annotations
@@ -54,7 +53,7 @@ class Reader:
         self.count = len(model.inputs.values)
 
     def reading(self, probe: Probe) -> Reading:
-        """What a probe of a temperature or a potential reads."""
+        """The reading of a probe of a temperature or a potential."""
         inside = [(i, line) for i, line in enumerate(self.layout.lines)
                   if not self.electric or line.box.material.resistivity is not None]  # fmt: skip
         inside = [(i, line) for i, line in inside if line.box.name in (probe.boxes or (line.box.name,))]
@@ -97,8 +96,8 @@ class Reader:
         return self.e.mean(i, a, b) if b > a else self.e.at([i], np.array([a]))[0]
 
     def _beyond(self, i: int, lower: Point, upper: Point) -> list[tuple[Apart, float]]:
-        """For what touches a line's side where a place on it lies: the difference from the line to what lies beyond (as
-        rows on unknowns and inputs), what part of it half the thickness takes, and what part of the place it covers."""
+        """For each contact of a line's side at a place: the difference from the line to the other side (as rows on
+        unknowns and inputs) with the part of it over half the thickness, and the covered part of the place."""
         differences = []
         axis = self.layout.lines[i].axis
         for touch, other, contact in self._touches(i):

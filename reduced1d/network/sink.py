@@ -1,4 +1,4 @@
-"""The network of a sink's boxes, by the sink's own quantities: what lines make by hand of beam, pads and oxide."""
+"""The network of a sink's boxes, by the sink's own quantities."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ INTO_SUBSTRATE, THROUGH_END = "heat into ", "heat through the end"
 
 def lines_of(sink: Sink) -> Layout:
     """The lines of a sink of one span, with probes of its current and of the heat into the substrate and through the
-    beam's end. Raises SceneError for a row of spans, and for what lines don't take."""
+    beam's end. Raises SceneError for a row of spans, and for scenes that lines don't take."""
     if sink.spans > 1:
         raise SceneError(
             f"--reduction network has the quantities of one span, and sink.spans is {sink.spans}: give sink.spans = 1, "

@@ -1,8 +1,8 @@
 """A scene's network solved: every probe in the steady state and over time, with the error that its elements and steps
 make.
 
-Everything is solved twice, on elements of two degrees (and over time on steps of two sizes); how far the answers are
-apart is the error that is stated of the finer one. Elements are refined until that is far below what is judged.
+Everything is solved twice, on elements of two degrees (and over time on steps of two sizes); the
+distance is the error bound of the finer one. Elements are refined until it is far below the scene's accuracy.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ SOONEST = 0.1
 def solve(scene: AnyScene, times: np.ndarray | Sequence[float] | None = None, steady_too: bool = True) -> Result:
     """The probes of a scene of boxes by the network of its lines, each with an estimated error of its discretization.
 
-    In the steady state, at the last values of what varies in time; with ``times`` (s, ascending, not negative) over
+    In the steady state, at the last values of varying inputs; with ``times`` (s, ascending, not negative) over
     time too, from the scene's initial temperature, or, without ``steady_too``, over time alone. Steady keys and trace
     names are the probes' names, temperatures in K, potentials in V, flows in W, currents in A. A scene over time that
     has no steady state has none in its result.
@@ -84,8 +84,7 @@ def of_layout(shape: Layout, times: np.ndarray | Sequence[float] | None = None, 
 
 
 def refined(shape: Layout, turn: int, time: float | None = None) -> tuple[Model, Model]:
-    """The coarse and the fine model of a layout, at a turn of the refinement, for what happens within a ``time``
-    (s)."""
+    """The coarse and the fine model of a layout, at a turn of the refinement, for changes within a ``time`` (s)."""
     sizes = [size / 2**turn for size in scales(shape, time)]
     coarse, fine = (build(shape, degree, sizes) for degree in (DEGREES_OVER_TIME if time else DEGREES)[turn])
     return coarse, fine
@@ -133,7 +132,7 @@ def _over_time(shape: Layout, times: np.ndarray) -> tuple[Traces, Model, int]:
 
 @lru_cache(maxsize=6)
 def histories(shape: Layout, end: float, turn: int) -> tuple[History, History]:
-    """The coarse and the fine run over time. Kept, for a comparison asks for more times of the same run."""
+    """The coarse and the fine run over time. Cached, for a comparison reads the same run at more times."""
     times = [t for t in shape.scene.output_times if t > 0]
     soonest = SOONEST * min(EARLY * end, *times, end)
     coarse, fine = (
@@ -230,7 +229,7 @@ def spread(values: np.ndarray) -> float:
 
 
 def measures(model: Model, values: dict[str, np.ndarray]) -> dict[str, float]:
-    """What an error of each probe is relative to: its own largest value (of a temperature its rise), but no less than a
+    """The scale of each probe's error: its own largest value (of a temperature its rise), but no less than a
     hundredth of the largest of its kind."""
     kinds = {p.name: p.quantity for p in model.layout.scene.probes}
     largest = {name: float(np.abs(v).max(initial=0.0)) for name, v in values.items()}

@@ -80,7 +80,7 @@ class _Coupled:
         count = self.current.free.shape[1]
         self.unit = np.r_[np.full(self.f, self.kelvin), np.full(count, self.volt)]
         self.cold = np.r_[np.zeros(self.f), self.current.free.T @ cold / self.current.copies / self.volt]
-        # On the free unknowns, and what does not follow the state.
+        # On the free unknowns, and the parts that do not follow the state.
         self.summed, self.halves = self.current.summed, (self.current.halves @ self.heat.free).tocsr()
         self.across = self.current.free_across
         self.stiffness = self.heat.free.T @ model.stiffness @ self.heat.free
@@ -103,7 +103,7 @@ class _Coupled:
         return State(rise, self.current.free @ (z[self.f :] * self.volt) + self.current.fixed @ x, x)
 
     def _equations(self, z: np.ndarray, s: float) -> tuple[np.ndarray, sp.csc_matrix, np.ndarray]:
-        """What is left of both equations, its derivative by z, and that by s; in units of the cold state's."""
+        """The residual of both equations, and its derivatives by z and by s, in units of the cold state."""
         m, heat, current = self.model, self.heat, self.current
         state = self._state(z, s)
         halves, resistance = m.resistances(state.rise)

@@ -1,6 +1,6 @@
 """A network over time: collocation at Radau's points, on steps that grow with the time since anything changed.
 
-The linear part is four sparse factorizations a step, the points being told apart by the eigenvectors of Radau's matrix;
+The linear part is four sparse factorizations a step, decoupled by the eigenvectors of Radau's matrix;
 how heat follows the temperature through the resistances is settled by sweeps over the step, which is taken in halves
 where they do not settle.
 """
@@ -85,7 +85,7 @@ class _March:
         for start, stop in pairwise([0.0, *(t for t in inputs.breaks if 0 < t < self.end), self.end]):
             count = max(int(np.ceil(np.log(max((stop - start) / first, 1.0)) / np.log(growth))), 1)
             marks = [start, *(start + (stop - start) * growth ** np.arange(1.0 - count, 0.0)), stop]
-            # What is approached from within the interval: of a jump at its end the value before it.
+            # The values at the end from within the interval, before a jump there.
             x0, x1 = inputs.at(start), self._until(start, stop)
             for a, b in pairwise(marks):
                 v = self._advanced(v, a, b, x0 + (x1 - x0) * (a - start) / (stop - start), (x1 - x0) / (stop - start))
