@@ -7,6 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from tests.validate.conftest import no_field
+
+__all__ = ["no_field"]
+
 SCENE = """
 [scene]
 name = "bar"

@@ -9,6 +9,7 @@ from zipfile import ZipFile
 import pytest
 
 import compare
+from compare.models import open_model
 from scenes import load
 from scenes.errors import SceneError
 
@@ -162,6 +163,10 @@ def test_the_end_value_is_independent_of_the_scale_of_time(steady: Path, tmp_pat
 def test_an_fmu_without_a_steady_state_is_refused(steady: Path, tmp_path: Path, rate: str) -> None:
     with pytest.raises(SceneError, match="does not come to rest"):
         compare.solve(steady, model=build(tmp_path, rate))
+
+
+def test_a_model_prints_as_its_file(tmp_path: Path) -> None:
+    assert repr(open_model(build(tmp_path))) == "<model Lump.fmu>"
 
 
 def test_an_fmu_that_crashes_is_a_sentence(steady: Path, tmp_path: Path) -> None:
