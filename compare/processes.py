@@ -1,4 +1,4 @@
-"""The processors that there are, the threads of the processes that are started on them, and limits of their time."""
+"""Processors, threads of linear algebra, and time limits."""
 
 from __future__ import annotations
 
@@ -17,14 +17,16 @@ takes 5 to 38 % longer at 1e-3 to 1e-6, and twice the processor time."""
 
 
 def one_thread() -> None:
-    """This process and those that it starts use one thread for linear algebra, unless the environment says how many;
-    to be called before numpy is loaded."""
-    if not _said():
+    """Let this process and its children use one thread for linear algebra; call this before numpy is loaded.
+
+    A number of threads that the environment sets stays.
+    """
+    if not _is_set():
         os.environ.update(ONE_THREAD)
 
 
-def _said() -> bool:
-    """Whether the environment says how many threads linear algebra is to use."""
+def _is_set() -> bool:
+    """Return whether the environment sets the number of threads of linear algebra."""
     return any(name in os.environ for name in ONE_THREAD)
 
 
@@ -33,20 +35,19 @@ def processors() -> int:
 
 
 def with_parent() -> None:
-    """On Linux: a signal when the process that waits for this one is gone, however it ended."""
+    """End this process with its parent, however that ends (on Linux)."""
     with suppress(OSError, AttributeError):
         set_death_signal, kill = 1, 9
         ctypes.CDLL(None).prctl(set_death_signal, kill)
 
 
 class TimeIsUpError(BaseException):
-    """The time limit; no handler of ordinary errors catches it."""
+    """The time limit is reached; handlers of ordinary errors do not catch it."""
 
 
 @contextmanager
 def limited(seconds: float, by_the_clock: int = 0) -> Iterator[None]:
-    """Raises TimeIsUpError in what computes longer than so many seconds, whatever else the machine does, or, where that
-    is given, waits longer ``by_the_clock``."""
+    """Raise TimeIsUpError after so many seconds of processor time, or ``by_the_clock`` seconds if given."""
 
     def up(*_: object) -> None:
         raise TimeIsUpError
@@ -65,9 +66,11 @@ def limited(seconds: float, by_the_clock: int = 0) -> Iterator[None]:
 
 @contextmanager
 def single_threaded() -> Iterator[None]:
-    """Uses one thread for linear algebra inside, and so do processes that are started there, unless the environment
-    says how many; for whoever has loaded numpy already."""
-    if _said():
+    """Use one thread for linear algebra inside, and in processes started there, after numpy has been loaded.
+
+    A number of threads that the environment sets stays.
+    """
+    if _is_set():
         yield
         return
     import scipy.linalg  # noqa: F401 - whose library of its own is limited too
@@ -84,8 +87,10 @@ def single_threaded() -> Iterator[None]:
 
 @contextmanager
 def within(seconds: float | None) -> Iterator[None]:
-    """Raises TimeIsUpError in what takes longer than so many seconds by the clock, in whatever thread: at its next step
-    in Python, so that a long call of a library ends first. No limit for ``None``."""
+    """Raise TimeIsUpError after so many seconds by the clock, in any thread; None is no limit.
+
+    The exception comes at the next step in Python, so that a long call of a library ends first.
+    """
     if seconds is None:
         yield
         return
