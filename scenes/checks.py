@@ -106,8 +106,5 @@ class Differing(Kind):
             return tuple(dict.fromkeys(map(str, items)))
         return tuple(dict.fromkeys(known_name(path, i, self.known, "check") for i in items))
 
-    def write(self, value: Any) -> Any:
-        return self.word if value is None else list(value) if isinstance(value, (list, tuple)) else value
-
     def show(self, value: Any) -> str:
         return self.word if value is None else ", ".join(value)

@@ -1,18 +1,14 @@
-"""Expressions of quantities: "w/2", "L - 2*w", "max(2 um, h + gap)". A small parser that computes as it reads; no text
-is ever run as code.
+"""Expressions of quantities: "w/2", "L - 2*w", "max(2 um, h + gap)".
 
-    sum     = product (("+" | "-") product)*
-    product = signed (("*" | "/") signed)*
-    signed  = ("+" | "-") signed | power
-    power   = atom [("**" | "^") signed]
-    atom    = number [unit] | name | name "(" sum ("," sum)* ")" | "(" sum ")"
-
-Units are checked: only like quantities are added or compared. Numbers are exact fractions but for roots, so that
-"2 um + 0.5 um" is the very double that "2.5 um" is, and faces that are meant to lie in one plane do.
+Python's own parser makes a syntax tree, of which only sums, products, powers, signs, names and three functions are
+evaluated; no text is ever run as code. Units are checked: only like quantities are added or compared. Numbers are exact
+fractions but for roots, so that "2 um + 0.5 um" is the very double that "2.5 um" is, and faces that are meant to lie in
+one plane do.
 """
 
 from __future__ import annotations
 
+import ast
 import math
 import re
 from collections.abc import Mapping
@@ -22,23 +18,17 @@ from fractions import Fraction
 from scenes.errors import did_you_mean, listed, printable
 from scenes.units import LEADING_UNIT, PLAIN, Powers, UnitError, called, parse_quantity, parse_unit, spelled
 
-LONGEST = 500
-"""Characters of an expression at most; longer ones are better written as several parameters."""
-DEEPEST = 40
-"""Nested brackets, signs and powers at most: each takes some five Python calls of the thousand allowed."""
-LARGEST_EXPONENT = 100
-"""No formula needs larger exponents, and exact fractions stay small."""
-MOST_BITS = 4000
-"""Exact fractions with more bits in numerator or denominator are rounded to a double."""
-ROOTS = 12
-"""Exponents of units are rational, with denominators of at most this."""
+LONGEST = 500  # characters of an expression
+DEEPEST = 40  # nested operations, and parameters that are made of one another: far below Python's limit of recursion
+LARGEST_EXPONENT = 100  # of a power: no formula needs more, and exact fractions stay small
+MOST_BITS = 4000  # of an exact fraction; one with more is rounded to a double
+ROOTS = 12  # largest denominator of a unit's exponent
 
 FUNCTIONS = ("sqrt", "min", "max")
 PI = "pi"
-_TOKEN = re.compile(
-    r"\s*(?:((?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)|([A-Za-z_]\w*)|(\*\*|[-+*/(),])|(.))", re.ASCII | re.DOTALL
-)
 _NAME = re.compile(r"(?<![\w.])[A-Za-z_]\w*", re.ASCII)
+_NUMBER = re.compile(r"(?<![\w.])(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
+_ALLOWED = re.compile(r"[\w .+*/(),-]*", re.ASCII)
 
 
 @dataclass(frozen=True)
@@ -49,8 +39,8 @@ class Measure:
     powers: Powers
 
     @staticmethod
-    def of(value: float, powers: Powers) -> Measure:
-        """Of a double the fraction that its shortest decimal form says."""
+    def from_float(value: float, powers: Powers) -> Measure:
+        """Take the shortest decimal form of a double as exact."""
         return Measure(Fraction(repr(float(value))), powers)
 
 
@@ -93,166 +83,135 @@ def is_expression(given: object) -> bool:
 
 
 def evaluate(text: str, names: Mapping[str, Measure]) -> Measure:
-    """What an expression comes to. Raises UnitError for what is none, and for what can't be computed."""
+    """Evaluate an expression. Raises UnitError."""
     if len(text) > LONGEST:
         raise UnitError(f"is longer than {LONGEST} characters: say parts of it as parameters of their own")
-    return _Reader(text, names).whole()
+    plain, quantities = _extract(spelled(text).strip().replace("^", "**"), names)
+    try:
+        if not _ALLOWED.fullmatch(plain):
+            raise SyntaxError
+        tree = ast.parse(plain, mode="eval").body
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        raise _UnreadError(
+            'is no expression: give numbers with units, names, + - * / **, brackets, such as "w/2"'
+        ) from None
+    return _evaluate(tree, names, quantities, 0)
 
 
-class _Reader:
-    """A text that is read from its start to its end; ``token`` is the next one, "" at the end."""
-
-    def __init__(self, text: str, names: Mapping[str, Measure]) -> None:
-        self.text, self.names = spelled(text).replace("^", "**"), names
-        self.at, self.depth = 0, 0
-        self.number = self.name = self.token = ""
-        self._next()
-
-    def whole(self) -> Measure:
-        measure = self._sum()
-        if self.token:
-            raise _UnreadError(f'has "{printable(self.token)}" where the expression could end')
-        return measure
-
-    def _next(self) -> None:
-        match = _TOKEN.match(self.text, self.at)
-        self.number, self.name, mark, other = ("", "", "", "") if match is None else (g or "" for g in match.groups())
-        if other.strip():
-            raise _UnreadError(f'has "{printable(other)}" in it, which no expression has')
-        self.token = self.number or self.name or mark
-        self.at = len(self.text) if match is None else match.end()
-
-    def _take(self, *tokens: str) -> str:
-        """The next token where it is one of these, which is then passed; else ""."""
-        if (token := self.token) not in tokens:
-            return ""
-        self._next()
-        return token
-
-    def _expect(self, token: str) -> None:
-        if not self._take(token):
-            seen = f'"{printable(self.token)}"' if self.token else "its end"
-            raise _UnreadError(f'has {seen} where "{token}" should be')
-
-    def _deeper(self) -> None:
-        self.depth += 1
-        if self.depth > DEEPEST:
-            raise UnitError(f"is nested more than {DEEPEST} deep: say parts of it as parameters of their own")
-
-    def _sum(self) -> Measure:
-        self._deeper()
-        total = self._product()
-        while sign := self._take("+", "-"):
-            term = self._product()
-            verb = "adds {1} to {0}" if sign == "+" else "subtracts {1} from {0}"
-            _alike(total, term, verb)
-            value = total.value + term.value if sign == "+" else total.value - term.value
-            total = Measure(_short(value), total.powers)
-        self.depth -= 1
-        return total
-
-    def _product(self) -> Measure:
-        product = self._signed()
-        while sign := self._take("*", "/"):
-            factor = self._signed()
-            if sign == "/" and not factor.value:
-                raise UnitError("divides by zero")
-            by = 1 if sign == "*" else -1
-            powers: Powers = tuple(a + by * b for a, b in zip(product.powers, factor.powers, strict=True))  # type: ignore[assignment]
-            product = Measure(_short(product.value * factor.value**by), powers)
-        return product
-
-    def _signed(self) -> Measure:
-        sign = self._take("+", "-")
-        if not sign:
-            return self._power()
-        self._deeper()
-        operand = self._signed()
-        self.depth -= 1
-        return operand if sign == "+" else Measure(-operand.value, operand.powers)
-
-    def _power(self) -> Measure:
-        base = self._atom()
-        if not self._take("**"):
-            return base
-        self._deeper()
-        exponent = self._signed()
-        self.depth -= 1
-        return _raised(base, exponent)
-
-    def _atom(self) -> Measure:
-        if self.number:
-            return self._quantity()
-        if self.name:
-            return self._named()
-        if self._take("("):
-            inner = self._sum()
-            self._expect(")")
-            return inner
-        seen = f'"{printable(self.token)}"' if self.token else "its end"
-        raise _UnreadError(f"has {seen} where a number, a name or a bracket should be")
-
-    def _quantity(self) -> Measure:
-        number, unit = self.number, LEADING_UNIT.match(self.text, self.at)
-        if unit is None:
-            self._next()
-            if self.name:
-                raise _UnreadError(
-                    f'has "{number} {printable(self.name)}": write {number}*{printable(self.name)} for a product'
+def _extract(text: str, names: Mapping[str, Measure]) -> tuple[str, dict[str, Measure]]:
+    """The text with a name of its own in place of every number, and the quantities by these names."""
+    quantities, pieces, at = dict[str, Measure](), list[str](), 0
+    for number in _NUMBER.finditer(text):
+        if number.start() < at:
+            continue  # a digit inside of a unit
+        unit, end, powers, factor = LEADING_UNIT.match(text, number.end()), number.end(), PLAIN, Fraction(1)
+        if unit is not None:
+            end, said = unit.end(), unit[0]
+            _refuse_ambiguous(said, names)
+            parsed = parse_unit(said)
+            if parsed.celsius:
+                raise UnitError(
+                    "has a temperature in degC among other terms: give it in K, or as a parameter of its own"
                 )
-            return Measure(_fraction(number), PLAIN)
-        said = unit.group()
-        for name in _NAME.findall(said):
-            if name in self.names:
-                base = name.rstrip("0123456789")
-                power = f"write {base}**{name[len(base) :]} for the unit, or rename the parameter"
-                raise UnitError(f'has "{name}", a unit and a parameter: {power}')
-        self.at = unit.end()
-        self._next()
-        parsed = parse_unit(said)
-        if parsed.celsius:
-            raise UnitError("has a temperature in degC among other terms: give it in K, or as a parameter of its own")
-        if self.token == "**":
-            raise UnitError(f'has a power right after "{number} {said.strip()}": put brackets around what it is of')
-        return Measure(_fraction(number) * parsed.factor, parsed.powers)
+            if text[end:].lstrip().startswith("**"):
+                raise UnitError(f'has a power right after "{number[0]}{said}": put brackets around what it is of')
+            powers, factor = parsed.powers, parsed.factor
+        elif (name := re.match(r"\s*([A-Za-z_]\w*)", text[end:], re.ASCII)) is not None:
+            raise _UnreadError(f'has "{number[0]} {printable(name[1])}": write {number[0]}*{printable(name[1])}')
+        # A double bounds the exponent before an exact power of ten could fill the memory.
+        if not math.isfinite(value := float(number[0])):
+            raise UnitError("is not a finite number")
+        key = f"_{len(quantities)}"
+        quantities[key] = Measure(Fraction(number[0]) * factor if value else Fraction(0), powers)
+        pieces += [text[at : number.start()], key]
+        at = end
+    return "".join([*pieces, text[at:]]), quantities
 
-    def _named(self) -> Measure:
-        name = self.name
-        self._next()
-        if self.token == "(":
+
+def _refuse_ambiguous(unit: str, names: Mapping[str, Measure]) -> None:
+    """Refuse a unit that is a parameter's name too, such as m2 in "5 W/m2"."""
+    for name in _NAME.findall(unit):
+        if name in names:
+            base = name.rstrip("0123456789")
+            power = f"write {base}**{name[len(base) :]} for the unit, or rename the parameter"
+            raise UnitError(f'has "{name}", a unit and a parameter: {power}')
+
+
+def _evaluate(node: ast.expr, names: Mapping[str, Measure], quantities: Mapping[str, Measure], depth: int) -> Measure:
+    if depth > DEEPEST:
+        raise UnitError(f"is nested more than {DEEPEST} deep: say parts of it as parameters of their own")
+
+    def inner(part: ast.expr) -> Measure:
+        return _evaluate(part, names, quantities, depth + 1)
+
+    match node:
+        case ast.Name(id=name):
+            if name == PI:
+                return Measure(Fraction(math.pi), PLAIN)
+            if name in quantities:
+                return quantities[name]
+            if name not in names:
+                raise _UnreadError(f'names no parameter "{printable(name)}"{did_you_mean(name, names).rstrip("?")}')
+            return names[name]
+        case ast.UnaryOp(op=ast.UAdd(), operand=operand):
+            return inner(operand)
+        case ast.UnaryOp(op=ast.USub(), operand=operand):
+            return Measure(-(negated := inner(operand)).value, negated.powers)
+        case ast.BinOp(left=left, op=ast.Pow(), right=right):
+            return _raised(inner(left), inner(right))
+        case ast.BinOp():
+            # Terms of one sum are not nested, however many there are.
+            terms, first = list[ast.BinOp](), node
+            while isinstance(first, ast.BinOp) and not isinstance(first.op, ast.Pow):
+                terms.append(first)
+                first = first.left  # type: ignore[assignment]
+            total = inner(first)
+            for term in reversed(terms):
+                total = _combined(total, term.op, inner(term.right))
+            return total
+        case ast.Call(func=ast.Name(id=name), args=args, keywords=[]) if args:
             if name not in FUNCTIONS:
                 raise _UnreadError(f'has no function "{printable(name)}": there are {listed(FUNCTIONS)}')
-            return self._function(name)
-        if name == PI:
-            return Measure(Fraction(math.pi), PLAIN)
-        if name not in self.names:
-            near = did_you_mean(name, self.names).rstrip("?")
-            raise _UnreadError(f'names no parameter "{printable(name)}"{near}')
-        return self.names[name]
-
-    def _function(self, name: str) -> Measure:
-        self._expect("(")
-        arguments = [self._sum()]
-        while self._take(","):
-            arguments.append(self._sum())
-        self._expect(")")
-        if name == "sqrt":
-            if len(arguments) > 1:
-                raise UnitError("gives sqrt more than one number")
-            return _raised(arguments[0], Measure(Fraction(1, 2), PLAIN))
-        for argument in arguments[1:]:
-            _alike(arguments[0], argument, "compares {0} with {1}")
-        chosen = max if name == "max" else min
-        return Measure(chosen(each.value for each in arguments), arguments[0].powers)
+            return _function(name, [inner(each) for each in args])
+    raise _UnreadError("is no expression of numbers, names, + - * / **, brackets and functions")
 
 
-def _alike(a: Measure, b: Measure, verb: str) -> None:
+def _combined(a: Measure, op: ast.operator, b: Measure) -> Measure:
+    """A sum, difference, product or quotient."""
+    match op:
+        case ast.Add():
+            _refuse_unlike(a, b, "adds {1} to {0}")
+            return Measure(_short(a.value + b.value), a.powers)
+        case ast.Sub():
+            _refuse_unlike(a, b, "subtracts {1} from {0}")
+            return Measure(_short(a.value - b.value), a.powers)
+        case ast.Mult() | ast.Div():
+            by = 1 if isinstance(op, ast.Mult) else -1
+            if by == -1 and not b.value:
+                raise UnitError("divides by zero")
+            powers: Powers = tuple(p + by * q for p, q in zip(a.powers, b.powers, strict=True))  # type: ignore[assignment]
+            return Measure(_short(a.value * b.value**by), powers)
+    raise _UnreadError("has an operator other than + - * / **")
+
+
+def _function(name: str, arguments: list[Measure]) -> Measure:
+    if name == "sqrt":
+        if len(arguments) > 1:
+            raise UnitError("gives sqrt more than one number")
+        return _raised(arguments[0], Measure(Fraction(1, 2), PLAIN))
+    for argument in arguments[1:]:
+        _refuse_unlike(arguments[0], argument, "compares {0} with {1}")
+    chosen = max if name == "max" else min
+    return Measure(chosen(each.value for each in arguments), arguments[0].powers)
+
+
+def _refuse_unlike(a: Measure, b: Measure, verb: str) -> None:
     if a.powers != b.powers:
         raise UnitError(verb.format(called(a.powers), called(b.powers)))
 
 
 def _raised(base: Measure, exponent: Measure) -> Measure:
-    """A power; a square root where the exponent is a half, rounded as one."""
+    """A power; one that is no whole number is rounded to a double."""
     if exponent.powers != PLAIN:
         raise UnitError(f"has an exponent that is {called(exponent.powers)}, not a plain number")
     e, value = exponent.value, base.value
@@ -270,14 +229,6 @@ def _raised(base: Measure, exponent: Measure) -> Measure:
         raise UnitError("takes a root of a negative number")
     root = math.sqrt(_double(value)) if e == Fraction(1, 2) else _double(value) ** float(e)
     return Measure(Fraction(root), powers)
-
-
-def _fraction(number: str) -> Fraction:
-    value = float(number)
-    # A double says whether it is within what is computed with, before an exact power of ten could fill the memory.
-    if not math.isfinite(value):
-        raise UnitError("is not a finite number")
-    return Fraction(number) if value else Fraction(0)
 
 
 def _short(value: Fraction) -> Fraction:

@@ -13,7 +13,7 @@ from typing import Any, Generic, TypeVar
 from scenes import units as d
 from scenes.checks import DEVICE_CHECKS, SLOPE_TOLERANCES, Differing, tolerances
 from scenes.device import Device
-from scenes.following import Following
+from scenes.functions import Following
 from scenes.kinds import NAME, Choice, Count, Insulator, Kind, Numbers, Quantity, Switch
 from scenes.schema import Key, Schema
 from scenes.sink import Sink

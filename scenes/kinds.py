@@ -1,8 +1,8 @@
-"""The kinds of value that a key of a scene may take: how each is read and checked, written back and shown.
+"""The kinds of value that a key of a scene may take: how each is read and checked, written back, shown and described.
 
-Every kind has the same three methods: ``read`` turns what stands in a file into the value of a scene or raises
-SceneError, ``write`` turns the value into what ``read`` takes (SI numbers, plain JSON types), and ``show`` is for a
-person. ``path`` is the key's full name, such as "sink.width".
+``read`` turns what stands in a file into the value of a scene or raises SceneError, ``write`` turns the value into SI
+numbers and plain JSON types that ``read`` takes, ``show`` is for a person, and ``form`` describes what a file may give,
+in refusals and in the table of keys. ``path`` is the key's full name, such as "sink.width".
 """
 
 from __future__ import annotations
@@ -10,34 +10,63 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, is_dataclass
 from numbers import Real
-from typing import Any, Protocol
+from typing import Any
 
 from scenes.errors import SceneError, did_you_mean, quoted
 from scenes.expressions import is_expression
 from scenes.parameters import quantity
-from scenes.units import PLAIN, TEMPERATURE, TIME, Dimension, UnitError, called, meant  # fmt: skip
+from scenes.units import LENGTH, PLAIN, TEMPERATURE, TIME, Dimension, UnitError, called, meant, parse_quantity
+
+MOST_TIMES = 10_000  # output times: each is a row of traces.csv
+UNITS_OF_LENGTH = (1e-12, 1e6)  # m, of a mesh file: from a picometre to a thousand kilometres
 
 
-class Kind(Protocol):
-    """What a key's values are like; those of most kinds are written and shown as they stand."""
+class Kind:
+    """A kind of value; ``word`` is what a file says for ``None``, where that is allowed."""
 
-    def read(self, path: str, given: object) -> Any: ...
+    word: str | None = None
+
+    @property
+    def form(self) -> str:
+        """What a file may give."""
+        raise NotImplementedError
+
+    def read(self, path: str, given: object) -> Any:
+        """Return the value; raises SceneError."""
+        raise NotImplementedError
 
     def write(self, value: Any) -> Any:
-        return value
+        """Return the value as a file has it."""
+        return self.word if value is None and self.word is not None else plain(value)
 
     def show(self, value: Any) -> str:
-        return str(value)
+        """Return the value as text."""
+        return str(self.write(value))
+
+    def refusal(self, path: str, given: object, fault: str) -> SceneError:
+        """Return the error for a value with a fault."""
+        return SceneError(f"{path} = {quoted(given)} {fault}: give {self.form}")
+
+
+def plain(value: Any) -> Any:
+    """Return SI numbers and plain JSON types; a dataclass becomes a table of its fields."""
+    if is_dataclass(value) and not isinstance(value, type):
+        return {field.name: plain(getattr(value, field.name)) for field in fields(value)}
+    if isinstance(value, Mapping):
+        return {str(key): plain(each) for key, each in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(each) for each in value]
+    return float(value) if isinstance(value, Real) and not isinstance(value, (bool, int)) else value
 
 
 @dataclass(frozen=True)
 class Quantity(Kind):
-    """A number in SI units, or text with a unit, or an expression, between two bounds that are themselves allowed.
+    """A number in SI units, text with a unit, or an expression, between two bounds that are themselves allowed.
 
-    ``signed`` bounds the magnitude instead, either sign being allowed. ``word`` is what a file says for ``None``.
-    ``note`` ends the sentence of every refusal, where the bounds need a reason.
+    ``signed`` bounds the magnitude instead, either sign being allowed. ``note`` ends the description, where the bounds
+    need a reason.
     """
 
     dimension: Dimension
@@ -46,6 +75,14 @@ class Quantity(Kind):
     signed: bool = False
     word: str | None = None
     note: str = ""
+
+    @property
+    def form(self) -> str:
+        d = self.dimension
+        unit = f" in {d.unit}" if d.unit else ""
+        span = f"{'of magnitude' if self.signed else 'from'} {d.show(self.lower)} to {d.show(self.upper)}"
+        word = f', or "{self.word}"' if self.word else ""
+        return f'a number{unit} or text such as "{d.example}", {span}{word}{self.note}'
 
     def read(self, path: str, given: object) -> float | None:
         if self.word is not None and isinstance(given, str) and given == self.word:
@@ -56,30 +93,27 @@ class Quantity(Kind):
         if not fault and not self.lower <= (abs(value) if self.signed else value) <= self.upper:
             fault = "is out of range"
         if fault:
-            computed = f" = {self.dimension.show(value)}" if value and is_expression(given) else ""
-            raise SceneError(f"{path} = {quoted(given)}{computed} {fault}: give {self._allowed()}")
+            computed = f"= {self.dimension.show(value)} " if value and is_expression(given) else ""
+            raise self.refusal(path, given, computed + fault)
         return value
 
     def write(self, value: Any) -> Any:
-        """A plain float, or the word for ``None``; what is no number stays as it is, for ``read`` to refuse."""
-        if value is None and self.word is not None:
-            return self.word
-        return float(value) if isinstance(value, Real) and not isinstance(value, bool) else value
+        # What is no number stays as it is, for `read` to refuse.
+        return float(value) if isinstance(value, int) and not isinstance(value, bool) else super().write(value)
 
     def show(self, value: Any) -> str:
         return self.word or "" if value is None else self.dimension.show(value)
 
     def _number(self, given: object) -> tuple[float, str]:
-        """The SI value and what is wrong with it, one of the two being empty."""
+        """The SI value and its fault, one of the two being empty."""
         if isinstance(given, str):
+            near = meant(given, self.dimension.powers)
+            hint = f', did you mean "{near}"' if near else ""
             try:
                 value, powers = quantity(given)
             except UnitError as error:
-                near = meant(given, self.dimension.powers)
-                return 0.0, f'{str(error).partition(", did")[0]}, did you mean "{near}"' if near else str(error)
+                return 0.0, str(error).partition(", did")[0] + hint if near else str(error)
             if powers is not None and powers != self.dimension.powers:
-                near = meant(given, self.dimension.powers)
-                hint = f', did you mean "{near}"' if near else ""
                 return 0.0, f"is {called(powers)}, not {self.dimension.name}{hint}"
             return value, ""
         if isinstance(given, bool) or not isinstance(given, Real):
@@ -89,12 +123,12 @@ class Quantity(Kind):
         except OverflowError:
             return math.inf, ""
 
-    def _allowed(self) -> str:
-        d = self.dimension
-        unit = f" in {d.unit}" if d.unit else ""
-        span = f"{'of magnitude' if self.signed else 'from'} {d.show(self.lower)} to {d.show(self.upper)}"
-        word = f', or "{self.word}"' if self.word else ""
-        return f'a number{unit} or text such as "{d.example}", {span}{word}{self.note}'
+
+def _type_name(given: object) -> str:
+    if given is None:
+        return "missing"
+    names = {bool: "a boolean", Mapping: "a table", list: "a list", tuple: "a list"}
+    return next((name for kind, name in names.items() if isinstance(given, kind)), f"a {type(given).__name__}")
 
 
 @dataclass(frozen=True)
@@ -104,6 +138,10 @@ class Count(Kind):
     lower: int
     upper: int
 
+    @property
+    def form(self) -> str:
+        return f"a whole number from {self.lower} to {self.upper}"
+
     def read(self, path: str, given: object) -> int:
         try:
             value, powers = quantity(given) if isinstance(given, str) else (float(given), None)  # type: ignore[arg-type]
@@ -111,7 +149,7 @@ class Count(Kind):
             value, powers = math.nan, None
         whole = value.is_integer() and powers in (None, PLAIN) and not isinstance(given, bool)
         if not (whole and self.lower <= value <= self.upper):
-            raise SceneError(f"{path} = {quoted(given)} must be a whole number from {self.lower} to {self.upper}")
+            raise SceneError(f"{path} = {quoted(given)} must be {self.form}")
         return int(value)
 
 
@@ -120,6 +158,10 @@ class Insulator(Kind):
     """A resistivity that is checked and then left out, for a material that the model takes for an insulator."""
 
     quantity: Quantity
+
+    @property
+    def form(self) -> str:
+        return self.quantity.form
 
     def read(self, path: str, given: object) -> None:
         self.quantity.read(path, given)
@@ -133,25 +175,91 @@ class Insulator(Kind):
 
 @dataclass(frozen=True)
 class Choice(Kind):
+    """One of some words."""
+
     options: tuple[str, ...]
+
+    @property
+    def form(self) -> str:
+        return " or ".join(f'"{o}"' for o in self.options)
 
     def read(self, path: str, given: object) -> str:
         if isinstance(given, str) and given in self.options:
             return given
-        known = " or ".join(f'"{o}"' for o in self.options)
         hint = did_you_mean(given, self.options) if isinstance(given, str) else ""
-        raise SceneError(f"{path} = {quoted(given)} is not known: give {known}{hint}")
+        raise SceneError(f"{path} = {quoted(given)} is not known: give {self.form}{hint}")
+
+
+@dataclass(frozen=True)
+class Switch(Kind):
+    """True or false."""
+
+    form = "true or false"
+
+    def read(self, path: str, given: object) -> bool:
+        if isinstance(given, bool):
+            return given
+        raise self.refusal(path, given, "is neither true nor false")
+
+    def show(self, value: Any) -> str:
+        return str(value).lower()
+
+
+@dataclass(frozen=True)
+class Text(Kind):
+    """A text of a ``pattern`` (a regular expression), with the end of the sentence that refuses any other."""
+
+    pattern: str
+    fault: str
+    description: str
+    longest: int = 60
+
+    @property
+    def form(self) -> str:
+        return self.description
+
+    def read(self, path: str, given: object) -> str:
+        if isinstance(given, str) and len(given) <= self.longest and re.fullmatch(self.pattern, given):
+            return given
+        raise self.refusal(path, given, self.fault)
+
+
+_SHORT = "with a letter or digit at either end"
+NAME = Text(
+    r"\w([\w .-]*\w)?", "cannot name a results folder",
+    f"text of 1 to 60 letters, digits, spaces, dots, - and _, {_SHORT}",
+)  # fmt: skip
+"""The name of a scene, safe in a folder's name."""
+LABEL = Text(
+    r"\w([\w .+-]*\w)?", "is not a name", f"text of 1 to 60 letters, digits, spaces, dots, +, - and _, {_SHORT}"
+)
+"""The name of a part, used by messages, overrides and columns."""
+MODEL_FILE = Text(r"[ -~\u00a0-\uffff]*\S[ -~\u00a0-\uffff]*", "is no text of one line", "a line of text", 4096)
+MESH_FILE = Text(r"[^\0]*[^\0\s][^\0]*", "is no path of a mesh", 'one such as "chip.msh"', longest=4096)
+
+
+@dataclass(frozen=True)
+class NumberOrText(Kind):
+    """A finite number, or a text that the user of the value reads."""
+
+    form = 'a number, or text such as "2 um"'
+
+    def read(self, path: str, given: object) -> float | str:
+        if isinstance(given, str) and given.strip():
+            return given
+        if isinstance(given, bool) or not isinstance(given, Real) or not math.isfinite(given):
+            raise self.refusal(path, given, "is not a value")
+        return float(given)
 
 
 @dataclass(frozen=True)
 class Numbers(Kind):
-    """A table of values by name, of those ``known`` (any where none is), each a ``quantity``; ``called`` is what a name
-    is of, and ``form`` ends the sentence on what is no such table."""
+    """A table of values by name, of the ``known`` names (any where there are none), each a ``quantity``."""
 
     quantity: Kind
     known: tuple[str, ...]
     called: str
-    form: str
+    form: str = ""
 
     def read(self, path: str, given: object) -> dict[str, Any]:
         if not isinstance(given, Mapping):
@@ -160,15 +268,12 @@ class Numbers(Kind):
             known_name(path, name, self.known, self.called)
         return {str(name): self.quantity.read(f"{path}.{name}", value) for name, value in given.items()}
 
-    def write(self, value: Any) -> Any:
-        return {k: self.quantity.write(v) for k, v in value.items()} if isinstance(value, Mapping) else value
-
     def show(self, value: Any) -> str:
         return ", ".join(f"{name} {self.quantity.show(number)}" for name, number in value.items())
 
 
 def known_name(path: str, name: object, known: tuple[str, ...], called: str) -> str:
-    """A name among those known, else SceneError. Of the many of a kind, its list has one: a row's checks."""
+    """Return a known name; raises SceneError, whose list has one of the checks of a row's many."""
     if isinstance(name, str) and name in known:
         return name
     hint = did_you_mean(name, known) if isinstance(name, str) else ""
@@ -177,132 +282,89 @@ def known_name(path: str, name: object, known: tuple[str, ...], called: str) -> 
 
 
 @dataclass(frozen=True)
-class NumberOrText(Kind):
-    """A finite number, or a text whose meaning is told by what it is for."""
-
-    def read(self, path: str, given: object) -> float | str:
-        if isinstance(given, str) and given.strip():
-            return given
-        if isinstance(given, bool) or not isinstance(given, Real) or not math.isfinite(given):
-            raise SceneError(f'{path} = {quoted(given)} is not a value: give a number, or text such as "2 um"')
-        return float(given)
-
-
-@dataclass(frozen=True)
-class Switch(Kind):
-    def read(self, path: str, given: object) -> bool:
-        if isinstance(given, bool):
-            return given
-        raise SceneError(f"{path} = {quoted(given)} is neither true nor false: give one of these")
-
-    def show(self, value: Any) -> str:
-        return str(value).lower()
-
-
-@dataclass(frozen=True)
-class Text(Kind):
-    """A text of a form (a regular expression); ``refusal`` ends the sentence on any other."""
-
-    form: str
-    refusal: str
-    longest: int = 60
-
-    def read(self, path: str, given: object) -> str:
-        if isinstance(given, str) and len(given) <= self.longest and re.fullmatch(self.form, given):
-            return given
-        raise SceneError(f"{path} = {quoted(given)} {self.refusal}")
-
-
-NAME = Text(
-    r"\w([\w .-]*\w)?",
-    "cannot name a results folder: give text of 1 to 60 letters, digits, spaces, dots, - and _, with a letter or digit "
-    "at either end",
-)
-"""A short text that is safe in a folder's name."""
-
-
-INSTANT = Quantity(TIME, 0.0, 1e9)
-
-
-@dataclass(frozen=True)
 class Place(Kind):
     """A point [x, y, z]."""
 
     coordinate: Quantity
+    form = '[x, y, z], such as [0, "-50 um", 2e-6]'
 
     def read(self, path: str, given: object) -> tuple[float, float, float]:
         if not isinstance(given, (list, tuple)) or len(given) != 3:
-            raise SceneError(f'{path} = {quoted(given)} is not a point: give [x, y, z], such as [0, "-50 um", 2e-6]')
+            raise self.refusal(path, given, "is not a point")
         x, y, z = (self.coordinate.read(f"{path}[{'xyz'[d]}]", c) or 0.0 for d, c in enumerate(given))
         return x, y, z
 
 
-MOST_TIMES = 10_000
-"""The most output times: each is a row of traces.csv."""
+@dataclass(frozen=True)
+class Items(Kind):
+    """A list of values of one kind; ``called`` says of what, ``example`` is one, and ``count`` says how many."""
+
+    member: Kind
+    called: str
+    example: str
+    count: int = 0
+
+    @property
+    def form(self) -> str:
+        return f"{'two ' if self.count == 2 else 'a list of '}{self.called}, such as {self.example}"
+
+    def read(self, path: str, given: object) -> tuple[Any, ...]:
+        if not isinstance(given, (list, tuple)) or not given or self.count not in (0, len(given)):
+            raise self.refusal(path, given, "is not a list" if self.count != 2 else "is not a pair")
+        if len(given) > MOST_TIMES:
+            raise SceneError(f"{path} has {len(given)} {self.called}: give at most {MOST_TIMES}")
+        return tuple(self.member.read(f"{path}[{i}]", each) for i, each in enumerate(given, 1))
 
 
 @dataclass(frozen=True)
-class Instants(Kind):
+class Instants(Items):
     """A list of times; the value has each once, ascending."""
 
-    def read(self, path: str, given: object) -> tuple[float, ...]:
-        if not isinstance(given, (list, tuple)) or not given:
-            raise SceneError(f'{path} = {quoted(given)} is not a list of times: give some, such as [0.1, "200 ms"]')
-        if len(given) > MOST_TIMES:
-            raise SceneError(
-                f"{path} has {len(given)} times: give at most {MOST_TIMES}; whatever is given here, traces.csv has as "
-                "many rows as the accuracy takes"
-            )
-        return tuple(sorted({INSTANT.read(f"{path}[{i}]", t) or 0.0 for i, t in enumerate(given, 1)}))
+    def read(self, path: str, given: object) -> tuple[Any, ...]:
+        return tuple(sorted(set(super().read(path, given))))
 
 
 @dataclass(frozen=True)
-class Pair(Kind):
-    """A list of two names; ``called`` says of what."""
+class GroupName(Kind):
+    """The name of a group of a mesh, or the number of one that has no name."""
 
-    member: Kind
-    called: str
+    form = "its name, or its number where it has none"
 
-    def read(self, path: str, given: object) -> tuple[str, str]:
-        if not isinstance(given, (list, tuple)) or len(given) != 2:
-            raise SceneError(f'{path} = {quoted(given)} is not a pair: give two {self.called}, such as ["a", "b"]')
-        one, other = (self.member.read(f"{path}[{i}]", name) for i, name in enumerate(given, 1))
-        return one, other
+    def read(self, path: str, given: object) -> str:
+        if isinstance(given, int) and not isinstance(given, bool):
+            return str(given)
+        if isinstance(given, str) and given.strip():
+            return given
+        raise self.refusal(path, given, "is not a group")
 
 
 @dataclass(frozen=True)
-class Names(Kind):
-    """A list of names; ``called`` says of what."""
+class LengthUnit(Kind):
+    """The unit of a file's coordinates: "um", or the length in m."""
 
-    member: Kind
-    called: str
+    form = '"um", "mm" or 1e-6'
 
-    def read(self, path: str, given: object) -> tuple[str, ...]:
-        if isinstance(given, (list, tuple)) and given:
-            return tuple(self.member.read(f"{path}[{i}]", name) for i, name in enumerate(given, 1))
-        raise SceneError(f'{path} = {quoted(given)} is not a list of {self.called}: give some, such as ["silicon"]')
+    def read(self, path: str, given: object) -> float:
+        text = f"1 {given}" if isinstance(given, str) and not given[:1].isdigit() else given
+        try:
+            value, unit = parse_quantity(text) if isinstance(text, str) else (float(text), None)  # type: ignore[arg-type]
+        except (UnitError, TypeError, ValueError):
+            value, unit = 0.0, None
+        fine = unit is None or unit.powers == LENGTH.powers
+        if isinstance(given, bool) or not fine or not UNITS_OF_LENGTH[0] <= value <= UNITS_OF_LENGTH[1]:
+            raise self.refusal(path, given, "is not a unit of length")
+        return value
 
 
-LABEL = Text(
-    r"\w([\w .+-]*\w)?",
-    "is not a name: give text of 1 to 60 letters, digits, spaces, dots, +, - and _, with a letter or digit at either "
-    "end",
-)
-"""The name of a part, used by messages, overrides and columns."""
-MODEL_FILE = Text(r"[ -~\u00a0-\uffff]*\S[ -~\u00a0-\uffff]*", "is no text of one line", longest=4096)
+INSTANT = Quantity(TIME, 0.0, 1e9)
 KELVIN = Quantity(TEMPERATURE, 0.0, 1e6)
+GROUP = GroupName()
+OUTPUT_TIMES = Instants(INSTANT, "times", '[0.1, "200 ms"]')
 
 
 def only(path: str, given: Mapping[Any, object], known: tuple[str, ...]) -> None:
-    """Refuses a name in a table that is not known."""
+    """Refuse an unknown name in a table."""
     for name, value in given.items():
         if name not in known:
             hint = did_you_mean(name, known)
             raise SceneError(f"unknown key {path}.{name} = {quoted(value)}: give {' and '.join(known)}{hint}")
-
-
-def _type_name(given: object) -> str:
-    if given is None:
-        return "missing"
-    names = {bool: "a boolean", Mapping: "a table", list: "a list", tuple: "a list"}
-    return next((name for kind, name in names.items() if isinstance(given, kind)), f"a {type(given).__name__}")

@@ -104,10 +104,10 @@ def _check_name(name: str) -> None:
 def _measure(given: object, names: Names) -> Measure:
     if isinstance(given, str):
         value, powers = measured(given, names)
-        return Measure.of(_finite(value), powers or PLAIN)
+        return Measure.from_float(_finite(value), powers or PLAIN)
     if isinstance(given, bool) or not isinstance(given, Real):
         raise UnitError("is neither a number nor text")
-    return Measure.of(_finite(given), PLAIN)
+    return Measure.from_float(_finite(given), PLAIN)
 
 
 def _finite(given: Any) -> float:
@@ -158,7 +158,7 @@ class Parameters:
 
     def measures(self) -> dict[str, Measure]:
         """What their names stand for in expressions."""
-        return {name: Measure.of(value, self.powers[name]) for name, value in self.values.items()}
+        return {name: Measure.from_float(value, self.powers[name]) for name, value in self.values.items()}
 
     def key(self, path: str) -> str | None:
         """The free parameter other than zero that a path such as "parameters.w" names. Raises SceneError for another of

@@ -20,7 +20,7 @@ from typing import Any, TypeVar
 from scenes import laws
 from scenes.errors import SceneError, did_you_mean, nearest, printable, quoted
 from scenes.files import parsed
-from scenes.kinds import Instants, Kind, Numbers, Quantity
+from scenes.kinds import OUTPUT_TIMES, Kind, Numbers, Quantity
 from scenes.parameters import SECTION, Names, Parameters, known, put
 from scenes.units import TIME
 
@@ -275,7 +275,7 @@ def _of_one_length(flat: dict[str, object], given: set[str]) -> dict[str, object
         if "run.output_times" in flat and "run.output_times" not in given:
             with known(Names(flat.get(SECTION, {}))):
                 end = Quantity(TIME, 0.0, inf).read("run.end_time", flat["run.end_time"]) or 0.0
-                times = Instants().read("run.output_times", flat.pop("run.output_times"))
+                times = OUTPUT_TIMES.read("run.output_times", flat.pop("run.output_times"))
             if kept := [time for time in times if time <= end]:
                 flat["run.output_times"] = kept
     return flat

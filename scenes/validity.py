@@ -11,7 +11,7 @@ from typing import Any, Literal, TypeVar
 from scenes import laws
 from scenes.device import Device
 from scenes.errors import SceneError, quoted
-from scenes.following import number_of
+from scenes.functions import number_of
 from scenes.keys import type_of
 from scenes.model import Material
 from scenes.physics import check_resistivity, refuse_both, refuse_laws

@@ -1,130 +1,109 @@
 """One key of a scene varied by a factor: the keys that have a logarithmic derivative, and the scenes beside one.
 
-Those of a free scene are of materials, sources and conditions, and the planes of its boxes. A plane is a coordinate of
-a box with all else that lies there: boxes, conditions and probes go along, so that nothing tears. It is named after the
-thinnest box with a face in it, of whose size a part says how far it moves: unlike a part of the coordinate that doesn't
-depend on where the origin is. A value over time is varied as a whole. A parameter takes all along that is made of it.
+The keys of a free scene are of materials, sources and conditions, and the planes of its boxes. A plane is a coordinate
+of a box with all else that lies there: boxes, conditions and probes move along, so that nothing tears. A plane is named
+after the thinnest box with a face in it, and moves by parts of the size of this box, which unlike the coordinate does
+not depend on the origin. A schedule is varied as a whole. A parameter moves everything that is made of it, and stands
+for the keys that the file gives by it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import re
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from math import inf
 from operator import attrgetter
 from typing import Any, TypeVar
 
 from scenes import laws, physics
-from scenes.condition_kinds import Surroundings, Varying
-from scenes.following import number_of
 from scenes.free.tables import CURRENT_CONTACT, HEAT_CONTACT, HEAT_SOURCE, LISTS, SERIES
+from scenes.functions import Surroundings, number_of
 from scenes.keys import TYPES, type_of
 from scenes.kinds import KELVIN, Quantity
 from scenes.model import AnyScene, Material, Scene, Schedule, Value, values
 from scenes.moved import transferred
 from scenes.parameters import SECTION, Parameters
+from scenes.schema import CONDUCTIVITY, label_of, twin
 from scenes.units import LENGTH, NUMBER, dimension_of
 
 T = TypeVar("T")
+Change = Callable[[float], Any]
 
 SETTINGS = ("run.", "control.", "external.step_time")
-"""Keys of how a scene is run, not of what it is made of: there is nothing to measure of them."""
+"""Keys that say how a scene is run, which nobody measures."""
 MEANT = {"oxide_offset": "anchor_distance"}
-"""Attributes that may be a word, and the property that has their number then."""
+"""Attributes that may be a word, and the property with the number that the word stands for."""
 EXPONENT = ".exponent"
-"""How keys of exponents end."""
+"""The end of the keys of exponents."""
 PLANE = 1e-9  # Coordinates closer than this part of a scene's extent are in one plane.
 _SIZE = Quantity(LENGTH, 0.0, 1e4)
 _POWER = Quantity(NUMBER, 0.0, inf, signed=True)
 
 
 def is_free(scene: object) -> bool:
-    """Whether a scene is one of boxes or on a mesh, and none of the parametric ones."""
+    """Whether a scene is one of boxes or on a mesh, and not a parametric one."""
     return getattr(scene, "kind", "") not in TYPES
 
 
 def numbers(scene: Any) -> dict[str, float]:
-    """The physical keys of a scene whose values are numbers other than zero, with these (SI units): what a
-    logarithmic derivative can be taken by; of a plane of a free scene it is the size of its box. An insulator's
-    resistivity law says nothing, and is left out. Of parameters those that are plain numbers and move something."""
-    by_key = {f"{SECTION}.{name}": value for name, value in _parameters(scene).items()}
-    if is_free(scene):
-        return by_key | {path: number.value for path, number in of_free(scene).items() if number.value}
-    for path, key in type_of(scene).schema.paths.items():
-        skipped = (*SETTINGS, *getattr(scene, "sink", scene).absent)
-        if not key.physical or number_of(key.kind) is None or path.startswith(skipped):
-            continue
-        given = _value(scene, key.attribute)
-        if not given:
-            continue
-        owner = key.attribute.rpartition(".")[0]
-        if path.endswith(".resistivity") and getattr(attrgetter(owner)(scene), "electrical_conductivity", None):
-            continue
-        of_line = path.endswith((".temperature_coefficient", ".reference_temperature"))
-        if of_line and ((resistivity := attrgetter(owner)(scene).resistivity) is None or laws.varies(resistivity)):
-            continue
-        by_key |= {path + name: float(value) for name, value, _ in laws.numbers(given) if value}
-    return by_key
+    """Return the keys of a scene whose numbers are not zero, with these numbers (SI units): the inputs of which there
+    are logarithmic derivatives.
+
+    The number of a plane is the size of its box. Of parameters the plain numbers that move something count. An
+    insulator's resistivity law is left out.
+    """
+    parameters: Parameters | None = scene.parameters
+    free = () if parameters is None else parameters.free
+    by_key = {f"{SECTION}.{name}": value for name in free if parameters and (value := parameters.values[name])}
+    return by_key | {path: number.value for path, number in every_number(scene).items() if number.value}
+
+
+def made_of_parameters(scene: Any) -> set[str]:
+    """Return the keys that the file of a scene gives by parameters, which stand for them."""
+    made = _made_of_parameters(scene)
+    return {path for path in every_number(scene) if any(_covers(each, path) for each in made)}
 
 
 def zeros(scene: Any) -> tuple[str, ...]:
+    """Return the keys of a free scene whose numbers are zero, of which there is no percent."""
     return tuple(path for path, number in of_free(scene).items() if not number.value)
 
 
-def _parameters(scene: Any) -> dict[str, float]:
-    parameters: Parameters | None = scene.parameters
-    if parameters is None:
-        return {}
-    return {name: value for name in parameters.free if (value := parameters.values[name])}
-
-
 def kind_of(scene: Any, path: str) -> Quantity:
+    """Return the kind of number of a key."""
     parameters: Parameters | None = scene.parameters
     if parameters is not None and (name := parameters.key(path)):
         return Quantity(dimension_of(parameters.powers[name]), 0.0, inf, signed=True)
-    if is_free(scene):
-        return of_free(scene)[path].kind
-    if path.endswith(EXPONENT):
-        return _POWER
-    kind = number_of(type_of(scene).schema.paths[_of_law(scene, path)[0]].kind)
-    assert kind is not None
-    return kind
+    return every_number(scene)[path].kind
 
 
 def varied(scene: T, path: str, factor: float) -> T:
-    """The scene with one key multiplied by a factor; a plane of a free scene moves by ``factor - 1`` times the size of
-    its box. It is checked only where the key is a parameter: raises SceneError then."""
+    """Return the scene with one key multiplied by a factor; a plane moves by ``factor - 1`` times the size of its box.
+
+    Only a scene with another parameter is checked: raises SceneError.
+    """
     given: Any = scene
     if given.parameters is not None and (name := given.parameters.key(path)):
         after = _rebuilt(given, name, factor)
         changed = transferred(given, _rebuilt(given, name, 1.0), after)
         return replace(changed, parameters=after.parameters)  # type: ignore[no-any-return]
-    if is_free(scene):
-        return of_free(given)[path].more(factor - 1)  # type: ignore[return-value]
-    schema = type_of(scene).schema
-    key, name = _of_law(scene, path)
-    times = {part: change for part, _, change in laws.numbers(_value(scene, schema.paths[key].attribute))}[name]
-    return schema.apply({key: times(factor)}, scene)
-
-
-def _of_law(scene: Any, path: str) -> tuple[str, str]:
-    """The key of a sink or device, and the name behind it of a number of its law (`scenes.laws.numbers`)."""
-    paths = type_of(scene).schema.paths
-    key = path if path in paths else path.removesuffix(EXPONENT).partition("[")[0]
-    return key, path[len(key) :]
+    return every_number(given)[path].more(factor - 1)  # type: ignore[no-any-return]
 
 
 def neighbour(scene: T, path: str, step: float) -> T:
-    """The scene whose numbers differ by ``step`` times their derivatives by the logarithm of a key: what is made of a
-    parameter need not be in proportion to it, and is to first order here. How a scene is run does not change. Raises
-    SceneError where parts come apart, as faces that touch do of which a parameter moves one alone."""
+    """Return the scene whose numbers differ by ``step`` times their derivatives by the logarithm of a key.
+
+    Values that are made of a parameter change to first order only, and how the scene is run does not change. Raises
+    SceneError where parts come apart, as touching faces do of which a parameter moves one alone.
+    """
     given: Any = scene
     if given.parameters is None or not (name := given.parameters.key(path)):
         return varied(scene, path, 1 + step)
     less, more = (_rebuilt(given, name, 1 + sign * abs(step)) for sign in (-1, 1))
     part = 0.5 if step > 0 else -0.5
     moved: Any = transferred(given, less, more, part)
-    # What the parameters themselves are then, for models that are made of them.
+    # Models that are made of the parameters read their values.
     ends = [other.parameters.values for other in (less, more)]
     values = {n: v + part * (ends[1][n] - ends[0][n]) for n, v in given.parameters.values.items()}
     beside: T = replace(moved, parameters=replace(given.parameters, values=values))
@@ -132,7 +111,7 @@ def neighbour(scene: T, path: str, step: float) -> T:
 
 
 def _run_as(scene: T, other: Any) -> T:
-    """The scene with all that says how another is run."""
+    """The scene, run as another one is."""
     if is_free(scene):
         run = {name: getattr(other, name) for name in ("end_time", "output_times", "accuracy", "steady")}
         return replace(scene, **run)  # type: ignore[type-var]
@@ -152,15 +131,80 @@ def _rebuilt(scene: Any, name: str, factor: float) -> Any:
     return kind.schema.apply(kind.schema.read(flat), kind.default)
 
 
+def _made_of_parameters(scene: Any) -> list[str]:
+    """The paths of all values that the file of a scene makes of parameters."""
+    parameters: Parameters | None = scene.parameters
+    if parameters is None:
+        return []
+
+    def paths(path: str, given: Any) -> Iterator[str]:
+        if isinstance(given, str) and set(re.findall(r"[A-Za-z_]\w*", given)) & set(parameters.values):
+            yield path
+        elif isinstance(given, Mapping):
+            for key, value in given.items():
+                yield from paths(f"{path}.{key}", value)
+        elif isinstance(given, (list, tuple)):
+            tables = path in LISTS
+            for i, value in enumerate(given):
+                point = f"{path}.{'xyz'[i]}" if path.endswith(("lower", "upper")) and i < 3 else f"{path}[]"
+                yield from paths(f"{path}.{label_of(path, i + 1, value)[0]}" if tables else point, value)
+
+    made = [p for key, value in parameters.flat.items() if key != SECTION for p in paths(key, value)]
+    return made + [name for name, plane in _planes_of(scene) if any(f"box.{face}" in made for face in plane)]
+
+
+def _covers(made: str, path: str) -> bool:
+    """Whether a value that is made of parameters is all or a part of a key's."""
+    short, long = sorted((made, path), key=len)
+    return long == short or long.startswith((f"{short}.", f"{short}["))
+
+
 def is_word(scene: object, path: str) -> bool:
-    """Whether the value of a key is a word, which comes to a number."""
-    return (
-        path in type_of(scene).schema.paths and attrgetter(type_of(scene).schema.paths[path].attribute)(scene) is None
-    )
+    """Whether the value of a key is a word, which stands for a number."""
+    paths = type_of(scene).schema.paths
+    return path in paths and attrgetter(paths[path].attribute)(scene) is None
+
+
+@dataclass(frozen=True)
+class Number:
+    """A number of a scene: its ``value`` (SI units), its kind, and the function that makes the scene in which it is
+    larger by a part of the value."""
+
+    value: float
+    kind: Quantity
+    more: Change
+
+
+def every_number(scene: Any) -> dict[str, Number]:
+    """Return the numbers of any scene by their keys, those that are made of parameters and zeros among them."""
+    return of_free(scene) if is_free(scene) else _of_parametric(scene)
+
+
+def _of_parametric(scene: Any) -> dict[str, Number]:
+    """The numbers of a sink or a device."""
+    schema, numbers = type_of(scene).schema, dict[str, Number]()
+    written = schema.write(scene)
+    for path, key in schema.paths.items():
+        kind, value = number_of(key.kind), _value(scene, key.attribute)
+        if kind is None or value is None or not key.physical or path not in written:
+            continue
+        if path.startswith((*SETTINGS, *getattr(scene, "sink", scene).absent)):
+            continue
+        if path.endswith((".temperature_coefficient", ".reference_temperature")):
+            resistivity = attrgetter(key.attribute.rpartition(".")[0])(scene).resistivity
+            if resistivity is None or laws.varies(resistivity):
+                continue
+        for name, number, times in laws.numbers(value):
+
+            def more(part: float, path: str = path, times: Callable[[float], Any] = times) -> Any:
+                return schema.apply({path: times(1 + part)}, scene)
+
+            numbers[path + name] = Number(float(number), _POWER if name.endswith(EXPONENT) else kind, more)
+    return numbers
 
 
 def _value(scene: object, attribute: str) -> Any:
-    """The value of a key; where it is a word, what that comes to."""
+    """The value of a key; of a word the number that it stands for."""
     value = attrgetter(attribute)(scene)
     owner, _, name = attribute.rpartition(".")
     if value is None and name in MEANT:
@@ -168,22 +212,11 @@ def _value(scene: object, attribute: str) -> Any:
     return value
 
 
-@dataclass(frozen=True)
-class Number:
-    """A number of a scene: its ``value`` (SI units), parts of which it is varied by, its kind, and what makes the scene
-    in which it is larger by a part of that."""
-
-    value: float
-    kind: Quantity
-    more: Callable[[float], AnyScene]
-
-
 def of_free(scene: AnyScene) -> dict[str, Number]:
-    """The numbers by their keys, zeros among them, which no logarithmic derivative can be taken by."""
-    by_key = dict([*_materials(scene), *_conditions(scene), *_contacts(scene), *_sources(scene)])
-    if scene.parts == "boxes":
-        boxes: Any = scene
-        by_key |= dict(_planes(boxes))
+    """Return the numbers of a free scene by their keys, zeros among them."""
+    by_key = dict([*_materials(scene), *_conditions(scene), *_contacts_and_sources(scene)])
+    if isinstance(scene, Scene):
+        by_key |= dict(_planes(scene))
     if not scene.steady or not physics.heat(scene):
         start = scene.initial_temperature
         by_key["scene.initial_temperature"] = Number(
@@ -202,145 +235,134 @@ def _largest(value: Value) -> float:
     return max(values(value), key=abs)
 
 
+def _changing(scene: Any, items: str, chosen: Callable[[Any], bool], **makers: Callable[[float], Any]) -> Change:
+    """The function that makes the scene in which attributes of some items differ by a part."""
+
+    def more(part: float) -> Any:
+        changes = {name: make(part) for name, make in makers.items()}
+        return replace(
+            scene, **{items: tuple(replace(i, **changes) if chosen(i) else i for i in getattr(scene, items))}
+        )
+
+    return more
+
+
+def _scaled(scene: Any, items: str, item: Any, name: str, kind: Any) -> Number:
+    """The number of an attribute of one item, all of whose values change together."""
+    value = getattr(item, name)
+    more = _changing(scene, items, lambda i: i is item, **{name: lambda part: _times(value, 1 + part)})
+    return Number(_largest(value), kind, more)
+
+
 def _materials(scene: AnyScene) -> Iterator[tuple[str, Number]]:
-    """What the physics that is asked for needs to know of each material."""
+    """The properties of each material that the physics of the scene needs."""
     for material in dict.fromkeys(physics.materials(scene)):
         keys = list(physics.needed(scene))
         if physics.electric(scene) and material.resistivity is not None:
-            keys.append("resistivity" if material.electrical_conductivity is None else "electrical_conductivity")
+            keys.append("resistivity" if material.electrical_conductivity is None else CONDUCTIVITY)
             keys += [] if laws.varies(material.resistivity) else ["temperature_coefficient"]
             keys += ["reference_temperature"] if material.temperature_coefficient else []
         for key in keys:
             given = getattr(material, key)
-            of_current = key in ("resistivity", "electrical_conductivity")
-            for name, value, times in laws.in_proportion(given) if of_current else laws.numbers(given):
+            for name, value, times in laws.in_proportion(given) if twin(key) else laws.numbers(given):
                 kind: Any = _POWER if name.endswith(EXPONENT) else number_of(LISTS["material"][key])
-                number = Number(float(value), kind, _with_material(scene, material, key, times))
-                yield f"material.{material.name}.{key}{name}", number
+                more = _with_material(scene, material, key, times)
+                yield f"material.{material.name}.{key}{name}", Number(float(value), kind, more)
 
 
-def _with_material(
-    scene: AnyScene, material: Material, key: str, times: Callable[[float], laws.Property]
-) -> Callable[[float], AnyScene]:
-    def more(part: float) -> AnyScene:
-        changes = {key: times(1 + part)}
-        if key == "electrical_conductivity":
-            changes["resistivity"] = laws.inverse(changes[key])
-        changed = replace(material, **changes)
-        parts = [replace(p, material=changed) if p.material == material else p for p in getattr(scene, scene.parts)]
-        return replace(scene, **{scene.parts: tuple(parts)})  # type: ignore[arg-type]
+def _with_material(scene: AnyScene, material: Material, key: str, times: Callable[[float], Any]) -> Change:
+    def changed(part: float) -> Material:
+        value = times(1 + part)
+        return replace(material, **({key: value} | ({twin(key): laws.inverse(value)} if key == CONDUCTIVITY else {})))
 
-    return more
+    return _changing(scene, scene.parts, lambda each: each.material == material, material=changed)
 
 
 def _conditions(scene: AnyScene) -> Iterator[tuple[str, Number]]:
     boundaries: tuple[Any, ...] = scene.boundaries
-    for i, boundary in enumerate(boundaries):
-        kind, key = LISTS["boundary"][boundary.key], f"boundary.{boundary.name}.{boundary.key}"
-        if boundary.contact_resistance:
-            per_area = CURRENT_CONTACT if boundary.kind == "voltage" else HEAT_CONTACT
-            resistance = Number(boundary.contact_resistance, per_area, _with_contact(scene, i))
-            yield f"boundary.{boundary.name}.contact_resistance", resistance
-        if boundary.kind == "convection" and boundary.contact_resistance:
-            given = Number(_largest(boundary.ambient), KELVIN, _with_item(scene, "boundaries", i, "ambient"))
-            yield f"boundary.{boundary.name}.{boundary.key}", given
+    for b in boundaries:
+        owner, kind = f"boundary.{b.name}", LISTS["boundary"][b.key]
+        resistance = b.contact_resistance
+        if resistance:
+            per_area = CURRENT_CONTACT if b.kind == "voltage" else HEAT_CONTACT
+            yield f"{owner}.contact_resistance", Number(resistance, per_area, _with_contact(scene, b))
+        if b.kind == "convection" and resistance:
+            yield f"{owner}.{b.key}", _scaled(scene, "boundaries", b, "ambient", KELVIN)
             continue
+        key, quantity = f"{owner}.{b.key}", number_of(kind) or kind.quantity  # type: ignore[attr-defined]
         if isinstance(kind, Surroundings):
-            ambient = Number(_largest(boundary.ambient), KELVIN, _with_item(scene, "boundaries", i, "ambient"))
-            yield f"{key}.ambient", ambient
-            key, quantity = f"{key}.{kind.name}", kind.quantity
+            yield f"{key}.ambient", _scaled(scene, "boundaries", b, "ambient", KELVIN)
+            key = f"{key}.{kind.name}"
+        if laws.varies(b.value):
+            for name, value, times in laws.numbers(b.value):
+                kind_of_number = _POWER if name.endswith(EXPONENT) else quantity
+                yield key + name, Number(value, kind_of_number, _with_law(scene, b, times))
         else:
-            assert isinstance(kind, Varying)
-            quantity = kind.quantity
-        if laws.varies(boundary.value):
-            for name, value, times in laws.numbers(boundary.value):
-                of_law = _POWER if name.endswith(EXPONENT) else quantity
-                yield key + name, Number(value, of_law, _with_law(scene, i, times))
-        else:
-            yield key, Number(_largest(boundary.value), quantity, _with_item(scene, "boundaries", i, "value"))
-        if 0 < boundary.series_resistance < inf:
-            more = _with_item(scene, "boundaries", i, "series_resistance")
-            yield f"boundary.{boundary.name}.series_resistance", Number(boundary.series_resistance, SERIES, more)
+            yield key, _scaled(scene, "boundaries", b, "value", quantity)
+        if 0 < b.series_resistance < inf:
+            yield f"{owner}.series_resistance", _scaled(scene, "boundaries", b, "series_resistance", SERIES)
 
 
-def _with_law(scene: Any, number: int, times: Callable[[float], laws.Property]) -> Callable[[float], Any]:
-    """What multiplies a number of the law of a boundary's coefficient by one and a part."""
-    return _with_changes(scene, "boundaries", number, lambda _, part: {"value": times(1 + part)})
+def _with_contact(scene: AnyScene, boundary: Any) -> Change:
+    resistance = boundary.contact_resistance
+    makers: dict[str, Change] = {"contact_resistance": lambda part: resistance * (1 + part)}
+    if boundary.kind == "convection":
+        makers["value"] = lambda part: 1 / (resistance * (1 + part))
+    return _changing(scene, "boundaries", lambda i: i is boundary, **makers)
 
 
-def _with_contact(scene: Any, number: int) -> Callable[[float], Any]:
-    """The same of a boundary's contact resistance."""
-
-    def changes(boundary: Any, part: float) -> dict[str, float]:
-        resistance = boundary.contact_resistance * (1 + part)
-        film = {"value": 1 / resistance} if boundary.kind == "convection" else {}
-        return {"contact_resistance": resistance, **film}
-
-    return _with_changes(scene, "boundaries", number, changes)
+def _with_law(scene: AnyScene, boundary: Any, times: Callable[[float], Any]) -> Change:
+    return _changing(scene, "boundaries", lambda i: i is boundary, value=lambda part: times(1 + part))
 
 
-def _contacts(scene: AnyScene) -> Iterator[tuple[str, Number]]:
-    kinds = {"thermal_resistance": HEAT_CONTACT, "electrical_resistance": CURRENT_CONTACT}
-    for i, contact in enumerate(scene.contacts):
-        for key, kind in kinds.items():
-            number = Number(getattr(contact, key), kind, _with_item(scene, "contacts", i, key))
-            yield f"contact.{contact.name}.{key}", number
-
-
-def _sources(scene: AnyScene) -> Iterator[tuple[str, Number]]:
+def _contacts_and_sources(scene: AnyScene) -> Iterator[tuple[str, Number]]:
+    for contact in scene.contacts:
+        for key, kind in (("thermal_resistance", HEAT_CONTACT), ("electrical_resistance", CURRENT_CONTACT)):
+            yield f"contact.{contact.name}.{key}", _scaled(scene, "contacts", contact, key, kind)
     table, items = scene.heated
-    for i, item in enumerate(getattr(scene, items)):
-        if largest := _largest(item.heat_source):
-            number = Number(largest, HEAT_SOURCE.quantity, _with_item(scene, items, i, "heat_source"))
-            yield f"{table}.{item.name}.heat_source", number
+    for item in getattr(scene, items):
+        if _largest(item.heat_source):
+            source = _scaled(scene, items, item, "heat_source", HEAT_SOURCE.quantity)
+            yield f"{table}.{item.name}.heat_source", source
 
 
-def _with_item(scene: Any, items: str, number: int, name: str) -> Callable[[float], Any]:
-    return _with_changes(scene, items, number, lambda item, part: {name: _times(getattr(item, name), 1 + part)})
-
-
-def _with_changes(
-    scene: Any, items: str, number: int, changes: Callable[[Any, float], dict[str, Any]]
-) -> Callable[[float], Any]:  # fmt: skip
-    """What gives the scene with an item changed by a part: by these attributes of it."""
-
-    def more(part: float) -> Any:
-        entries = list(getattr(scene, items))
-        entries[number] = replace(entries[number], **changes(entries[number], part))
-        return replace(scene, **{items: tuple(entries)})
-
-    return more
+def _planes_of(scene: Any) -> Iterator[tuple[str, list[str]]]:
+    """The name of each plane of a scene of boxes, and the faces in it as "beam.upper.x"; the name's is the first."""
+    boxes = getattr(scene, "boxes", ())
+    for axis, letter in enumerate("xyz"):
+        ends = sorted(
+            (box.upper[axis] - box.lower[axis], n, end, getattr(box, end)[axis])
+            for n, box in enumerate(boxes) for end in ("lower", "upper")
+        )  # fmt: skip
+        coordinates = [c for *_, c in ends]
+        small = PLANE * (max(coordinates, default=0.0) - min(coordinates, default=0.0))
+        while ends:
+            at = ends[0][3]
+            faces = [f"{boxes[n].name}.{end}.{letter}" for _, n, end, c in ends if abs(c - at) <= small]
+            yield f"box.{faces[0]}", faces
+            ends = [each for each in ends if abs(each[3] - at) > small]
 
 
 def _planes(scene: Scene) -> Iterator[tuple[str, Number]]:
-    """The planes across each axis, in the order of the boxes."""
-    for axis, letter in enumerate("xyz"):
-        ends = [c for box in scene.boxes for c in (box.lower[axis], box.upper[axis])]
-        small = PLANE * (max(ends) - min(ends))
-        taken: list[float] = []
-        # Of the faces in one plane the thinnest box's gives the name.
-        for box in sorted(scene.boxes, key=lambda b: b.upper[axis] - b.lower[axis]):
-            for end in ("lower", "upper"):
-                at = getattr(box, end)[axis]
-                if not any(abs(at - other) <= small for other in taken):
-                    taken.append(at)
-                    size = box.upper[axis] - box.lower[axis]
-                    number = Number(size, _SIZE, _with_plane(scene, axis, at, size, small))
-                    yield f"box.{box.name}.{end}.{letter}", number
+    """The planes across each axis."""
+    boxes = {box.name: box for box in scene.boxes}
+    for name, faces in _planes_of(scene):
+        box_name, end, letter = faces[0].rsplit(".", 2)
+        box, axis = boxes[box_name], "xyz".index(letter)
+        extent = [c for b in scene.boxes for c in (b.lower[axis], b.upper[axis])]
+        size, small = box.upper[axis] - box.lower[axis], PLANE * (max(extent) - min(extent))
+        yield name, Number(size, _SIZE, _with_plane(scene, axis, getattr(box, end)[axis], size, small))
 
 
-def _with_plane(scene: Scene, axis: int, at: float, size: float, small: float) -> Callable[[float], Scene]:
+def _with_plane(scene: Scene, axis: int, at: float, size: float, small: float) -> Change:
     def more(part: float) -> Scene:
         def moved(point: tuple[float, float, float]) -> tuple[float, ...]:
-            return tuple(
-                c + part * size if d == axis and abs(c - at) <= small else c for d, c in enumerate(point)
-            )  # fmt: skip
+            return tuple(c + part * size if d == axis and abs(c - at) <= small else c for d, c in enumerate(point))
 
         def together(items: tuple[Any, ...]) -> tuple[Any, ...]:
             return tuple(replace(item, lower=moved(item.lower), upper=moved(item.upper)) for item in items)
 
-        return replace(
-            scene, boxes=together(scene.boxes), boundaries=together(scene.boundaries), probes=together(scene.probes)
-        )
+        boxes, boundaries, probes = map(together, (scene.boxes, scene.boundaries, scene.probes))
+        return replace(scene, boxes=boxes, boundaries=boundaries, probes=probes)
 
     return more

@@ -13,7 +13,7 @@ import numpy as np
 from compare import quantities
 from compare.data.columns import Table, split_unit
 from scenes.errors import quoted
-from scenes.following import number_of
+from scenes.functions import number_of
 from scenes.keys import SINK
 from scenes.model import UNITS, values
 from scenes.parameters import SECTION

@@ -66,7 +66,7 @@ def _parameters(scene: AnyScene, own_model: OwnModel, document: Mapping[str, obj
             if stood:
                 plane = parse_unit("m").powers if key.endswith((".x", ".y", ".z")) else PLAIN
                 powers = varied[key].kind.dimension.powers if key in varied else plane
-                known[f"key_{n}_"] = Measure.of(keys[key], powers)
+                known[f"key_{n}_"] = Measure.from_float(keys[key], powers)
         try:
             values[name] = measured(text, known)[0]
         except UnitError as error:

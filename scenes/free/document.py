@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, TypeVar
 
-from scenes import condition_kinds as ck
+from scenes import functions as ck
 from scenes import laws, physics
 from scenes import model as m
 from scenes import units as d

@@ -6,13 +6,12 @@ unit.
 
 from __future__ import annotations
 
-from scenes import condition_kinds as ck
+from scenes import functions as ck
 from scenes import kinds as k
-from scenes import mesh_kinds as mk
 from scenes import model as m
 from scenes import units as d
 from scenes.checks import Differing, tolerances
-from scenes.following import Following
+from scenes.functions import Following
 from scenes.keys import ACCURACY, VALID_TO
 from scenes.schema import Key, Schema
 
@@ -64,7 +63,7 @@ _SCENE_AND_RUN = (
     Key("scene.initial_temperature", "initial_temperature", k.KELVIN),
     Key("run.steady", "steady", k.Switch()),
     Key("run.end_time", "end_time", k.Quantity(d.TIME, 1e-12, 1e9)),
-    Key("run.output_times", "output_times", k.Instants()),
+    Key("run.output_times", "output_times", k.OUTPUT_TIMES),
     Key("run.accuracy", "accuracy", ACCURACY),
     Key("model.file", "model.file", k.MODEL_FILE, physical=False),
     Key("model.parameters", "model.parameters", _NAMED, physical=False),
@@ -108,12 +107,12 @@ LISTS: dict[str, dict[str, k.Kind]] = {
         "upper": POINT,
         "reduce": k.Choice(("mean", "max", "min")),
         "box": k.LABEL,
-        "boxes": k.Names(k.LABEL, "boxes"),
+        "boxes": k.Items(k.LABEL, "boxes", '["left pad", "right pad"]'),
         "material": k.LABEL,
     },
     "contact": {
         "name": k.LABEL,
-        "between": k.Pair(k.LABEL, "boxes"),
+        "between": k.Items(k.LABEL, "boxes", '["a", "b"]', 2),
         "thermal_resistance": ck.ContactResistance((HEAT_CONTACT,)),
         "electrical_resistance": ck.ContactResistance((CURRENT_CONTACT,)),
     },
@@ -137,20 +136,20 @@ BOXES = Schema(
 
 _OF_BOXES = ("lower", "upper", "box", "boxes")
 ON_MESH = Schema(
-    (*_SCENE_AND_RUN, Key("mesh.file", "file", mk.MESH_FILE), Key("mesh.unit", "unit", mk.LengthUnit())),
+    (*_SCENE_AND_RUN, Key("mesh.file", "file", k.MESH_FILE), Key("mesh.unit", "unit", k.LengthUnit())),
     {
-        "material": {**LISTS["material"], "groups": k.Names(mk.GROUP, "groups")},
-        "source": {"name": k.LABEL, "group": mk.GROUP, "heat_source": HEAT_SOURCE},
+        "material": {**LISTS["material"], "groups": k.Items(k.GROUP, "groups", '["silicon"]')},
+        "source": {"name": k.LABEL, "group": k.GROUP, "heat_source": HEAT_SOURCE},
         "boundary": {
             "name": k.LABEL,
-            "group": mk.GROUP,
+            "group": k.GROUP,
             **CONDITIONS,
             "contact_resistance": CONTACT_RESISTANCE,
             "series_resistance": SERIES,
         },
         "probe": {key: kind for key, kind in LISTS["probe"].items() if key not in _OF_BOXES}
-        | {"group": mk.GROUP, "groups": k.Names(mk.GROUP, "groups"), "side": mk.GROUP},
-        "contact": {**LISTS["contact"], "between": k.Pair(mk.GROUP, "volume groups")},
+        | {"group": k.GROUP, "groups": k.Items(k.GROUP, "groups", '["silicon"]'), "side": k.GROUP},
+        "contact": {**LISTS["contact"], "between": k.Items(k.GROUP, "volume groups", '["a", "b"]', 2)},
     },
     {
         "material": ("name",), "source": ("group", "heat_source"), "boundary": ("group",), "probe": ("name",),

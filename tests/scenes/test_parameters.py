@@ -17,7 +17,7 @@ from scenes.model import Scene, Schedule
 from scenes.parameters import Names
 from scenes.sink import Sink
 from scenes.uncertain import read
-from scenes.varied import neighbour, numbers, varied
+from scenes.varied import made_of_parameters, neighbour, numbers, varied
 
 STEP = 2.0**-14
 BAR = """
@@ -266,3 +266,13 @@ def test_a_unit_that_is_a_parameter_too_is_refused() -> None:
     with pytest.raises(SceneError, match=r'has "m2", a unit and a parameter: write m\*\*2 for the unit'):
         Names({"m2": "3 um", "flux": "5 W/m2"})
     assert float(Names({"m2": "3 um", "flux": "5 W/m**2"})["flux"].value) == 5.0
+
+
+def test_keys_made_of_parameters(bar: Path) -> None:
+    made = made_of_parameters(load_free(bar))
+    assert {"material.m.resistivity", "boundary.in.voltage", "box.bar.upper.x", "scene.initial_temperature"} & made == {
+        "material.m.resistivity", "boundary.in.voltage", "box.bar.upper.x"
+    }  # fmt: skip
+    assert not {"box.bar.lower.x", "boundary.out.voltage", "parameters.w"} & made
+    sink = from_dict({"parameters": {"w": "90 um"}, "sink": {"width": "w"}})
+    assert made_of_parameters(sink) == {"sink.width"}

@@ -16,7 +16,7 @@ from scenes.model import AnyScene
 from scenes.parameters import SECTION
 from scenes.result import Estimate, Result
 from scenes.sink import OF_A_SINK, Sink
-from scenes.varied import numbers, zeros
+from scenes.varied import made_of_parameters, numbers, zeros
 
 if TYPE_CHECKING:
     from compare.models import Model as OwnModel
@@ -68,7 +68,7 @@ class Sensitivities:
     Of a free scene ``values`` are what the quantities come to, temperatures as rises, and ``zeros`` the keys that
     have no logarithm. ``misfit``: what the 3D profile's distance from a parabola, fig5, changes with each key. Of a
     user's own model ``of_model`` is what the same quantities come to, and ``moved`` by check and key what the check's
-    difference changes by, d / d ln key."""
+    difference changes by, d / d ln key. Tables leave out the keys that are ``made`` of parameters."""
 
     keys: dict[str, float]
     steady: dict[str, dict[str, Slope]]
@@ -79,6 +79,7 @@ class Sensitivities:
     misfit: dict[str, float] = field(default_factory=dict)
     of_model: dict[str, Estimate] = field(default_factory=dict)
     moved: dict[str, dict[str, float]] = field(default_factory=dict)
+    made: set[str] = field(default_factory=set)
 
     def remarks(self) -> tuple[str, ...]:
         """What is left out, in a sentence for each reason."""
@@ -105,6 +106,7 @@ class Sensitivities:
         sizes = {
             key: max((by_name[n].size for n in names if n in by_name), default=0.0)
             for key, by_name in self.steady.items()
+            if key not in self.made
         }
         return sorted((key for key, size in sizes.items() if size > NONE), key=lambda key: -sizes[key])
 
@@ -164,7 +166,7 @@ def of_sink(
                 name: Slope(before[name].fem3d if name in before else None, value) for name, value in values.items()
             }
     course = None if times is None else Course(times, course3d, errors, course1d)
-    return Sensitivities(keys, steady, course, left_out, misfit=misfit)
+    return Sensitivities(keys, steady, course, left_out, misfit=misfit, made=made_of_parameters(sink))
 
 
 def misfit_weights(sink: Sink, fem3d: Result) -> np.ndarray:
@@ -188,7 +190,8 @@ def of_free(scene: AnyScene, result: Result, keys: Sequence[str] | None = None) 
         key: {n: Slope(estimate, None) for n, estimate in by_name.items()} for key, by_name in in_3d.table.items()
     }
     course = None if in_3d.times is None else Course(in_3d.times, in_3d.course, in_3d.errors, {})
-    return Sensitivities(numbers(scene), steady, course, in_3d.left_out, in_3d.values, zeros(scene))
+    made = made_of_parameters(scene)
+    return Sensitivities(numbers(scene), steady, course, in_3d.left_out, in_3d.values, zeros(scene), made=made)
 
 
 def of_device(device: Device, in_3d: Model | None) -> Sensitivities:
@@ -204,7 +207,7 @@ def of_device(device: Device, in_3d: Model | None) -> Sensitivities:
         key: {name: Slope(by_key_3d.get(key, {}).get(name), value) for name, value in by_name.items()}
         for key, by_name in in_1d.items()
     }
-    return Sensitivities(numbers(device), steady, left_out=left_out)
+    return Sensitivities(numbers(device), steady, left_out=left_out, made=made_of_parameters(device))
 
 
 def checks(scene: Any, sensitivities: Sensitivities, called: Mapping[str, str]) -> tuple[Check, ...]:

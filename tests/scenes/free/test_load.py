@@ -249,7 +249,7 @@ def test_a_probe_without_a_place_reads_parts(given_keys: dict[str, Any], names: 
     ({}, "has no place"), ({"boxes": ["bem"]}, 'did you mean "beam"'), ({"material": "oxid"}, 'did you mean "oxide"'),
     ({"boxes": ["beam"], "material": "oxide"}, "has boxes and material: give one"),
     ({"boxes": ["beam"], "at": [0, 0, 0]}, "has at and boxes"),
-    ({"reduce": "max", "quantity": "potential"}, "needs a place"), ({"boxes": []}, "is not a list of boxes"),
+    ({"reduce": "max", "quantity": "potential"}, "needs a place"), ({"boxes": []}, "give a list of boxes"),
 ])  # fmt: skip
 def test_a_bad_region_of_a_probe_is_refused(given_keys: dict[str, Any], said: str) -> None:
     document = beam()

@@ -14,10 +14,10 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from scenes import physics
-from scenes.condition_kinds import Surroundings, Varying
 from scenes.formats import cut
 from scenes.free.tables import CONDITIONS, CURRENT_CONTACT, HEAT_CONTACT, HEAT_SOURCE, SERIES
-from scenes.kinds import Quantity
+from scenes.functions import Surroundings, Varying
+from scenes.kinds import KELVIN, Quantity
 from scenes.laws import Law
 from scenes.model import Boundary, Material, Point, Probe, Scene, Schedule, Value, values
 from scenes.units import THERMAL_CONDUCTIVITY
@@ -194,10 +194,10 @@ def _condition(boundary: Boundary) -> str:
     if isinstance(kind, Surroundings):
         what = "emissivity " * (kind.name == "emissivity")
         if isinstance(boundary.value, Law):
-            shown = cut(kind.shown(boundary.value), CHARACTERS // 2)
+            shown = cut((kind.law or kind.quantity).show(boundary.value), CHARACTERS // 2)
         else:
             shown = _value(boundary.value, kind.quantity)
-        return f"{what}{shown} to {_value(boundary.ambient, kind.outside)}"
+        return f"{what}{shown} to {_value(boundary.ambient, KELVIN)}"
     assert isinstance(kind, Varying)
     return _value(boundary.value, kind.quantity) + behind
 

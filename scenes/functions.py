@@ -1,0 +1,193 @@
+"""Kinds of value that depend on something: on time, on the temperature, on a face's surroundings; and contacts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+from scenes.errors import SceneError, quoted
+from scenes.kinds import INSTANT, Kind, Quantity, only
+from scenes.laws import PowerLaw, Property, Table
+from scenes.model import Schedule, Value
+from scenes.parameters import quantity
+from scenes.units import NUMBER, PLAIN, TEMPERATURE, Dimension, UnitError
+
+MOST_POINTS = 2_000  # rows of a table: a time step ends at each; 1,000 take half a minute, most of it for the error
+STEEPEST = 20.0  # largest exponent of a power law; larger ones are slips
+_ABSOLUTE = Quantity(TEMPERATURE, 1.0, 1e5)
+
+
+def _columns(
+    path: str, given: Mapping[Any, object], names: tuple[str, str], kinds: tuple[Quantity, Quantity], example: str,
+    rising: bool,
+) -> tuple[tuple[float, ...], tuple[float, ...]]:  # fmt: skip
+    """The two lists of a table of equal length, the first of which does not decrease, or rises."""
+    only(path, given, names)
+    columns = []
+    for name, kind in zip(names, kinds, strict=True):
+        items = given.get(name)
+        if not isinstance(items, (list, tuple)) or len(items) < 1 + rising:
+            shown = f"{path}.{name} = {quoted(items)} is not" if name in given else f"{path}.{name} is missing, not"
+            raise SceneError(f"{shown} a list{' of two or more' * rising}: give {example}")
+        if len(items) > MOST_POINTS:
+            raise SceneError(f"{path}.{name} has {len(items)} points: give at most {MOST_POINTS}")
+        columns.append(tuple(kind.read(f"{path}.{name}[{i}]", each) or 0.0 for i, each in enumerate(items, 1)))
+    places, values = columns
+    if len(places) != len(values):
+        raise SceneError(f"{path} has {len(places)} {names[0]} and {len(values)} values: give as many of each")
+    for i, (before, after) in enumerate(pairwise(places), 2):
+        if after < before or (rising and after == before):
+            fault = "is not above" if rising else "is before"
+            then = "that rise" if rising else "that do not decrease (two equal ones make a jump)"
+            raise SceneError(
+                f"{path}.{names[0]}[{i}] = {quoted(given[names[0]][i - 1])} {fault} the one in front of it: give "  # type: ignore[index]
+                f"{names[0]} {then}"
+            )
+    return places, values
+
+
+@dataclass(frozen=True)
+class Varying(Kind):
+    """A quantity, or {times = [...], values = [...]}: linear between, equal times for a jump."""
+
+    quantity: Quantity
+
+    @property
+    def form(self) -> str:
+        return f"{self.quantity.form}, or {{times = [...], values = [...]}}"
+
+    def read(self, path: str, given: object) -> Value:
+        if not isinstance(given, Mapping):
+            return self.quantity.read(path, given) or 0.0
+        example = "{times = [0, 1e-3], values = [0, 1]}, or one value"
+        return Schedule(*_columns(path, given, ("times", "values"), (INSTANT, self.quantity), example, False))
+
+    def write(self, value: Any) -> Any:
+        return super().write(value) if isinstance(value, Schedule) else self.quantity.write(value)
+
+
+@dataclass(frozen=True)
+class Following(Kind):
+    """A quantity, or a law of the temperature: {value, at, exponent}, or {temperatures = [...], values = [...]}; where
+    ``axes``, also three of these along x, y and z."""
+
+    quantity: Quantity
+    axes: bool = False
+
+    @property
+    def form(self) -> str:
+        axes = ", or three along [x, y, z]" if self.axes else ""
+        return f"{self.quantity.form}, {{value, at, exponent}} or {{temperatures = [...], values = [...]}}{axes}"
+
+    def read(self, path: str, given: object) -> Property:
+        # An insulator has no law and no axes.
+        positive = replace(self.quantity, word=None)
+        if isinstance(given, Mapping):
+            example = f'{{value = "{self.quantity.dimension.example}", at = "293 K", exponent = -1.3}}'
+            if {"temperatures", "values"} & set(given):
+                names, kinds = ("temperatures", "values"), (_ABSOLUTE, positive)
+                return Table(*_columns(path, given, names, kinds, "temperatures and as many values", True))
+            only(path, given, ("value", "at", "exponent", "temperatures", "values"))
+            for name in ("value", "at", "exponent"):
+                if name not in given:
+                    raise SceneError(f"{path}.{name} is missing: give {example}, a table, or one value")
+            exponent = Quantity(NUMBER, 0.0, STEEPEST, signed=True).read(f"{path}.exponent", given["exponent"])
+            value, at = positive.read(f"{path}.value", given["value"]), _ABSOLUTE.read(f"{path}.at", given["at"])
+            return PowerLaw(value or 0.0, at or 0.0, exponent or 0.0)
+        if not isinstance(given, (list, tuple)):
+            return self.quantity.read(path, given)
+        if not self.axes:
+            raise SceneError(f"{path} = {quoted(given)} is a list, and has no directions: give one value, or a law")
+        if len(given) != 3:
+            raise SceneError(f"{path} = {quoted(given)} is not [x, y, z]: give one value, or three along the axes")
+        return tuple(Following(positive).read(f"{path}[{'xyz'[d]}]", each) for d, each in enumerate(given))
+
+    def write(self, value: Any) -> Any:
+        if isinstance(value, tuple):
+            return [self.write(each) for each in value]
+        return super().write(value) if isinstance(value, (PowerLaw, Table)) else self.quantity.write(value)
+
+    def show(self, value: Any) -> str:
+        if isinstance(value, tuple):
+            return f"[{', '.join(map(self.show, value))}]"
+        if isinstance(value, PowerLaw):
+            return f"{self.quantity.show(value.value)} (T/{value.at:g} K)^{value.exponent:g}"
+        if isinstance(value, Table):
+            points = zip(value.temperatures, value.values, strict=True)
+            return ", ".join(f"{self.quantity.show(v)} at {t:g} K" for t, v in points)
+        return self.quantity.show(value)
+
+
+def number_of(kind: object) -> Quantity | None:
+    """Return the quantity of a kind of key with one number, ``None`` for any other."""
+    number = kind.quantity if isinstance(kind, Following) else kind
+    return number if isinstance(number, Quantity) else None
+
+
+@dataclass(frozen=True)
+class Surroundings(Kind):
+    """A table with a face's coefficient, under a ``name``, and the ambient temperature, which may vary in time where
+    its kind allows. ``quantity`` is the coefficient's; ``law`` its kind where it may follow the face's temperature."""
+
+    name: str
+    quantity: Quantity
+    ambient: Varying | Quantity
+    example: str
+    law: Following | None = None
+
+    @property
+    def form(self) -> str:
+        return f'{{{self.name} = {self.example}, ambient = "293 K"}}'
+
+    def read(self, path: str, given: object) -> tuple[Any, Value]:
+        if not isinstance(given, Mapping):
+            raise self.refusal(path, given, "is not a table")
+        only(path, given, (self.name, "ambient"))
+        for name in (self.name, "ambient"):
+            if name not in given:
+                raise SceneError(f"{path}.{name} is missing: give {self.form}")
+        coefficient = given[self.name]
+        if isinstance(coefficient, Mapping) and (self.law is None or "times" in coefficient):
+            raise SceneError(f"{path}.{self.name} may not vary in time: give one, such as {self.example}")
+        if isinstance(given["ambient"], Mapping) and isinstance(self.ambient, Quantity):
+            raise SceneError(f'{path}.ambient may not vary in time: give one temperature, such as "293 K"')
+        kind = self.law if self.law is not None and isinstance(coefficient, Mapping) else self.quantity
+        ambient: Any = self.ambient.read(f"{path}.ambient", given["ambient"])
+        return kind.read(f"{path}.{self.name}", coefficient), ambient
+
+    def write(self, value: Any) -> Any:
+        return {self.name: (self.law or self.quantity).write(value[0]), "ambient": self.ambient.write(value[1])}
+
+
+class Resistance(NamedTuple):
+    """The resistance of a contact times its area, and the dimension of the unit that it was given in, if any."""
+
+    value: float
+    dimension: Dimension | None
+
+
+@dataclass(frozen=True)
+class ContactResistance(Kind):
+    """The resistance of a contact times its area: of heat, of current, or of either where more than one of the
+    ``quantities`` is possible. Their lower bound excludes zero, which is a perfect contact."""
+
+    quantities: tuple[Quantity, ...]
+
+    @property
+    def form(self) -> str:
+        return "; or ".join(q.form for q in self.quantities)
+
+    def read(self, path: str, given: object) -> Resistance:
+        try:
+            value, powers = quantity(given) if isinstance(given, str) else (given, None)
+        except UnitError:
+            value, powers = None, None
+        matching = next((q for q in self.quantities if q.dimension.powers == powers), None)
+        perfect = value == 0 and not isinstance(value, bool) and (matching is not None or powers in (None, PLAIN))
+        resistance = 0.0 if perfect else (matching or self.quantities[0]).read(path, given) or 0.0
+        return Resistance(resistance, matching.dimension if matching else None)
+
+    def show(self, value: Any) -> str:
+        return self.quantities[0].show(value)
