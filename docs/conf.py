@@ -18,7 +18,7 @@ os.environ["PYTHONPATH"] = os.pathsep.join([str(ROOT / "examples"), str(ROOT), o
 project = "heated-microstructure-validation"
 author = "its contributors"
 release = version = metadata.version(project)
-extensions = ["myst_nb", "sphinx.ext.autodoc", "command", "mathml"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "command", "mathml", "scene_keys"]
 myst_enable_extensions = ["dollarmath", "amsmath", "colon_fence", "deflist"]
 myst_heading_anchors = 3
 source_suffix = {".md": "myst-nb", ".ipynb": "myst-nb"}

@@ -93,15 +93,17 @@ class Differing(Kind):
     known: tuple[str, ...] = SINK_CHECKS
     word: str = "undeclared"
 
+    @property
+    def form(self) -> str:
+        example = self.known[min(2, len(self.known) - 1)] if self.known else "middle"
+        return f'a list of checks such as ["{example}"], or "{self.word}"'
+
     def read(self, path: str, given: object) -> tuple[str, ...] | None:
         if isinstance(given, str) and given == self.word:
             return None
         items = [part.strip() for part in given.split(",")] if isinstance(given, str) else given
         if not isinstance(items, (list, tuple)):
-            example = self.known[min(2, len(self.known) - 1)] if self.known else "middle"
-            raise SceneError(
-                f'{path} = {quoted(given)} must be a list of checks such as ["{example}"], or "{self.word}"'
-            )
+            raise SceneError(f"{path} = {quoted(given)} must be {self.form}")
         if not self.known:
             return tuple(dict.fromkeys(map(str, items)))
         return tuple(dict.fromkeys(known_name(path, i, self.known, "check") for i in items))

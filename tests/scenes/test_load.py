@@ -14,7 +14,8 @@ from hypothesis import strategies as st
 from scenes import physics
 from scenes.checks import DEFAULT_TOLERANCES
 from scenes.errors import SceneError
-from scenes.keys import SINK, TYPES
+from scenes.free.tables import BOXES, ON_MESH
+from scenes.keys import DEVICE, SINK, TYPES
 from scenes.loading import as_dict, builtin_text, distinguishes, from_dict, load
 from scenes.model import Material
 from scenes.schema import nest
@@ -242,3 +243,11 @@ def test_different_sizes_have_different_safe_texts(a, b):
 def test_degrees_without_their_unit_are_remarked_on(kelvin: float, said: str) -> None:
     remarks = physics.frozen(Sink(room_temperature=kelvin).scene())
     assert [said in remark for remark in remarks] == [True] * bool(said)
+
+
+@pytest.mark.parametrize("schema", [SINK.schema, DEVICE.schema, BOXES, ON_MESH], ids=lambda schema: schema.called)
+def test_every_key_says_what_it_takes(schema):
+    kinds = [key.kind for key in schema.paths.values()] + [
+        kind for table in schema.lists.values() for kind in table.values()
+    ]
+    assert all(kind.form.strip() for kind in kinds)
