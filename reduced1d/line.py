@@ -51,18 +51,6 @@ class Line:
             matrix[np.ix_(dofs, dofs)] += value * h / 2 * mass + slope * 2 / h * stiffness
         return matrix
 
-    def points(self, more: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Gauss' points of all elements, as many as exact mass takes and so many ``more``: the functions there and
-        their slopes (points, n; 1/m), the length (m) that each stands for, and the number of its element."""
-        by_element = []
-        for number, (dofs, h, p) in enumerate(zip(self.functions, self.lengths, self.degrees, strict=True)):
-            x, weights = legendre.leggauss(p + 1 + more)
-            values, slopes = np.zeros((2, len(x), self.size))
-            values[:, dofs], slopes[:, dofs] = (each.T for each in shapes(p, x))
-            by_element.append((values, slopes * 2 / h, weights * h / 2, np.full(len(x), number)))
-        values, slopes, lengths, numbers = (np.concatenate(each) for each in zip(*by_element, strict=True))
-        return values, slopes, lengths, numbers
-
     def at(self, element: int, x: float) -> tuple[np.ndarray, np.ndarray]:
         """(n,) twice: the functions at a place in an element, -1 to 1, and their slopes (1/m)."""
         values, slopes = shapes(self.degrees[element], np.array([x]))

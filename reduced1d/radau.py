@@ -1,27 +1,140 @@
-"""Collocation at Radau's points: Radau IIA of q points is of order 2 q - 1, and damps what is too fast for a step,
-however fast (Hairer and Wanner, Solving Ordinary Differential Equations II, section IV.5)."""
+"""Integrate C dv/dt = -K v + q(t, v) by collocation at Radau's points.
+
+Radau IIA of s points has order 2 s - 1 and damps components that are too fast for a step, however fast (Hairer and
+Wanner, Solving Ordinary Differential Equations II, section IV.5). With A the Radau matrix, the stages V = v + h A dV
+solve
+
+    C V + h A (K V - q) = C v,
+
+which the eigenvectors of A decouple into (C + h r K) w = right-hand side, one for each pair of eigenvalues r. The heat
+q depends weakly on the stages, and fixed-point sweeps settle it; a step whose sweeps do not settle is halved.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from functools import lru_cache
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.polynomial import legendre
 
+SWEEPS = 30
+"""The most sweeps of a step."""
+
+
+class ShortStepError(ArithmeticError):
+    """A step from a ``start`` (s) would have to be too short: the solution grows without bound."""
+
+    def __init__(self, start: float) -> None:
+        super().__init__(f"the solution grows without bound after {start:.3g} s")
+        self.start = start
+
+
+class Problem(Protocol):
+    """A heat problem over time, on n states."""
+
+    def stored(self, v: np.ndarray) -> np.ndarray:
+        """C v (n,)."""
+
+    def solver(self, shift: complex) -> Callable[[np.ndarray], np.ndarray]:
+        """The inverse of C + shift K."""
+
+    def heat(self, times: np.ndarray, stages: np.ndarray) -> np.ndarray | None:
+        """q (n, points) at times (s) and stages (n, points); None where there is none."""
+
+
+class Step(NamedTuple):
+    """A step from ``start`` to ``stop`` (s): states (n, points + 1) at its start and at Radau's points."""
+
+    start: float
+    stop: float
+    values: np.ndarray
+
 
 @lru_cache
-def radau(count: int) -> tuple[np.ndarray, np.ndarray]:
-    """The matrix (count, count) that integrates polynomials through Radau's points in (0, 1] up to each, and the
-    inverse (count + 1 squared) of the Vandermonde matrix, in Legendre polynomials, of 0 and the points."""
-    # The right Radau points are the zeros of P_q - P_(q-1): real, though numpy 2.5 gives them as complex numbers.
+def radau(count: int) -> tuple[np.ndarray, ...]:
+    """Radau's points of (0, 1] and the matrix A; its eigenvalues, one of each pair, with their vectors and the rows of
+    the inverse of the vectors; and the inverse Vandermonde matrix, in Legendre polynomials, of 0 and the points."""
+    # The right Radau points are the zeros of P_s - P_(s-1): real, though numpy 2.5 gives them as complex numbers.
     points = (np.sort(legendre.legroots([0.0] * (count - 1) + [-1.0, 1.0]).real) + 1) / 2
     powers = np.arange(count)
     integrals = points[:, None] ** (powers + 1) / (powers + 1)
+    matrix = integrals @ np.linalg.inv(points[:, None] ** powers)
+    values, vectors = np.linalg.eig(matrix)
+    kept = np.flatnonzero(values.imag >= 0)
     nodes = np.concatenate([[0.0], points])
-    vandermonde = points[:, None] ** powers
-    return integrals @ np.linalg.inv(vandermonde), np.linalg.inv(legendre.legvander(2 * nodes - 1, count))
+    inverse = np.linalg.inv(legendre.legvander(2 * nodes - 1, count))
+    return points, matrix, values[kept], vectors[:, kept], np.linalg.inv(vectors)[kept], inverse
 
 
-def within(count: int, parts: np.ndarray) -> np.ndarray:
-    """(parts, count + 1): interpolation from a step's start and points to some parts of the step (0 to 1)."""
-    return np.asarray(legendre.legvander(2 * parts - 1, count) @ radau(count)[1])
+def interpolate(steps: Sequence[Step], times: np.ndarray) -> np.ndarray:
+    """(n, times): the states at ascending times (s), by the polynomials of the steps."""
+    states = np.zeros((len(steps[0].values) if steps else 0, len(times)))
+    for start, stop, values in steps:
+        columns = slice(*np.searchsorted(times, [start, stop], side="right"))
+        part = (times[columns] - start) / (stop - start)
+        count = values.shape[1] - 1
+        states[:, columns] = values @ (legendre.legvander(2 * part - 1, count) @ radau(count)[-1]).T
+    return states
+
+
+def advance(
+    problem: Problem, v: np.ndarray, start: float, stop: float, points: int, settled: float, shortest: float,
+    steps: list[Step],
+) -> np.ndarray:  # fmt: skip
+    """Integrate from ``start`` to ``stop`` (s), in as many halves as needed.
+
+    Parameters
+    ----------
+    v : (n,) array
+        The state at the start.
+    points : int
+        Radau's points of a step.
+    settled : float
+        Change, relative to the largest value, that ends the sweeps.
+    shortest : float
+        The shortest step (s).
+    steps : list
+        Takes the steps.
+
+    Raises
+    ------
+    ShortStepError
+        Where a step has to be shorter.
+    """
+    values = _step(problem, v, start, stop, points, settled)
+    if values is not None:
+        steps.append(Step(start, stop, values))
+        return values[:, -1]
+    if stop - start < shortest:
+        raise ShortStepError(start)
+    middle = (start + stop) / 2
+    v = advance(problem, v, start, middle, points, settled, shortest, steps)
+    return advance(problem, v, middle, stop, points, settled, shortest, steps)
+
+
+def _step(problem: Problem, v: np.ndarray, start: float, stop: float, points: int, settled: float) -> np.ndarray | None:
+    """States (n, points + 1) at the start and the points of a step; None where the sweeps do not settle."""
+    places, matrix, rates, vectors, inverse, _ = radau(points)
+    h, stored = stop - start, problem.stored(v)[:, None]
+    solvers = [problem.solver(h * (r if r.imag else r.real)) for r in rates]
+    stages, before = np.repeat(v[:, None], points, axis=1), np.inf
+    for _ in range(SWEEPS):
+        heat: Any = problem.heat(start + h * places, stages)
+        if heat is None:
+            return None
+        right = (stored + h * heat @ matrix.T) @ inverse.T
+        updated = np.zeros_like(stages)
+        for r, solve, one, back in zip(rates, solvers, right.T, vectors.T, strict=True):
+            part = solve(one if r.imag else one.real)
+            updated += (2 if r.imag else 1) * np.real(np.outer(part, back))
+        change, stages = float(np.abs(updated - stages).max()), updated
+        largest = float(np.abs(updated).max())
+        if not np.isfinite(change) or change > 2 * before:
+            return None
+        # Rounding errors no longer shrink.
+        if change <= settled * largest or (change <= 1e-8 * largest and change >= before):
+            return np.concatenate([v[:, None], stages], axis=1)
+        before = change
+    return None

@@ -20,9 +20,9 @@ from typing import Any
 import numpy as np
 
 from scenes.device import Device
-from statespace.controller import law
 from statespace.document import EQUATIONS, in_kelvin, written
 from statespace.modal import Inlet, Modal
+from statespace.sampling import control_law
 
 INPUTS = {
     "sink.voltage": ("V", "voltage"), "sensor.voltage": ("V", "voltage"),
@@ -46,7 +46,7 @@ def document(modal: Modal, device: Device, name: str, inputs: Mapping[str, Mappi
 
 def controllers(modal: Modal, device: Device) -> dict[str, Any]:
     """The document of the controllers (`statespace.controllers`)."""
-    control = law(device, modal.resistance, modal.coefficient)
+    control = control_law(device, modal.resistance, modal.coefficient)
     return {
         "sample_time_s": device.control.sample_time, "gain_V": control.gain.tolist(),
         "resistance_ohm": modal.resistance.tolist(),

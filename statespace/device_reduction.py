@@ -16,13 +16,13 @@ import numpy as np
 
 from scenes.device import Device
 from scenes.errors import NumericsError
-from statespace.controller import timetable
 from statespace.controllers import Controllers
 from statespace.device_model import FILMS, INPUTS, OUTPUTS, document
 from statespace.modal import Modal
 from statespace.reduction import Reference, leading, not_reached, reduce, relative, worst
 from statespace.result import DeviceResult
 from statespace.runtime import CompactModel
+from statespace.sampling import timetable
 
 LOOP = "closed loop"
 VOLTAGES = tuple(f"{film}_V" for film in FILMS)

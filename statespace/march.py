@@ -15,9 +15,9 @@ import numpy as np
 from scenes.device import Device
 from statespace import circuit
 from statespace.collocation import Interval, interval
-from statespace.controller import law, timetable
 from statespace.modal import Modal
 from statespace.result import QUANTITIES, TOP
+from statespace.sampling import control_law, timetable
 from statespace.stability import state_of
 
 CEILING = 2000.0
@@ -176,7 +176,7 @@ def march(
     ArithmeticError
         Where the iteration for the powers fails.
     """
-    control, table = law(device, modal.resistance, modal.coefficient, meter), timetable(device)
+    control, table = control_law(device, modal.resistance, modal.coefficient, meter), timetable(device)
     at, m = _Places(modal, nodes, device.control.ground_resistance), modal.responses
     history, voltages = np.empty((table.samples, len(at.film))), np.empty((table.samples, 2))
     n = modal.count

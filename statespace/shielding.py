@@ -13,9 +13,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from scenes.device import Device, External
-from statespace.controller import timetable
 from statespace.march import march
 from statespace.modal import Modal
+from statespace.sampling import timetable
 from statespace.stability import steady
 
 STEP = 1.0

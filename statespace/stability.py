@@ -75,13 +75,13 @@ class Stability:
     def stable(self) -> bool:
         return abs(self.eigenvalue) < 1
 
-    @staticmethod
-    def of(system: Plant, device: Device) -> Stability:
-        """Compute the stability of a plant with a device's gains."""
-        loop_gains = gains(device)
-        largest = system.eigenvalue(loop_gains)
-        rate = float(np.log(abs(largest)) / system.sample_time)
-        return Stability(largest, rate, gain_limit(system, loop_gains, 0), gain_limit(system, loop_gains, 1))
+
+def assess(system: Plant, device: Device) -> Stability:
+    """Compute the stability of a plant with a device's gains."""
+    loop_gains = gains(device)
+    largest = system.eigenvalue(loop_gains)
+    rate = float(np.log(abs(largest)) / system.sample_time)
+    return Stability(largest, rate, gain_limit(system, loop_gains, 0), gain_limit(system, loop_gains, 1))
 
 
 def gain_limit(system: Plant, others: np.ndarray, element: int) -> float:

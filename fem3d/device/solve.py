@@ -22,7 +22,7 @@ from statespace.march import March, march
 from statespace.modal import Modal
 from statespace.result import QUANTITIES, TOP, DeviceResult, Steady, device_result
 from statespace.shielding import Response, Shielding
-from statespace.stability import Stability, gains, plant, steady
+from statespace.stability import Stability, assess, gains, plant, steady
 
 COARSEST = 1e-2
 LATEST, LONGEST = 0.2, 20.0
@@ -81,7 +81,7 @@ class Model:
 
     def stability(self, device: Device, external: float | None = None) -> Stability:
         """The stability of the loop about that state, with the largest stable gains."""
-        return Stability.of(plant(self.fine, device, external), device)
+        return assess(plant(self.fine, device, external), device)
 
     def largest_eigenvalue(self, device: Device, external: float | None = None) -> complex:
         """The eigenvalue of ``stability`` alone."""

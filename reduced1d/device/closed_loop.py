@@ -39,7 +39,7 @@ def stability(device: Device, external: float | None = None) -> Stability:
 
 @lru_cache(maxsize=64)
 def _about(device: Device) -> Stability:
-    return Stability.of(plant(device), device)
+    return loop.assess(plant(device), device)
 
 
 def largest_eigenvalue(device: Device, external: float | None = None) -> complex:

@@ -24,9 +24,9 @@ from reduced1d.device.accurate import solve_accurate
 from reduced1d.device.lumped import Lumped, Slab, around, lump
 from reduced1d.equations import Values
 from scenes.device import Device
-from statespace.controller import Law, law, timetable
 from statespace.march import CEILING
 from statespace.result import QUANTITIES, DeviceResult, device_result
+from statespace.sampling import ControlLaw, control_law, timetable
 
 
 class UnstableStepError(ValueError):
@@ -140,7 +140,7 @@ def paper_traces(
             f"the paper's scheme is unstable on this device with its time step of {used.dt * 1e6:.3g} us: "
             f"it is stable only up to {stability_limit(device, used) * 1e6:.3g} us"
         )
-    control = law(device, lumped.resistance, lumped.coefficient, meter)
+    control = control_law(device, lumped.resistance, lumped.coefficient, meter)
     steps = {k * per_sample + round(after / used.dt): outer for k, at in table.steps.items() for after, outer in at}
     return _march(lumped, control, used, table.samples, per_sample, steps), used
 
@@ -175,7 +175,7 @@ def solve_paper(
 
 
 def _march(
-    lumped: Lumped, control: Law, scheme: PaperScheme, samples: int, per_sample: int, steps: dict[int, float]
+    lumped: Lumped, control: ControlLaw, scheme: PaperScheme, samples: int, per_sample: int, steps: dict[int, float]
 ) -> np.ndarray:  # fmt: skip
     M, dt = step_matrix(lumped, scheme), scheme.dt
     z, y = np.zeros(scheme.states), np.zeros(scheme.states)

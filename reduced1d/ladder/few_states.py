@@ -14,16 +14,15 @@ current x is a_k = x s_k / (1 - alpha x nu_k), and the voltage
 For alpha > 0 it grows from 0 to infinity, at the pole or beyond all bounds. For alpha < 0 it has a maximum: thermal
 runaway above it, and of two currents below it the smaller one grows out of rest.
 
-Over time: collocation at Radau's points, on steps that grow with the time since the switch was closed. Radau IIA with
-five points is of order 9, and damps what is too fast for a step, however fast (Hairer and Wanner, Solving Ordinary
-Differential Equations II, section IV.5). In modes its linear part is one small inverse a mode and step, which needs no
-iteration; the resistance's feedback is weak, and a few sweeps over a step settle it. scipy's Radau method, of order 5
-and for anything, takes ten times as long.
+Over time: collocation at Radau's points (`reduced1d.radau`), on steps that grow with the time since the switch was
+closed; in modes its linear systems are diagonal. scipy's Radau method, of order 5 and for anything, takes ten times as
+long.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
@@ -33,7 +32,7 @@ import scipy.linalg
 
 from reduced1d.line import modes
 from reduced1d.lumped import increasing_root, no_steady_state
-from reduced1d.radau import radau, within
+from reduced1d.radau import ShortStepError, Step, advance, interpolate
 from reduced1d.sink import time_grid
 from scenes.checks import FIRST_TIME
 from scenes.drive import Drive
@@ -45,7 +44,7 @@ if TYPE_CHECKING:
     from scipy.sparse import csc_matrix
 
 
-POINTS, SWEEPS = 5, 25  # Radau points of a time step, and the most iterations within one.
+POINTS = 5  # Radau points of a time step, whose order is 9.
 GROWTH, COARSE_GROWTH = 2.0, 2.8
 """Factors from one time step to the next, in the run and in the coarser one that estimates its error."""
 SETTLED = 1e-11  # The iteration within a step ends with a change below this part of the largest value.
@@ -173,64 +172,54 @@ def _first_maximum(model: FewStates, gains: np.ndarray, sources: np.ndarray) -> 
     return float(voltage[best]), float(current[best])
 
 
+@dataclass(frozen=True, eq=False)
+class _OverTime:
+    """A model in modes as a problem of `reduced1d.radau`."""
+
+    model: FewStates
+
+    def stored(self, v: np.ndarray) -> np.ndarray:
+        return v
+
+    def solver(self, shift: complex) -> Callable[[np.ndarray], np.ndarray]:
+        return lambda right: right / (1 + shift * self.model.rates)
+
+    def heat(self, times: np.ndarray, stages: np.ndarray) -> np.ndarray | None:
+        model = self.model
+        resistance = resistance_at(model, stages.T)
+        if not resistance.min() > 0:
+            return None
+        unit = model.source[:, None] + model.coefficient * (model.feedback @ stages)
+        return np.asarray(model.drive.through(resistance) ** 2 * unit)
+
+
 def trajectory(model: FewStates, times: np.ndarray, growth: float = 2.0) -> tuple[np.ndarray, np.ndarray]:
     """States (times, n) and currents (times,) at ``times`` (s, ascending, not negative), from rest.
 
     A step ends at ``growth`` times its start, so that its error is a fixed part of the change around that time; the
-    first ends at or before the first time. A step whose sweeps do not settle is taken in halves.
+    first ends at or before the first time.
 
     Raises RunawayError where the feedback outruns every step.
     """
     end = float(times[-1]) if len(times) else 0.0
-    states = np.zeros((len(times), model.states))
-
-    def advanced(state: np.ndarray, start: float, stop: float) -> np.ndarray:
-        """The state at the end of a step; fills ``states`` within it."""
-        values = _step(model, state, stop - start)
-        if values is None:
-            if stop - start < _SHORTEST * end:
-                at = f"at {model.drive.value:g} {model.drive.unit}"
-                said = f"{at} the heating runs away after {start:.3g} s (thermal runaway)"
-                raise RunawayError(said, largest_drive(model))
-            middle = (start + stop) / 2
-            return advanced(advanced(state, start, middle), middle, stop)
-        rows = slice(*np.searchsorted(times, [start, stop], side="right"))
-        part = (times[rows] - start) / (stop - start)
-        states[rows] = within(POINTS, part) @ values.T
-        return values[:, -1]
-
+    steps, state = list[Step](), np.zeros(model.states)
     if end > 0:
         first = min(float(times[times > 0][0]), _FIRST * end)
         count = max(int(np.ceil(np.log(end / first) / np.log(growth))), 1)
-        state = np.zeros(model.states)
         for start, stop in pairwise([0.0, *end * growth ** np.arange(-count, 1.0)]):
-            state = advanced(state, start, stop)
+            try:
+                state = advance(_OverTime(model), state, start, stop, POINTS, SETTLED, _SHORTEST * end, steps)
+            except ShortStepError as error:
+                at = f"at {model.drive.value:g} {model.drive.unit}"
+                said = f"{at} the heating runs away after {error.start:.3g} s (thermal runaway)"
+                raise RunawayError(said, largest_drive(model)) from None
+    states = interpolate(steps, times).T if steps else np.zeros((len(times), model.states))
     return states, model.drive.through(resistance_at(model, states))
 
 
 def resistance_at(model: FewStates, states: np.ndarray) -> np.ndarray:
     """(...,): the resistance (ohm) at states (..., n)."""
     return model.resistance + model.coefficient * (states @ model.source)
-
-
-def _step(model: FewStates, state: np.ndarray, length: float) -> np.ndarray | None:
-    """States (n, points + 1) at the start and at the points of a step (s); ``None`` where the sweeps do not settle."""
-    matrix = radau(POINTS)[0]
-    # Of each mode, (1 + rate h A)^-1 applied to 1 and to h A: the decay of its start, and its response to heat.
-    inverse = np.linalg.inv(np.eye(POINTS) + length * model.rates[:, None, None] * matrix)
-    free, response = inverse.sum(axis=-1) * state[:, None], length * (inverse @ matrix)
-    source, feedback = model.source[:, None], model.coefficient * model.feedback
-    values = np.repeat(state[:, None], POINTS, axis=1)
-    for _ in range(SWEEPS):
-        resistance = model.resistance + model.coefficient * model.source @ values
-        if not resistance.min() > 0:
-            return None
-        heat = model.drive.through(resistance) ** 2 * (source + feedback @ values)
-        updated = free + np.matmul(response, heat[:, :, None])[:, :, 0]
-        change, values = np.abs(updated - values).max(), updated
-        if change <= SETTLED * np.abs(updated).max():
-            return np.concatenate([state[:, None], values], axis=1)
-    return None
 
 
 def result(

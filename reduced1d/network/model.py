@@ -40,7 +40,7 @@ class Inputs:
     start: float
 
     @staticmethod
-    def of(scene: Scene) -> Inputs:
+    def from_scene(scene: Scene) -> Inputs:
         boundaries = scene.boundaries
         hot = [box for box in scene.boxes if not is_zero(box.heat_source)]
         given = [b.ambient if b.kind == "convection" else b.value for b in boundaries]
@@ -212,7 +212,7 @@ class Model:
 def build(layout: Layout, degree: int, shortest: Sequence[float]) -> Model:
     """The network of a layout on elements of a degree, the shortest of each line given (m)."""
     scene = layout.scene
-    inputs = Inputs.of(scene)
+    inputs = Inputs.from_scene(scene)
     terminals = {c.boundary for c in layout.electrodes if scene.boundaries[c.boundary].series_resistance}
     elements = Elements(nodes_of(layout, shortest), degree, sorted(terminals))
     count = len(inputs.values)

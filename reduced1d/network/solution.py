@@ -127,7 +127,7 @@ def _over_time(shape: Layout, times: np.ndarray) -> tuple[Traces, Model, int]:
     traces = {n: v[np.searchsorted(instants, times)] + kelvin.get(n, 0.0) for n, v in other.items()}
     if not all(np.isfinite(v).all() for v in traces.values()):
         raise NumericsError("the network's traces are not finite")
-    return Traces(times, traces, errors), fine.model, len(fine.values)
+    return Traces(times, traces, errors), fine.model, len(fine.steps)
 
 
 @lru_cache(maxsize=6)

@@ -19,11 +19,11 @@ from reduced1d.device.lumped import lump, steady
 from scenes.device import Control, Device, External
 from scenes.errors import NumericsError
 from statespace import export, fmu
-from statespace.controller import law
 from statespace.controllers import Controllers
 from statespace.device_reduction import Whole, closed_loop, compact
 from statespace.result import Run
 from statespace.runtime import CompactModel
+from statespace.sampling import control_law
 
 ROOT = Path(__file__).parents[3]
 ACCURACY = 1e-5
@@ -113,7 +113,7 @@ def test_the_controllers_are_those_of_the_loop(exported: tuple[Whole, dict[str, 
     whole, made = exported
     lumped = lump(whole.device)
     four_wires = replace(DEVICE.control, ground_resistance=0.0)
-    control = law(replace(DEVICE, control=four_wires), lumped.resistance, lumped.coefficient)
+    control = control_law(replace(DEVICE, control=four_wires), lumped.resistance, lumped.coefficient)
     other, voltage = Controllers(made["controllers"]), np.zeros(2)
     for k, rise in enumerate(([0.0, 0.0], [30.0, 40.0], [10.0, 20.0])):
         resistance = lumped.resistance * (1 + lumped.coefficient * np.array(rise))

@@ -16,11 +16,21 @@ from statespace.controllers import error_of
 
 
 @dataclass(frozen=True)
-class Law:
-    """Eq 21 for (sink, sensor): gains in V, the set rise in K, and the smallest voltage allowed (-inf for none).
+class ControlLaw:
+    """Eq 21 for (sink, sensor).
 
-    ``resistance`` in ohm and ``coefficient`` in 1/K are eq 7's; ``resolution`` is the step in ohm to which a measured
-    resistance is rounded, 0 for an ideal meter; ``ground`` (ohm) the lead that both currents share.
+    Attributes
+    ----------
+    gain : (2,) array
+        Gains in V.
+    set_rise, lowest : float
+        The set rise (K), and the smallest voltage (V), -inf for none.
+    resistance, coefficient : (2,) array
+        R_0 (ohm) and its temperature coefficient (1/K) of eq 7.
+    resolution : (2,) array
+        Step (ohm) to which a measured resistance is rounded, 0 for an ideal meter.
+    ground : float
+        The lead (ohm) that both currents share.
     """
 
     gain: np.ndarray
@@ -54,12 +64,12 @@ class Law:
         return np.maximum(voltage + self.gain * self.error(voltage, rise), self.lowest)
 
 
-def law(
+def control_law(
     device: Device, resistance: np.ndarray, coefficient: np.ndarray, resolution: tuple[float, float] = (0.0, 0.0)
-) -> Law:
+) -> ControlLaw:
     """The law of a device's controllers; ``resistance``, ``coefficient`` and ``resolution`` for (sink, sensor)."""
     control = device.control
-    return Law(
+    return ControlLaw(
         np.array([control.sink_gain, control.sensor_gain]), device.set_rise,
         -np.inf if control.allow_negative_voltage else 0.0, resistance, coefficient, np.array(resolution, dtype=float),
         control.ground_resistance,
