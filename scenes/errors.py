@@ -107,6 +107,13 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     return f', did you mean "{printable(near, _LONGEST_REASON)}"?' if near else ""
 
 
+def unknown(said: str, name: object, known: Iterable[str]) -> SceneError:
+    """Return the error for a name that is not among the known ones, with the nearest of these."""
+    names = list(known)
+    hint = did_you_mean(name, names) if isinstance(name, str) else ""
+    return SceneError(f"{said} {quoted(name)}: give {', '.join(map(quoted, names[:20])) or 'none'}{hint}")
+
+
 def listed(names: Sequence[str], most: int = _MOST) -> str:
     """Names in quotation marks, at most four of them where nothing else is said."""
     shown = [quoted(name) for name in names[:most]]

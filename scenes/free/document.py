@@ -1,4 +1,4 @@
-"""From the values of a file to the scene, with the refusal of what a file leaves out or says twice."""
+"""From the values of a file to the scene; refuses what a file leaves out or says twice."""
 
 from __future__ import annotations
 
@@ -7,24 +7,22 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, TypeVar
 
-from scenes import functions as ck
-from scenes import laws, physics
+from scenes import functions, laws, physics
 from scenes import model as m
 from scenes import units as d
-from scenes.errors import SceneError, did_you_mean, quoted
+from scenes.errors import SceneError, did_you_mean, quoted, unknown
 from scenes.free.tables import CONDITIONS, RADIATION, RESISTANCES, TOTALS, UNUSED
 from scenes.physics import HEAT_KEYS
-from scenes.schema import Item, section
+from scenes.schema import CONDUCTIVITY, RESISTIVITY, Item, section
 
 Values = Mapping[str, Any]
 S = TypeVar("S", m.Scene, m.MeshScene)
 
-MOST_BOXES = 2_000
-"""The most boxes: a row of this many takes 1.2 GB, 10 s of processor time, and a file of 0.2 MB."""
+MOST_BOXES = 2_000  # a row of this many takes 1.2 GB, 10 s of processor time, and a file of 0.2 MB
 
 
 def check_number(boxes: int) -> None:
-    """Raises SceneError for more boxes than are solved."""
+    """Refuse more boxes than are solved."""
     if boxes > MOST_BOXES:
         raise SceneError(
             f"the scene has {boxes:,} boxes, and {MOST_BOXES:,} are the most: let one box stand for those of one "
@@ -33,28 +31,34 @@ def check_number(boxes: int) -> None:
 
 
 def of_boxes(values: Values, name: str, folder: str = "") -> m.Scene:
-    """The scene of boxes; ``name`` is for one that has none, ``folder`` where its file lies. Raises SceneError."""
+    """Build the scene of boxes; ``name`` is for one that has none, ``folder`` where its file lies."""
     check_number(len(values.get("box", ())))
     materials = {item.name: _material(item.values) for item in values.get("material", ())}
-    boxes = tuple(_box(item, materials) for item in values.get("box", ()))
+    boxes = []
+    for item in values.get("box", ()):
+        if item.values["material"] not in materials:
+            raise unknown(f"{item.label}.material is no material of the scene:", item.values["material"], materials)
+        boxes.append(m.Box(**{**item.values, "name": item.name, "material": materials[item.values["material"]]}))
     if not boxes:
         raise SceneError("the scene has no [[box]]: give at least one, with material, lower and upper")
     boundaries = tuple(
         m.Boundary(item.name, lower=item.values["lower"], upper=item.values["upper"], **_condition(item))
-        for item in _apart(values.get("boundary", ()))
+        for item in _separate_radiation(values.get("boundary", ()))
     )
     probes = tuple(_probe(item, boxes) for item in values.get("probe", ()))
-    contacts = tuple(_contact(item) for item in values.get("contact", ()))
-    return _declared(_with_run(m.Scene(name, boxes, boundaries, probes, contacts=contacts), values), values, folder)
+    return _complete(m.Scene(name, tuple(boxes), boundaries, probes), values, folder)
 
 
 def on_mesh(values: Values, name: str, folder: str) -> m.MeshScene:
-    """The scene on a mesh; ``name`` is for one that has none, ``folder`` where its file lies. Raises SceneError."""
+    """Build the scene on a mesh; ``name`` is for one that has none, ``folder`` where its file lies.
+
+    Raises SceneError.
+    """
     mesh = section(values, "mesh")
     if "file" not in mesh:
         raise SceneError('mesh.file is missing: give the path of a mesh, relative to the scene, such as "chip.msh"')
     bodies = tuple(
-        m.Body(_material({key: value for key, value in item.values.items() if key != "groups"}), groups)
+        m.Body(_material({key: v for key, v in item.values.items() if key != "groups"}), groups)
         for item in values.get("material", ())
         for groups in [item.values.get("groups", (item.name,))]
     )
@@ -63,58 +67,35 @@ def on_mesh(values: Values, name: str, folder: str) -> m.MeshScene:
     sources = tuple(m.Source(**{**item.values, "name": item.name}) for item in values.get("source", ()))
     boundaries = tuple(
         m.GroupBoundary(item.name, group=item.values["group"], **_condition(item))
-        for item in _apart(values.get("boundary", ()))
+        for item in _separate_radiation(values.get("boundary", ()))
     )
     probes = tuple(_group_probe(item, bodies) for item in values.get("probe", ()))
-    contacts = tuple(_contact(item) for item in values.get("contact", ()))
-    scene = m.MeshScene(
-        name, mesh["file"], mesh.get("unit", 1.0), bodies, sources, boundaries, probes, contacts=contacts, folder=folder
+    unit = mesh.get("unit", 1.0)
+    return _complete(
+        m.MeshScene(name, mesh["file"], unit, bodies, sources, boundaries, probes, folder=folder), values, folder
     )
-    return _declared(_with_run(scene, values), values, folder)
 
 
-def _declared(scene: S, values: Values, folder: str) -> S:
-    """The scene with what [model] and [checks] say. Refuses what they say of a probe that the scene has not."""
-    model_section, checks_section = section(values, "model"), section(values, "checks")
-    probes: list[str] = [item.name for item in values.get("probe", ())]
-    checks = [*probes, *(f"{name}{m.OVER_TIME}" for name in probes), *(f"against_{name}" for name in probes), *m.SLOPES]
-    tolerances, differing = checks_section.get("tolerances", {}), checks_section.get("expect_differs")
-    for path, names, allowed in (
-        ("model.outputs", model_section.get("outputs", {}), probes),
-        ("checks.tolerances", tolerances, checks),
-        ("checks.expect_differs", differing or (), checks),
-    ):
-        for name in names:
-            if name not in allowed:
-                what = "a probe" if allowed is probes else "a check, which are called as the probes"
-                listed = f"give {', '.join(map(quoted, probes))}" if probes else "the scene has no probe"
-                raise SceneError(f"{path}: {quoted(name)} is not {what}: {listed}{did_you_mean(name, allowed)}")
+def _complete(scene: S, values: Values, folder: str) -> S:
+    """The scene with its contacts and its sections [scene], [run], [model] and [checks]."""
+    contacts = []
+    for item in values.get("contact", ()):
+        resistances = {key: item.values[key].value for key in RESISTANCES if key in item.values}
+        if not resistances:
+            raise SceneError(f"{item.label} has no resistance: give {' or '.join(RESISTANCES)}, or leave it out")
+        contacts.append(m.Contact(item.name, item.values["between"], **resistances))
+    run, own, checks = (section(values, name) for name in ("run", "model", "checks"))
+    tolerances, differing = checks.get("tolerances", {}), checks.get("expect_differs")
     model = None
-    if model_section:
-        parameters, outputs = (tuple(model_section.get(name, {}).items()) for name in ("parameters", "outputs"))
-        model = m.OwnModel(model_section.get("file", ""), parameters, outputs, folder)
-    return replace(scene, model=model, tolerances=tolerances, expected_to_differ=differing)
-
-
-def _with_run(scene: S, values: Values) -> S:
-    """The scene with what [scene] and [run] say. Refuses values that vary in a steady state, and materials that are
-    used without what the physics that is asked for needs to know of them."""
-    run = _run_keys(section(values, "run"))
-    scene = replace(scene, **section(values, "scene"), **run, parameters=values.get("parameters"))
-    driving = [
-        *((f"boundary {quoted(b.name)}.{b.key if b.kind == 'voltage' else b.kind}", b.value) for b in scene.boundaries),
-        *(
-            (f"boundary {quoted(b.name)}.{'convection.ambient' if b.key == 'convection' else b.key}", b.ambient)
-            for b in scene.boundaries
-        ),
-        *((f"{what}.heat_source", value) for what, value in physics.heat_sources(scene)),
-    ]
-    for path, value in driving if scene.steady else ():
-        if isinstance(value, m.Schedule):
-            raise SceneError(
-                f"{path} varies in time, and run.steady = true asks for no time: give one value, or run.end_time in "
-                "place of steady"
-            )
+    if own:
+        parameters, outputs = (tuple(own.get(name, {}).items()) for name in ("parameters", "outputs"))
+        model = m.OwnModel(own.get("file", ""), parameters, outputs, folder)
+    _check_names([item.name for item in values.get("probe", ())], own.get("outputs", {}), tolerances, differing or ())
+    scene = replace(
+        scene, contacts=tuple(contacts), model=model, tolerances=tolerances, expected_to_differ=differing,
+        parameters=values.get("parameters"), **section(values, "scene"), **_run_keys(run),
+    )  # fmt: skip
+    _check_steady(scene)
     needed, used = physics.needed(scene), {material.name for material in physics.materials(scene)}
     for item in values.get("material", ()):
         missing = [key for key in needed if key not in item.values]
@@ -122,6 +103,34 @@ def _with_run(scene: S, values: Values) -> S:
             why = "a transient of temperature needs" if len(needed) > 1 else "heat conduction needs"
             raise SceneError(f"{item.label}.{missing[0]} is missing: {why} {' and '.join(missing)} of every material")
     return scene
+
+
+def _check_names(probes: list[str], outputs: Any, tolerances: Any, differing: Any) -> None:
+    """Refuse outputs and checks that name no probe."""
+    checks = [*probes, *(f"{name}{m.OVER_TIME}" for name in probes), *(f"against_{name}" for name in probes), *m.SLOPES]
+    for path, names, allowed, what in (
+        ("model.outputs", outputs, probes, "a probe"),
+        ("checks.tolerances", tolerances, checks, "a check, which are called as the probes"),
+        ("checks.expect_differs", differing, checks, "a check, which are called as the probes"),
+    ):
+        for name in names:
+            if name not in allowed:
+                listed = f"give {', '.join(map(quoted, probes))}" if probes else "the scene has no probe"
+                raise SceneError(f"{path}: {quoted(name)} is not {what}: {listed}{did_you_mean(name, allowed)}")
+
+
+def _check_steady(scene: m.AnyScene) -> None:
+    """Refuse values that vary in a steady state."""
+    driving = [(f"{what}.heat_source", value) for what, value in physics.heat_sources(scene)]
+    for b in scene.boundaries:
+        path = f"boundary {quoted(b.name)}.{b.key}"
+        driving += [(path, b.value), (path + ".ambient" * (b.key == "convection"), b.ambient)]
+    for path, value in driving if scene.steady else ():
+        if isinstance(value, m.Schedule):
+            raise SceneError(
+                f"{path} varies in time, and run.steady = true asks for no time: give one value, or run.end_time in "
+                "place of steady"
+            )
 
 
 def _run_keys(run: dict[str, Any]) -> dict[str, Any]:
@@ -145,26 +154,17 @@ def _run_keys(run: dict[str, Any]) -> dict[str, Any]:
 
 
 def _material(properties: dict[str, Any]) -> m.Material:
-    """The material, with a stand-in for what is not given."""
-    if (given := properties.get("electrical_conductivity")) is not None:
-        properties = {**properties, "resistivity": laws.inverse(given)}
+    """The material, with a stand-in for missing properties."""
+    if CONDUCTIVITY in properties:
+        properties = {**properties, RESISTIVITY: laws.inverse(properties[CONDUCTIVITY])}
     material = m.Material(**{**dict.fromkeys(HEAT_KEYS, UNUSED), **properties})
     physics.refuse_both(f"material {quoted(material.name)}", material)
     physics.refuse_unlike(f"material {quoted(material.name)}", material)
     return material
 
 
-def _box(item: Item, materials: dict[str, m.Material]) -> m.Box:
-    material = item.values["material"]
-    if material not in materials:
-        choices = f"give {' or '.join(map(quoted, materials))}" if materials else "add a [[material]] of that name"
-        hint = did_you_mean(material, materials)
-        raise SceneError(f"{item.label}.material = {quoted(material)} is not in the scene: {choices}{hint}")
-    return m.Box(**{**item.values, "name": item.name, "material": materials[material]})
-
-
-def _apart(items: Sequence[Item]) -> Iterator[Item]:
-    """The boundaries of a file, of which one with a convection and radiation is two."""
+def _separate_radiation(items: Sequence[Item]) -> Iterator[Item]:
+    """The boundaries of a file; a convection with radiation makes two."""
     names = {item.name for item in items}
     for item in items:
         if not {"convection", "radiation"} <= set(item.values):
@@ -180,7 +180,7 @@ def _apart(items: Sequence[Item]) -> Iterator[Item]:
 
 
 def _condition(item: Item) -> dict[str, Any]:
-    """The kind and the value of a boundary's one condition, with the ambient temperature where it has one."""
+    """The kind and the values of a boundary's one condition."""
     kinds = [kind for kind in CONDITIONS if kind in item.values]
     if len(kinds) != 1:
         has = f"has {' and '.join(kinds)}" if kinds else "has no condition"
@@ -188,15 +188,13 @@ def _condition(item: Item) -> dict[str, Any]:
             f"{item.label} {has}: give exactly one of {', '.join(CONDITIONS)} (convection and radiation go together)"
         )
     (kind,) = kinds
-    of_film = isinstance(CONDITIONS[kind], ck.Surroundings)
+    of_film = isinstance(CONDITIONS[kind], functions.Surroundings)
     value, ambient = item.values[kind] if of_film else (item.values[kind], 293.0)
     condition = {"kind": kind, "value": value, "ambient": ambient}
-    series = item.values.get("series_resistance")
+    series: float | None = item.values.get("series_resistance")
     if series is not None and kind != "voltage":
-        raise SceneError(
-            f"{item.label}.series_resistance = {series:g} ohm stands beside a {kind}: give it beside a voltage, or "
-            "leave it out"
-        )
+        path = f"{item.label}.series_resistance = {series:g} ohm"
+        raise SceneError(f"{path} stands beside a {kind}: give it beside a voltage, or leave it out")
     if kind == "current":
         condition |= {"kind": "voltage", "series_resistance": math.inf}
     elif series:
@@ -205,17 +203,15 @@ def _condition(item: Item) -> dict[str, Any]:
     return condition if behind is None else condition | _behind(item.label, kind, value, behind)
 
 
-def _behind(label: str, kind: str, value: m.Value, contact: ck.Resistance) -> dict[str, Any]:
+def _behind(label: str, kind: str, value: m.Value, contact: functions.Resistance) -> dict[str, Any]:
     """A temperature behind a contact resistance is a film of its inverse; a voltage behind one keeps it."""
     path, resistance = f"{label}.contact_resistance = {contact.value:g}", contact.value
     dimension = {"temperature": d.THERMAL_CONTACT, "voltage": d.ELECTRICAL_CONTACT}.get(kind)
     if dimension is None:
         raise SceneError(f"{path} stands beside a {kind}: give it beside a temperature or a voltage, or leave it out")
     if contact.dimension not in (None, dimension):
-        raise SceneError(
-            f"{path} {contact.dimension.unit} is {contact.dimension.name} beside a {kind}: give {dimension.name} such "
-            f'as "{dimension.example}"'
-        )
+        unit = f"{contact.dimension.unit} is {contact.dimension.name}"
+        raise SceneError(f'{path} {unit} beside a {kind}: give {dimension.name} such as "{dimension.example}"')
     if not resistance:
         return {}
     if kind == "voltage":
@@ -224,20 +220,15 @@ def _behind(label: str, kind: str, value: m.Value, contact: ck.Resistance) -> di
 
 
 def _reading(item: Item) -> dict[str, Any]:
-    quantity, reduce = item.values.get("quantity", "temperature"), item.values.get("reduce", "mean")
+    """The quantity of a probe, and how it is reduced to one number."""
+    given = item.values
+    quantity, reduce = given.get("quantity", "temperature"), given.get("reduce", "mean")
     if item.name == "time_s":
         raise SceneError('probe.name = "time_s" is the name of the column of times: give another')
-    if reduce != "mean" and quantity in TOTALS:
-        raise SceneError(
-            f"{item.label}.reduce = {quoted(reduce)} says nothing about a {quantity}, which is a total: leave it out, "
-            "or give quantity temperature or potential"
-        )
-    for key in ("box", "side") if quantity in TOTALS else ():
-        if key in item.values:
-            raise SceneError(
-                f"{item.label}.{key} = {quoted(item.values[key])} says nothing about a {quantity}, which is no value "
-                "of one side: leave it out"
-            )
+    for key in ("reduce", "box", "side") if quantity in TOTALS else ():
+        if given.get(key, "mean") != "mean":
+            why = f"says nothing about a {quantity}, which is a total over a place: leave it out"
+            raise SceneError(f"{item.label}.{key} = {quoted(given[key])} {why}")
     return {"quantity": quantity, "reduce": reduce}
 
 
@@ -254,19 +245,13 @@ def _region(item: Item, parts: Mapping[str, tuple[str, ...]], several: str) -> t
     if given.get("quantity", "temperature") != "temperature":
         raise SceneError(f"{item.label}.quantity = {quoted(given['quantity'])} needs a place: give one")
     known = [name for names in parts.values() for name in names]
-    if several in given:
-        for name in given[several]:
-            if name not in known:
-                listed = ", ".join(map(quoted, known[:20]))
-                hint = did_you_mean(name, known)
-                raise SceneError(f"{item.label}.{several} names {quoted(name)}: give some of {listed}{hint}")
-        return tuple(dict.fromkeys(given[several]))
+    for name in given.get(several, ()):
+        if name not in known:
+            raise unknown(f"{item.label}.{several} names", name, known)
     if "material" in given and given["material"] not in parts:
-        hint = did_you_mean(given["material"], parts)
-        raise SceneError(
-            f"{item.label}.material = {quoted(given['material'])} is of no part: give {' or '.join(map(quoted, parts))}"
-            f"{hint}"
-        )
+        raise unknown(f"{item.label}.material is of no part:", given["material"], parts)
+    if several in given:
+        return tuple(dict.fromkeys(given[several]))
     return parts[given["material"]] if "material" in given else tuple(known)
 
 
@@ -274,48 +259,30 @@ def _probe(item: Item, boxes: Sequence[m.Box]) -> m.Probe:
     parts: dict[str, tuple[str, ...]] = {}
     for box in boxes:
         parts[box.material.name] = (*parts.get(box.material.name, ()), box.name)
-    reading, region = _reading(item), _region(item, parts, "boxes")
-    if region is None:
-        side = (item.values["box"],) if "box" in item.values else ()
-        return m.Probe(item.name, *_corners(item), **reading, boxes=side)
-    chosen = [box for box in boxes if box.name in region]
-    (x, y, z), (u, v, w) = ([f(getattr(b, end)[d] for b in chosen) for d in range(3)]
-                            for f, end in ((min, "lower"), (max, "upper")))  # fmt: skip
-    return m.Probe(item.name, (x, y, z), (u, v, w), **reading, boxes=region)
+    reading, region, given = _reading(item), _region(item, parts, "boxes"), item.values
+    if region is not None:
+        chosen = [box for box in boxes if box.name in region]
+        x, y, z = (min(box.lower[axis] for box in chosen) for axis in range(3))
+        u, v, w = (max(box.upper[axis] for box in chosen) for axis in range(3))
+        return m.Probe(item.name, (x, y, z), (u, v, w), **reading, boxes=region)
+    has = [key for key in ("at", "lower", "upper") if key in given]
+    if has not in (["at"], ["lower", "upper"]):
+        raise SceneError(f"{item.label} has {' and '.join(has) or 'no place'}: give at = [x, y, z], or lower and upper")
+    side = (given["box"],) if "box" in given else ()
+    return m.Probe(item.name, given[has[0]], given[has[-1]], **reading, boxes=side)
 
 
 def _group_probe(item: Item, bodies: Sequence[m.Body]) -> m.GroupProbe:
-    reading = _reading(item)
+    reading, given = _reading(item), item.values
     region = _region(item, {b.material.name: b.groups for b in bodies}, "groups")
     if region is not None:
         return m.GroupProbe(item.name, **reading, groups=region)
-    return m.GroupProbe(item.name, *_place(item), **reading, side=item.values.get("side", ""))
-
-
-def _contact(item: Item) -> m.Contact:
-    resistances = {key: item.values[key].value for key in RESISTANCES if key in item.values}
-    if not resistances:
-        raise SceneError(f"{item.label} has no resistance: give {' or '.join(RESISTANCES)}, or leave the contact out")
-    return m.Contact(item.name, item.values["between"], **resistances)
-
-
-def _corners(item: Item) -> tuple[m.Point, m.Point]:
-    """The corners of a probe's box; of a point both are the same."""
-    corners = item.values
-    has = [key for key in ("at", "lower", "upper") if key in corners]
-    if has == ["at"]:
-        return corners["at"], corners["at"]
-    if has == ["lower", "upper"]:
-        return corners["lower"], corners["upper"]
-    raise SceneError(f"{item.label} has {' and '.join(has) or 'no place'}: give at = [x, y, z], or lower and upper")
-
-
-def _place(item: Item) -> tuple[m.Point | None, str | None]:
-    at, group = item.values.get("at"), item.values.get("group")
+    at, group = given.get("at"), given.get("group")
     if (at is None) == (group is None):
-        has = "no place" if at is None else "at and group"
-        raise SceneError(f"{item.label} has {has}: give at = [x, y, z], or group")
-    if at is not None and (quantity := item.values.get("quantity")) in TOTALS:
+        raise SceneError(
+            f"{item.label} has {'no place' if at is None else 'at and group'}: give at = [x, y, z], or group"
+        )
+    if at is not None and (quantity := reading["quantity"]) in TOTALS:
         needs = "a volume" if quantity == "power" else "a surface"
         raise SceneError(f"{item.label}.quantity = {quoted(quantity)} needs {needs}: give group in place of at")
-    return at, group
+    return m.GroupProbe(item.name, at, group, **reading, side=given.get("side", ""))

@@ -131,7 +131,7 @@ REFUSED: dict[str, tuple[Callable[[Document], None], tuple[str, ...]]] = {
     "flat box": (put("box", 0, upper=[4, 1, 0]), ('box "beam" has no extent, z from 0 m to 0 m',)),
     "negative box": (put("box", 0, upper=[4, 1, -2]), ('box "beam" has a negative extent, z',)),
     "sliver": (put("box", 1, upper=[1e-9, 1, 0]), ('box "foot" has no extent, x',)),
-    "unknown material": (put("box", 0, material="metl"), ('box "beam".material = "metl"', 'did you mean "metal"?')),
+    "unknown material": (put("box", 0, material="metl"), ('box "beam".material', '"metl"', 'did you mean "metal"?')),
     "two of a name": (put("box", 1, name="beam"), ('box[2].name = "beam" is taken',)),
     "two materials": (put("material", 1, name="metal"), ('material[2].name = "metal" is taken',)),
     "two probes": (add("probe", {"name": "tip", "at": [0, 0, 0]}), ('probe[2].name = "tip" is taken',)),
