@@ -13,8 +13,8 @@ from meshes.grouped.place import Placed
 from scenes import physics, readouts
 from scenes.errors import SceneError, did_you_mean, listed, quoted
 from scenes.free import contacts
-from scenes.free.validity import FLOATING, KEPT, UNFIXED
-from scenes.model import FLOWS, Contact, GroupBoundary, GroupProbe, MeshScene, is_zero
+from scenes.free.rules import UNFIXED, Acting, check_conditions, refuse_idle, refuse_part
+from scenes.model import FLOWS, Contact, GroupProbe, MeshScene, is_zero
 from scenes.physics import heats, is_exit
 
 
@@ -164,7 +164,7 @@ def joints(placed: Placed) -> None:
 
 def boundaries(placed: Placed) -> None:
     """Refuse conditions that act on nothing, lie on a contact, or contradict each other."""
-    fixed: list[tuple[GroupBoundary, np.ndarray, np.ndarray]] = []
+    acting = []
     for b in placed.scene.boundaries:
         facets = placed.acting(b)
         for contact in placed.scene.contacts if b.kind in ("voltage", "temperature") else ():
@@ -172,49 +172,12 @@ def boundaries(placed: Placed) -> None:
             if jumps and np.isin(facets, placed.between(contact)).any():
                 raise SceneError(contacts.on_one(b, contact, "a group"))
         pairs = placed.mesh.mesh.f2t[:, facets]
-        if b.kind == "voltage" and b.contact_resistance and (placed.conducting[pairs] & (pairs >= 0)).all(axis=0).any():
-            raise SceneError(
-                f"boundary {quoted(b.name)}.voltage behind a contact_resistance has conductors on both sides: give a "
-                "group on the surface of one, or leave the resistance out"
-            )
-        if not len(facets):
-            why = (
-                "touches nothing that conducts: give its material a resistivity, or a group on a conductor"
-                if b.kind == "voltage"
-                else "has solid on both sides everywhere, and acts on exposed faces only: give a group on the surface"
-            )
-            raise SceneError(f"boundary {quoted(b.name)}.{b.key} {why}")
-        if b.kind in ("voltage", "temperature"):
-            fixed.append((b, facets, np.unique(placed.mesh.mesh.facets[:, facets])))
+        between = bool((placed.conducting[pairs] & (pairs >= 0)).all(axis=0).any())
+        acting.append(Acting(b, facets, np.unique(placed.mesh.mesh.facets[:, facets]), between))
+    check_conditions(acting, "groups")
     with _blaming_separate_parts(placed.mesh):
         physics.refuse_ungrounded(placed.scene.boundaries, placed.joined().values())
         readouts.pairs(placed.scene, placed.joined().values())
-    for i, (a, facets_a, nodes_a) in enumerate(fixed):
-        for b, facets_b, nodes_b in fixed[:i]:
-            if (a.series_resistance or b.series_resistance) and a.kind == b.kind and np.isin(nodes_a, nodes_b).any():
-                raise SceneError(
-                    f"boundaries {quoted(b.name)} and {quoted(a.name)} touch on a conductor, and the potential of one "
-                    "is not given: leave a gap between them"
-                )
-            if a.kind != b.kind or a.value == b.value:
-                continue
-            if a.kind == "voltage" and np.isin(nodes_a, nodes_b).any():
-                raise SceneError(
-                    f"boundaries {quoted(b.name)} and {quoted(a.name)} touch on a conductor with different voltages: "
-                    "leave a gap between them"
-                )
-            if a.kind == "temperature" and np.isin(facets_a, facets_b).any():
-                raise SceneError(
-                    f"boundaries {quoted(b.name)} and {quoted(a.name)} overlap with different temperatures: give "
-                    "groups that do not overlap"
-                )
-    held = np.concatenate([facets for b, facets, _ in fixed if b.kind == "temperature"] or [np.empty(0, int)])
-    for b in placed.scene.boundaries:
-        if b.kind in ("heat_flux", "convection", "radiation") and np.isin(placed.acting(b), held).all():
-            raise SceneError(
-                f"boundary {quoted(b.name)}.{b.key} lies where other boundaries fix the temperature, and changes "
-                "nothing: leave it out, or give a group that does not overlap theirs"
-            )
 
 
 def probes(placed: Placed) -> None:
@@ -326,23 +289,17 @@ def parts(placed: Placed) -> None:
     for source in scene.sources:
         if not is_zero(source.heat_source):
             acted |= set(labels[mesh.volumes[source.group]].tolist())
-    _refuse_parts(placed, labels, acted, FLOATING)
+    _refuse_parts(placed, labels, acted, False)
     if scene.steady and physics.heat(scene):
-        _refuse_parts(placed, labels, placed.touched(labels, [b for b in scene.boundaries if is_exit(b)]), KEPT)
+        _refuse_parts(placed, labels, placed.touched(labels, [b for b in scene.boundaries if is_exit(b)]), True)
     if any(heats(b, scene.initial_temperature) for b in scene.boundaries):
         return
     if any(not is_zero(s.heat_source) for s in scene.sources) or placed.conductors[0].any():
         return
-    raise SceneError(
-        "nothing happens in this scene: it has no voltage across a conductor, no heat source, no flux, and no "
-        f"temperature other than scene.initial_temperature = {scene.initial_temperature:g} K: give at least one"
-    )
+    refuse_idle(scene)
 
 
-def _refuse_parts(placed: Placed, labels: np.ndarray, fine: set[int], why: tuple[str, str]) -> None:
-    for part in range(1, int(labels.max(initial=0)) + 1):
-        if part not in fine:
-            members = labels == part
-            names = [name for name, cells in placed.mesh.volumes.items() if members[cells].any()]
-            said = why[0].split("|")[0]
-            raise SceneError(f"a part of {int(members.sum())} cells of group {listed(names)} {said}: {why[1]}")
+def _refuse_parts(placed: Placed, labels: np.ndarray, fine: set[int], kept: bool) -> None:
+    for part in set(range(1, int(labels.max(initial=0)) + 1)) - fine:
+        names = [name for name, cells in placed.mesh.volumes.items() if (labels[cells] == part).any()]
+        refuse_part(names, "volume group", kept)

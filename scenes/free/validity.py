@@ -2,35 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from typing import TypeVar
 
 import numpy as np
 
 from scenes import physics, readouts
-from scenes.errors import SceneError, did_you_mean, listed, quoted
+from scenes.errors import SceneError, did_you_mean, quoted
 from scenes.free import contacts
 from scenes.free.cut import cut
 from scenes.free.grid import ROUNDING, Grid, Sheet, grid_of
-from scenes.model import FLOWS, Boundary, Box, Point, Probe, Scene, Value, is_zero
+from scenes.free.rules import UNFIXED, Acting, check_conditions, refuse_idle, refuse_part
+from scenes.model import FLOWS, Boundary, Box, Point, Probe, Scene, is_zero
 from scenes.units import extent, point
 
 T = TypeVar("T", Box, Boundary, Probe)
-
-UNFIXED = (
-    "asks for a {} in a conductor that no electrode touches, which is solved for heat alone, as nothing determines "
-    "its potential: give a place in another, or a boundary with a voltage there"
-)  # The refusal of a probe in a conductor without a determined potential.
-FLOATING = (
-    "is joined to nothing that a boundary or a heat source acts on|are joined to nothing that a boundary or a heat "
-    "source acts on",
-    "let it touch the rest with a face, or give it a boundary",
-)  # Why a part that nothing acts on is refused (one box | several), and what helps.
-KEPT = (
-    "has no exit for heat, so there is no steady state|have no exit for heat, so there is no steady state",
-    "give a boundary with a temperature or a convection, or run.end_time in place of steady",
-)  # Why a part without an exit for heat is refused (one box | several), and what helps.
 
 
 def check(scene: Scene) -> Scene:
@@ -73,8 +60,8 @@ def _refuse_extent(what: str, item: T, kind: str, axis: int) -> None:
 
 
 def _check_boundaries(grid: Grid) -> None:
-    """Refuses, by name, boundaries that are not flat, that act on nothing, or that contradict each other."""
-    sheets: list[tuple[Boundary, Sheet, np.ndarray]] = []
+    """Refuse boundaries that are not flat, that act on nothing, or that contradict each other."""
+    acting = []
     for b in grid.scene.boundaries:
         for axis in range(3):
             if b.upper[axis] - b.lower[axis] < -grid.small[axis]:
@@ -85,74 +72,9 @@ def _check_boundaries(grid: Grid) -> None:
         if not sheet.beside(grid.solid).any():
             raise SceneError(f"{name} touches no solid: give corners on a face of a box, or inside one")
         acts = grid.acting(sheet, b.kind)
-        if not acts.any():
-            raise SceneError(
-                f"{name}.voltage touches nothing that conducts: give its box's material a resistivity, or corners on a "
-                "conductor"
-                if b.kind == "voltage"
-                else f"{name}.{b.key}{_behind(b)} has solid on both sides everywhere, and acts on exposed faces only: "
-                "give corners on the surface"
-            )
-        if b.kind == "voltage" and b.contact_resistance:
-            both = grid.conducting[sheet.below] & grid.conducting[sheet.above]
-            if both.any():
-                raise SceneError(
-                    f"{name}.voltage behind a contact_resistance has conductors on both sides: give corners on the "
-                    "surface of one, or leave the resistance out"
-                )
-        sheets.append((b, sheet, acts))
-    for b, sheet, acts in sheets:
-        for other, of_other, its in sheets:
-            both = b.series_resistance and b is not other and other.kind == "voltage"
-            if both and sheet.corners(acts) & of_other.corners(its):
-                raise SceneError(
-                    f"boundaries {quoted(b.name)} and {quoted(other.name)} touch on a conductor, and the potential "
-                    "of one is not given: leave a gap between them"
-                )
-    # Where electrodes of different voltage touch, though but at an edge, an infinite current would flow; different
-    # temperatures may lie side by side.
-    for one, other in _contradicting(sheets, "voltage", Sheet.corners):
-        raise SceneError(
-            f"boundaries {quoted(one.name)} and {quoted(other.name)} touch on a conductor with different voltages, "
-            f"{_shown(one.value, 'V')} and {_shown(other.value, 'V')}: leave a gap between them"
-        )
-    for one, other in _contradicting(sheets, "temperature", lambda sheet, at: set(sheet.faces[at].tolist())):
-        raise SceneError(
-            f"boundaries {quoted(one.name)} and {quoted(other.name)} overlap with different temperatures, "
-            f"{_shown(one.value, 'K')} and {_shown(other.value, 'K')}: give corners that do not overlap"
-        )
-    fixed = [sheet.faces.ravel() for b, sheet, _ in sheets if b.kind == "temperature"]
-    for b, sheet, acts in sheets:
-        if (
-            b.kind in ("heat_flux", "convection", "radiation")
-            and fixed
-            and np.isin(sheet.faces[acts], np.concatenate(fixed)).all()
-        ):
-            raise SceneError(
-                f"boundary {quoted(b.name)}.{b.key}{_behind(b)} lies where other boundaries fix the temperature, "
-                "and changes nothing: leave it out, or give corners that do not overlap theirs"
-            )
-
-
-def _behind(boundary: Boundary) -> str:
-    """What is said of a temperature behind a contact resistance, which is a film."""
-    return "" if boundary.key == boundary.kind else " behind a contact_resistance"
-
-
-def _contradicting(
-    sheets: list[tuple[Boundary, Sheet, np.ndarray]], kind: str, places: Callable[[Sheet, np.ndarray], set[int]]
-) -> Iterator[tuple[Boundary, Boundary]]:
-    """Boundaries of a kind with different values that act on some of the same ``places``, the earlier one first."""
-    taken: list[tuple[Boundary, set[int]]] = []
-    for boundary, sheet, acts in sheets:
-        if boundary.kind == kind:
-            covered = places(sheet, acts)
-            yield from ((other, boundary) for other, its in taken if other.value != boundary.value and covered & its)
-            taken.append((boundary, covered))
-
-
-def _shown(value: Value, unit: str) -> str:
-    return f"{value:g} {unit}" if isinstance(value, (int, float)) else "one that varies in time"
+        between = bool((grid.conducting[sheet.below] & grid.conducting[sheet.above]).any())
+        acting.append(Acting(b, sheet.faces[acts], np.array(sorted(sheet.corners(acts)), int), between))
+    check_conditions(acting, "corners")
 
 
 def _check_probe(grid: Grid, probe: Probe) -> None:
@@ -285,22 +207,19 @@ def _check_parts(grid: Grid) -> None:
     def touched(labels: np.ndarray, which: Callable[[Boundary], bool]) -> set[int]:
         return set().union(*(grid.parts_at(labels, b) for b in scene.boundaries if which(b)))
 
-    def refuse(labels: np.ndarray, fine: set[int], why: tuple[str, str]) -> None:
-        for label in range(1, int(labels.max()) + 1):
-            if label not in fine:
-                names = [scene.boxes[number].name for number in np.unique(grid.owner[labels == label])]
-                called = f"{'box' if len(names) == 1 else 'boxes'} {listed(names)}"
-                raise SceneError(f"{called} {why[0].split('|')[len(names) > 1]}: {why[1]}{_nearly(grid)}")
+    def refuse(labels: np.ndarray, fine: set[int], kept: bool) -> None:
+        for label in set(range(1, int(labels.max()) + 1)) - fine:
+            names = [scene.boxes[number].name for number in np.unique(grid.owner[labels == label])]
+            refuse_part(names, "box", kept, _nearly(grid))
 
-    electric = physics.electric(scene)
     physics.refuse_ungrounded(scene.boundaries, grid.joined().values())
     readouts.pairs(scene, grid.joined().values())
     labels = grid.parts(grid.solid)
     hot = np.array([*(not is_zero(box.heat_source) for box in scene.boxes), False])
     heated = set(np.unique(labels[hot[grid.owner]]).tolist())
-    refuse(labels, touched(labels, lambda b: True) | heated, FLOATING)
+    refuse(labels, touched(labels, lambda b: True) | heated, False)
     if scene.steady and physics.heat(scene):
-        refuse(labels, touched(labels, physics.is_exit), KEPT)
+        refuse(labels, touched(labels, physics.is_exit), True)
     driven = hot.any() or any(physics.heats(b, scene.initial_temperature) for b in scene.boundaries)
     # An electrode without a current takes the potential of what it touches.
     acting = {
@@ -315,11 +234,7 @@ def _check_parts(grid: Grid) -> None:
                 f"nothing happens in this scene: {where}, between electrodes of different voltages: give its "
                 "material a resistivity, or let the conductors touch"
             )
-        has = "no voltage across a conductor, " if electric else ""
-        raise SceneError(
-            f"nothing happens in this scene: it has {has}no heat source, no flux, and no temperature other than "
-            f"scene.initial_temperature = {scene.initial_temperature:g} K: give at least one{_nearly(grid)}"
-        )
+        refuse_idle(scene, _nearly(grid))
 
 
 def _nearly(grid: Grid) -> str:

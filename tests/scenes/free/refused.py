@@ -110,7 +110,7 @@ REFUSED: dict[str, tuple[Callable[[Document], None], tuple[str, ...]]] = {
     ),
     "a current beside a voltage": (
         add("boundary", flat("top", [0, 0, 1], [1, 1, 1], current=1)),
-        ('boundaries "top" and "left" touch on a conductor', "potential of one is not given", "leave a gap"),
+        ('boundaries "left" and "top" touch on a conductor', "potential of one is not given", "leave a gap"),
     ),
     "a current into an insulator": (
         add("boundary", flat("foot", [0.2, 0, -1], [0.2, 1, -0.5], current=1)), ("touches nothing that conducts",),

@@ -104,7 +104,7 @@ REFUSED = {
     "solve bridge --set boundary.left.voltage=1": 'no boundary "left"',
     "solve hotplate --set run.end_time=14.0375ms --set run.output_times=[0.01,0.0140376]":
         "run.end_time = 0.0140375 s is before the last of run.output_times, 0.0140376 s",
-    "solve bridge --set box.beam.material=gold": '"gold" is not in the scene',
+    "solve bridge --set box.beam.material=gold": 'is no material of the scene: "gold"',
     "solve bridge --accuracy 2": "run.accuracy", "sink --air": "unknown option",
     # another command's scene, another key's name, another spelling of a unit
     "solve sink": "another command: validate sink", "sink bridge": "another command: validate solve bridge",
