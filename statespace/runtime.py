@@ -65,24 +65,11 @@ class CompactModel:
         tables, wanted = self._tables(inputs), np.asarray(times, dtype=float)
         t, b, largest = 0.0, np.zeros(self.states), 1e-30
         stops = sorted({*wanted[wanted > 0].tolist(), *(x for k, _ in tables for x in k if 0 < x < wanted[-1])})
-        longest = stops[0] if stops else 0.0
-        states = {0.0: b}
+        h, states = stops[0] if stops else 0.0, {0.0: b}
         for stop in stops:
-            start = t
-            g0, slope = _drive(tables, start)
-            while t < stop:
-                h = min(stop - t, longest)
-                last = h >= (stop - t) * (1 - 1e-12)
-                new, off = self._step(b, g0 + slope * (t - start), slope, h)
-                largest = max(largest, float(np.abs(new).max(initial=0.0)))
-                error = off / (tolerance * largest)
-                if error <= 1:
-                    b, t = new, stop if last else t + h
-                elif h < 1e-13 * stop:
-                    raise ArithmeticError(f"the heating runs away at {t:.3g} s")
-                grown = h * min(max(0.8 * (error + 1e-30) ** (-1 / 3), 0.2), 5.0)
-                longest = max(grown, longest) if last and error <= 1 else grown
-            states[stop] = b
+            g, slope = _drive(tables, t)
+            b, h, largest = self._advance(b, g, slope, stop - t, h, largest, tolerance)
+            states[stop], t = b, stop
         return np.array([states[x] for x in wanted.tolist()])
 
     def steady(self, inputs: Mapping[str, Given] | None = None) -> dict[str, float]:
@@ -111,19 +98,27 @@ class CompactModel:
 
     def step(self, b: np.ndarray, g: np.ndarray, time: float, tolerance: float = 1e-6) -> np.ndarray:
         """The states (n,) after a time (s) with constant inputs g."""
-        done, h = 0.0, time
-        while done < time:
-            h = min(h, time - done)
-            new, off = self._step(b, g, np.zeros_like(g), h)
-            error = off / (tolerance * max(float(np.abs(new).max(initial=0.0)), 1e-30))
-            if error <= 1:
-                b, done = new, done + h
-            h *= min(max(0.8 * (error + 1e-30) ** (-1 / 3), 0.2), 5.0)
-        return b
+        return self._advance(b, g, np.zeros_like(g), time, time, 1e-30, tolerance)[0]
 
-    def rates(self, g: np.ndarray, b: np.ndarray) -> np.ndarray:
-        """(n,): db/dt at inputs and states."""
-        return self._source(g, b) - self.decay * b
+    def _advance(
+        self, b: np.ndarray, g: np.ndarray, slope: np.ndarray, time: float, longest: float, largest: float,
+        tolerance: float,
+    ) -> tuple[np.ndarray, float, float]:  # fmt: skip
+        """Integrate over a time (s) with inputs g + slope t: the states, the next step, and the largest state."""
+        t = 0.0
+        while t < time:
+            h = min(time - t, longest)
+            last = h >= (time - t) * (1 - 1e-12)
+            new, off = self._step(b, g + slope * t, slope, h)
+            largest = max(largest, float(np.abs(new).max(initial=0.0)))
+            error = off / (tolerance * largest)
+            if error <= 1:
+                b, t = new, time if last else t + h
+            elif h < 1e-13 * time:
+                raise ArithmeticError(f"the heating runs away within {time:.3g} s")
+            grown = h * min(max(0.8 * (error + 1e-30) ** (-1 / 3), 0.2), 5.0)
+            longest = max(grown, longest) if last and error <= 1 else grown
+        return b, longest, largest
 
     def read(self, g: np.ndarray, slope: np.ndarray, b: np.ndarray) -> np.ndarray:
         """(rows,): all that is read off the states, at inputs g, of these rates."""

@@ -94,20 +94,16 @@ class Timetable:
     def stretches(self) -> Iterator[Stretch]:
         """The run cut at every sample and outer step, in order; the last sample has a piece of length 0."""
         for k in range(self.samples):
-            if k not in self.steps and k < self.samples - 1:
-                yield Stretch(k, True, None, self.sample_time)
-                continue
-            steps = self.steps.get(k, ())
-            now = [outer for after, outer in steps if after == 0.0]
-            later = [(after, outer) for after, outer in steps if after > 0.0]
-            if k == self.samples - 1:
-                yield Stretch(k, True, now[-1] if now else None, 0.0)
-                return
-            starts = [0.0, *(after for after, _ in later)]
-            ends = [*starts[1:], self.sample_time]
-            outers = [now[-1] if now else None, *(outer for _, outer in later)]
-            for i, (start, end, outer) in enumerate(zip(starts, ends, outers, strict=True)):
-                yield Stretch(k, i == 0, outer, end - start)
+            end = self.sample_time if k < self.samples - 1 else 0.0
+            start, measure, outer = 0.0, True, None
+            for after, rise in self.steps.get(k, ()):
+                if after > 0.0:
+                    if not end:
+                        break
+                    yield Stretch(k, measure, outer, after - start)
+                    start, measure = after, False
+                outer = rise
+            yield Stretch(k, measure, outer, end - start)
 
 
 class Stretch(NamedTuple):

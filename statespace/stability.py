@@ -7,6 +7,7 @@ import math
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+import scipy.linalg
 
 from scenes.device import Device
 from statespace import circuit
@@ -245,13 +246,13 @@ def plant(modal: Modal, device: Device, external: float | None = None) -> Plant:
     slope[departs, film[2:]] -= per_power[2:] * state.power[film[2:]] * a[2:] / ratio[2:]
     slope[departs, departs] += state.power[film[2:]] * a[2:] / ratio[2:]
     per_volt = per_power[:, None] * now.power_by_voltage[film]
-    rates, vectors = np.linalg.eig(np.diag(modal.rates) - modal.shape.T @ slope @ modal.shape)
-    inverse = np.linalg.inv(vectors)
-    into = inverse @ (modal.shape.T @ per_volt)
-    h = device.control.sample_time
-    decay = np.exp(-rates * h)
+    # The exponential of [[A, B], [0, 0]] h holds exp(A h) and the integral of exp(A t) B over the sample time h.
+    n, h = modal.count, device.control.sample_time
+    block = np.zeros((n + 2, n + 2))
+    block[:n, :n] = (modal.shape.T @ slope @ modal.shape - np.diag(modal.rates)) * h
+    block[:n, n:] = modal.shape.T @ per_volt * h
+    exponential = scipy.linalg.expm(block)
     return Plant(
-        ((vectors * decay) @ inverse).real, (vectors @ ((-np.expm1(-rates * h) / rates)[:, None] * into)).real,
-        (now.measured_by_resistance * warm / warm[:, None]) @ modal.shape[:2], now.measured_by_voltage / warm[:, None],
-        state.voltage > 0, device.set_rise, h,
+        exponential[:n, :n], exponential[:n, n:], (now.measured_by_resistance * warm / warm[:, None]) @ modal.shape[:2],
+        now.measured_by_voltage / warm[:, None], state.voltage > 0, device.set_rise, h,
     )  # fmt: skip

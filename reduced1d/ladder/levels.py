@@ -149,8 +149,10 @@ def rungs(levels: Levels, start: str = "paper") -> list[Rung]:
         models = [replace(rung, without=missing) for rung in models]
         models += [replace(_MISSING[key], name=last.name, without=missing[n:]) for n, key in enumerate(missing)]
         models.append(last)
-    if start in ladder.CONSTANT and levels.sink != levels.sink.plain:
-        models[-1] = replace(_ONLY_3D, name=models[-1].name)
+    if levels.sink != levels.sink.plain:
+        laws = replace(levels.sink, emissivity=0.0) != levels.sink.plain
+        only_3d = (_BOTH if laws else _RADIATION) if levels.sink.emissivity else _LAWS
+        models[-1] = replace(only_3d, name=models[-1].name)
     return models
 
 
@@ -187,9 +189,14 @@ _MISSING = {
     ),
 }  # fmt: skip
 """What the paper's equations are without, by the sink's attribute."""
-_ONLY_3D = Rung(
-    "plate", "properties at room temperature", "properties are those at room temperature, and nothing radiates",
-    "the properties at room temperature, without radiation",
+_LAWS = Rung(
+    "plate", "properties at room temperature", "properties are those at room temperature",
+    "the properties at room temperature",
+)  # fmt: skip
+_RADIATION = Rung("plate", "radiation", "nothing radiates", "the missing radiation")
+_BOTH = Rung(
+    "plate", "laws and radiation", "properties are those at room temperature, and nothing radiates",
+    "the missing laws and radiation",
 )  # fmt: skip
 _FEW = Rung("moments", "few states", "the response is made of a few fields", "the small number of states")
 _ALL = [
@@ -222,7 +229,15 @@ _OF_ROWS: dict[str, tuple[Rung, ...]] = {
 
 AT_FAULT = {
     rung.blame: rung.at_fault
-    for rung in (*_ALL, _FEW, _ONLY_3D, *_MISSING.values(), *(step for steps in _OF_ROWS.values() for step in steps))
+    for rung in (
+        *_ALL,
+        _FEW,
+        _LAWS,
+        _RADIATION,
+        _BOTH,
+        *_MISSING.values(),
+        *(step for steps in _OF_ROWS.values() for step in steps),
+    )
 }
 """What is at fault, by its ``blame``."""
 
