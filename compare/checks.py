@@ -18,12 +18,12 @@ import numpy as np
 from compare import sink_checks
 from compare.against import Largest, from_first, over_time
 from compare.made import made_checks
+from compare.options import Options
 from compare.sink_checks import SETTLED, at_rest, crossing_time, gap, resistances, rises_at
 from compare.verdict import PAPERS, Check, Comparison, Models, judged, relative, spread, unit_of
 from reduced1d.ladder.lumps import half_island
 from scenes.checks import DEFAULT_TOLERANCES, ISLAND_TOLERANCES, OF_THE_PAPER, OF_THE_REDUCTION, OF_THE_SPANS
 from scenes.formats import percent, quantity, signed
-from scenes.plan import Request
 from scenes.result import Estimate, Result
 from scenes.sink import Sink, different
 
@@ -31,11 +31,11 @@ WHAT = {"peak_inner": "inner peak", "peak_outer": "outer peak", "mean": "mean", 
 
 
 def evaluate(
-    sink: Sink, request: Request, fem3d: Result, reduced1d: Result | None, single: Result | None = None
+    sink: Sink, options: Options, fem3d: Result, reduced1d: Result | None, single: Result | None = None
 ) -> tuple[Check, ...]:
     """The checks that the run allows (``compare.made``), in its order.
 
-    ``fem3d`` has the steady state, and the traces if the request is for the transient; ``reduced1d``, ``None`` where
+    ``fem3d`` has the steady state, and the traces if the transient is solved; ``reduced1d``, ``None`` where
     it was not asked for, has its traces at the same times. ``single`` is the 3D result of one span alone, for a
     row of them; without it the check of that is left out.
     """
@@ -44,7 +44,7 @@ def evaluate(
     # What a row's checks find is told whether they agree or not: two faults may offset each other.
     checks = (
         judged(name, DEFINITIONS[name](models), sink, name in ISLAND_TOLERANCES)
-        for name in made_checks(sink, request)
+        for name in made_checks(sink, options)
         if (single is not None or name not in OF_THE_SPANS) and _answers(models, name)
     )
     return tuple(replace(check, own=not (another and check.id in OF_THE_PAPER)) for check in checks)
@@ -240,7 +240,7 @@ def varied(sink: Sink, reduction: str, single: Result, say: Callable[[str], None
     def differences(changed: Sink) -> dict[str, float]:
         say(f"{changed.spans} spans with islands of {changed.island * 1e6:.4g} um")
         reduced1d = ladder.solve(changed, reduction, steady_only=True)
-        models = Models(changed, solve_3d(changed, Request(transient=False)), reduced1d, single)
+        models = Models(changed, solve_3d(changed, transient=False), reduced1d, single)
         kept = [c for c in FOLLOWED if changed.spans > 2 or c != "islands_peak_inner"]
         return {check: DEFINITIONS[check](models).difference for check in kept}
 

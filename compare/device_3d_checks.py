@@ -10,6 +10,7 @@ import numpy as np
 
 from compare.device_checks import not_reached
 from compare.made import made_3d_checks
+from compare.options import Options
 from compare.verdict import Check, Comparison, judged, relative
 from fem3d.device.runs import Solved
 from reduced1d.device.closed_loop import shielding, stability
@@ -17,7 +18,6 @@ from reduced1d.device.lumped import lump
 from reduced1d.sink import air_conductance
 from scenes.device import Device
 from scenes.formats import milliseconds, percent, quantity
-from scenes.plan import Request
 from statespace.result import BAND, Run, Runs
 
 _OVER_TIME = ("_peak", "_time", "_settling")  # How the names of checks end that need a run over time.
@@ -38,10 +38,10 @@ class Both:
         return self.three.runs.base
 
 
-def evaluate_3d(device: Device, request: Request, in_1d: Runs, in_3d: Solved) -> tuple[Check, ...]:
+def evaluate_3d(device: Device, options: Options, in_1d: Runs, in_3d: Solved) -> tuple[Check, ...]:
     """The checks that the run allows, in the order in which they are reported."""
     both, checks = Both(in_1d, in_3d), []
-    for name in made_3d_checks(device, request):
+    for name in made_3d_checks(device, options):
         over_time = device.steps_outside and name.endswith(_OVER_TIME)
         reached = not_reached((in_1d.base, both.base)) if over_time else None
         checks.append(judged(name, reached or DEFINITIONS[name](both), device, always=True))

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable
 import numpy as np
 
 from compare.made import made_checks
+from compare.options import Options
 from compare.verdict import Check, Comparison, judged, relative
 from reduced1d.device.closed_loop import at_sample_time, ground_effects, largest_eigenvalue
 from reduced1d.device.design import PXI_4070, delivered, reading
@@ -16,7 +17,6 @@ from reduced1d.device.lumped import lump
 from scenes.device import Device
 from scenes.errors import SceneError
 from scenes.formats import kelvin, milliseconds, percent, quantity
-from scenes.plan import Request
 from statespace.result import BAND, SLOW_TIME, Run, Runs
 
 PAPER_SETTLING = 0.1  # s: the settling time that the paper gives ("about 0.1 s").
@@ -29,12 +29,12 @@ METER_RANGES = 1.0, 20e-3
 """The ranges, in V and A, that the paper quotes."""
 
 
-def evaluate(device: Device, request: Request, runs: Runs) -> tuple[Check, ...]:
+def evaluate(device: Device, options: Options, runs: Runs) -> tuple[Check, ...]:
     """The checks that the run allows, in the order in which they are reported."""
     needed_runs = {"fig9": (runs.base,), "fig10": (runs.base,), "fig11": (runs.base, runs.slow)}
     comparisons = {
         name: not_reached(needed_runs.get(name.partition("_")[0], ())) or DEFINITIONS[name](runs)
-        for name in made_checks(device, request)
+        for name in made_checks(device, options)
     }
     return tuple(judged(name, comparison, device, always=True) for name, comparison in comparisons.items())
 

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -25,12 +26,14 @@ from reduced1d.sink import anchor_series_resistance
 from scenes import laws
 from scenes.checks import FIRST_TIME
 from scenes.formats import percent, quantity, signed
-from scenes.result import Estimate
+from scenes.result import Estimate, Result
 from scenes.sink import Sink
 
 NOTABLE = 0.005
 """The heating is called uneven where it changes along the beam by more than this part."""
 _RISES = {"peak": "peak_rise_K", "end": "end_rise_K"}
+PROFILE_STEP = 1e-5
+"""Step of a rise along a profile, over the profile's span; the error of a central difference is its square."""
 SETTLED = 0.9
 """The steady difference explains that over time where it is at least this part of the largest one."""
 
@@ -212,6 +215,18 @@ def profile(models: Models) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     L = models.sink.length
     dT_end, middle = float(rise[0]), float(np.interp(L / 2, y, rise))
     return y, rise, equations.parabola(y, middle - dT_end, dT_end, L)
+
+
+def misfit_weights(sink: Sink, fem3d: Result) -> np.ndarray:
+    """(places,): d fig5 / d rise at each place of the 3D profile (1/K), by central differences."""
+    samples = fem3d.details["profile"]
+    rise = np.asarray(samples["rise_K"], float)
+
+    def at(changed: np.ndarray) -> float:
+        return fig5(Models(sink, replace(fem3d, details={"profile": samples | {"rise_K": changed}}), None)).difference
+
+    step = PROFILE_STEP * float(np.ptp(rise))
+    return np.array([at(rise + shift) - at(rise - shift) for shift in step * np.eye(len(rise))]) / (2 * step)
 
 
 def fig6_peak(models: Models) -> Comparison:

@@ -68,7 +68,7 @@ def assert_model_agrees(
     accuracy: float | None = None,
     uncertain: Mapping[str, str] | None = None,
     **tolerances: float | str,
-) -> compare.Solution:
+) -> compare.Run:
     """Assert that a 1D model of one's own is within relative tolerances of 3D, for any scene; returns the run.
 
     ``model`` is a function f(scene, times) -> {probe: values}, or what `validate solve --model` takes. ``tolerances``
@@ -87,7 +87,8 @@ def assert_model_agrees(
         for check in solution.checks.values()
         if check.id in (name, f"{name}{PROBE_OVER_TIME}")
     ]
-    _fail(f"{solution.reduced1d.model} for {solution.scene.name}", verdicts)
+    name = "the model" if solution.reduced1d is None else solution.reduced1d.model
+    _fail(f"{name} for {solution.scene.name}", verdicts)
     return solution
 
 
@@ -100,7 +101,7 @@ def assert_traces_agree(
     voltage: float | None = None,
     data_uncertainty: str | Sequence[str] = (),
     **tolerances: float | str,
-) -> compare.Run | compare.Solution:
+) -> compare.Run:
     """Assert that data in a file (COMSOL table, CSV, ngspice) are within tolerances of the 3D model, for any scene.
 
     ``columns`` say what some of the file's columns are: {"peak": "T (K), Point 1"}; ``data_uncertainty`` what they are
@@ -115,7 +116,7 @@ def assert_traces_agree(
     options["data_uncertainty"] = data_uncertainty
     allowed = _read(tolerances, tuple(quantities.of(loaded).names))
     solve = partial(compare.run, voltage=voltage) if loaded.kind == "sink" else compare.solve
-    run: compare.Run | compare.Solution = solve(loaded, **options)
+    run: compare.Run = solve(loaded, **options)
     verdicts = [_check(run.check(f"against_{name}"), tolerance) for name, tolerance in allowed.items()]
     _fail(f"{Path(file).name} for {loaded.name}", verdicts)
     return run
@@ -136,6 +137,7 @@ def _read(tolerances: Mapping[str, float | str], allowed: tuple[str, ...]) -> di
 def _quantity(run: compare.Run, name: str, tolerance: float) -> tuple[Verdict, str]:
     """The verdict on a steady quantity, and its lines of the message."""
     entry = QUANTITIES[name]
+    assert run.reduced1d is not None
     measured, predicted = run.fem3d.steady[entry.steady], run.reduced1d.steady[entry.steady].value
     u_num = spread(lambda m: relative(predicted, m), {"m": measured})
     value, error, shown, places, factor = with_error(measured.value, measured.error, entry.unit)

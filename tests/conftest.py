@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 
 from reduced1d import sink as reduction
-from scenes.plan import Request, Step
+from scenes.plan import Step
 from scenes.result import Estimate, Result, Traces
 from scenes.sink import Sink
 from tests import browser
@@ -48,10 +48,9 @@ class Case:
 
 
 def stand_in(
-    sink: Sink, request: Request | None = None, progress: object = None, resistance: float = RESISTANCE
+    sink: Sink, transient: bool = True, progress: object = None, earlier: object = None, resistance: float = RESISTANCE
 ) -> Result:
     """A result like the 3D model's: the exact fin on a given anchor resistance, its traces the 1D model's in shape."""
-    request = request or Request()
     fin = solve_fin(sink, resistance)
     values = {
         "peak_rise_K": fin.peak_rise, "end_rise_K": fin.end_rise, "mean_rise_K": fin.mean_rise,
@@ -71,10 +70,10 @@ def stand_in(
     return Result(
         "fem3d",
         {key: Estimate(value, 1e-4 * abs(value)) for key, value in values.items()},
-        _traces(sink, values) if request.transient else None,
+        _traces(sink, values) if transient else None,
         {
             "unknowns": 8, "steps": 5, "energy_imbalance": 1e-11, "transient_imbalance": 1e-5, "mesh": {"cells": 1},
-            "symmetry": "the whole", "plan": plan_of_stand_in(sink, request), "warnings": [],
+            "symmetry": "the whole", "plan": plan_of_stand_in(sink, transient), "warnings": [],
             "profile": {"y_m": y, "rise_K": fin.rise(y)}, "fields": fields, "spans_solved": sink.spans,
         },
     )  # fmt: skip
@@ -121,9 +120,19 @@ def _traces(sink: Sink, steady: dict[str, float]) -> Traces:
     return Traces(time, values, {"peak_K": 2e-3, "end_K": 4e-4, "mean_K": 2e-3, "current_A": 3e-8, "power_W": 3e-8})
 
 
-def plan_of_stand_in(sink: Sink, request: Request) -> tuple[Step, ...]:
+def plan_of_stand_in(sink: Sink, transient: bool) -> tuple[Step, ...]:
     """One line, by which it is known."""
     return (Step("stand-in", "done", "a fin in place of the 3D model"),)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _plugins() -> None:
+    """The functions that an installation registers as entry points, also in a checkout that is not installed anew."""
+    from compare.plugins import PLUGINS
+    from validate.report.output import run
+    from validate.sweep.run import sweep
+
+    PLUGINS.update(write=run, sweep=sweep)
 
 
 def pytest_configure(config: pytest.Config) -> None:

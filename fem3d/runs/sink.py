@@ -18,15 +18,15 @@ from fem3d.solution.steady import SteadyState
 from meshes import connected, symmetry
 from meshes.symmetry import Symmetry
 from scenes import laws, physics
-from scenes.plan import Request, Step, noted, step
+from scenes.plan import Step, noted, step
 from scenes.result import Result
 from scenes.sink import Sink, different
 
 
 def solve(
-    sink: Sink, request: Request, progress: Callable[[str], None] | None = None, earlier: Result | None = None
+    sink: Sink, transient: bool = True, progress: Callable[[str], None] | None = None, earlier: Result | None = None
 ) -> Result:
-    """Steady state and, if asked for, transient of a sink in 3D, every number with its estimated error.
+    """Solve the steady state and, with ``transient``, the transient of a sink in 3D, with estimated errors.
 
     ``earlier`` is a result of the same sink, perhaps at another voltage: its meshes, factors and fields serve again.
     Raises scenes.errors.RunawayError where no steady state exists, NumericsError where the numerics fail.
@@ -34,8 +34,8 @@ def solve(
     count = long_rows.modelled(sink)
     while True:
         part = symmetry.reduce(sink.scene(count))
-        physics.refuse_following(part.scene, request.transient)
-        answer = _answer(sink, count, part, request, progress or (lambda _: None), earlier)
+        physics.refuse_following(part.scene, transient)
+        answer = _answer(sink, count, part, transient, progress or (lambda _: None), earlier)
         off = long_rows.apart(sink, count, answer)
         if off.within(sink.accuracy):
             break
@@ -43,7 +43,7 @@ def solve(
     steady, traces = long_rows.of_all(sink, count, answer, off)
     details = scene_run.described(study(sink, count, part), answer)
     details |= {
-        "plan": noted(_plan(sink, part, request), _found(sink, answer)),
+        "plan": noted(_plan(sink, part, transient), _found(sink, answer)),
         "warnings": [*details["warnings"], *_warnings(sink, float(answer.fine.quantities["peak_rise_K"]))],
         "profile": _profile(sink, count, answer.fine.state, part),
         "sink": sink,
@@ -57,17 +57,17 @@ def solve(
 
 
 def _answer(
-    sink: Sink, count: int, part: Symmetry, request: Request, progress: Callable[[str], None], earlier: Result | None
+    sink: Sink, count: int, part: Symmetry, transient: bool, progress: Callable[[str], None], earlier: Result | None
 ) -> Answer:
     """The answer of ``count`` spans, where that can be from that of an earlier voltage."""
     studied = study(sink, count, part)
     answer = None
     if earlier is not None and earlier.details["spans_solved"] == count:
         first, before = earlier.details["sink"], earlier.details["answer"]
-        alike = replace(first, voltage=sink.voltage) == sink and request.transient == (before.response is not None)
-        if alike and not physics.nonlinear(part.scene, request.transient):
+        alike = replace(first, voltage=sink.voltage) == sink and transient == (before.response is not None)
+        if alike and not physics.nonlinear(part.scene, transient):
             answer = rescaled.solve(studied, before, sink.voltage / first.voltage)
-    return answer or loop.solve(studied, request.transient, progress)
+    return answer or loop.solve(studied, transient, progress)
 
 
 def study(sink: Sink, count: int, part: Symmetry) -> Study:
@@ -75,16 +75,16 @@ def study(sink: Sink, count: int, part: Symmetry) -> Study:
     return sink_quantities.study(sink, part) if sink.spans == 1 else span_quantities.study(sink, count, part)
 
 
-def plan(sink: Sink, request: Request) -> tuple[Step, ...]:
-    """What `solve` will do for a scene and a request, before it does it."""
-    return _plan(sink, symmetry.reduce(sink.scene(long_rows.modelled(sink))), request)
+def plan(sink: Sink, transient: bool) -> tuple[Step, ...]:
+    """Return the steps of `solve` before it takes them."""
+    return _plan(sink, symmetry.reduce(sink.scene(long_rows.modelled(sink))), transient)
 
 
-def _plan(sink: Sink, part: Symmetry, request: Request) -> tuple[Step, ...]:
+def _plan(sink: Sink, part: Symmetry, transient: bool) -> tuple[Step, ...]:
     grid, boxes = connected.coarsest(part.scene), part.scene.boxes
     live = {boxes[n].name for n in np.unique(grid.owner[connected.live(part.scene)])}
     dead = sorted(b.name for b in boxes if b.name not in live)
-    newton = physics.nonlinear(part.scene, request.transient)
+    newton = physics.nonlinear(part.scene, transient)
     factors = (
         f"for Newton's steps: {newton}" if newton else "one per mesh: the conductivity doesn't depend on temperature"
     )
@@ -107,7 +107,7 @@ def _plan(sink: Sink, part: Symmetry, request: Request) -> tuple[Step, ...]:
         checked = "checked once at the hot state; followed only if that matters at this accuracy"
         steps.append(Step("current pattern when hot", "done", checked))
     lasts = f"{_lasts(sink)}a few Krylov fields"
-    return *steps, step("transient", lasts, "" if request.transient else "only the steady state was asked for")
+    return *steps, step("transient", lasts, "" if transient else "only the steady state was asked for")
 
 
 def _found(sink: Sink, answer: Answer) -> list[Step]:

@@ -9,18 +9,17 @@ import pytest
 
 from compare.blame import answered
 from compare.checks import evaluate
+from compare.options import Options
+from compare.pipeline import solve as answer
 from reduced1d.ladder.levels import AT_FAULT, Levels, rungs
 from scenes.loading import load
-from scenes.plan import Request
 from scenes.result import Estimate, Result, Traces
 from scenes.sink import Sink
 from tests.conftest import Case
-from validate.run.pipeline import answer
-from validate.run.plan import BLAME
 
 
-def told(sink: Sink, fem3d: Result, reduced1d: Result, request: Request | None = None) -> str:
-    return answered(sink, fem3d, reduced1d, evaluate(sink, request or Request(), fem3d, reduced1d))[0]
+def told(sink: Sink, fem3d: Result, reduced1d: Result, options: Options | None = None) -> str:
+    return answered(sink, fem3d, reduced1d, evaluate(sink, options or Options(), fem3d, reduced1d))[0]
 
 
 def bent(case: Case, peak: float = 1.0, end: float = 1.0, bump: float = 0.0) -> Result:
@@ -41,7 +40,7 @@ def bent(case: Case, peak: float = 1.0, end: float = 1.0, bump: float = 0.0) -> 
 
 def test_what_agrees_is_bounded_and_nobody_is_blamed(case: Case) -> None:
     one = bent(case)
-    found, reason = answered(case.sink, case.fem3d, one, evaluate(case.sink, Request(), case.fem3d, one))
+    found, reason = answered(case.sink, case.fem3d, one, evaluate(case.sink, Options(), case.fem3d, one))
     assert found.startswith("The paper's 1D model is within 0.011 % of 3D at the peak and the ends")
     assert "blame" not in found
     assert reason == "the 1D model differs nowhere beyond its tolerances"
@@ -70,7 +69,7 @@ def test_on_the_way_is_told_apart_from_the_steady_state(case: Case) -> None:
     assert "On the way it is up to 20 % high at the peak (at " in found
     # The same throughout is not said twice.
     assert "On the way" not in told(case.sink, case.fem3d, bent(case, peak=0.9, end=0.9))
-    steady = told(case.sink, case.fem3d, bent(case, bump=0.2), Request(transient=False))
+    steady = told(case.sink, case.fem3d, bent(case, bump=0.2), Options(steady=True))
     assert "way" not in steady
 
 
@@ -100,9 +99,9 @@ BLAMED = {
 
 @pytest.mark.parametrize("settings", BLAMED)
 def test_who_is_to_blame_is_computed(settings: tuple[str, ...]) -> None:
-    outcome = answer(load("sink", settings), Request(figures=False))
+    outcome = answer(load("sink", settings), Options(figures=False))
     found = outcome.answer
-    assert {step.state for step in outcome.plan if step.step == BLAME} == {"done"}
+    assert {step.state for step in outcome.plan if step.step == "blame"} == {"done"}
     for said in BLAMED[settings]:
         assert said in found
     # Nobody else is.

@@ -11,9 +11,9 @@ import pytest
 from compare.against import largest_distance
 from compare.checks import DEFINITIONS, evaluate
 from compare.made import made_checks, skipped_checks
+from compare.options import Options
 from compare.verdict import Check, contradicts, expected, judge, relative, spread
 from scenes.checks import DEFAULT_TOLERANCES, ISLAND_TOLERANCES
-from scenes.plan import Request
 from scenes.result import Estimate, Result, Traces
 from scenes.sink import Sink
 from tests.conftest import RESISTANCE, Case, stand_in
@@ -22,7 +22,7 @@ PRINTED = 50e-6 / (130 * 150e-6 * 2e-6) + 2e-6 / (1.38 * 50e-6 * 50e-6)
 
 
 def checks_of(case: Case) -> dict[str, Check]:
-    return {c.id: c for c in evaluate(case.sink, Request(), case.fem3d, case.reduced1d)}
+    return {c.id: c for c in evaluate(case.sink, Options(), case.fem3d, case.reduced1d)}
 
 
 def value(case: Case, key: str) -> float:
@@ -166,11 +166,11 @@ def test_large_errors_leave_a_check_unresolved(case: Case) -> None:
 
 
 @pytest.mark.parametrize(("request_", "missing"), [
-    (Request(), set()), (Request(transient=False), {"fig6_peak", "fig6_end", "fig7_current"}),
-    (Request(models=("fem3d",)), {"fig4", "fig6_peak", "fig6_end", "fig7_current"}),
-    (Request(models=("reduced1d",)), set(DEFAULT_TOLERANCES)),
+    (Options(), set()), (Options(steady=True), {"fig6_peak", "fig6_end", "fig7_current"}),
+    (Options(only="3d"), {"fig4", "fig6_peak", "fig6_end", "fig7_current"}),
+    (Options(only="1d"), set(DEFAULT_TOLERANCES)),
 ])  # fmt: skip
-def test_which_checks_a_run_makes(request_: Request, missing: set[str], case: Case) -> None:
+def test_which_checks_a_run_makes(request_: Options, missing: set[str], case: Case) -> None:
     assert set(skipped_checks(case.sink, request_)) == missing
     assert set(made_checks(case.sink, request_)) == set(DEFAULT_TOLERANCES) - missing
     if "fem3d" in request_.models:
@@ -185,7 +185,7 @@ def test_reference_temperature_other_than_room() -> None:
     sink = replace(Sink(), silicon=silicon)
     fem3d = stand_in(sink)
     assert fem3d.traces is not None
-    found = {c.id: c for c in evaluate(sink, Request(transient=False, models=("fem3d",)), fem3d, None)}
+    found = {c.id: c for c in evaluate(sink, Options(steady=True, only="3d"), fem3d, None)}
     assert abs(found["eq12"].difference) < 1e-4
 
 

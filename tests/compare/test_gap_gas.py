@@ -6,21 +6,21 @@ from functools import cache
 import numpy as np
 import pytest
 
+from compare.options import Options
 from fem3d.runs import sink as sink_run
 from reduced1d import ladder
 from reduced1d.sink import gap_conductance, lump
 from scenes.errors import SceneError
 from scenes.loading import load
-from scenes.plan import Request
 from scenes.sink import SUBSTRATE, Sink, over_gap
 
-STEADY = Request(transient=False)
+STEADY = Options(steady=True)
 AIR = Sink(gap_gas_conductivity=0.026)
 
 
 @cache
 def in_air():
-    return sink_run.solve(AIR, Request())
+    return sink_run.solve(AIR)
 
 
 def test_the_gas_is_under_the_beam_and_around_the_oxide():

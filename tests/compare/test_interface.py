@@ -194,12 +194,12 @@ def test_any_scene_loads_by_its_name_or_file() -> None:
 
 
 def test_what_a_scene_declares_is_of_the_papers_model_without_a_meter() -> None:
-    from scenes.plan import Request
-    from validate.run.plan import declared
+    from compare.kinds import kind_of
+    from compare.options import Options
 
-    for name, other in (("sink", Request(reduction="fin")), ("device", Request(meter="MAX1367"))):
+    for name, other in (("sink", Options(reduction="fin")), ("device", Options(meter="MAX1367"))):
         scene = scenes.load(name)
         assert scene.expected_to_differ
-        assert declared(scene, Request()) == scene
-        assert declared(scene, other).expected_to_differ is None
+        assert kind_of(scene).declared(scene, Options()) == scene
+        assert kind_of(scene).declared(scene, other).expected_to_differ is None
     assert "nothing was declared" in compare.run("sink", reduction="fin", steady=True).report()

@@ -8,22 +8,22 @@ import numpy as np
 import pytest
 
 from compare.checks import evaluate
+from compare.options import Options
+from compare.outcome import Outcome
+from compare.pipeline import solve as answer
 from compare.verdict import Check
 from fem3d.runs import sink as sink_run
 from scenes.checks import ISLAND_TOLERANCES
 from scenes.errors import SceneError
-from scenes.plan import Request
 from scenes.result import Estimate, Result
 from scenes.sink import Sink
-from validate.run.outcome import Outcome
-from validate.run.pipeline import answer
 
 ROW = Sink(spans=3, accuracy=1e-2)
 
 
 @pytest.fixture(scope="module")
 def outcome() -> Outcome[Sink]:
-    return answer(ROW, Request(figures=False))
+    return answer(ROW, Options(figures=False))
 
 
 def named(checks: tuple[Check, ...]) -> dict[str, Check]:
@@ -31,7 +31,7 @@ def named(checks: tuple[Check, ...]) -> dict[str, Check]:
 
 
 def evaluated(outcome: Outcome[Sink], fem3d: Result, single: Result) -> dict[str, Check]:
-    return named(evaluate(ROW, outcome.request, fem3d, outcome.reduced1d, single))
+    return named(evaluate(ROW, outcome.options, fem3d, outcome.reduced1d, single))
 
 
 def test_a_row_has_the_checks_of_rows(outcome: Outcome[Sink]) -> None:
@@ -60,7 +60,7 @@ def test_one_sink_alone_is_compared_with_each_span(outcome: Outcome[Sink]) -> No
 def test_spans_are_apart_over_time_as_their_traces_are(outcome: Outcome[Sink]) -> None:
     """At the time that is said, against the traces themselves; the twin: the row's own peak for the single one's."""
     found = named(outcome.checks)["islands_equivalent_over_time"]
-    single = sink_run.solve(replace(ROW, spans=1), Request(models=("fem3d",)))
+    single = sink_run.solve(replace(ROW, spans=1))
     assert "one sink alone" in found.because
     assert found.time is not None
     assert found.measured is not None
@@ -83,18 +83,18 @@ def test_a_wrong_inner_peak_is_seen(outcome: Outcome[Sink]) -> None:
 
 
 def test_two_spans_have_no_inner_one() -> None:
-    found = answer(replace(ROW, spans=2), Request(figures=False, transient=False))
+    found = answer(replace(ROW, spans=2), Options(figures=False, steady=True))
     assert not [check.id for check in found.checks if "inner" in check.id]
 
 
 def test_what_is_made_of_one_span_is_refused_before_anything_is_solved() -> None:
     with pytest.raises(SceneError, match="made for one span"):
-        answer(ROW, Request(reduction="plate"))
+        answer(ROW, Options(reduction="plate"))
 
 
 @pytest.mark.long
 def test_a_long_rows_fin_is_cheap_and_told_from_that_of_a_short_one() -> None:
-    request = Request(figures=False, transient=False, reduction="fin", models=("reduced1d",))
+    request = Options(figures=False, steady=True, reduction="fin", only="1d")
     long, short = (answer(replace(ROW, spans=n), request).reduced1d for n in (60, 8))
     assert long is not None
     assert short is not None

@@ -6,21 +6,21 @@ from functools import cache
 import numpy as np
 import pytest
 
+from compare.options import Options
+from compare.pipeline import solve as answer
 from fem3d.runs import sink as sink_run
 from reduced1d import ladder
 from reduced1d.ladder.plate import film, stored
 from scenes.free import as_dict
 from scenes.loading import load
-from scenes.plan import Request
 from scenes.sink import Sink
-from validate.run.pipeline import answer
 
 RESISTANCE = 1e-6
 
 
 @cache
 def solved(resistance=RESISTANCE, **more):
-    return sink_run.solve(Sink(contact_resistance=resistance, **more), Request(models=("fem3d",)))
+    return sink_run.solve(Sink(contact_resistance=resistance, **more))
 
 
 @cache
@@ -72,8 +72,8 @@ def test_every_face_of_the_oxide_has_a_contact():
 
 def test_contacts_are_an_assumption_of_their_own():
     sink = Sink(contact_resistance=RESISTANCE)
-    outcome = answer(sink, Request(transient=False, why=True))
-    (peak,) = [split for split in outcome.why.steady if split.quantity == "peak"]
+    outcome = answer(sink, Options(steady=True, why=True))
+    (peak,) = [split for split in outcome.analyses["why"].steady if split.quantity == "peak"]
     parts = {part.blame: part.value for part in peak.parts}
     without = ladder.solve(Sink(), "plate", steady_only=True).steady["peak_rise_K"].value
     behind = plate(RESISTANCE).steady["peak_rise_K"].value
@@ -92,26 +92,26 @@ def test_both_models_follow_a_contact_and_what_drives(key, value):
     """A percent of each against runs with that percent more and less."""
     sink = replace(Sink(contact_resistance=1e-6, accuracy=1e-3), **{key: value})
     keys = {"anchor.contact_resistance": "contact_resistance", f"drive.{key}": key}
-    slopes = answer(sink, Request(transient=False, reduction="plate", sensitivities=True)).sensitivities.steady
+    slopes = answer(sink, Options(steady=True, reduction="plate", sensitivities=True)).slopes
     for key, name in keys.items():
         up, down = (
-            answer(replace(sink, **{name: getattr(sink, name) * (1 + s)}), Request(transient=False, reduction="plate"))
+            answer(replace(sink, **{name: getattr(sink, name) * (1 + s)}), Options(steady=True, reduction="plate"))
             for s in (0.01, -0.01)
         )
         for quantity in ("peak_rise_K", "end_rise_K", "power_W"):
-            slope = slopes[key][quantity]
-            for model, value in (("fem3d", slope.fem3d.value), ("reduced1d", slope.reduced1d)):
+            for model, each in slopes.items():
+                value = each.relative[key][quantity].value
                 more, less = (getattr(o, model).steady[quantity].value for o in (up, down))
                 difference = np.log(more / less) / np.log(1.01 / 0.99)
                 assert value == pytest.approx(difference, abs=3e-4), (key, quantity, model)
-        assert abs(slopes[key]["peak_rise_K"].fem3d.value) > 0.01
+        assert abs(slopes["fem3d"].relative[key]["peak_rise_K"].value) > 0.01
 
 
 @pytest.mark.long
 def test_contacts_are_solved_beside_gas_on_a_substrate():
     """Heat that the gas doesn't take passes the contacts: they make the peak warmer, by more than both errors."""
     others = ["gap_gas_conductivity=0.026", "substrate.thickness=0.5mm", "run.accuracy=1e-2"]
-    request = Request(transient=False, models=("fem3d",))
+    request = Options(steady=True, only="3d")
     without, beside = (
         sink_run.solve(load("sink", [*others, *more]), request).steady["peak_rise_K"]
         for more in ([], ["contact_resistance=1e-5"])

@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 
 from compare.checks import evaluate
+from compare.options import Options
 from fem3d.runs import sink as sink_run
 from reduced1d import ladder
 from reduced1d.sink import lump
 from scenes.errors import RunawayError
 from scenes.loading import distinguishes, load
-from scenes.plan import Request
 from scenes.sink import Sink
 
-STEADY = Request(transient=False)
+STEADY = Options(steady=True)
 
 
 @cache
@@ -104,9 +104,9 @@ def test_a_falling_resistance_runs_away_at_more_volts_behind_a_resistance_and_be
 
 def test_over_time_the_checks_follow():
     sink = Sink(current=3.3e-3)
-    found = sink_run.solve(sink, Request())
+    found = sink_run.solve(sink)
     reduction = ladder.solve(sink, times=found.traces.time)
-    checks = {c.id: c for c in evaluate(sink, Request(), found, reduction)}
+    checks = {c.id: c for c in evaluate(sink, Options(), found, reduction)}
     assert "fig7_current" not in checks
     assert {"eq12", "eq13", "fig4", "fig6_peak", "energy"} <= set(checks)
     assert checks["eq12"].verdict == checks["energy"].verdict == "agrees"
@@ -114,9 +114,9 @@ def test_over_time_the_checks_follow():
     # A warmer beam takes more power at the same current.
     assert found.traces.values["power_W"][-1] > found.traces.values["power_W"][0] * 1.005
     series = Sink(series_resistance=100.0)
-    found = sink_run.solve(series, Request())
+    found = sink_run.solve(series)
     assert found.traces.values["current_A"][0] == pytest.approx(1 / (300.0 + 100.0), rel=1e-6)
-    ids = [c.id for c in evaluate(series, Request(), found, ladder.solve(series, times=found.traces.time))]
+    ids = [c.id for c in evaluate(series, Options(), found, ladder.solve(series, times=found.traces.time))]
     assert "fig7_current" in ids
 
 

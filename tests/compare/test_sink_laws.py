@@ -6,20 +6,20 @@ import numpy as np
 import pytest
 
 from compare.made import made_checks
+from compare.options import Options
+from compare.pipeline import solve as answer
 from reduced1d import ladder
 from scenes.errors import SceneError
 from scenes.laws import PowerLaw
-from scenes.plan import Request
 from scenes.sink import Sink
-from validate.run.pipeline import answer
 
 LAW = PowerLaw(130.0, 293.0, -1.3)
 SINK = replace(Sink(voltage=2.0, accuracy=1e-2), silicon=replace(Sink().silicon, thermal_conductivity=LAW))
 
 
 def test_law_is_charged_to_step_from_plate_to_3d():
-    outcome = answer(SINK, Request(transient=False, why=True))
-    (peak,) = [split for split in outcome.why.steady if split.quantity == "peak"]
+    outcome = answer(SINK, Options(steady=True, why=True))
+    (peak,) = [split for split in outcome.analyses["why"].steady if split.quantity == "peak"]
     parts = {part.blame: part.value for part in peak.parts}
     plain = ladder.solve(SINK.plain, "plate", steady_only=True).steady["peak_rise_K"].value
     in_3d = outcome.fem3d.steady["peak_rise_K"].value
@@ -29,7 +29,7 @@ def test_law_is_charged_to_step_from_plate_to_3d():
     assert "properties at room temperature" in outcome.answer
     # The paper's equations are as they are, and every check of them is made.
     assert outcome.reduced1d.steady == ladder.solve(SINK.plain, "paper", steady_only=True).steady
-    made = made_checks(SINK, Request(transient=False))
+    made = made_checks(SINK, Options(steady=True))
     assert [check.id for check in outcome.checks] == list(made)
     assert {"fig4", "eq16"} <= set(made)
     (eq16,) = [check for check in outcome.checks if check.id == "eq16"]

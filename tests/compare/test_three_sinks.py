@@ -7,24 +7,24 @@ take for granted, a beam as wide as its pads, whose anchors are thick oxide unde
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from time import sleep
+from typing import Any
 
 import pytest
 
 import compare
 from compare.checks import evaluate
+from compare.kinds import KINDS
+from compare.options import Options
 from compare.verdict import Check
 from scenes.checks import DEFAULT_TOLERANCES
 from scenes.errors import NumericsError
 from scenes.loading import load
-from scenes.plan import Request
 from scenes.validity import cause
 from validate.cli import main
-from validate.run.kinds.sink import compared
 
 SINKS = {
     "built-in": [],
@@ -44,7 +44,7 @@ COARSE, FINE = 1e-2, 1e-3
 
 @cache
 def checks_of(name: str, accuracy: float) -> dict[str, Check]:
-    found = compared(load("sink", [*SINKS[name], f"run.accuracy={accuracy}"]), Request(figures=False))
+    found = KINDS["sink"].compare(load("sink", [*SINKS[name], f"run.accuracy={accuracy}"]), Options(figures=False))
     return {check.id: check for check in found.checks}
 
 
@@ -65,18 +65,18 @@ def test_each_check_can_come_out_either_way() -> None:
     either = {check for check in DEFAULT_TOLERANCES if {check in found for found in DIFFER.values()} == {True, False}}
     assert either == set(DEFAULT_TOLERANCES) - {"energy"}
     sink = load("sink", [f"run.accuracy={COARSE}"])
-    found = compared(sink, Request(transient=False, models=("fem3d",))).solved
+    found = KINDS["sink"].compare(sink, Options(steady=True, only="3d")).solved
     lossy = replace(found, details={**found.details, "energy_imbalance": 2e-8})
-    verdicts = {check.id: check.verdict for check in evaluate(sink, Request(models=("fem3d",)), lossy, None)}
+    verdicts = {check.id: check.verdict for check in evaluate(sink, Options(only="3d"), lossy, None)}
     assert verdicts["energy"] == "differs"
 
 
 def test_another_sink_s_solution_is_caught() -> None:
     """The built-in sink's checks on the 3D solution of a sink with oxide half as thick: what stands on it moves."""
     sink = load("sink", [f"run.accuracy={COARSE}"])
-    own, other = (compared(s, Request(figures=False)) for s in (sink, replace(sink, oxide_thickness=1e-6)))
+    own, other = (KINDS["sink"].compare(s, Options(figures=False)) for s in (sink, replace(sink, oxide_thickness=1e-6)))
     assert own.reduced1d is not None
-    steady = Request(transient=False)
+    steady = Options(steady=True)
     found = {check.id: check for check in evaluate(sink, steady, other.solved, own.reduced1d)}
     right = {check.id: check for check in own.checks}
     moved = {name for name, check in found.items() if abs(check.difference - right[name].difference) > 2 * check.u_num}
@@ -116,8 +116,8 @@ def test_where_3d_fails_the_key_is_named(
 def test_progress_says_which_key_may_make_a_run_long(
     setting: str, capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def slow(sink: object, request: object, say: Callable[[str], None]) -> None:
-        say("level 4: 9 unknowns")
+    def slow(sink: object, transient: bool, progress: Any, earlier: object) -> None:
+        progress("level 4: 9 unknowns")
         sleep(0.1)
         raise NumericsError("it does not converge")
 

@@ -14,7 +14,6 @@ from fem3d.spaces.bricks import BrickSpace
 from fem3d.spaces.size import foreseen
 from meshes import edgewise, grading
 from scenes.model import Boundary, Box, Material, Probe, Scene
-from scenes.plan import Request
 from scenes.sink import Sink
 from tests.fem3d import problem
 
@@ -126,9 +125,9 @@ def test_spreads_over_edges_add_up_and_are_shared_as_they_were():
 def test_a_sink_on_its_substrate_takes_a_third_of_the_unknowns_and_its_error_holds():
     """Intervals alone took 44,775 unknowns for 1e-4, and two meshes of which the first had 26,554."""
     sink = Sink(substrate_thickness=0.5e-3, accuracy=1e-4)
-    found = sink_run.solve(sink, Request(transient=False))
+    found = sink_run.solve(sink, transient=False)
     assert found.details["unknowns"] < 22_000
-    finer = sink_run.solve(replace(sink, accuracy=1e-5), Request(transient=False)).steady
+    finer = sink_run.solve(replace(sink, accuracy=1e-5), transient=False).steady
     for name, truth in finer.items():
         value = found.steady[name]
         assert abs(value.value - truth.value) < value.error + truth.error

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from fem3d.runs import sink as sink_run
-from scenes.plan import Request
 from scenes.result import Estimate
 from scenes.sink import Sink
 from tests.fem3d import silicon
@@ -31,7 +30,7 @@ def sink(request):
 
 @pytest.fixture(scope="module")
 def runs(sink):
-    return {a: sink_run.solve(replace(sink, accuracy=a), Request()) for a in (1e-2, 1e-3, 1e-4)}
+    return {a: sink_run.solve(replace(sink, accuracy=a)) for a in (1e-2, 1e-3, 1e-4)}
 
 
 def broken(found, truth):

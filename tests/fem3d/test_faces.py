@@ -11,14 +11,13 @@ from skfem.helpers import dot, grad
 from fem3d.runs import sink as sinks
 from fem3d.runs.scene import solve
 from scenes.free import as_dict, from_dict
-from scenes.plan import Request
 from scenes.sink import Sink
 
 SIGMA = 5.670374419e-8  # W/(m2 K4), CODATA 2018
 LENGTH, WIDTH, HOT, ROOM = 1e-3, 1e-5, 1000.0, 300.0
 EMISSIVITY, K = 0.8, 2.0
 TABLE = {"temperatures": [400.0, 700.0, 900.0], "values": [200.0, 2000.0, 500.0]}
-STEADY = Request(models=("fem3d",), transient=False)
+STEADY = False
 
 
 def slab(top, accuracy=1e-6, more=(), **material):

@@ -9,7 +9,6 @@ from fem3d.problems.cholesky import Factors, Ordering
 from fem3d.runs import sink as sink_run
 from meshes import grading, symmetry
 from scenes.errors import NumericsError
-from scenes.plan import Request
 from scenes.sink import Sink
 from tests.fem3d import problem
 
@@ -23,7 +22,7 @@ def volumes(points, hexes):
 
 @pytest.fixture(scope="module")
 def result():
-    return sink_run.solve(Sink(accuracy=1e-2, voltage=3.0), Request())
+    return sink_run.solve(Sink(accuracy=1e-2, voltage=3.0))
 
 
 def test_all_hexahedra_are_the_right_way_out_and_fill_the_structure(result):
@@ -53,7 +52,7 @@ def test_temperatures_are_those_of_the_solution_and_symmetric(result):
 
 
 def test_a_steady_run_has_no_fields_over_time():
-    fields = sink_run.solve(Sink(accuracy=1e-2), Request(transient=False)).details["fields"]
+    fields = sink_run.solve(Sink(accuracy=1e-2), transient=False).details["fields"]
     with pytest.raises(ValueError, match="no transient"):
         fields.at(np.array([0.0]))
 

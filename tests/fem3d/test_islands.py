@@ -10,11 +10,10 @@ import pytest
 
 from fem3d.runs import long_rows
 from fem3d.runs import sink as sink_run
-from scenes.plan import Request
 from scenes.sink import Sink, decay, different
 from tests.fem3d.row_second_path import Rises, SecondRow
 
-STEADY = Request(models=("fem3d",), transient=False)
+STEADY = False
 SECOND = 5e-4
 """Of the final rise: what the second path's mesh and steps leave. Halving both moves its rises by 1e-4 steady and by
 3e-4 over time."""

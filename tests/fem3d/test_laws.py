@@ -16,7 +16,6 @@ from scenes.errors import RunawayError
 from scenes.free import from_dict
 from scenes.laws import PowerLaw, Table
 from scenes.model import Schedule
-from scenes.plan import Request
 from scenes.sink import SILICON, Sink
 from tests.fem3d import grid_of, problem
 from tests.meshes.grouped.test_scenes import on_mesh
@@ -374,7 +373,7 @@ def test_on_a_mesh_file(tmp_path):
 
 
 FALLING = PowerLaw(130.0, 293.0, -1.3)
-STEADY = Request(models=("fem3d",), transient=False)
+STEADY = False
 
 
 def of_sink(law, volts=1.0, **given):
@@ -434,7 +433,7 @@ def test_a_roughly_asked_for_state_balances_its_heat_as_the_check_asks(on, monke
     joule = Conductor.joule
     monkeypatch.setattr(Conductor, "joule", lambda self, density, rise: joule(self, density, (1 + on) * rise))
     silicon = replace(SILICON, thermal_conductivity=PowerLaw(130.0, 293.0, -1.3))
-    found = sinks.solve(Sink(accuracy=1e-2, voltage=4.0, silicon=silicon), Request(transient=False))
+    found = sinks.solve(Sink(accuracy=1e-2, voltage=4.0, silicon=silicon), transient=False)
     assert (found.details["energy_imbalance"] < 1e-8) is (on == 0.0)
 
 

@@ -19,7 +19,6 @@ from fem3d.solution.transient import Base
 from scenes.errors import RunawayInTimeError
 from scenes.free import from_dict
 from scenes.laws import PowerLaw, Table
-from scenes.plan import Request
 from scenes.sink import SILICON
 from tests.fem3d import bar as plain_bar
 from tests.fem3d import bar_grid, end, problem, whole
@@ -133,7 +132,7 @@ def test_a_law_that_is_constant_changes_nothing():
 @pytest.mark.long
 def test_the_sink_ends_in_its_steady_state():
     """Its peak rises by 21.2769 K at 1 V, as the second path has it."""
-    result = sinks.solve(replace(of_sink(FALLING), end_time=0.1, accuracy=1e-2), Request(models=("fem3d",)))
+    result = sinks.solve(replace(of_sink(FALLING), end_time=0.1, accuracy=1e-2))
     traces = result.over_time
     assert abs(traces.values["peak_K"][-1] - 293.0 - 21.2769) <= traces.errors["peak_K"] < 0.2
     assert abs(traces.values["peak_K"][-1] - 293.0 - 20.3324) > traces.errors["peak_K"]

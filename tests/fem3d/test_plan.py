@@ -5,13 +5,12 @@ from dataclasses import replace
 import numpy as np
 
 from fem3d.runs import sink as sink_run
-from scenes.plan import Request
 from scenes.sink import Sink
 from tests.fem3d import silicon
 
 
-def lines(sink, request=None):
-    result = sink_run.solve(replace(sink, accuracy=1e-2), request or Request(transient=False))
+def lines(sink, transient=False):
+    result = sink_run.solve(replace(sink, accuracy=1e-2), transient)
     return {s.step: s for s in result.details["plan"]}, result
 
 

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from fem3d.runs import sink as sink_run
-from scenes.plan import Request
 from scenes.sink import Sink
 
 SINK = Sink(accuracy=1e-2, voltage=3.0, electrodes="pad-edge")
@@ -16,7 +15,7 @@ CELLS = 1e-3  # finer than the run, so that cells at the run's own hundredfold a
 
 @pytest.fixture(scope="module")
 def made():
-    result = sink_run.solve(SINK, Request())
+    result = sink_run.solve(SINK)
     cells = result.details["fields"].quadratic(TIMES, CELLS)
     return result, cells, result.details["answer"].fine.state.rise, cells.snapshot(0)
 

@@ -7,7 +7,6 @@ import pytest
 
 from fem3d.results.fields.row_fields import RowFields, RowQuadratic
 from fem3d.runs import sink as sink_run
-from scenes.plan import Request
 from scenes.sink import Sink, start
 
 SINK = Sink(spans=9, accuracy=1e-2)
@@ -16,7 +15,7 @@ NOT_YET = np.empty(0)
 
 @pytest.fixture(scope="module")
 def cells() -> RowQuadratic:
-    found = sink_run.solve(SINK, Request(models=("fem3d",), transient=False))
+    found = sink_run.solve(SINK, transient=False)
     assert found.details["spans_solved"] == 5
     fields = found.details["fields"]
     assert isinstance(fields, RowFields)

@@ -9,11 +9,10 @@ import pytest
 
 from fem3d.runs import long_rows, sink_sensitivity
 from fem3d.runs import sink as sink_run
-from scenes.plan import Request
 from scenes.sink import Sink
 from scenes.varied import varied
 
-STEADY = Request(models=("fem3d",), transient=False)
+STEADY = False
 LONG = Sink(spans=7, accuracy=1e-2, island_length=50e-6, convection_coefficient=1e4)
 KEYS = ("sink.length", "sink.island_length", "drive.voltage")
 
@@ -41,12 +40,10 @@ def test_over_time() -> None:
     """Against differences of whole runs, the top of an outer span among them, which wanders."""
     sink, step = Sink(spans=3, accuracy=1e-2, length=400e-6), 0.05
     key = KEYS[0]
-    course = sink_sensitivity.of_sink(sink, sink_run.solve(sink, Request()), keys=[key]).course
+    course = sink_sensitivity.of_sink(sink, sink_run.solve(sink), keys=[key]).course
     assert course is not None
     times = np.array([1e-4, 1e-3])
-    runs = [
-        sink_run.solve(replace(varied(sink, key, f), accuracy=1e-3), Request()).traces for f in (1 + step, 1 - step)
-    ]
+    runs = [sink_run.solve(replace(varied(sink, key, f), accuracy=1e-3)).traces for f in (1 + step, 1 - step)]
     for name, slope in course.values[key].items():
         start = sink.room_temperature if name.endswith("_K") else 0.0
         more, less = (np.interp(times, t.time, t.values[name]) - start for t in runs if t is not None)

@@ -19,7 +19,6 @@ from fem3d.sensitivity.steady import Tangent
 from fem3d.spaces.domain import boxes
 from meshes import symmetry
 from scenes.errors import SceneError
-from scenes.plan import Request
 from scenes.result import Result
 from scenes.sink import Sink
 from scenes.varied import numbers, varied
@@ -43,7 +42,7 @@ _KEPT: dict[tuple[str, str, bool], Any] = {}
 def solved(sink: Sink, transient: bool = False) -> Result:
     key = "solved", repr(sink), transient
     if key not in _KEPT:
-        _KEPT[key] = sink_run.solve(sink, Request(transient=transient))
+        _KEPT[key] = sink_run.solve(sink, transient=transient)
     found: Result = _KEPT[key]
     return found
 

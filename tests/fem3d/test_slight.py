@@ -9,14 +9,13 @@ from fem3d.runs import sink
 from fem3d.solution import faces_over_time, slight
 from fem3d.solution.faces_over_time import Between
 from scenes.loading import load
-from scenes.plan import Request
 
 ACCURACY = 1e-4
 
 
 def solved(voltage, transient=False, emissivity=0.7, accuracy=ACCURACY):
     keys = [f"drive.voltage={voltage}", f"environment.emissivity={emissivity}", f"run.accuracy={accuracy}"]
-    return sink.solve(load("sink", keys), Request(models=("fem3d",), transient=transient))
+    return sink.solve(load("sink", keys), transient=transient)
 
 
 def apart(one, two):

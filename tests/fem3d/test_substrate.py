@@ -12,7 +12,6 @@ from reduced1d import ladder
 from reduced1d.ladder.plate import below
 from scenes.loading import load
 from scenes.model import Boundary, Box, Probe, Scene
-from scenes.plan import Request
 from scenes.sink import SUBSTRATE, Sink
 
 TERMS = 800
@@ -68,7 +67,7 @@ BARE = Sink()
 @cache
 def at_rest(sink):
     """The steady state, to a part in 3,000: what the substrate adds is 3 % of the rise."""
-    return sink_run.solve(replace(sink, accuracy=CLOSE), Request(transient=False)).steady
+    return sink_run.solve(replace(sink, accuracy=CLOSE), transient=False).steady
 
 
 @pytest.mark.long
@@ -104,11 +103,11 @@ def test_models_on_the_plate_rise_by_what_3d_does(name):
 
 @pytest.mark.long
 def test_what_a_substrate_is_given_leaves_through_its_bottom_and_both_mirrors_stay():
-    found = sink_run.solve(ON, Request(transient=True))
+    found = sink_run.solve(ON, transient=True)
     steady = found.steady
     assert steady["heat_out_W"].value == pytest.approx(steady["power_W"].value, rel=1e-9)
     assert found.details["symmetry"] == "the quarter"
-    traces, bare = found.traces, sink_run.solve(Sink(), Request(transient=True)).traces
+    traces, bare = found.traces, sink_run.solve(Sink(), transient=True).traces
     assert traces is not None
     assert bare is not None
     early = [np.interp(2e-5, t.time, t.values["peak_K"]) - 293.0 for t in (traces, bare)]

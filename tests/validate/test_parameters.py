@@ -14,17 +14,16 @@ import pytest
 from compare import quantities
 from compare.against import Data
 from compare.data.read import read_uncertainty
-from reduced1d import slopes
+from compare.fitting import fit_scene, keys_of
+from compare.slopes import sink_1d
 from reduced1d.sink import solve
 from scenes.keys import SINK
 from scenes.loading import load
 from scenes.sink import Sink
-from scenes.validity import check
 from scenes.varied import varied
 from validate.cli import main
-from validate.inputs.calibration import fit, keys_of
-from validate.inputs.propagation import Sampled, Spread, of_values
 from validate.sweep.design import base, parse
+from validate.sweep.monte_carlo import Sampled, Spread
 
 TEXT = """
 [parameters]
@@ -107,21 +106,24 @@ def test_a_parameter_is_fitted(mine: Path) -> None:
     data = Data("mine.csv", "CSV", times, {"end_K": traces.values["end_K"]}, {"end_K": "x"})
 
     def in_1d(other: Sink, keys: Any, at: np.ndarray) -> Any:
-        own = solve(other, times=at).over_time
-        return own.values, of_values(other, own.values, slopes.of_sink(other, "paper", keys, at)[1])
+        own = solve(other, times=at)
+        slopes = sink_1d(other, own, at)
+        return own.over_time.values, {k: {n: slopes.at(k, n, at) for n in own.over_time.values} for k in keys}
 
     data = replace(data, u=read_uncertainty(quantities.of(sink), data, ["0.05K"]))
-    found = fit(sink, data, keys_of(sink, ["parameters.k"], data), in_1d, check)
+    found = fit_scene(sink, data, keys_of(sink, ["parameters.k"], data), in_1d)
     assert found.fitted["parameters.k"] == pytest.approx(0.9 * 1.38, rel=1e-4)
     assert found.scene.oxide.thermal_conductivity == pytest.approx(0.9 * 1.38, rel=1e-4)
 
 
 def test_a_room_that_is_a_parameter_moves_temperatures(mine: Path) -> None:
-    """One that is 1 % warmer is 2.93 K warmer, whatever the rises are."""
-    sink, values = load(mine, scene_type=SINK), {"peak_K": np.array([300.0])}
-    none = {key: {"peak_K": np.zeros(1)} for key in ("parameters.T0", "parameters.w", "environment.room_temperature")}
-    found = of_values(sink, values, none)
-    assert [float(found[key]["peak_K"][0]) for key in none] == pytest.approx([293.0, 0.0, 293.0], rel=1e-9)
+    """One that is 1 % warmer is 2.93 K warmer, and the rises change by the resistance alone."""
+    sink, times = load(mine, scene_type=SINK), np.array([1e-5, 1e-2])
+    found = sink_1d(sink, solve(sink, times=times), times)
+    same = found.at("environment.room_temperature", "peak_K", times)
+    assert found.at("parameters.T0", "peak_K", times) == pytest.approx(same, rel=1e-9)
+    assert same == pytest.approx([293.0, 293.0], rel=0.02)
+    assert abs(found.at("parameters.w", "peak_K", times)[0]) < 1
 
 
 def test_rounding_is_no_spread() -> None:

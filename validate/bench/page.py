@@ -8,9 +8,9 @@ from itertools import cycle
 from pathlib import Path
 from typing import Any
 
+from compare.report.table import Row, Section, Style, Table
 from validate.bench import work
 from validate.bench.entries import GIVEN, NGSOLVE, OURS, REDUCTION, SCIKIT_FEM, WHOLE
-from validate.report.table import Row, Section, Style, Table
 
 Lines = list[str]
 Entry = Mapping[str, Any]

@@ -109,15 +109,14 @@ def prepare(options: dict[str, Any]) -> tuple[Callable[[], Any], Callable[[Any],
     from fem3d.runs.sink import solve
     from meshes import symmetry
     from scenes.loading import load
-    from scenes.plan import Request
 
     sink, off = load("sink", [f"accuracy={options['accuracy']}"]), options["off"]
     if options["skip"] == "transient":
-        return lambda: solve(sink, Request(transient=off)), lambda _: {}
+        return lambda: solve(sink, transient=off), lambda _: {}
     if options["skip"] == "second voltage":
-        earlier = None if off else solve(sink, Request())
+        earlier = None if off else solve(sink)
         twice = replace(sink, voltage=2 * sink.voltage)
-        return lambda: solve(twice, Request(), earlier=earlier), lambda _: {}
+        return lambda: solve(twice, earlier=earlier), lambda _: {}
     scene = sink.scene()
     part = symmetry.uncut(scene, [box.name for box in scene.boxes]) if off else symmetry.reduce(scene)
     return lambda: loop.solve(sink_quantities.study(sink, part), True), lambda _: {}
@@ -134,15 +133,14 @@ def _from_cold(accuracy: float) -> Callable[[], dict[str, float]]:
 
     from fem3d.runs import sink as of_3d
     from scenes.loading import load
-    from scenes.plan import Request
 
     sink = load("sink", [f"accuracy={accuracy}"])
 
     def solve() -> dict[str, float]:
         started = time.perf_counter()
-        first = of_3d.solve(sink, Request())
+        first = of_3d.solve(sink)
         solved = time.perf_counter()
-        of_3d.solve(replace(sink, voltage=2 * sink.voltage), Request(), earlier=first)
+        of_3d.solve(replace(sink, voltage=2 * sink.voltage), earlier=first)
         again = time.perf_counter() - solved
         return {"import_s": times[1] - times[0], "solved_s": solved - started, "again_s": again}
 

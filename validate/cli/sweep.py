@@ -19,6 +19,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
+from compare.options import SINK, Options, settings
 from scenes.errors import SceneError, quoted
 from validate.cli import common
 from validate.cli.common import whole
@@ -96,14 +97,13 @@ def scene(arguments: argparse.Namespace) -> Base:
 def models_of(arguments: argparse.Namespace, base: Base) -> tuple[tuple[str, ...], str]:
     """The names of the models, and the path of the user's own, if it is one, that holds wherever points are solved.
     Raises SceneError for what is none, as a run would."""
+    from compare.kinds.free import own_model
     from compare.models import open_model, parse_reductions
-    from scenes.plan import Request
-    from validate.run.plan import own_model
 
     if not arguments.model:
         return parse_reductions([name.strip() for name in (arguments.reduction or "paper").split(",")])
 
-    source = own_model(cast("AnyScene", base.at(())), Request(model=arguments.model))
+    source = own_model(cast("AnyScene", base.at(())), Options(model=arguments.model))
     assert source is not None
     given, folder = str(source[0]), source[1]
     whole = given if given == "network" else str((Path(folder) / given).resolve())
@@ -112,17 +112,18 @@ def models_of(arguments: argparse.Namespace, base: Base) -> tuple[tuple[str, ...
 
 
 def _settings(arguments: argparse.Namespace) -> list[str]:
-    return common.settings(arguments, ("drive.voltage", arguments.voltage))
+    given = {"voltage": arguments.voltage, "accuracy": arguments.accuracy}
+    return settings(SINK, given, arguments.set)
 
 
 def execute(
     arguments: argparse.Namespace, base: Base, design: Design, steady: bool, solves: int | None = None
 ) -> int:  # fmt: skip
     """Runs a job and reports on it; both commands end here."""
+    from compare.report.table import wrapped
     from scenes.kinds import Quantity
     from scenes.units import TIME
     from validate.report.folder import folder_of_sweep
-    from validate.report.table import wrapped
     from validate.sweep.point import Job, Scope, checked
     from validate.sweep.run import run
     from validate.sweep.store import Store

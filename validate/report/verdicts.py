@@ -7,8 +7,8 @@ from dataclasses import asdict, dataclass
 from itertools import groupby
 from typing import Any, Generic, TypeVar
 
+from compare.report.table import Section, Style, Table
 from validate.report.summary import as_json
-from validate.report.table import Section, Style, Table
 
 R = TypeVar("R")
 

@@ -13,14 +13,13 @@ from fem3d.runs.scene import solve as solve_scene
 from fem3d.runs.sink import solve
 from scenes.errors import RunawayError
 from scenes.model import Scene, Schedule, Value
-from scenes.plan import Request
 from scenes.result import Result
 from scenes.sink import SILICON, Sink
 from validate.stress.report import Row
 from validate.verify import exact
 from validate.verify.series import heated_middle
 
-STEADY = Request(transient=False)
+STEADY = False
 ACCURACY, FINER = 1e-3, 2e-4
 BALANCE = 1e-8  # the heat that may be missing in the balance, over the power
 CONTRASTED = 1e-6  # the same where entries of the matrix are 1e8 apart, so that their sums lose that many digits

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from validate.report.table import Row as Line
-from validate.report.table import Table
+from compare.report.table import Row as Line
+from compare.report.table import Table
 from validate.report.verdicts import Report
 
 ABOUT = """\

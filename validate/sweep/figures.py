@@ -17,9 +17,9 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator
 from matplotlib.tri import LinearTriInterpolator, Triangulation
 
+from compare.report.checks import with_mu
 from scenes.formats import percent, scale
 from scenes.model import UNITS
-from validate.report.checks import with_mu
 from validate.report.figures import INK, PARTS
 from validate.report.figures.drawing import new_figure
 from validate.sweep.table import TITLES, Table, of_many_keys, too_few

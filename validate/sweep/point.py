@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numpy as np
 
+from compare.options import Options
 from compare.processes import TimeIsUpError, within
 from scenes import physics
 from scenes.errors import RunawayError, SceneError, did_you_mean, quoted
 from scenes.loading import refuse_unused
 from scenes.model import OVER_TIME
-from scenes.plan import Request
 from scenes.sink import Sink
 from validate.sweep.design import Base, Design, Value, settings
 
@@ -136,7 +136,7 @@ def checked(
     free = base.kind == "free"
     known = [probe.name for probe in scene.probes] if free else [*DEFAULT_TOLERANCES, *ISLAND_TOLERANCES]
     if model and free:
-        from validate.run.kinds.free import varies
+        from compare.kinds.free import varies
 
         at_rest, over_time = known, [f"{name}{OVER_TIME}" for name in known]
         known = at_rest if scene.steady else over_time if varies(scene) else [*at_rest, *over_time]
@@ -161,7 +161,7 @@ def checked(
             f"{quoted(check)} is an equation of the paper's, which {reduction} makes no use of: give {allowed}, or "
             "--reduction paper"
         )
-    skipped = skipped_checks(scene, Request(transient=not steady))
+    skipped = skipped_checks(scene, Options(steady=steady))
     if check in skipped:
         raise SceneError(f"there is no check {quoted(check)} here: {skipped[check]}")
     return check
@@ -216,21 +216,21 @@ def _sink(
     sink: Sink, scope: Scope, earlier: Result | None
 ) -> tuple[dict[str, Any], dict[str, float] | None, Result]:  # fmt: skip
     """A sink's columns, parts of its difference, and 3D result; solved again more finely while a verdict is open."""
+    from compare import hottest
+    from compare.kinds import kind_of
     from reduced1d.ladder.levels import Levels
-    from validate.run import hottest
-    from validate.run.kinds.sink import compared
 
-    request = Request(transient=not scope.steady, figures=False, reduction=scope.reductions[0], model=scope.model)
+    options = Options(steady=scope.steady, reduction=scope.reductions[0], model=scope.model)
     # Which part is the largest the coarser models of the ladder tell; a reduction that stands on it needs both.
     rough = scope.reductions == ("paper",)
     first: Result | None = None
     while True:
-        outcome = compared(sink, request, earlier)
+        outcome = kind_of(sink).compare(sink, options, earlier)
         fem3d, levels = cast("Result", outcome.fem3d), Levels(sink, rough)
         first = first or fem3d
         by_reduction = {scope.reductions[0]: (outcome.checks, outcome.reduced1d)}
         for name in scope.reductions[1:]:
-            by_reduction[name] = _of_another(sink, replace(request, reduction=name), fem3d, levels)
+            by_reduction[name] = _of_another(sink, options.but(reduction=name), fem3d, levels)
         finer = _finer(sink, [check for checks, _ in by_reduction.values() for check in checks], scope)
         if finer is None:
             break
@@ -266,7 +266,7 @@ def too_hot(excess: float, material: str) -> dict[str, Any]:
     return {"too_hot": material, "past_valid_to_K": excess} if math.isfinite(excess) else {}
 
 
-def _of_another(sink: Sink, request: Request, fem3d: Result, levels: Levels) -> tuple[tuple[Check, ...], Result | None]:
+def _of_another(sink: Sink, options: Options, fem3d: Result, levels: Levels) -> tuple[tuple[Check, ...], Result | None]:
     """The checks of another reduction against the same 3D result; none where it has no answer."""
     from compare.checks import evaluate
     from reduced1d.ladder import solve as solve_1d
@@ -274,10 +274,10 @@ def _of_another(sink: Sink, request: Request, fem3d: Result, levels: Levels) -> 
 
     times = fem3d.traces.time if fem3d.traces is not None else None
     try:
-        result = solve_1d(sink, request.reduction, steady_only=not request.transient, times=times, levels=levels)
+        result = solve_1d(sink, options.reduction, steady_only=options.steady, times=times, levels=levels)
     except RunawayError:
         return (), None
-    return tuple(c for c in evaluate(sink, request, fem3d, result) if c.id in OF_THE_REDUCTION), result
+    return tuple(c for c in evaluate(sink, options, fem3d, result) if c.id in OF_THE_REDUCTION), result
 
 
 def _parts(sink: Sink, scope: Scope, fem3d: Result, levels: Levels) -> dict[str, float] | None:
@@ -310,11 +310,11 @@ def blame(parts: dict[str, float] | None) -> dict[str, Any]:
 
 def _free(scene: AnyScene, scope: Scope) -> dict[str, Any]:
     """The columns of a free scene: every probe, at the end where it is over time."""
+    from compare import hottest
+    from compare.kinds.free import probed
     from fem3d.runs import scene as scene_run
-    from validate.run import hottest
-    from validate.run.kinds.free import reported
 
-    scene = reported(scene, Request(figures=False))
+    scene = probed(scene)
     if scope.model:
         result, values = _judged(scene, scope)
     else:
@@ -335,25 +335,14 @@ def _free(scene: AnyScene, scope: Scope) -> dict[str, Any]:
 
 def _judged(scene: AnyScene, scope: Scope) -> tuple[Result, dict[str, Any]]:
     """A free scene's 3D result, and the columns of a user's model; solved again more finely while a verdict is open."""
-    from compare.models import open_model
-    from compare.models.sampling import make_question
-    from compare.probes import evaluate
-    from fem3d.runs import scene as scene_run
-    from validate.run.kinds.free import at_rest, held
+    from compare.kinds import kind_of
 
-    def say(_: str) -> None:
-        """Nothing is told of a point."""
-
-    model = open_model(scope.model)
     while True:
-        result = scene_run.solve(scene)
-        if not scene.steady and not scope.check.endswith(OVER_TIME):
-            result = replace(result, steady=at_rest(scene, say))
-        both = held(scene, result, model, make_question(scene), say)
-        checks = evaluate(scene, both)
-        finer = _finer(scene, checks, scope)
+        outcome = kind_of(scene).compare(scene, Options(model=scope.model))
+        finer = _finer(scene, outcome.checks, scope)
         if finer is None:
             break
         scene = finer
-    values: dict[str, Any] = {f"reduced1d_{name}": estimate.value for name, estimate in both.model.steady.items()}
-    return result, values | _check_columns(checks) | blame(None) | {"accuracy": scene.accuracy}
+    steady = outcome.reduced1d.steady if outcome.reduced1d is not None else {}
+    values: dict[str, Any] = {f"reduced1d_{name}": estimate.value for name, estimate in steady.items()}
+    return outcome.solved, values | _check_columns(outcome.checks) | blame(None) | {"accuracy": scene.accuracy}

@@ -154,8 +154,11 @@ def _provenance() -> dict[str, Any]:
 
 def _page(folder: Path, points: Table, document: Mapping[str, Any]) -> str:
     """report.html: the sentence, the points to hover over, the figures from ``folder``, and what was asked."""
+    from compare.report.table import html_section as section
+    from compare.report.table import html_table as table
+    from compare.report.table import html_text as text
     from validate.report.html import page
-    from validate.report.html.page import section, table, text, values
+    from validate.report.html.page import values
 
     name = points.job.base.name
     script = Path(__file__).with_name("hover.js").read_text(encoding="utf-8")

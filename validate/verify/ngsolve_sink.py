@@ -14,7 +14,6 @@ from ngsolve import dx, grad
 from fem3d.runs.sink import solve
 from meshes import grading, symmetry
 from meshes.grid import Grid
-from scenes.plan import Request
 from scenes.sink import OF_A_SINK, Sink
 from validate.verify import reference
 from validate.verify.methods import COPIES, Uniform, settle
@@ -178,7 +177,7 @@ def mesh_of(grid: Grid) -> ng.Mesh:
 def rows() -> Iterator[Row]:
     """This project's sink against NGSolve's at 1 V in the steady state, each with its estimated error: the electric
     problem in full, on bricks that are graded as this project's are, at two orders."""
-    ours = solve(Sink(accuracy=ACCURACY), Request(transient=False)).steady
+    ours = solve(Sink(accuracy=ACCURACY), transient=False).steady
     lower, higher = (by_ngsolve(Sink(), order) for order in ORDERS)
     note = f"NGSolve {ng.__version__}, orders {ORDERS[0]} and {ORDERS[1]}"
     for key, _, unit, name in OF_A_SINK.values():

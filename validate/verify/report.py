@@ -11,10 +11,10 @@ from typing import Literal
 
 import numpy as np
 
+from compare.report.table import Row as Line
+from compare.report.table import Table
 from fem3d.runs import scene as scene_run
 from scenes.model import Scene
-from validate.report.table import Row as Line
-from validate.report.table import Table
 from validate.report.verdicts import Report
 
 TITLES = {

@@ -11,7 +11,12 @@ import pytest
 
 from compare import device_checks as checks
 from compare.device_3d_checks import _why_steady
+from compare.kinds.device import DeviceKind, needs
 from compare.made import made_checks, skipped_checks
+from compare.options import Options
+from compare.outcome import Progress
+from compare.report.checks import claimed, off_by
+from compare.report.device import _in_3d
 from compare.verdict import Check, judged
 from reduced1d.device.closed_loop import largest_eigenvalue
 from reduced1d.device.runs import solve
@@ -19,21 +24,21 @@ from scenes.checks import DEVICE_TOLERANCES
 from scenes.device import Control, Device, External
 from scenes.keys import DEVICE
 from scenes.loading import load
-from scenes.plan import Request
 from statespace.result import Run, Runs, sampled_slowly, settling
-from validate.report.checks import claimed, off_by
-from validate.report.device import _in_3d
-from validate.run.kinds.device import simulated
-from validate.run.plan import needs
 
 SLOPE = 0.15 * 1e-3 * 100e-6 / 100e-6
 METERS = ("meter_resistance", "meter_power", "meter_rate")
 
 
+def runs_of(device: Device, options: Options) -> Runs:
+    runs: Runs = DeviceKind().solve(device, options, Progress())["reduced1d"].details["runs"]
+    return runs
+
+
 @pytest.fixture(scope="module")
 def found() -> dict[str, Check]:
-    device, request = load("device", scene_type=DEVICE), Request()
-    return {c.id: c for c in checks.evaluate(device, request, simulated(device, request))}
+    device, request = load("device", scene_type=DEVICE), Options()
+    return {c.id: c for c in checks.evaluate(device, request, runs_of(device, request))}
 
 
 def test_every_check_is_made_once_and_as_declared(found: dict[str, Check]) -> None:
@@ -100,8 +105,8 @@ def test_only_the_step_beyond_the_set_point_takes_another_time(found: dict[str, 
 def test_a_faster_loop_than_figure_11_is_needed_for_it_to_be_slower() -> None:
     slow = sampled_slowly(Device())
     slower = replace(slow, control=replace(slow.control, sink_gain=0.1, sensor_gain=0.01), end_time=1.5)
-    request = Request(about=("figure11",))
-    made = simulated(slower, request)
+    request = Options(about=("figure11",))
+    made = runs_of(slower, request)
     (check,) = checks.evaluate(slower, request, made)
     assert check.verdict == "differs"
     assert check.difference > 0.5
@@ -109,18 +114,18 @@ def test_a_faster_loop_than_figure_11_is_needed_for_it_to_be_slower() -> None:
 
 def test_what_is_not_needed_is_not_run() -> None:
     device = Device()
-    assert made_checks(device, Request(about=("figure11",))) == ("fig11_slow",)
-    assert not needs(device, Request(about=("figure9",)), "figure11", "figure12", "figure13")
+    assert made_checks(device, Options(about=("figure11",))) == ("fig11_slow",)
+    assert not needs(device, Options(about=("figure9",)), "figure11", "figure12", "figure13")
     late = {k for k in DEVICE_TOLERANCES if k.startswith(("fig11", "fig12", "fig13"))}
-    assert set(skipped_checks(device, Request(scheme="paper"))) == late
+    assert set(skipped_checks(device, Options(scheme="paper"))) == late
     still = replace(device, external=External(293.0, 293.0))
-    assert made_checks(still, Request()) == ("fig12_same_time", "fig13_slope", "fig13_limit", "fig14_ground", *METERS)
+    assert made_checks(still, Options()) == ("fig12_same_time", "fig13_slope", "fig13_limit", "fig14_ground", *METERS)
 
 
 @pytest.mark.long
 def test_the_papers_scheme_is_checked_against_the_accurate_one() -> None:
-    device, request = replace(Device(), end_time=0.08, external=External(step_time=0.01)), Request(scheme="paper")
-    made = simulated(device, request)
+    device, request = replace(Device(), end_time=0.08, external=External(step_time=0.01)), Options(scheme="paper")
+    made = runs_of(device, request)
     found = {check.id: check for check in checks.evaluate(device, request, made)}
     assert set(found) == {"fig9_settling", "fig9_balance", "fig10_steady", "fig14_ground", *METERS}
     assert 1e-6 < found["fig9_settling"].u_num < 0.01
@@ -128,8 +133,8 @@ def test_the_papers_scheme_is_checked_against_the_accurate_one() -> None:
 
 
 def evaluated(device: Device, *figures: str) -> dict[str, Check]:
-    request = Request(about=figures)
-    return {c.id: c for c in checks.evaluate(device, request, simulated(device, request))}
+    request = Options(about=figures)
+    return {c.id: c for c in checks.evaluate(device, request, runs_of(device, request))}
 
 
 def meters(device: Device) -> dict[str, Check]:

@@ -13,12 +13,12 @@ import pytest
 import compare
 from compare import quantities
 from compare.against import Data
+from compare.analyses.vv20 import validate
+from compare.slopes import free_3d
 from compare.testing import assert_traces_agree
 from scenes import load
 from scenes.uncertain import read
 from validate.cli import main
-from validate.inputs import probe_traces, propagation, sensitivities
-from validate.inputs.validation import validate
 
 K, LENGTH, HEAT, CAPACITY = 50.0, 1e-4, 1e12, 2500 * 800
 KEY = "material.film.thermal_conductivity"
@@ -60,16 +60,16 @@ def test_the_interval_holds_the_truth_as_often_as_is_said(at_rest: bool, steady:
     scene = load(steady if at_rest else transient, ["run.accuracy=1e-4"])
     times, u, relative = quantities.AT_REST if at_rest else TIMES, 0.5, 0.01
     result = scene_run.solve(scene, whole=True)
-    slopes = probe_traces.of_3d(scene, sensitivities.of_free(scene, result, [KEY]))
+    slopes = free_3d(scene, result, [KEY])
 
     def inside(percent: float, off: float, cases: int) -> dict[str, list[bool]]:
-        models: list[Any] = [("3D", result, propagation.u_input(read(scene, [f"{KEY}={percent}%"]), slopes))]
+        uncertain = read(scene, [f"{KEY}={percent}%"])
         rng, found = np.random.default_rng(0), dict[str, list[bool]]()
         for _ in range(cases):
             truth = exact(K * (1 + relative * rng.standard_normal()), times)
             for name, course in truth.items():
                 data = measured({name: course + u * rng.standard_normal(len(times)) + off}, times, u)
-                for s in validate(scene, data, models).statements:
+                for s in validate(scene, data, {"3D": (result, slopes)}, uncertain).statements:
                     low, high = s.interval
                     found.setdefault(f"{name} {s.where}", []).append(low < -off < high)
         return found
@@ -236,7 +236,7 @@ def test_data_of_which_few_rows_can_be_compared_are_told_so(tmp_path: Path) -> N
 
 def test_a_steady_scene_takes_the_last_row_of_traces(steady: Path) -> None:
     file = written(steady.parent / "mine.csv", TIMES, K)
-    data = compare.solve(steady, against=file).outcome.against
+    data = compare.solve(steady, against=file).outcome.options.against
     assert data is not None
     assert data.at_rest
     assert "the last of 80 rows is taken for the steady state" in data.said()

@@ -14,11 +14,10 @@ import pytest
 import compare
 from compare.models import open_model
 from compare.models.sampling import make_question
+from compare.options import Options, folder_name
 from scenes import load
 from scenes.errors import SceneError
-from scenes.plan import Request
 from validate.cli import main
-from validate.report.folder import folder_of
 
 NETLIST = """the same in volts
 * one resistance and one capacity
@@ -310,4 +309,5 @@ def test_a_models_parameters_are_made_of_the_scenes() -> None:
 
 
 def test_a_folder_has_the_function_apart_from_its_file() -> None:
-    assert folder_of(load("bridge"), Request(model="lumped.py:bridge")).name == "bridge-model-lumped.py-bridge"
+    name = folder_name("free", {"model": "lumped.py:bridge"}, Options(), load("bridge"), ()).name
+    assert name == "bridge-model-lumped.py-bridge"

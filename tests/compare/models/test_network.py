@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 import compare
+from compare import pipeline
 from compare.models import open_model, runs_code
+from compare.options import Options
 from compare.probes import bends
 from scenes.errors import RunawayError, SceneError
 from scenes.model import MeshScene
-from scenes.plan import Request
 from validate.cli import main
-from validate.run import pipeline
 
 
 def test_the_bridge_is_judged() -> None:
@@ -75,6 +75,6 @@ def test_why_of_a_drive_that_varies_is_said(transient: Path) -> None:
 def test_a_network_of_a_mesh_is_refused_before_3d_is_solved() -> None:
     """Which is said of the scene alone: the mesh's file is not even read."""
     scene = MeshScene("plug", "none.msh", 1.0, (), (), (), ())
-    for ask in (pipeline.plan, pipeline.answer):
+    for ask in (pipeline.plan, pipeline.solve):
         with pytest.raises(SceneError, match="is on a mesh file, and a network is made of boxes"):
-            ask(scene, Request(model="network"))
+            ask(scene, Options(model="network"))

@@ -13,11 +13,11 @@ from pathlib import Path
 
 import pytest
 
+from compare.report.sink import QUANTITIES
 from scenes.checks import DEFAULT_TOLERANCES
 from scenes.loading import from_dict, load
 from tests.validate.cli import summary
 from validate.cli import main
-from validate.report.sink import QUANTITIES
 
 ROOT = Path(__file__).parents[3]
 pytestmark = pytest.mark.usefixtures("no_solver")

@@ -17,20 +17,18 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from compare import device_checks as checks
+from compare.kinds.device import DeviceKind
 from compare.made import DEVICE_FIGURES as FIGURES
+from compare.options import Options
+from compare.report.table import Style, Table
 from scenes.checks import DEVICE_TOLERANCES
 from scenes.keys import DEVICE
 from scenes.loading import from_dict, load
-from scenes.plan import Request
 from statespace.result import QUANTITIES
 from tests.validate.cli import summary
 from validate.cli import main
 from validate.report.figures import device_figures as own
 from validate.report.figures import ground_figure
-from validate.report.table import Style, Table
-from validate.run.kinds.device import simulated
-from validate.run.outcome import Outcome
 
 QUICK = ("--set", "control.sample_time=1ms", "--set", "control.sink_gain=0.5")
 
@@ -235,9 +233,8 @@ def test_the_report_has_names_and_units(full: tuple[str, Path]) -> None:
 @pytest.mark.long
 @pytest.mark.parametrize("setting", ["sample_time=50ms", "sensor_gain=0", "polymer_thickness=10mm"])
 def test_no_text_of_a_figure_touches_another(setting: str) -> None:
-    scene, request = load("device", ("sample_time=1ms", setting), scene_type=DEVICE), Request()
-    made = simulated(scene, request)
-    outcome = Outcome(scene, request, (), checks=checks.evaluate(scene, request, made), simulated=made)
+    scene, options = load("device", ("sample_time=1ms", setting), scene_type=DEVICE), Options()
+    outcome = DeviceKind().compare(scene, options)
     draw = (own.power, own.flow, own.slow, own.responses, own.characteristic, ground_figure.shared)
     for name, figure in zip(FIGURES, draw, strict=True):
         boxes = _boxes(figure(outcome))

@@ -10,9 +10,9 @@ from contextlib import contextmanager, redirect_stderr, redirect_stdout
 
 import pytest
 
+from compare.report.table import wrapped
 from scenes.errors import columns
 from validate.cli.terminal import progress
-from validate.report.table import wrapped
 
 pty = pytest.importorskip("pty", reason="terminals as Unix has them")
 fcntl, termios = pytest.importorskip("fcntl"), pytest.importorskip("termios")

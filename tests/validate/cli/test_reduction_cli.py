@@ -9,7 +9,6 @@ import pytest
 
 from tests.validate.cli import summary
 from validate.cli import main
-from validate.run.plan import SINK_FIGURES as FIGURES
 
 pytestmark = pytest.mark.usefixtures("no_solver")
 
@@ -62,13 +61,7 @@ def test_strict_asks_nothing_of_a_better_model_that_is_the_papers(capsys: pytest
 @pytest.fixture
 def _fewer_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Figure 7 alone beside the budget's: the others take seconds."""
-    for name in ("validate.run.plan.skipped_of_sink", "validate.run.kinds.sink.skipped_figures"):
-        monkeypatch.setattr(
-            name,
-            lambda _, request: dict.fromkeys(
-                ("figure4", "figure5", "figure6") if request.figures else FIGURES, "not now"
-            ),
-        )
+    monkeypatch.setattr("compare.kinds.sink.FIGURES", {"figure7": "current against time"})
 
 
 @pytest.mark.long

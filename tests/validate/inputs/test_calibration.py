@@ -14,16 +14,13 @@ import pytest
 from compare import quantities
 from compare.against import Data
 from compare.data.read import read_uncertainty
-from reduced1d import slopes
+from compare.fitting import Fit, Modelled, fit_scene, keys_of
+from compare.slopes import sink_1d
 from reduced1d.sink import solve
 from scenes.errors import SceneError
 from scenes.sink import Sink
-from scenes.validity import check
 from scenes.varied import varied
 from validate.cli import main
-from validate.inputs import calibration
-from validate.inputs.calibration import fit, keys_of
-from validate.inputs.propagation import of_values
 
 OXIDE, SILICON = "materials.oxide.thermal_conductivity", "materials.silicon.thermal_conductivity"
 TIMES = np.linspace(2e-4, 0.02, 40)
@@ -39,16 +36,17 @@ def measured(truth: Sink, seed: int) -> Data:
     return Data("mine.csv", "CSV", TIMES, values, dict.fromkeys(values, "x"))
 
 
-def in_1d(sink: Sink, keys: Sequence[str], times: np.ndarray) -> calibration.Modelled:
+def in_1d(sink: Sink, keys: Sequence[str], times: np.ndarray) -> Modelled:
     """Traces of the paper's 1D model, and their derivatives."""
-    traces = solve(sink, times=times).over_time
-    return traces.values, of_values(sink, traces.values, slopes.of_sink(sink, "paper", keys, times)[1])
+    result = solve(sink, times=times)
+    slopes = sink_1d(sink, result, times)
+    return result.over_time.values, {k: {n: slopes.at(k, n, times) for n in result.over_time.values} for k in keys}
 
 
-def fitted(data: Data, *keys: str) -> calibration.Fit:
+def fitted(data: Data, *keys: str) -> Fit:
     sink = Sink()
     data = replace(data, u=read_uncertainty(quantities.of(sink), data, [f"{NOISE}K"]))
-    return fit(sink, data, keys_of(sink, keys, data), in_1d, check)
+    return fit_scene(sink, data, keys_of(sink, keys, data), in_1d)
 
 
 @pytest.mark.long

@@ -9,18 +9,19 @@ from collections.abc import Iterator
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 import compare
+from compare.analyses import left_out
+from compare.analyses.left_out import CONDUCTIVITY, conduction
+from compare.outcome import Outcome
 from fem3d.runs.sink import solve
 from reduced1d.slopes import OF_DEVICE
 from scenes.errors import NumericsError, RunawayError
-from scenes.plan import Request
 from scenes.result import Result
 from scenes.sink import OF_A_SINK, Sink
-from validate.inputs import left_out
-from validate.inputs.left_out import CONDUCTIVITY, conduction
 
 SINK = Sink(accuracy=2e-2)
 solved = cache(solve)
@@ -31,13 +32,17 @@ def found() -> Iterator[left_out.LeftOut]:
     """Solved no more closely than the tests need, every sink once."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(left_out, "CLOSE", SINK.accuracy)
-        patch.setattr(left_out, "solve_3d", solved)
+        patch.setattr("fem3d.runs.sink.solve", solved)
         yield left_out.of_sink(SINK, lambda _: None)
     solved.cache_clear()
 
 
+def document_of(found: left_out.LeftOut) -> dict[str, Any]:
+    return left_out.LeftOutStudy().document(found, Outcome(SINK))
+
+
 def steady(sink: Sink) -> Result:
-    return solved(sink, Request(models=("fem3d",), transient=False))
+    return solved(sink, transient=False)
 
 
 def test_an_effect_is_the_sink_with_it_over_the_sink_without(found: left_out.LeftOut) -> None:
@@ -56,7 +61,7 @@ def test_the_largest_comes_first_and_decides(found: left_out.LeftOut) -> None:
 
 
 def test_the_summary_has_every_effect_with_its_source(found: left_out.LeftOut) -> None:
-    document = json.loads(json.dumps(found.document()))
+    document = json.loads(json.dumps(document_of(found)))
     assert {*document} == {*found.effects, "together"}
     for name, entry in document.items():
         assert {*entry} == {"assumed", "source", *(asked.steady for asked in OF_A_SINK.values())}
@@ -112,16 +117,16 @@ def test_what_a_row_cannot_have_is_said(monkeypatch: pytest.MonkeyPatch) -> None
 
 
 def test_an_effect_with_which_the_sink_runs_away_decides(monkeypatch: pytest.MonkeyPatch) -> None:
-    def away(sink: Sink, request: Request) -> Result:
+    def away(sink: Sink, transient: bool) -> Result:
         if sink.substrate_thickness is not None:
             raise RunawayError("runs away", 0.5)
-        return solved(sink, request)
+        return solved(sink, transient=transient)
 
-    monkeypatch.setattr(left_out, "solve_3d", away)
+    monkeypatch.setattr("fem3d.runs.sink.solve", away)
     found = left_out.of_sink(SINK, lambda _: None)
     assert next(iter(found.effects)) == "substrate"
     assert "In vacuum the substrate's own resistance makes it run away." in found.sentence
-    assert {*found.document()["substrate"]} == {"assumed", "source"}
+    assert {*document_of(found)["substrate"]} == {"assumed", "source"}
     assert found.together is not None
     assert not found.together.changes
 

@@ -10,21 +10,22 @@ import numpy as np
 import pytest
 
 import compare
-from compare.sink_checks import fig5
+from compare.analyses import uncertainty
+from compare.analyses.sensitivities import PREFIX
+from compare.analyses.uncertainty import Propagated
+from compare.sink_checks import fig5, misfit_weights
+from compare.slopes import Slopes, sink_3d
 from compare.testing import assert_reduction_agrees
 from compare.verdict import Models
 from fem3d.runs import sink as sink_run
 from reduced1d.sink import solve
-from scenes.plan import Request
 from scenes.result import Estimate, Result
 from scenes.sink import Sink
 from scenes.uncertain import Uncertain, read
 from scenes.varied import varied
 from validate.cli import main
-from validate.inputs import propagation, sensitivities
-from validate.inputs.propagation import Propagated
-from validate.inputs.sensitivities import Sensitivities, Slope
-from validate.monte_carlo import drawn
+from validate.sweep import monte_carlo as samples_of
+from validate.sweep.monte_carlo import drawn
 
 GIVEN = ["materials.silicon.thermal_conductivity=2%", "materials.oxide.thermal_conductivity=2%", "sink.width=2%",
          "pad_length=2%", "oxide_thickness=2%"]  # fmt: skip
@@ -49,9 +50,13 @@ def of_both(sink: Sink, uncertain: Uncertain) -> Propagated:
         for key in uncertain.relative
         for more, less in [(other(varied(sink, key, 1 + 1e-5)), other(varied(sink, key, 1 - 1e-5)))]
     }  # fmt: skip
-    steady = {key: {n: Slope(Estimate(theirs[key][n], 0.0), v) for n, v in of.items()} for key, of in own.items()}
-    found = Sensitivities(dict.fromkeys(own, 1.0), steady)
-    return propagation.propagated(uncertain, found, other(sink).steady, solve(sink, steady_only=True).steady)
+    models = {"fem3d": (other(sink), theirs), "reduced1d": (solve(sink, steady_only=True), own)}
+    slopes_by_model = {
+        model: Slopes({n: e.value for n, e in result.steady.items()},
+                      {key: {n: Estimate(v, 0.0) for n, v in of.items()} for key, of in by.items()})
+        for model, (result, by) in models.items()
+    }  # fmt: skip
+    return uncertainty.propagated(uncertain, slopes_by_model)
 
 
 @pytest.fixture(scope="module")
@@ -60,7 +65,7 @@ def samples() -> tuple[Propagated, dict[str, np.ndarray]]:
     sink = Sink()
     uncertain = read(sink, GIVEN, CORRELATED)
     drawn: dict[str, list[float]] = {}
-    for deviations in propagation.draw(uncertain, 1000):
+    for deviations in samples_of.draw(uncertain, 1000):
         scene = sink
         for key, off in zip(uncertain.relative, deviations.tolist(), strict=True):
             scene = varied(scene, key, 1 + off)
@@ -72,7 +77,7 @@ def samples() -> tuple[Propagated, dict[str, np.ndarray]]:
 
 def test_u_input_is_what_samples_spread_by(samples: tuple[Propagated, dict[str, np.ndarray]]) -> None:
     found, drawn = samples
-    spread = propagation.spreads(drawn, found, {}, 0)
+    spread = samples_of.spreads(drawn, found, {}, 0)
     for own in (spread.fem3d, spread.reduced1d):
         for name in ("peak_rise_K", "end_rise_K", "mean_rise_K", "anchor_resistance_K_per_W"):
             # A stratified sample spreads no wider than a plain one, whose standard error this is; at 2 % the second
@@ -97,7 +102,7 @@ def test_correlations_count(samples: tuple[Propagated, dict[str, np.ndarray]]) -
     found, _ = samples
     without = of_both(Sink(), read(Sink(), GIVEN))
     assert without.reduced1d["end_rise_K"] < 0.95 * found.reduced1d["end_rise_K"]
-    deviations = propagation.draw(found.uncertain, 2000)
+    deviations = samples_of.draw(found.uncertain, 2000)
     assert np.corrcoef(deviations.T)[2, 3] == pytest.approx(0.7, abs=0.05)
     assert np.abs(np.corrcoef(deviations.T)[0, 1:]).max() < 0.1
 
@@ -105,14 +110,14 @@ def test_correlations_count(samples: tuple[Propagated, dict[str, np.ndarray]]) -
 def test_where_it_is_not_linear_is_said() -> None:
     sink = Sink()
     wide = of_both(sink, read(sink, ["materials.silicon.thermal_conductivity=40%"]))
-    assert "bends by" in propagation.bent(sink, wide)[0]
-    assert propagation.bent(sink, of_both(sink, read(sink, GIVEN))) == ()
-    off = propagation.Spread(1.0, 2.0, 0.1, 1.0)
-    assert "+100 %" in propagation.Sampled(10, 0, {"peak_rise_K": off}, {}, {}).warnings()[0]
-    assert propagation.Sampled(10, 0, {"peak_rise_K": replace(off, deviation=1.2)}, {}, {}).warnings() == ()
+    assert "bends by" in uncertainty.curved(sink, wide)[0]
+    assert uncertainty.curved(sink, of_both(sink, read(sink, GIVEN))) == ()
+    off = samples_of.Spread(1.0, 2.0, 0.1, 1.0)
+    assert "+100 %" in samples_of.Sampled(10, 0, {"peak_rise_K": off}, {}, {}).warnings()[0]
+    assert samples_of.Sampled(10, 0, {"peak_rise_K": replace(off, deviation=1.2)}, {}, {}).warnings() == ()
     # Nothing of it follows the inputs: rounding has no shape.
-    rounding = propagation.Spread(1861.76, 1e-8, 1e-10, 2e-8)
-    assert propagation.Sampled(10, 0, {}, {"anchor_resistance_K_per_W": rounding}, {}).warnings() == ()
+    rounding = samples_of.Spread(1861.76, 1e-8, 1e-10, 2e-8)
+    assert samples_of.Sampled(10, 0, {}, {"anchor_resistance_K_per_W": rounding}, {}).warnings() == ()
 
 
 @pytest.mark.long
@@ -137,7 +142,8 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
 
 @pytest.mark.long
 def test_samples_by_the_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("validate.monte_carlo.processors", lambda: 1)  # a second worker would take longer to start
+    # A second worker would take longer to start.
+    monkeypatch.setattr("validate.sweep.monte_carlo.processors", lambda: 1)
     arguments = ["sink", "--uncertain", "oxide_thickness=5%", "--monte-carlo", "10", "--steady", "--accuracy", "2e-2",
                  "--no-figures", "--quiet", "--out", str(tmp_path / "run")]  # fmt: skip
     assert main(arguments) == 0
@@ -163,7 +169,7 @@ def test_from_python_and_in_a_test() -> None:
     sink_run = compare.run("sink", steady=True, accuracy=1e-2, uncertain={"oxide_thickness": "5%", "pad_width": "5%"})
     assert sink_run.uncertain is not None
     assert 0 < sink_run.uncertain.difference["end_rise_K"] < 0.05
-    assert sensitivities.PREFIX not in "".join(sink_run.checks)
+    assert PREFIX not in "".join(sink_run.checks)
     assert_reduction_agrees(accuracy=1e-2, end=0.31)
     with pytest.raises(AssertionError, match="2 u_input"):
         assert_reduction_agrees(accuracy=1e-2, end=0.31, uncertain={"oxide_thickness": "5%", "pad_width": "5%"})
@@ -173,12 +179,12 @@ def test_from_python_and_in_a_test() -> None:
 def test_the_profile_is_followed() -> None:
     """fig5's difference, against that of whole runs."""
     sink, step = Sink(convection_coefficient=2e4, accuracy=1e-3), 0.02
-    request = Request(transient=False)
 
     def at(other: Sink) -> float:
-        return fig5(Models(other, sink_run.solve(other, request), None)).difference
+        return fig5(Models(other, sink_run.solve(other, transient=False), None)).difference
 
-    found = sensitivities.of_sink(sink, sink_run.solve(sink, request), None, True).misfit
+    solved = sink_run.solve(sink, transient=False)
+    found = sink_3d(sink, solved, weights=misfit_weights(sink, solved)).profile
     for key in ("sink.length", "environment.convection_coefficient"):
         expected = (at(varied(sink, key, 1 + step)) - at(varied(sink, key, 1 - step))) / (2 * step)
         # Meshes that hardly differ are off alike; central differences are off by the square of their step.

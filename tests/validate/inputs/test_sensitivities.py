@@ -4,32 +4,33 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any
 
-import numpy as np
 import pytest
 
 import compare
+from compare.analyses import sensitivities
+from compare.options import Options
+from compare.outcome import Outcome
+from compare.report.table import Style
+from compare.slopes import Slopes
 from scenes.result import Estimate
 from scenes.sink import Sink
 from validate.cli import main
-from validate.inputs import sensitivities
-from validate.inputs.sensitivities import Course, Sensitivities, Slope
-from validate.report import analyses
-from validate.report.table import Style
+
+WORDS = {"end_rise_K": "end rise"}
 
 
-def made(**slopes: tuple[float, float]) -> Sensitivities:
+def made(**slopes: tuple[float, float]) -> dict[str, Slopes]:
     """The slopes (3D, 1D) of the end rise by keys."""
-    steady = {key: {"end_rise_K": Slope(Estimate(three, 1e-4), one)} for key, (three, one) in slopes.items()}
-    return Sensitivities(dict.fromkeys(slopes, 1.0), steady)
+    errors = {"fem3d": 1e-4, "reduced1d": 0.0}
+    return {
+        model: Slopes({"end_rise_K": 1.0}, {k: {"end_rise_K": Estimate(v[n], error)} for k, v in slopes.items()})
+        for n, (model, error) in enumerate(errors.items())
+    }
 
 
 def test_a_slope_is_judged_by_the_largest_of_its_quantity() -> None:
-    found = sensitivities.checks(
-        Sink(), made(voltage=(2.0, 2.0), width=(0.5, 0.65), length=(-0.5, -0.75)), sensitivities.QUANTITIES
-    )
+    found = sensitivities.checks(Sink(), made(voltage=(2.0, 2.0), width=(0.5, 0.65), length=(-0.5, -0.75)), WORDS)
     verdicts = {check.id: check.verdict for check in found}
     assert verdicts == {"slope_voltage": "agrees", "slope_width": "agrees", "slope_length": "differs"}
     by_id = {check.id: check for check in found}
@@ -44,36 +45,30 @@ def test_a_slope_is_judged_by_the_largest_of_its_quantity() -> None:
     (0.0, "does not see how the end rise follows width"),
 ])  # fmt: skip
 def test_the_worst_in_a_sentence(one: float, said: str) -> None:
-    checks = sensitivities.checks(Sink(), made(width=(2.0, one), length=(-0.5, -0.5)), sensitivities.QUANTITIES)
+    checks = sensitivities.checks(Sink(), made(width=(2.0, one), length=(-0.5, -0.5)), WORDS)
     assert said in sensitivities.sentence(checks)
 
 
 def test_a_slope_that_the_error_leaves_open_is_counted_and_explained() -> None:
     """0.2002 of 2, with errors of 1e-3 of that: on either side of the tolerance of 10 %."""
     found = made(width=(2.0, 2.0), length=(-0.5, -0.5 - 0.20002))
-    checks = sensitivities.checks(Sink(), found, sensitivities.QUANTITIES)
+    checks = sensitivities.checks(Sink(), found, WORDS)
     assert [check.verdict for check in checks] == ["agrees", "unresolved"]
     assert "as far as the errors tell: 1 of 2 are open" in sensitivities.sentence(checks)
-    outcome: Any = SimpleNamespace(scene=Sink(), sensitivities=found, checks=checks)
-    said = " ".join(analyses.sensitivities(found, outcome, Style()).text(Style()).split())
-    assert "1D follows 1 of 2 keys as 3D does, within 10 % of the largest. ?: of 1 the slopes' own errors" in said
+    outcome = Outcome(Sink(), Options(sensitivities=True), checks=checks, slopes=found)
+    said = " ".join(sensitivities.Sensitivity().section(found, outcome, Style()).text(Style()).split())
+    assert "1D follows 1 of 2 keys as 3D does, within 10 % of the largest. ?: 1 are open" in said
 
 
 def test_nothing_to_say_where_they_agree() -> None:
-    checks = sensitivities.checks(Sink(), made(width=(2.0, 2.0)), sensitivities.QUANTITIES)
+    checks = sensitivities.checks(Sink(), made(width=(2.0, 2.0)), WORDS)
     assert sensitivities.sentence(checks) == "The 1D model follows every key as 3D does."
     assert sensitivities.sentence(()) == ""
 
 
 def test_a_tolerance_of_ones_own() -> None:
     sink = Sink(tolerances={"slope": 0.5})
-    assert sensitivities.checks(sink, made(width=(2.0, 1.5)), sensitivities.QUANTITIES)[0].verdict == "agrees"
-
-
-def test_columns() -> None:
-    one = {"width": {"end_K": np.array([1.0])}}
-    course = Course(np.array([2.0]), one, {}, one)
-    assert list(course.columns()) == ["time_s", "fem3d_end_K_by_width", "reduced1d_end_K_by_width"]
+    assert sensitivities.checks(sink, made(width=(2.0, 1.5)), WORDS)[0].verdict == "agrees"
 
 
 def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -95,9 +90,9 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
 
 @pytest.mark.long
 def test_from_python_and_one_model_alone(tmp_path: Path) -> None:
-    assert compare.run("sink", steady=True, accuracy=1e-2).sensitivities is None
+    assert compare.run("sink", steady=True, accuracy=1e-2).sensitivities == {}
     run = compare.run("sink", steady=True, accuracy=1e-2, sensitivities=True)
-    assert run.sensitivities is not None
+    assert run.sensitivities["fem3d"].relative["sink.length"]["end_rise_K"].error > 0
     assert run.check("slope_sink.length").verdict == "agrees"
     assert main(["sink", "--only", "1d", "--sensitivities", "--no-figures", "--out", str(tmp_path / "one")]) == 0
     assert (tmp_path / "one" / "sensitivities.csv").exists()

@@ -5,23 +5,23 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
 
 from compare import quantities
 from compare.against import Data
+from compare.analyses.vv20 import Statement, Validation, finding, validate
 from compare.data.read import read_uncertainty
+from compare.options import Options
+from compare.outcome import Outcome
+from compare.slopes import sink_1d
 from reduced1d.ladder import solve
 from scenes.errors import SceneError
 from scenes.result import Result
 from scenes.sink import Sink
 from scenes.uncertain import read
 from validate.cli import main
-from validate.inputs import propagation, sensitivities
-from validate.inputs.validation import Statement, finding, validate
 
 TIMES = np.linspace(2e-4, 0.02, 60)
 OXIDE = "materials.oxide.thermal_conductivity"
@@ -46,25 +46,17 @@ def known(data: Data, *given: str) -> Data:
 
 def statements(data: Data, given: list[str]) -> dict[tuple[str, str], Statement]:
     sink = Sink()
-    one = model(sink)
-    found = None
-    if given:
-        uncertain = read(sink, given)
-        found = propagation.propagated(uncertain, sensitivities.of_sink(sink, None, one), None, one.steady)
-    u_of = (
-        None
-        if found is None
-        else propagation.u_input(found.uncertain, propagation.in_units(sink, found.sensitivities, "reduced1d"))
-    )
-    made = validate(sink, data, [("1D", one, u_of)])
+    one, uncertain = model(sink), read(sink, given) if given else None
+    slopes = sink_1d(sink, one, TIMES) if given else None
+    made = validate(sink, data, {"1D": (one, slopes)}, uncertain)
     return {(s.quantity, s.where): s for s in made.statements}
 
 
 def test_data_of_the_model_itself_show_no_error() -> None:
     sink, data = Sink(), known(measured(Sink(), 0.2), "0.2K")
-    made = validate(sink, data, [("1D", model(sink), None)])
+    made = validate(sink, data, {"1D": (model(sink), None)}, None)
     # 95 % of normally distributed noise lies within 2 u_D; of 60 points 57 give or take 1.7.
-    for points in made.document()["points"]:
+    for points in Validation().document(made, Outcome(sink))["points"]:
         assert 52 <= points["within_2_u_val"] <= 60
     assert not any(s.seen for s in made.statements)
 
@@ -149,8 +141,8 @@ def test_the_figure() -> None:
     data = replace(
         data, values=data.values | {"current_A": current}, u={**data.u, "current_A": np.full(len(TIMES), 1e-7)}
     )
-    made = validate(sink, data, [("1D", model(sink), None)])
-    outcome: Any = SimpleNamespace(validation=made, scene=sink, against=data)
+    made = validate(sink, data, {"1D": (model(sink), None)}, None)
+    outcome = Outcome(sink, Options(against=data), analyses={"validation": made})
     figure = analysis_figures.validation(outcome)
     labels = [axes.get_ylabel() for axes in figure.axes]
     mu = "\N{MICRO SIGN}"

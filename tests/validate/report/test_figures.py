@@ -11,22 +11,22 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
 
+from compare.analyses.why import Why
 from compare.blame import Budget, Part, Split
+from compare.options import Options
+from compare.outcome import Outcome
+from compare.report.table import Style
 from compare.sink_checks import profile
 from compare.verdict import Models
 from fem3d.runs.sink import solve
 from scenes.loading import load, load_free
 from scenes.model import Scene
-from scenes.plan import Request
 from scenes.result import Result, Traces
-from validate.report.analyses import why
 from validate.report.figures import trace_figure
 from validate.report.figures.analysis_figures import seen_parts
 from validate.report.figures.drawing import new_figure
 from validate.report.figures.offscreen import round_length
 from validate.report.figures.sink_figures import without_kinks
-from validate.report.table import Style
-from validate.run.outcome import Outcome
 
 
 def inside(figure: Figure) -> bool:
@@ -53,7 +53,7 @@ def kink(y: np.ndarray, values: np.ndarray) -> float:
 def test_the_kink_between_cells_goes_and_the_curve_stays() -> None:
     """A bump larger than the error, which must be real, stays."""
     sink = load("sink", ["accuracy=1e-3"])
-    found = solve(sink, Request(transient=False))
+    found = solve(sink, transient=False)
     y, rise, fitted = profile(Models(sink, found, None))
     um, raw = 1e6 * y, rise - fitted
     error = max(found.steady[key].error for key in ("peak_rise_K", "end_rise_K"))
@@ -84,7 +84,7 @@ def test_the_legend_has_what_can_be_seen() -> None:
 
 def test_rows_of_nothing_are_one_row() -> None:
     def said(*values: float) -> str:
-        return why(budget(*values), Outcome(load("sink"), Request(), ()), Style()).text(Style())
+        return Why().section(budget(*values), Outcome(load("sink"), Options()), Style()).text(Style())
 
     text = said(-1.0, 0.3, 0.005, -0.002)
     rows = [line for line in text.splitlines() if line.startswith("  part")]
@@ -112,7 +112,7 @@ def test_time_is_logarithmic_where_a_rise_is_over_before_it_is_seen(constant: fl
     values = 293 + 7 * (1 - np.exp(-time / constant))
     names = [probe.name for probe in scene.probes]
     found = Result("fem3d", {}, Traces(time, dict.fromkeys(names, values), dict.fromkeys(names, 1e-3)))
-    axes = trace_figure.draw(Outcome(scene, Request(), (), found)).axes
+    axes = trace_figure.draw(Outcome(scene, Options(), {"fem3d": found})).axes
     assert {ax.get_xscale() for ax in axes} == {scale}
     assert axes[-1].get_xlim()[1] == pytest.approx(1e3 * END)
     if scale == "log":
@@ -123,5 +123,5 @@ def test_time_is_logarithmic_where_a_rise_is_over_before_it_is_seen(constant: fl
         assert np.abs(line.get_ydata() - exact).max() < 0.05
     since = Traces(time, dict.fromkeys(names, values), dict.fromkeys(names, 1e-3), since=2e-5)
     for traces, said in ((found.over_time, False), (since, True)):
-        figure = trace_figure.draw(Outcome(scene, Request(), (), replace(found, traces=traces)))
+        figure = trace_figure.draw(Outcome(scene, Options(), {"fem3d": replace(found, traces=traces)}))
         assert ("lines begin, 20 µs after the start" in figure.texts[-1].get_text()) == said

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import pytest
 
+from compare.options import Options
+from compare.outcome import Outcome
 from reduced1d.network.lines import layout
 from scenes.loading import load
-from scenes.plan import Request
 from statespace.runtime import CompactModel
 from validate.cli import main
 from validate.report.figures.network_figure import draw
-from validate.run.outcome import Outcome
 
 
 @pytest.mark.long
@@ -44,7 +44,7 @@ def test_why_is_of_the_network(tmp_path: Path, capsys: pytest.CaptureFixture[str
 
 def test_the_picture_has_every_line_and_joint() -> None:
     scene = load("bridge")
-    axes = draw(Outcome(scene, Request(), ())).axes
+    axes = draw(Outcome(scene, Options())).axes
     shape = layout(scene)
     assert len(axes) == 2
     for ax in axes:
@@ -60,7 +60,7 @@ def test_the_picture_has_every_line_and_joint() -> None:
 @pytest.mark.parametrize(("name", "tallest"), [("bridge", 0.6), ("plate", 1.0)])
 def test_the_view_from_above_is_in_true_proportions(name: str, tallest: float) -> None:
     """And no taller than what it shows: of a long bridge it was once mostly white."""
-    figure = draw(Outcome(load(name), Request(), ()))
+    figure = draw(Outcome(load(name), Options()))
     box = figure.axes[0].get_position()
     wide, tall = figure.get_size_inches() * (box.width, box.height)
     (left, right), (low, high) = figure.axes[0].get_xlim(), figure.axes[0].get_ylim()

@@ -13,14 +13,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from compare import hottest
+from compare.hottest import Hottest
 from reduced1d.painted import paint
 from reduced1d.sink import anchor_series_resistance
 from scenes.model import Material, Probe
 from scenes.result import Estimate, Result, Traces
 from scenes.sink import Sink
 from validate.cli import main
-from validate.run import hottest
-from validate.run.hottest import Hottest
 
 pytestmark = pytest.mark.usefixtures("_somewhere_else")
 

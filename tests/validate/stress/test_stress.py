@@ -7,13 +7,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from compare.report.table import Style
 from fem3d.runs.scene import start
 from reduced1d.device.lumped import lump
 from reduced1d.device.paper import stability_limit
 from scenes import laws
 from scenes.device import Device
 from scenes.model import Boundary, Box, Material, Probe, Scene, Schedule
-from validate.report.table import Style
 from validate.stress import (
     invariants,
     random_effects,

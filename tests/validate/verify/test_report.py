@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from compare.report.table import Style
 from scenes.sink import SILICON, Sink
 from tests.fin import solve_fin
 from validate.cli import main
-from validate.report.table import Style
 from validate.verify import cases, exact, manufactured, orders, published, report, series
 from validate.verify.report import Row, observed_order, order_row, skipped
 from validate.verify.series import HELD, Layer, step_response

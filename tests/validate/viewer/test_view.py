@@ -14,10 +14,10 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
+from compare.options import Options
 from scenes.errors import SceneError
 from scenes.loading import builtin_text, load
 from scenes.model import Scene
-from scenes.plan import Request
 from validate.cli import main
 from validate.report import output
 from validate.viewer import window
@@ -38,7 +38,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     with pytest.MonkeyPatch.context() as patch:
         # Enough states for a film.
         patch.setattr("validate.report.fields.TIMES", 4)
-        output.run(load("sink", ["accuracy=1e-2"]), Request(figures=False, fields=True), folder)
+        output.run(load("sink", ["accuracy=1e-2"]), Options(figures=False, fields=True), folder)
     return folder
 
 

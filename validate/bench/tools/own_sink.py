@@ -7,7 +7,6 @@ from typing import Any
 
 from fem3d.runs import sink as sink_run
 from scenes.loading import load
-from scenes.plan import Request
 from scenes.result import Result
 from validate.bench.problem import read
 
@@ -15,8 +14,7 @@ from validate.bench.problem import read
 def prepare(options: dict[str, Any]) -> tuple[Callable[[], Result], Callable[[Result], dict[str, Any]]]:
     """Solve, and read the numbers."""
     sink = load("sink", [f"accuracy={options['accuracy']}"])
-    request = Request(transient=options["transient"], figures=False)
     kept = ("unknowns", "steps")
     return lambda: sink_run.solve(
-        sink, request
+        sink, options["transient"]
     ), lambda result: read(result, sink) | {n: result.details[n] for n in kept}

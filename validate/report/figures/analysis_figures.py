@@ -12,17 +12,17 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from compare import quantities
+from compare.kinds import kind_of
+from compare.report.checks import with_mu
 from scenes.formats import cut, scale, sink_text
 from scenes.sink import Sink
-from validate.report.checks import with_mu
 from validate.report.figures import INK, LINES, PARTS
 from validate.report.figures.drawing import band, kept, legend, logarithmic, new_figure
-from validate.run import kinds
 
 if TYPE_CHECKING:
+    from compare.analyses.vv20 import Validated
     from compare.blame import Budget
-    from validate.inputs.validation import Validation
-    from validate.run.outcome import Outcome
+    from compare.outcome import Outcome
 
 _VISIBLE = 0.005
 """Parts smaller than this share of an axis can't be seen."""
@@ -39,10 +39,10 @@ def why(outcome: Outcome[Sink]) -> Figure:
     """A panel for each quantity: what every assumption adds to the reduction less 3D, stacked away from zero in percent
     of the final rise (or the current's change), against time; the bar beside it is the steady state, with its
     numerical error. The black line is the whole difference."""
+    from compare.analyses.why import named
     from compare.blame import of_current
-    from validate.report.analyses import named
 
-    budget, sink = outcome.why, outcome.scene
+    budget, sink = outcome.analyses["why"], outcome.scene
     assert budget is not None
     width, height = 11.0, 4.9
     text = f"Why {named(budget.start)} differs from 3D, {sink_text(sink)}"
@@ -114,21 +114,19 @@ def seen_parts(budget: Budget) -> list[int]:
 def sensitivity(outcome: Outcome[Any]) -> Figure:
     """A tornado for each quantity, the headline's included: a pair of bars for each key, the largest on top, 3D's error
     across a bar's end where visible, keys that 1D misses beyond the tolerance in red."""
-    from validate.inputs.sensitivities import PREFIX, sentence, worst
-    from validate.report.analyses import followed, short
+    from compare.analyses.sensitivities import PREFIX, followed_keys, sentence, shown_words, worst
+    from compare.report.table import short_key
 
-    sensitivities = outcome.sensitivities
-    assert sensitivities is not None
-    names, every = followed(outcome), followed(outcome, full=True)
+    slopes = outcome.slopes
+    names, every = shown_words(outcome), shown_words(outcome, full=True)
     headline = worst(outcome.checks)
     names |= {name: called for name, called in every.items() if headline and headline.title.startswith(f"{called},")}
-    keys = sensitivities.sorted(names)
-    slopes = [s for by_name in sensitivities.steady.values() for s in by_name.values()]
-    models = {"fem3d": "3D"} if any(s.fem3d is not None for s in slopes) else {}
-    if any(s.reduced1d is not None for s in slopes):
+    keys = followed_keys(slopes, names)
+    models = {"fem3d": "3D"} if "fem3d" in slopes else {}
+    if "reduced1d" in slopes:
         models["reduced1d"] = outcome.reduced1d.model if outcome.reduced1d else "1D"
     both = len(models) > 1
-    whose = kinds.of(outcome.scene).text(outcome.scene)
+    whose = kind_of(outcome.scene).title(outcome.scene)
     who = "the models follow" if both else f"{next(iter(models.values()), '3D')} follows"
     text, said = f"How {who} each key, {whose}: % for each percent", sentence(outcome.checks)
     height, bottom = 1.5 + _ROW * max(len(keys), 3), 0.75 if both else 0.4
@@ -137,20 +135,20 @@ def sensitivity(outcome: Outcome[Any]) -> Figure:
     places = np.arange(len(keys), dtype=float)
     apart, wide = (_BAR / 2, _BAR) if both else (0.0, 2 * _BAR)
     for ax, name in zip(axes, names, strict=True):
-        row = [sensitivities.steady[key].get(name) for key in keys]
+        rows = {model: [slopes[model].relative.get(key, {}).get(name) for key in keys] for model in models}
         if "fem3d" in models:
-            value, error = np.array([(s.fem3d.value, s.fem3d.error) if s and s.fem3d else [np.nan] * 2 for s in row]).T
+            value, error = np.array([(s.value, s.error) if s else [np.nan] * 2 for s in rows["fem3d"]]).T
             colour, label = _MODELS["3D"], models["fem3d"]
             ax.barh(places - apart, value, wide, color=colour, label=label)
             error[error < _SEEN * np.nanmax(np.abs(value), initial=0.0)] = np.nan
             ax.errorbar(value, places - apart, xerr=error, fmt="none", ecolor=INK, elinewidth=1.2, capsize=3)
         if "reduced1d" in models:
-            value = [np.nan if s is None or s.reduced1d is None else s.reduced1d for s in row]
+            value = [np.nan if s is None else s.value for s in rows["reduced1d"]]
             ax.barh(places + apart, value, wide, color=_MODELS["1D"], label=models["reduced1d"])
         ax.axvline(0.0, color=INK, lw=0.8)
         ax.set_title(cut(names[name], 34), fontsize=10)
         ax.grid(False, axis="y")
-    axes[0].set_yticks(places, [cut(short(key), 36) for key in keys])
+    axes[0].set_yticks(places, [cut(short_key(key), 36) for key in keys])
     differ = {check.id.removeprefix(PREFIX) for check in outcome.checks if check.verdict == "differs"}
     for label, key in zip(axes[0].get_yticklabels(), keys, strict=True):
         label.set_color("#8b1a1a" if key in differ else INK)
@@ -164,14 +162,14 @@ def validation(outcome: Outcome[Any]) -> Figure:
     """A column for each quantity of the data. Steady: E of each model with its interval. Over time: above, values with
     bands of 2 sqrt(u_num^2 + u_input^2), data as dots, some with bars of 2 u_D; below, E = S - D within 2 u_val and its
     means over windows with intervals."""
+    from compare.analyses.vv20 import finding
     from compare.verdict import COVERS
-    from validate.inputs.validation import finding
 
-    results = outcome.validation
+    results = outcome.analyses["validation"]
     assert results is not None
     keys = list(dict.fromkeys(course.quantity for course in results.courses))
-    name = "" if outcome.against is None else f" against {outcome.against.name[:40]}"
-    whose, names = kinds.of(outcome.scene).text(outcome.scene), list(dict.fromkeys(c.model for c in results.courses))
+    name = "" if outcome.options.against is None else f" against {outcome.options.against.name[:40]}"
+    whose, names = kind_of(outcome.scene).title(outcome.scene), list(dict.fromkeys(c.model for c in results.courses))
     colours = dict(zip(names, _MODELS.values(), strict=False))
     if np.isinf(results.courses[0].times[-1]):
         return _at_rest(results, keys, f"{whose}{name}, steady state: E = S - D with its interval of 95 %", colours)
@@ -212,9 +210,9 @@ def validation(outcome: Outcome[Any]) -> Figure:
     return figure
 
 
-def _at_rest(results: Validation, keys: list[str], said: str, colours: dict[str, str]) -> Figure:
+def _at_rest(results: Validated, keys: list[str], said: str, colours: dict[str, str]) -> Figure:
     """A column for each quantity: E of each model, with the interval that its own error lies in."""
-    from validate.inputs.validation import finding
+    from compare.analyses.vv20 import finding
 
     figure = new_figure(max(2.0 + 2.2 * len(keys), 8.0), 3.8, finding(results), [said], bottom=0.45, left=0.85)
     for key, ax in zip(keys, figure.subplots(1, len(keys), squeeze=False, gridspec_kw={"wspace": 0.5})[0], strict=True):

@@ -14,14 +14,14 @@ from matplotlib import colormaps
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from compare.outcome import Outcome
+from compare.report.checks import drawn, with_mu
 from reduced1d.device.lumped import lump, steady
 from scenes.device import Device
 from scenes.formats import percent, quantity, scale
 from statespace.result import BAND, Run
-from validate.report.checks import drawn, with_mu
 from validate.report.figures import INK, LAYERS
 from validate.report.figures.drawing import legend, logarithmic, new_figure
-from validate.run.outcome import Outcome
 
 Curve = tuple[str, str, str, dict[str, Any]]
 """A quantity with its label, its colour and how its line looks."""

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
+from compare.outcome import Outcome
 from scenes.formats import cut
 from scenes.model import OVER_TIME, AnyScene
 from validate.report.figures import INK, LINES
 from validate.report.figures.drawing import legend, new_figure
 from validate.report.figures.trace_figure import MOST_NAME
-from validate.run.outcome import Outcome
 
 _ROW = 0.32
 """Inches of a bar's row."""

@@ -21,9 +21,9 @@ from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullLocator
 
+from compare.report.checks import judged
 from compare.verdict import Check
 from scenes.formats import difference_text, percent
-from validate.report.checks import judged
 from validate.report.figures import INK, table
 from validate.report.figures.render import Field
 

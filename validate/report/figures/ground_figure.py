@@ -6,13 +6,13 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from compare.device_checks import METER_POWER, METER_RESISTANCE
+from compare.outcome import Outcome
+from compare.report.checks import drawn, with_mu
 from reduced1d.device.closed_loop import ground_effects
 from scenes.device import Device
 from scenes.formats import quantity
-from validate.report.checks import drawn, with_mu
 from validate.report.figures import INK, LAYERS
 from validate.report.figures.drawing import legend, logarithmic, new_figure
-from validate.run.outcome import Outcome
 
 
 def shared(outcome: Outcome[Device]) -> Figure:

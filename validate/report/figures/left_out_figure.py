@@ -8,10 +8,10 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullLocator
 
+from compare.kinds import kind_of
+from compare.outcome import Outcome
 from validate.report.figures import INK, LINES
 from validate.report.figures.drawing import legend, new_figure
-from validate.run import kinds
-from validate.run.outcome import Outcome
 
 _LEAST = 0.1
 """Percent below which the axis is linear."""
@@ -21,16 +21,16 @@ _BAR = 0.26  # Height of a bar, of a row of 1.
 
 def draw(outcome: Outcome[Any]) -> Figure:
     """A row of bars for each effect, the largest first, with the numerical error of each; all together at the foot."""
-    left_out = outcome.left_out
+    left_out = outcome.analyses["left_out"]
     assert left_out is not None
     effects = dict(left_out.effects) | ({} if left_out.together is None else {"together": left_out.together})
     height = 2.4 + 0.62 * len(effects)
-    kind = kinds.of(outcome.scene)
-    text = f"What both models leave out, {kind.text(outcome.scene)}"
+    kind = kind_of(outcome.scene)
+    text = f"What both models leave out, {kind.title(outcome.scene)}"
     said = [left_out.sentence]
     figure = new_figure(8.5, height, text, said, bottom=1.0, left=1.5)
     ax = figure.subplots()
-    for n, (key, colour) in enumerate(zip(kind.SHOWN, _COLOURS, strict=True)):
+    for n, (key, colour) in enumerate(zip(kind.shown, _COLOURS, strict=True)):
         made = [(place, each.changes[key]) for place, each in enumerate(effects.values()) if each.changes]
         values = np.array([100 * change.value for _, change in made])
         errors = np.array([100 * change.error for _, change in made])

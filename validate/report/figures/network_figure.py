@@ -8,11 +8,11 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
+from compare.outcome import Outcome
 from reduced1d.network.lines import Layout, Touch, layout
 from scenes.model import AnyScene
 from validate.report.figures import INK, LINES, PARTS
 from validate.report.figures.drawing import new_figure
-from validate.run.outcome import Outcome
 
 _NAMES = 30
 """The most lines that are named."""

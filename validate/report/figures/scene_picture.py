@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from compare.report.checks import with_mu
 from scenes import physics
 from scenes.formats import cut
 from scenes.free.tables import CONDITIONS, CURRENT_CONTACT, HEAT_CONTACT, HEAT_SOURCE, SERIES
@@ -21,7 +22,6 @@ from scenes.kinds import KELVIN, Quantity
 from scenes.laws import Law
 from scenes.model import Boundary, Material, Point, Probe, Scene, Schedule, Value, values
 from scenes.units import THERMAL_CONDUCTIVITY
-from validate.report.checks import with_mu
 from validate.report.figures import INK, PARTS
 from validate.report.figures.axonometry import Drawing, drawing
 from validate.report.figures.drawing import new_figure, style

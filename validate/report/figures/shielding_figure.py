@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from compare.outcome import Outcome
+from compare.report.checks import drawn, with_mu
 from reduced1d.device.closed_loop import shielding_response as in_1d
 from scenes.device import Device
-from validate.report.checks import drawn, with_mu
 from validate.report.figures import INK, LAYERS
 from validate.report.figures.drawing import legend, new_figure
-from validate.run.outcome import Outcome
 
 IN_1D: dict[str, Any] = {"color": "black", "lw": 0.9, "ls": ":", "drawstyle": "steps-post"}
 SETTLED = 0.02

@@ -13,16 +13,16 @@ from numpy.polynomial import Chebyshev
 from compare import sink_checks
 from compare.against import Data
 from compare.checks import FOLLOWED
+from compare.outcome import Outcome
+from compare.report.checks import with_mu
 from compare.verdict import PAPERS, Models
 from reduced1d.equations import parabola, parabola_between, unequal_ends
 from reduced1d.ladder.lumps import half_island
 from scenes.formats import quantity, scale, sink_text
 from scenes.result import Result
 from scenes.sink import OF_A_SINK, Sink, start
-from validate.report.checks import with_mu
 from validate.report.figures import INK, LINES
 from validate.report.figures.drawing import VISIBLE, band, legend, logarithmic, new_figure, smooth
-from validate.run.outcome import Outcome
 
 Spans = list[tuple[float, int]]
 
@@ -105,7 +105,7 @@ def _against_time(
 ) -> Figure:  # fmt: skip
     """Traces less ``zero``, times ``factor``, on a logarithmic and on a linear axis of time; the 3D error as a band
     where it is wider than a line, and in words in any case."""
-    end, three, data = outcome.scene.end_time, outcome.fem3d, outcome.against
+    end, three, data = outcome.scene.end_time, outcome.fem3d, outcome.options.against
     ids = {f"against_{_NAMES[key]}" for key in keys}
     checks = [check for check in outcome.checks if check.id.startswith(f"fig{number}") or check.id in ids]
     # A third row of the legend, under a third kind of curve.
@@ -239,7 +239,7 @@ def runs(outcome: Outcome[Sink]) -> Figure:
     figure = new_figure(9.5, 4.4, f"How the differences run, {sink_text(outcome.scene)}", [], bottom=1.0)
     axes = figure.subplots(1, 2, sharey=True, gridspec_kw={"wspace": 0.08})
     labels = ("number of spans; dotted: this sink", "length of an island (µm)")
-    for ax, varied, label, factor in zip(axes, outcome.varied, labels, (1.0, 1e6), strict=True):
+    for ax, varied, label, factor in zip(axes, outcome.analyses["varied"], labels, (1.0, 1e6), strict=True):
         values = np.array(varied.values) * factor
         for (check, name), colour in zip(FOLLOWED.items(), _COLOURS, strict=True):
             at = [(v, 100 * d[check]) for v, d in zip(values, varied.differences, strict=True) if check in d]

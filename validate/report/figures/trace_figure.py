@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
+from compare.outcome import Outcome
+from compare.report.checks import with_mu
 from scenes import physics
 from scenes.formats import cut, quantity, scale
 from scenes.model import UNITS, AnyScene, Schedule
 from scenes.result import Traces
-from validate.report.checks import with_mu
 from validate.report.figures.drawing import VISIBLE, band, new_figure, smooth
-from validate.run.outcome import Outcome
 
 _COLOURS = ("#8b1a1a", "#3a86c8", "#f0a030", "#5e3c99", "#2a7f62", "#b04f8c", "#707070")
 _DASHES = ("-", (0, (5, 2.5)), (0, (1.5, 1.5)))
@@ -38,7 +38,7 @@ def draw(outcome: Outcome[AnyScene]) -> Figure:
     figure = new_figure(9.5, height, f"{scene.name}: probes against time", [], left=0.9, bottom=0.8)
     figure.subplots_adjust(right=0.78)
     axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
-    data, wider = outcome.against, list[str]()
+    data, wider = outcome.options.against, list[str]()
     factor, unit = next((f, u) for f, u in _TIMES if scene.end_time * f >= 1 or u == "ns")
     for ax, name in zip(axes, panels, strict=True):
         probes = [probe.name for probe in scene.probes if probe.quantity == name]

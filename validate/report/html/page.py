@@ -8,21 +8,23 @@ import base64
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from html import escape
 from pathlib import Path
 from string import Template
 from typing import Any
 
+from compare.kinds import kind_of
+from compare.kinds.sink import ROW_FIGURES
 from compare.made import DEVICE_FIGURES
+from compare.outcome import Outcome
+from compare.pipeline import sections
+from compare.report.checks import NAMES as DEVICE
+from compare.report.sink import QUANTITIES as SINK
+from compare.report.table import Section, Style, Table, html_table
+from compare.report.table import html_section as section
+from compare.report.table import html_text as text
 from compare.verdict import contrary
 from scenes.formats import percent, quantity, with_error
-from validate.report import of
-from validate.report.checks import NAMES as DEVICE
 from validate.report.figures.render import Field
-from validate.report.sink import QUANTITIES as SINK
-from validate.report.table import MARKS, Section, Style, Table
-from validate.run.outcome import Outcome
-from validate.run.plan import ROW_FIGURES
 
 _HERE = Path(__file__).parent
 _STYLE = Style(page=True)
@@ -52,24 +54,24 @@ Document = Mapping[str, Any]
 def write_report(path: Path, outcome: Outcome[Any], document: Document, field: Field | None = None) -> None:
     """Writes the page about a run into its folder, where its figures are already; ``document`` is the summary,
     ``field`` what the scene that can be turned shows."""
-    kind, against = of(outcome.scene), contrary(outcome.checks, outcome.scene)
-    said = " ".join(kind.headline(outcome, against, _STYLE).split())
-    sections = kind.sections(outcome, against, _STYLE)
-    path.write_text(page(path.parent, kind.title(outcome), said, sections, document, field), encoding="utf-8")
+    kind, against = kind_of(outcome.scene), contrary(outcome.checks, outcome.scene)
+    said, parts = " ".join(kind.headline(outcome, against, _STYLE).split()), sections(outcome, against, _STYLE)
+    title = kind.title(outcome.scene)
+    path.write_text(page(path.parent, title, said, parts, document, field), encoding="utf-8")
 
 
 def page(
-    folder: Path, title: str, headline: str, sections: Iterable[Section], document: Document, field: Field | None
+    folder: Path, title: str, said: str, sections: Iterable[Section], document: Document, field: Field | None
 ) -> str:  # fmt: skip
     """The page as text; figures are read from ``folder``."""
     shown, data = _field(folder, field)
     steps = [[step["step"], step["state"], step["reason"]] for step in document.get("plan", ())]
     plan = Section("Plan", [Table(("step", "state", "why"), steps, "<<<")] if steps else [])
-    sections_html = [of_section(part) for part in (*sections, _errors(document), _energy(document), plan)]
+    sections_html = [part.html() for part in (*sections, _errors(document), _energy(document), plan)]
     parts = [shown, figures(folder, document), *sections_html, _mesh(document), _scene(document), _provenance(document)]
     parts = [part for part in parts if part]
-    answer = str(document.get("answer") or headline)
-    counted = headline.removeprefix(answer).strip()
+    answer = str(document.get("answer") or said)
+    counted = said.removeprefix(answer).strip()
     links = (
         f'<a href="#{at}">{head}</a>' for at, head in re.findall('<section id="(.*?)"><h2>(.*?)</h2>', "".join(parts))
     )
@@ -254,11 +256,6 @@ def _provenance(document: Document) -> str:
     )
 
 
-def text(value: object) -> str:
-    """Escaped, with the numbers of an exponent or a unit kept on one line with it."""
-    return re.sub(r"(?<=\d) (?=[A-Za-z%\N{PLUS-MINUS SIGN}])", "&nbsp;", escape(str(value)))
-
-
 def named(key: str) -> tuple[str, str]:
     """A key as a name and its unit: "peak_rise_K" is ("peak rise", "K")."""
     if key in _NAMED:
@@ -281,66 +278,6 @@ def shown(value: Any, unit: str = "") -> str:
         # A volume takes no prefix: a "pm3" is a cubic picometre.
         return text(quantity(value, unit, 5) if unit and unit != "m3" else f"{value:.6g} {unit}".rstrip())
     return text(value)
-
-
-def section(title: str, *content: str) -> str:
-    """A section under a heading, or nothing where it has no content."""
-    filled = "\n".join(part for part in content if part)
-    anchor = title.lower().replace(" ", "-")
-    return f'<section id="{anchor}"><h2>{text(title)}</h2>\n{filled}\n</section>' if filled else ""
-
-
-def of_section(given: Section) -> str:
-    """A section of a report: its tables, paragraphs and lists."""
-    return section(given.title, *map(_of_part, given.filled))
-
-
-def _of_part(part: Table | str | Sequence[str]) -> str:
-    if isinstance(part, Table):
-        return f'<div class="wide">{_of_table(part)}</div>'
-    return (
-        f"<p>{text(part)}</p>" if isinstance(part, str) else f"<ul>{''.join(f'<li>{text(i)}</li>' for i in part)}</ul>"
-    )
-
-
-def _of_table(given: Table) -> str:
-    """A table of texts, a verdict with its sign and in its colour."""
-    heads = [" ".join(head.split()) for head in given.heads]
-    numbers, across = [i for i, side in enumerate(given.aligned) if side == ">"], f'colspan="{len(heads)}"'
-    rows = []
-    for row in given.marked:
-        cells, verdict = [text(cell) for cell in row.cells], row.verdict
-        if len(cells) == 1:
-            rows.append(f'<tr class="kind"><th {across}>{cells[0]}</th></tr>')
-            continue
-        if verdict:
-            cells[0] = f"<code>{cells[0]}</code>"
-            at = -1 if cells[-1] == verdict else 0
-            cells[at] = f'<span class="word {verdict}">{MARKS[verdict][0]} {cells[at]}</span>'
-        rows.append(_row(heads, cells, numbers, " class='judged'" if row.below else ""))
-        if row.below:
-            rows.append(f'<tr class="because"><td {across}>{text(row.below)}</td></tr>')
-    return table(heads, rows, numbers)
-
-
-def table(heads: Sequence[str], rows: Iterable[Sequence[str]], numbers: Sequence[int] = ()) -> str:
-    """A table of rows that are HTML, or cells that are; columns in ``numbers`` stand to the right."""
-    tops = "".join(f"<th{_class('n' * (i in numbers))}>{text(head)}</th>" for i, head in enumerate(heads))
-    body = "\n".join(row if isinstance(row, str) else _row(heads, row, numbers) for row in rows)
-    return f'<table class="cards"><thead><tr>{tops}</tr></thead>\n<tbody>\n{body}\n</tbody></table>'
-
-
-def _row(heads: Sequence[str], cells: Sequence[str], numbers: Sequence[int], kind: str = "") -> str:
-    markup = (
-        f'<td{_class("n" * (i in numbers), "empty" * (not cell))} data-label="{text(head)}">{cell}</td>'
-        for i, (head, cell) in enumerate(zip(heads, cells, strict=True))
-    )
-    return f"<tr{kind}>{''.join(markup)}</tr>"
-
-
-def _class(*names: str) -> str:
-    classes = " ".join(filter(None, names))
-    return f' class="{classes}"' * bool(classes)
 
 
 def values(items: Mapping[str, Any]) -> str:
@@ -369,5 +306,5 @@ def _anything(item: Any) -> str:
             rows = [
                 [shown(value, unit) for value, (_, unit) in zip(part.values(), heads, strict=True)] for part in item
             ]
-            return f'<div class="wide">{table([name for name, _ in heads], rows)}</div>'
+            return f'<div class="wide">{html_table([name for name, _ in heads], rows)}</div>'
     return "<ul>" + "".join(f"<li>{_anything(part)}</li>" for part in item) + "</ul>"

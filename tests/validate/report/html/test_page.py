@@ -13,17 +13,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from compare.analyses.why import Why
 from compare.blame import Budget, Part, Split
+from compare.options import Options
+from compare.outcome import Outcome
+from compare.report.table import Row, Section, Style, Table
 from scenes.loading import load
-from scenes.plan import Request
 from tests.browser import WITHOUT_WEBGL, Browser
 from validate.report import output
-from validate.report.analyses import why
 from validate.report.figures import table
 from validate.report.html.page import page
 from validate.report.html.surface import Surface, packed, surface
-from validate.report.table import Row, Section, Style, Table
-from validate.run.outcome import Outcome
 
 VOID = {"meta", "link", "img", "input", "br"}
 
@@ -69,7 +69,7 @@ def test_slopes_are_counted_apart(tmp_path: Path) -> None:
 def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The real run, steady and with figures: the folder."""
     folder = tmp_path_factory.mktemp("report") / "run"
-    output.run(load("sink", ["accuracy=1e-2"]), Request(transient=False), folder)
+    output.run(load("sink", ["accuracy=1e-2"]), Options(steady=True), folder)
     return folder
 
 
@@ -95,7 +95,7 @@ def test_the_page_is_whole_and_needs_no_other_file(run: Path) -> None:
 
 def test_without_figures_it_is_small_and_says_what_was_not_declared(tmp_path: Path, no_solver: None) -> None:
     sink = replace(load("sink"), expected_to_differ=())
-    outcome = output.run(sink, Request(figures=False), tmp_path / "run")
+    outcome = output.run(sink, Options(figures=False), tmp_path / "run")
     text = (outcome.folder / "report.html").read_text(encoding="utf-8")
     assert "<script" not in text
     assert len(text) < 60_000
@@ -120,7 +120,7 @@ def test_the_assumptions_to_blame_add_up_in_one_table(tmp_path: Path) -> None:
     parts = (Part("part 0", -1.0, 1e-3), Part("part 1", 0.25, 1e-3))
     splits = tuple(Split(name, "K", 10.0, -0.75, 2e-3, parts) for name in ("peak", "end"))
     budget = Budget("paper", splits, (), None, {}, "the anchor")
-    found = why(budget, Outcome(load("sink"), Request(), ()), Style(page=True))
+    found = Why().section(budget, Outcome(load("sink"), Options()), Style(page=True))
     text = page(tmp_path, "a", "b", [found], {}, None)
     Reader(text)
     assert "<h2>Why the paper&#x27;s model differs from 3D</h2>" in text

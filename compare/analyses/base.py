@@ -1,0 +1,74 @@
+"""The interface of an analysis: what a run computes beside the models and their checks."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
+
+from compare.options import Options
+from compare.outcome import Outcome, Progress
+from scenes.plan import Step, step
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from compare.report.table import Section, Style
+
+T = TypeVar("T")
+"""The type of an analysis's result."""
+
+
+class Analysis(ABC, Generic[T]):
+    """An analysis.
+
+    Attributes
+    ----------
+    name : its option (with underscores), its key in `Outcome.analyses` and in summary.json
+    about : its line in the plan
+    figure_name : the file name of its figure, empty without one
+    """
+
+    name: ClassVar[str]
+    about: ClassVar[str] = ""
+    figure_name: ClassVar[str] = ""
+
+    def asked(self, options: Options) -> bool:
+        """Whether the options ask for it."""
+        return bool(getattr(options, self.name))
+
+    def skip_reason(self, scene: Any, options: Options) -> str:
+        """Why it is not run although it is asked for; empty where it is."""
+        return ""
+
+    def plan(self, scene: Any, options: Options) -> Step:
+        """Its line of the plan."""
+        return step(self.name.replace("_", " "), self.about, self.skip_reason(scene, options))
+
+    def prepare(self, outcome: Outcome[Any], progress: Progress) -> None:
+        """Act before the models are solved. Raises SceneError for what it cannot do with the scene."""
+
+    @abstractmethod
+    def run(self, outcome: Outcome[Any], progress: Progress) -> T | None:
+        """Compute the result; may add checks and warnings to the outcome. None: there is no result."""
+
+    def sentence(self, found: T, outcome: Outcome[Any]) -> str:
+        """Its sentence in the answer; the answer's own stands first unless `leads`."""
+        return ""
+
+    leads: ClassVar[bool] = False
+
+    @abstractmethod
+    def section(self, found: T, outcome: Outcome[Any], style: Style) -> Section:
+        """Its section of the report."""
+
+    @abstractmethod
+    def document(self, found: T, outcome: Outcome[Any]) -> dict[str, Any]:
+        """Its entry of summary.json."""
+
+    def enter(self, summary: dict[str, Any], found: T, outcome: Outcome[Any]) -> None:
+        """Put its entry into summary.json."""
+        summary[self.name] = self.document(found, outcome)
+
+    def figure(self, found: T, outcome: Outcome[Any]) -> Figure | None:
+        """Draw its figure with matplotlib, if it has one beside those of `validate.report.figures`."""
+        return None

@@ -1,0 +1,78 @@
+"""Keys of the scene, or parameters of the user's own model, fitted to measured data before the run."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from compare.analyses.base import Analysis
+from compare.options import Options
+from compare.outcome import Outcome, Progress
+from compare.report.table import Section, Style, Table, short_key
+from scenes.formats import percent
+from scenes.parameters import SECTION
+from scenes.plan import Step, step
+from scenes.varied import kind_of
+
+if TYPE_CHECKING:
+    from compare.fitting import Fit
+
+
+class Calibration(Analysis["Fit"]):
+    name = "calibrate"
+
+    def plan(self, scene: Any, options: Options) -> Step:
+        return step("fit", f"{', '.join(options.calibrate)} by least squares, the rest with what is fitted")
+
+    def prepare(self, outcome: Outcome[Any], progress: Progress) -> None:
+        """Solve the fitted scene in place of the given one."""
+        scene, data, keys = outcome.scene, outcome.options.against, outcome.options.calibrate
+        from compare import fitting
+
+        progress("fitting")
+        with progress.stage("fit"):
+            if fitting.of_model(keys):
+                fit = fitting.fit_own_model(outcome)
+            else:
+                fit = fitting.fit_scene(scene, data, fitting.keys_of(scene, keys, data))
+        outcome.scene, outcome.analyses[self.name] = fit.scene, fit
+
+    def run(self, outcome: Outcome[Any], progress: Progress) -> Fit:
+        fit: Fit = outcome.analyses[self.name]
+        outcome.warn(*fit.warnings())
+        return fit
+
+    def section(self, found: Fit, outcome: Outcome[Any], style: Style) -> Section:
+        """A line for each fitted key: from, to, and its uncertainty; then the resulting scene."""
+        rows, scene = [], dict[str, list[str]]()
+        for key, value in found.fitted.items():
+            ends = (f"{v:.4g}" for v in found.interval(key))
+            rows.append([short_key(key), f"{found.start[key]:.4g}", f"{value:.4g}", percent(found.u[key]), *ends])
+            section, _, name = key.rpartition(".")
+            unit = kind_of(found.scene, key).dimension.unit if section == SECTION else ""
+            # To six digits: no data tell a key to more.
+            shown = float(f"{value:.6g}")
+            line = f'{name} = "{shown!r} {unit}"' if unit else f"{name} = {shown!r}"
+            scene.setdefault(section, [f"[{section}]"]).append(line)
+        return Section(
+            "Calibration",
+            [
+                Table(("fitted", "from", "to", "u", "95 % between", "and"), rows),
+                f"Misfit {found.misfit:.3g} of {found.points} points; values in SI units. The scene that results:",
+                [line for lines in scene.values() for line in lines],
+                "A model that is fitted to data is not validated by them; other data say whether it is right.",
+            ],
+            headed=False,
+        )
+
+    def document(self, found: Fit, outcome: Outcome[Any]) -> dict[str, Any]:
+        return {
+            "keys": {
+                key: {"start": found.start[key], "value": value, "relative_u": found.u[key],
+                      "interval": list(found.interval(key))}
+                for key, value in found.fitted.items()
+            },
+            "correlations": found.correlations.tolist(), "misfit": found.misfit, "points": found.points,
+        }  # fmt: skip
+
+    def enter(self, summary: dict[str, Any], found: Fit, outcome: Outcome[Any]) -> None:
+        summary["calibration"] = self.document(found, outcome)

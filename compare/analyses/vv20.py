@@ -1,0 +1,242 @@
+"""Validation against measured data, as ASME V&V 20-2009 has it (sections 1-5 and 1-6).
+
+The comparison error is E = S - D, simulation less data. It is known to the validation uncertainty u_val,
+u_val^2 = u_num^2 + u_input^2 + u_D^2: of the numerics, of the inputs, of the data. The error of the model itself lies
+within E -+ k u_val. Over time E is the mean over a window of the trace (`compare.windows`), for a single one of many
+noisy samples is far off by chance.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
+
+from compare.analyses.base import Analysis
+from compare.options import Options
+from compare.outcome import Outcome, Progress
+from compare.report.table import Section, Style, Table
+from scenes.formats import cut, quantity, signed, span, with_error
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from compare.against import Data
+    from compare.slopes import Slopes
+    from compare.windows import Window
+    from scenes.result import Result
+    from scenes.uncertain import Uncertain
+
+NOTHING = 1e-6
+"""Uncertainties below this part of u_val are shown as 0."""
+_V20 = (
+    "As ASME V&V 20 has it: the comparison error E = S - D, simulation less data, is known to u_val, of the numerics, "
+    "the inputs and the data. Each line is of the mean over a window of the trace, the worst of up to 16 and the last: "
+    "the error of the model itself lies within E - k u_val and E + k u_val (95 %), with k = 2, of the worst up to 3."
+)
+
+
+@dataclass(frozen=True)
+class Statement:
+    """The comparison error of a ``model`` ("3D" or "1D") and a ``quantity`` over a window.
+
+    ``called`` is the user's word for the quantity; the window is from ``start`` to ``end`` (s), infinite in the steady
+    state, and ``where`` names it: the "worst", or the "end" of the data. E is the mean over so many ``rows``; ``k``
+    standard uncertainties make an interval of 95 %. All are in the quantity's ``unit``.
+    """
+
+    model: str
+    quantity: str
+    called: str
+    unit: str
+    where: str
+    start: float
+    end: float
+    rows: int
+    E: float
+    u_num: float
+    u_input: float
+    u_data: float
+    k: float
+
+    @property
+    def u_val(self) -> float:
+        """The validation uncertainty."""
+        return math.sqrt(self.u_num**2 + self.u_input**2 + self.u_data**2)
+
+    @property
+    def seen(self) -> bool:
+        """Whether the model's error exceeds the uncertainty."""
+        return abs(self.E) > self.k * self.u_val
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """The interval of the model's error (95 %)."""
+        return self.E - self.k * self.u_val, self.E + self.k * self.u_val
+
+    def said(self) -> str:
+        """The interval in words: "-0.016 to +0.044 K"."""
+        half = self.k * self.u_val
+        if not math.isfinite(half):
+            return "not known"
+        _, _, unit, places, factor = with_error(self.E, half, self.unit)
+        low, high = (f"{end * factor:+.{places}f}" for end in self.interval)
+        return f"{low} to {high} {unit}"
+
+    def when(self) -> str:
+        """The window in words."""
+        return "steady state" if math.isinf(self.end) else span(self.start, self.end)
+
+    def document(self) -> dict[str, Any]:
+        document = asdict(self) | {"u_val": self.u_val, "interval": list(self.interval)}
+        document |= {"start_s": document.pop("start"), "end_s": document.pop("end")}
+        return document | {"seen": self.seen, "said": self.said()}
+
+
+@dataclass(frozen=True)
+class Course:
+    """A model's quantity at the data's ``times`` (s): simulation, data, and the three uncertainties, all (times,)."""
+
+    model: str
+    quantity: str
+    called: str
+    unit: str
+    times: np.ndarray
+    simulated: np.ndarray
+    measured: np.ndarray
+    u_num: np.ndarray
+    u_input: np.ndarray
+    u_data: np.ndarray
+
+    @property
+    def error(self) -> np.ndarray:
+        """E."""
+        return self.simulated - self.measured
+
+    @property
+    def u_val(self) -> np.ndarray:
+        """The validation uncertainty."""
+        return (self.u_num**2 + self.u_input**2 + self.u_data**2) ** 0.5
+
+    @property
+    def inside(self) -> int:
+        """The number of data within 2 u_val."""
+        from compare.verdict import COVERS
+
+        return int((abs(self.error) <= COVERS * self.u_val).sum())
+
+    def statements(self) -> tuple[Statement, ...]:
+        """The statements of the window in which the model is surely furthest off, and of the last one."""
+        from compare import windows
+        from compare.verdict import COVERS
+
+        means = windows.windows(self.times, self.error, self.u_data, windows.cut(self.simulated))
+        others = [float(((self.u_num**2 + self.u_input**2) ** 0.5)[window.rows].mean()) for window in means]
+        i, k = windows.worst(means, others)
+        last = len(means) - 1
+        worst = (self._over(means[i], "worst", k),) if i != last else ()
+        return (*worst, self._over(means[last], "end", COVERS))
+
+    def _over(self, window: Window, where: str, k: float) -> Statement:
+        rows, times = window.rows, self.times[window.rows]
+        return Statement(
+            self.model, self.quantity, self.called, self.unit, where, float(times[0]), float(times[-1]), len(times),
+            window.distance, float(self.u_num[rows].mean()), float(self.u_input[rows].mean()), window.u_data, k,
+        )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Validated:
+    """The courses of both models and their statements; whether inputs and data have uncertainties."""
+
+    courses: tuple[Course, ...]
+    statements: tuple[Statement, ...]
+    inputs: bool
+    data: bool
+
+
+class Validation(Analysis[Validated]):
+    name, figure_name = "validation", "validation"
+    about = "E = S - D against u_val of ASME V&V 20, of every model"
+
+    def asked(self, options: Options) -> bool:
+        given = bool(options.uncertain or options.data_uncertainty)
+        return given and options.against is not None and options.against.curve is None
+
+    def run(self, outcome: Outcome[Any], progress: Progress) -> Validated:
+        results = {"3D": outcome.results.get("fem3d"), "1D": outcome.results.get("reduced1d")}
+        slopes = {"3D": outcome.slopes.get("fem3d"), "1D": outcome.slopes.get("reduced1d")}
+        models = {name: (result, slopes[name]) for name, result in results.items() if result is not None}
+        return validate(outcome.scene, outcome.options.against, models, outcome.options.uncertain)
+
+    def section(self, found: Validated, outcome: Outcome[Any], style: Style) -> Section:
+        """A line for each model and quantity in the worst window and at the end: E, its parts, the model's error."""
+        heads = ("S - D", "mean over", *["E"] * style.page, "u_num", "u_input", "u_D", "u_val", "model's error")
+        rows = []
+        for s in found.statements:
+            uncertainties = (s.u_num, s.u_input, s.u_data, s.u_val)
+            parts = [
+                "?" if not math.isfinite(u) else quantity(u, s.unit, 2) if u > NOTHING * s.u_val else "0"
+                for u in uncertainties
+            ]
+            middle = [signed(s.E, s.unit, 2)] * style.page
+            rows.append([f"{cut(s.called, 20)} {s.model}", s.when(), *middle, *parts, s.said()])
+        points = [f"{c.called} {c.model} {c.inside} of {len(c.times)}" for c in found.courses]
+        exact = " and ".join(["the inputs"] * (not found.inputs) + ["the data"] * (not found.data))
+        text = [
+            "" if outcome.options.against.at_rest else "The worst window and the last.",
+            "Where 0 is within (95 %), no error of the model is seen.",
+            f"Points of the data within 2 u_val: {', '.join(points)}.",
+            f"Taken as exact: {exact}." if exact else "",
+        ]
+        return Section("Validation", [_V20 if style.page else "", Table(heads, rows), *text], headed=False)
+
+    def document(self, found: Validated, outcome: Outcome[Any]) -> dict[str, Any]:
+        points = [
+            {"model": c.model, "quantity": c.quantity, "points": len(c.times), "within_2_u_val": c.inside}
+            for c in found.courses
+        ]
+        return {"statements": [s.document() for s in found.statements], "points": points}
+
+
+def finding(found: Validated) -> str:
+    """The errors of both models in a line: where each is surely furthest off, relative to its own uncertainty."""
+    said = []
+    for model in dict.fromkeys(course.model for course in found.courses):
+        seen = [s for s in found.statements if s.model == model and s.seen]
+        worst = max(seen, key=lambda s: abs(s.E) / s.u_val, default=None)
+        if worst is None:
+            said.append(f"no error of {model} is seen")
+            continue
+        when = f"{'in the' if math.isinf(worst.end) else 'over'} {worst.when()}"
+        said.append(f"{model} is off: {worst.called} {worst.said()} {when}")
+    text = "; ".join(said)
+    return f"{text[0].upper()}{text[1:]}"
+
+
+def validate(
+    scene: Any, data: Data, models: dict[str, tuple[Result, Slopes | None]], uncertain: Uncertain | None
+) -> Validated:
+    """Validate models against data; without ``uncertain`` the inputs are exact. Errors count as u_num in full."""
+    import numpy as np
+
+    from compare import quantities
+    from compare.against import known_to, simulated
+
+    catalogue = quantities.of(scene, next(iter(models.values()))[0])
+    late = catalogue.sure(data.time)
+    times, courses = data.time[late], []
+    for word, key in catalogue.names.items():
+        for called, (result, slopes) in models.items():
+            answers = result.steady if data.at_rest else result.traces.values if result.traces else {}
+            if key not in data.values or key not in answers:
+                continue
+            u_num, zero = np.full(len(times), known_to(result, key, times)), np.zeros(len(times))
+            u_input = zero if uncertain is None or slopes is None else slopes.over_time(key, times, uncertain)
+            u_data = data.u[key][late] if key in data.u else zero
+            values, measured = simulated(result, key, times), data.values[key][late]
+            courses.append(
+                Course(called, key, word, catalogue.units[key], times, values, measured, u_num, u_input, u_data)
+            )
+    statements = tuple(statement for course in courses for statement in course.statements())
+    return Validated(tuple(courses), statements, uncertain is not None, bool(data.u))

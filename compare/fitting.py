@@ -1,0 +1,289 @@
+"""Inputs fitted to measured traces: bounded least squares with the models' own derivatives.
+
+The scene's keys are fitted in 3D, a 1D model's own parameters with that model. The logarithms of the keys are sought
+that make sum ((S - D) / u_D)^2 least; with the derivatives J of the residuals
+their covariance is (J^T J)^-1 where the model is right and u_D is known (Seber and Wild, Nonlinear Regression, 1989).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from compare import quantities
+from compare.against import Data, simulated
+from compare.kinds.free import own_model
+from compare.outcome import Outcome
+from scenes.errors import SceneError, did_you_mean, quoted
+from scenes.formats import percent
+from scenes.model import AnyScene, OwnModel
+from scenes.uncertain import path_of
+from scenes.varied import kind_of as kind_of_key
+from scenes.varied import numbers, varied
+
+OF_MODEL = "model.parameters."
+"""Start of the keys of a 1D model's own parameters."""
+COVERS = 1.96
+"""Standard deviations of a normal distribution that hold 95 %."""
+APART = 0.95  # Two keys can't be told apart where their correlation exceeds this in size.
+TOLD = 0.5  # The data say nothing of a key whose relative standard uncertainty exceeds this.
+MOST = 20  # The most solutions of the least-squares iteration.
+SINGULAR = 1e-12  # Added to the normal matrix, times its trace: about the square of the derivatives' rounding.
+WIDEST = 50.0  # How far a fit may move the logarithm of a key.
+BESIDE = 1e-3  # Step of a central difference in the logarithm of a key; its relative error is the step's square.
+TINY = 1e-300  # A bound where there is none: still a number, as is its inverse.
+
+Modelled = tuple[Mapping[str, np.ndarray], Mapping[str, Mapping[str, np.ndarray]]]
+"""Traces by quantity, and their derivatives by the logarithm of each key, by key and quantity, all (times,)."""
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Keys with their values at the ``start`` and ``fitted`` (SI units), the relative standard uncertainties ``u`` and
+    the ``correlations`` (keys, keys) of the latter, and the ``scene`` that results; ``misfit`` is the sum of squares
+    over ``points`` less keys, about 1 where the model is as good as the data."""
+
+    start: dict[str, float]
+    fitted: dict[str, float]
+    u: dict[str, float]
+    correlations: np.ndarray
+    misfit: float
+    points: int
+    scene: Any
+
+    def interval(self, key: str) -> tuple[float, float]:
+        """Where a key lies (95 %), in SI units."""
+        half = min(COVERS * self.u[key], WIDEST)
+        return float(self.fitted[key] * np.exp(-half)), float(self.fitted[key] * np.exp(half))
+
+    def warnings(self) -> tuple[str, ...]:
+        """What the data don't tell, and what they tell against the model."""
+        keys, said = list(self.fitted), []
+        for i, a in enumerate(keys):
+            if self.u[a] > TOLD:
+                said.append(f"the data tell little of {a}: it is fitted to {percent(self.u[a])}")
+            for j in range(i):
+                r = float(self.correlations[i, j])
+                if abs(r) > APART:
+                    what = "product" if r < 0 else "ratio"
+                    said.append(
+                        f"{keys[j]} and {a} can't be told apart by these data (correlation {r:+.3f}): they fix about "
+                        f"their {what} alone"
+                    )
+        if self.misfit > 1 + 3 * np.sqrt(2 / max(self.points - len(keys), 1)):
+            said.append(
+                f"the fitted model misses the data by {np.sqrt(self.misfit):.2g} times their uncertainty: something "
+                "else than these keys is amiss, and their uncertainties don't say so"
+            )
+        return tuple(said)
+
+
+def of_model(keys: Sequence[str]) -> bool:
+    """Whether keys to be fitted are a 1D model's own. Raises SceneError for some of both kinds."""
+    flags = [key.startswith(OF_MODEL) for key in keys]
+    if any(flags) and not all(flags):
+        raise SceneError(
+            f"--calibrate fits keys of the scene in 3D, or with {OF_MODEL}NAME those of the 1D model: give one kind in "
+            "a run"
+        )
+    return any(flags)
+
+
+def keys_of(scene: Any, keys: Sequence[str], data: Data) -> tuple[str, ...]:
+    """The full names of keys to be fitted. Raises SceneError for what can't be: an unknown key, one that is named
+    twice, data of fewer points than there are keys."""
+    paths = tuple(path_of(scene, key, numbers(scene), "--calibrate") for key in keys)
+    _refuse(scene, paths, data)
+    return paths
+
+
+def _refuse(scene: Any, paths: Sequence[str], data: Data) -> None:
+    again = next((path for n, path in enumerate(paths) if path in paths[:n]), None)
+    if again is not None:
+        raise SceneError(f"--calibrate names {again} twice: give each key once")
+    points = int(quantities.of(scene).sure(data.time).sum()) * len(data.values)
+    if points <= len(paths):
+        raise SceneError(
+            f"--calibrate: {data.name} has {points} point{'s' * (points != 1)}, which can't tell {len(paths)} "
+            f"key{'s' * (len(paths) > 1)}: give data of more points than keys"
+        )
+
+
+def fit_scene(
+    scene: Any, data: Data, keys: Sequence[str],
+    model: Callable[[Any, Sequence[str], np.ndarray], Modelled] | None = None,
+) -> Fit:  # fmt: skip
+    """Fit keys (by their full names) of a scene to data, to those of its quantities that have an uncertainty.
+
+    The ``model`` gives quantities at times (s) with their derivatives by keys; by default it is 3D.
+
+    Raises SceneError where the data do not follow a key, or a fit leaves the scenes that can be built.
+    """
+
+    def changed(x: np.ndarray) -> Any:
+        changed_scene = scene
+        for key, log in zip(keys, x.tolist(), strict=True):
+            changed_scene = varied(changed_scene, key, float(np.exp(log)))
+        return _checked(changed_scene)
+
+    bounds = np.array([_bounds(scene, key) for key in keys]).T
+    sure = quantities.of(scene).sure(data.time)
+    x, *spread = _least_squares(data, sure, keys, bounds, lambda x: (model or in_3d)(changed(x), keys, data.time[sure]))
+    fitted = replace(changed(x), expected_to_differ=None)
+    return _fit(keys, numbers(scene), numbers(fitted), spread, fitted)
+
+
+def in_3d(scene: Any, keys: Sequence[str], times: np.ndarray) -> Modelled:
+    """The quantities in 3D at times (s), or at rest, with their derivatives. SceneError for a key that has none."""
+    from compare import slopes as slopes_
+
+    if scene.kind == "sink":
+        from fem3d.runs.sink import solve as solve_sink
+
+        result = solve_sink(scene)
+        slopes = slopes_.sink_3d(scene, result, keys)
+    else:
+        from fem3d.runs.scene import solve
+
+        result = solve(scene, lambda _: None, whole=True)
+        slopes = slopes_.free_3d(scene, result, keys)
+    left_out = next((key for key in keys if key in slopes.left_out), None)
+    if left_out is not None:
+        raise SceneError(f"--calibrate {left_out}: {slopes.left_out[left_out]}")
+    names = result.steady if np.isinf(times[-1]) else result.over_time.values
+    values = {name: simulated(result, name, times) for name in names}
+    return values, {key: {name: np.nan_to_num(slopes.at(key, name, times)) for name in names} for key in keys}
+
+
+def _checked(scene: Any) -> Any:
+    """A scene that can be built. Raises SceneError. A mesh is checked against its scene when it is read."""
+    if scene.kind == "sink":
+        from scenes.validity import check as check_sink
+
+        return check_sink(scene)
+    from scenes.free import check
+
+    return check(scene) if scene.parts == "boxes" else scene
+
+
+def fit_model(
+    scene: Any, data: Data, names: Sequence[str], start: Mapping[str, float],
+    model: Callable[[Mapping[str, float], np.ndarray], Mapping[str, np.ndarray]],
+    with_: Callable[[Mapping[str, float]], Any],
+) -> Fit:  # fmt: skip
+    """Fits parameters of a user's 1D model, from ``start``, to data of its quantities: ``model`` gives these for
+    parameters and times, ``with_`` the scene that has them. Raises SceneError as `fit`."""
+    _refuse(scene, names, data)
+    sure = quantities.of(scene).sure(data.time)
+
+    def changed(x: np.ndarray) -> dict[str, float]:
+        return {n: start[n] * float(np.exp(log)) for n, log in zip(names, x.tolist(), strict=True)}
+
+    def modelled(x: np.ndarray) -> Modelled:
+        slopes = {}
+        for name, step in zip(names, BESIDE * np.eye(len(names)), strict=True):
+            more, less = (model(changed(x + shift), data.time[sure]) for shift in (step, -step))
+            slopes[name] = {n: (more[n] - less[n]) / (2 * BESIDE) for n in more}
+        return model(changed(x), data.time[sure]), slopes
+
+    bounds = np.array([[-WIDEST, WIDEST]] * len(names)).T
+    x, *spread = _least_squares(data, sure, names, bounds, modelled)
+    return _fit(names, start, changed(x), spread, with_(changed(x)))
+
+
+def _least_squares(
+    data: Data, sure: np.ndarray, keys: Sequence[str], bounds: np.ndarray, model: Callable[[np.ndarray], Modelled]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The logarithms of the keys over where they start, their covariance, and the residuals."""
+    from scipy.optimize import least_squares
+
+    solved: dict[bytes, tuple[np.ndarray, np.ndarray]] = {}
+
+    def at(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        if x.tobytes() not in solved:
+            values, slopes = model(x)
+            names = [name for name in data.values if name in data.u and name in values]
+            if not names:
+                raise SceneError(
+                    f"--calibrate: {data.name} has no quantity that the model answers and that is known to some "
+                    "uncertainty: give --data-uncertainty of one"
+                )
+            u = {name: data.u[name][sure] for name in names}
+            residuals = np.concatenate([(values[n] - data.values[n][sure]) / u[n] for n in names])
+            columns = [np.concatenate([slopes[key][n] / u[n] for n in names]) for key in keys]
+            solved[x.tobytes()] = residuals, np.array(columns).T
+        return solved[x.tobytes()]
+
+    jacobian = at(np.zeros(len(keys)))[1]
+    still = [key for key, column in zip(keys, jacobian.T, strict=True) if not np.abs(column).max() > 1e-9]
+    if still:
+        raise SceneError(f"--calibrate {still[0]}: nothing in {data.name} follows it, so that it can't be fitted")
+    solution = least_squares(
+        lambda x: at(x)[0], np.zeros(len(keys)), lambda x: at(x)[1], (bounds[0], bounds[1]), x_scale="jac",
+        xtol=1e-5, ftol=1e-8, max_nfev=MOST,
+    )  # fmt: skip
+    residuals, jacobian = at(solution.x)
+    normal = jacobian.T @ jacobian
+    # Where keys can't be told apart at all it would have no inverse; they come out as known to next to nothing.
+    return solution.x, np.linalg.inv(normal + SINGULAR * np.trace(normal) * np.eye(len(keys))), residuals
+
+
+def _fit(
+    keys: Sequence[str], start: Mapping[str, float], fitted: Mapping[str, float],
+    spread: Sequence[np.ndarray], scene: Any,
+) -> Fit:  # fmt: skip
+    covariance, residuals = spread
+    deviations, free = np.sqrt(np.diag(covariance)), max(len(residuals) - len(keys), 1)
+    return Fit(
+        {key: start[key] for key in keys}, {key: fitted[key] for key in keys},
+        dict(zip(keys, deviations.tolist(), strict=True)), covariance / np.outer(deviations, deviations),
+        float(residuals @ residuals) / free, len(residuals), scene,
+    )  # fmt: skip
+
+
+def _bounds(scene: Any, key: str) -> tuple[float, float]:
+    """Of the logarithm of a key over its value: those of its kind."""
+    kind, value = kind_of_key(scene, key), abs(numbers(scene)[key])
+    return float(np.log(max(kind.lower, TINY) / value)) - 1e-9, float(np.log(min(kind.upper, 1 / TINY) / value)) + 1e-9
+
+
+def fit_own_model(outcome: Outcome[AnyScene]) -> Fit:
+    """Fit parameters of the user's own model, [model.parameters] of the scene. SceneError where there is none."""
+    from compare.models import open_model
+    from compare.models.sampling import make_question
+
+    scene, data, keys = outcome.scene, outcome.options.against, outcome.options.calibrate
+    given = own_model(scene, outcome.options) if scene.kind == "free" else None
+    if given is None:
+        raise SceneError(f"--calibrate {keys[0]} is of a 1D model: give one with --model, too")
+    names = [key.removeprefix(OF_MODEL) for key in keys]
+    model, start = open_model(*given), dict(make_question(scene).parameters)
+    for name in names:
+        if not start.get(name):
+            listed = f"has {', '.join(start)}" if start else "has none"
+            why = "is zero, of which there is no percent" if name in start else f"is none: [model.parameters] {listed}"
+            raise SceneError(f"--calibrate model.parameters.{name} {why}{did_you_mean(name, start)}")
+
+    def with_(values: Mapping[str, float]) -> AnyScene:
+        own_model = scene.model or OwnModel()
+        changed = {key.partition("model.parameters.")[2]: value for key, value in values.items()}
+        return replace(
+            scene, model=replace(own_model, parameters=tuple((dict(own_model.parameters) | changed).items()))
+        )
+
+    def answers(values: Mapping[str, float], times: np.ndarray) -> dict[str, np.ndarray]:
+        question = make_question(with_(values))
+        if np.isinf(times[-1]):
+            return {n: np.atleast_1d(float(v)) for n, v in model.answer(question, None).values.items()}
+        # A model over time is run up to the last time, which is that of the run.
+        every = np.union1d(times, scene.end_time)
+        courses = {n: np.asarray(v, float) for n, v in model.answer(question, every).values.items()}
+        for name, course in courses.items():
+            if course.shape != every.shape:
+                raise SceneError(f"--model {model.name}: {quoted(name)} over time is not one number for each time")
+        return {n: np.interp(times, every, v) for n, v in courses.items()}
+
+    return fit_model(scene, data, keys, {key: start[key.rpartition(".")[2]] for key in keys}, answers, with_)

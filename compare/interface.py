@@ -1,0 +1,236 @@
+"""The public interface from Python: solve a scene, and read checks, quantities and traces."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from html import escape
+from inspect import Parameter, Signature
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from compare import pipeline
+from compare.kinds import KINDS, kind_of
+from compare.options import FREE, check, of_kind, read, settings
+from compare.outcome import Outcome
+from compare.plugins import plugin
+from scenes import load, overridden
+from scenes.errors import SceneError, did_you_mean, quoted
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from compare.analyses.uncertainty import Propagated
+    from compare.blame import Budget
+    from compare.report.table import Style
+    from compare.slopes import Slopes
+    from compare.verdict import Check
+    from scenes.result import Estimate, Result
+
+Overrides = Sequence[str] | Mapping[str, object]
+"""Such as ["sink.width=20um"] or {"sink.width": "20um", "run.steady": True}."""
+LINES = 24
+"""Lines of a text that a screen holds."""
+
+
+class Columns(dict[str, "np.ndarray"]):
+    """Arrays of equal length by name: ``columns["time_s"]``, ``columns["fem3d_peak_K"]``; empty without a transient.
+
+    ``columns("peak_K")`` is (times, 3D, 1D) of one quantity.
+    """
+
+    def __missing__(self, name: str) -> np.ndarray:
+        raise KeyError(f"no column {name!r}; there are {', '.join(self) or 'none, as there is no transient'}")
+
+    def __call__(self, quantity: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return times (s), 3D and 1D values of a quantity: of a sink "peak_K" ..., else a probe's name.
+
+        Raises SceneError for a name that both models lack, with those that they have.
+        """
+        if not self:
+            raise SceneError("this run has no transient: leave out steady=True")
+        pairs = [(f"fem3d_{quantity}", f"reduced1d_{quantity}"), (quantity, f"reduced1d {quantity}")]
+        for three, one in pairs:
+            if three in self and one in self:
+                return self["time_s"], self[three], self[one]
+        known = [name.removeprefix("reduced1d_").removeprefix("reduced1d ") for name in self if "reduced1d" in name]
+        names = known or [name.removeprefix("fem3d_") for name in self if name != "time_s"]
+        why = "has no 1D trace" if known == [] else "is no trace"
+        raise SceneError(f"{quoted(quantity)} {why}: give {', '.join(names)}{did_you_mean(quantity, names)}")
+
+    def __repr__(self) -> str:
+        rows = len(next(iter(self.values()), ()))
+        return f"<traces, {rows} rows: {', '.join(self)}>" if self else "<no traces: no transient was solved>"
+
+    def to_dataframe(self) -> Any:
+        """Return a pandas DataFrame; ImportError where pandas is not installed."""
+        try:
+            import pandas
+        except ImportError:
+            raise ImportError("to_dataframe needs pandas: pip install pandas") from None
+        return pandas.DataFrame(dict(self))
+
+
+class Run:
+    """A run of a scene of any kind. ``outcome`` has everything; the rest are short ways to it.
+
+    ``run["peak_rise_K"]`` is a steady value of 3D with its error, of a free scene by the probe's name.
+    """
+
+    def __init__(self, outcome: Outcome[Any]) -> None:
+        self.outcome = outcome
+
+    @property
+    def scene(self) -> Any:
+        """The scene that was solved."""
+        return self.outcome.scene
+
+    @property
+    def answer(self) -> str:
+        """How far the 1D model is from 3D, where, and what is to blame, in a sentence; empty without a model."""
+        return self.outcome.answer
+
+    @property
+    def fem3d(self) -> Result:
+        """The 3D result: ``steady["peak_rise_K"].value`` and ``.error``, ``traces``."""
+        return self.outcome.solved
+
+    @property
+    def reduced1d(self) -> Result | None:
+        """The 1D result, of the same type; None without a 1D model."""
+        return self.outcome.reduced1d
+
+    @property
+    def steady(self) -> dict[str, Estimate]:
+        """Steady values of 3D."""
+        return self.fem3d.steady
+
+    @property
+    def why(self) -> Budget | None:
+        """The difference in parts, one for each assumption; with ``why=True``."""
+        return self.outcome.analyses.get("why")
+
+    @property
+    def sensitivities(self) -> dict[str, Slopes]:
+        """How the models follow keys: ``["fem3d"].relative["sink.width"]["end_rise_K"]``; with ``sensitivities``."""
+        return self.outcome.slopes
+
+    @property
+    def uncertain(self) -> Propagated | None:
+        """The u_input of quantities, and of the differences of models; with ``uncertain={...}``."""
+        return self.outcome.analyses.get("uncertain")
+
+    @property
+    def checks(self) -> dict[str, Check]:
+        """Every check by its id."""
+        return {check.id: check for check in self.outcome.checks}
+
+    @property
+    def traces(self) -> Columns:
+        """Every quantity over time, by the columns of traces.csv; empty without a transient."""
+        return Columns(kind_of(self.scene).columns(self.outcome))
+
+    def __getitem__(self, name: str) -> Estimate:
+        if name not in self.steady:
+            raise KeyError(f"no steady value of {name!r}; there are {', '.join(self.steady) or 'none: see .traces'}")
+        return self.steady[name]
+
+    def check(self, name: str) -> Check:
+        """Return one check: its ``verdict``, ``difference`` (relative, against 3D), ``u_num``, ``because``.
+
+        Raises SceneError for an id that there is not, or that this run did not make, with the reason.
+        """
+        if name in self.checks:
+            return self.checks[name]
+        for step in self.outcome.plan:
+            kind, _, names = step.step.partition(" ")
+            if kind == "checks" and step.state == "skipped" and name in names.split(", "):
+                raise SceneError(f"this run made no check {quoted(name)}: {step.reason}")
+        ids = tuple(self.checks)
+        if not ids:
+            raise SceneError(f"{quoted(name)} is no check: this run made none, as it has no model to compare with 3D")
+        raise SceneError(f"{quoted(name)} is no check: give {', '.join(ids)}{did_you_mean(name, ids)}")
+
+    def report(self) -> str:
+        """Return the report that the command prints."""
+        return pipeline.report_text(*self._told())
+
+    def __repr__(self) -> str:
+        lines = self.report().splitlines()
+        more = len(lines) - LINES
+        return "\n".join(lines if more <= 0 else [*lines[: LINES - 1], f"  ... and {more + 1} more: see .report()"])
+
+    def _repr_html_(self) -> str:
+        said = f"<p><strong>{escape(' '.join(pipeline.headline(*self._told()).split()))}</strong></p>"
+        return "\n".join([said, *(part.html() for part in pipeline.sections(*self._told(page=True))[:3])])
+
+    def _told(self, **look: bool) -> tuple[Outcome[Any], list[Check], Style]:
+        """The outcome, the checks that are not as declared, and a style."""
+        from compare.report.table import Style
+        from compare.verdict import contrary
+
+        return self.outcome, contrary(self.outcome.checks, self.scene), Style(**look)
+
+
+def run(scene: Any = "sink", *, overrides: Overrides = (), out: str | Path | None = None, **options: Any) -> Run:
+    """Solve a sink in 3D and in 1D, and compare."""
+    return _run("sink", scene, overrides, out, options)
+
+
+def solve(scene: Any, *, overrides: Overrides = (), out: str | Path | None = None, **options: Any) -> Run:
+    """Solve any scene of boxes, or on a mesh, in 3D: heat, current or both, steady or over time."""
+    return _run(FREE, scene, overrides, out, options)
+
+
+def device(scene: Any = "device", *, overrides: Overrides = (), out: str | Path | None = None, **options: Any) -> Run:
+    """Simulate the whole sensor in 1D, and in 3D where asked for, and check the paper's claims about it."""
+    return _run("device", scene, overrides, out, options)
+
+
+def _document(function: Any, kind: str) -> None:
+    """Give a function the keywords and their texts of the options table."""
+    rows = [option for option in of_kind(kind) if option.keyword != ""]
+    lines = [f"    {o.key} : {o.help_for(kind).replace('%%', '%')} ({o.name})" for o in rows]
+    function.__doc__ = "\n".join([
+        function.__doc__, "",
+        "    Files are written only into ``out``. Raises SceneError for bad input, and ArithmeticError where the",
+        "    numerics fail (a thermal runaway names its voltage).", "", "    Parameters", "    ----------",
+        "    scene : a scene that `scenes.load` returns, or a name or file that it takes",
+        "    overrides : keys of the scene, {\"sink.width\": \"20um\"}", "    out : the results folder", *lines,
+    ])  # fmt: skip
+    fixed = [p for p in Signature.from_callable(function).parameters.values() if p.kind is not Parameter.VAR_KEYWORD]
+    more = [Parameter(o.key, Parameter.KEYWORD_ONLY, default=o.default if o.key != "figures" else False) for o in rows]
+    function.__signature__ = Signature([*fixed, *more])
+
+
+for _function, _kind in ((run, "sink"), (solve, FREE), (device, "device")):
+    _document(_function, _kind)
+
+
+def _run(kind: str, given: Any, overrides: Overrides, out: str | Path | None, options: dict[str, Any]) -> Run:
+    """Load, solve, and write into a folder where one is given."""
+    from compare.processes import single_threaded
+
+    chosen = {name: value for name, value in options.items() if value is not None and value is not False}
+    check(kind, chosen)
+    items = overrides.items() if isinstance(overrides, Mapping) else ()
+    texts = [f"{k}={str(v).lower() if isinstance(v, bool) else v}" for k, v in items] or list(overrides)
+    listed = settings(kind, chosen, texts)
+    scene = load(given, listed) if isinstance(given, (str, Path)) else overridden(given, listed)
+    if scene.kind != kind:
+        raise SceneError(f"{quoted(scene.name)} is no scene for {KINDS[kind].call}: use {kind_of(scene).call}")
+    values = read(kind, chosen, scene).but(figures=bool(options.get("figures")))
+    if kind == FREE and (values.fields or out is None):
+        # Without a folder a scene without probes reports the mean temperature of every part.
+        from compare.kinds.free import probed
+
+        scene = probed(scene)
+    with single_threaded():
+        if out is None:
+            if values.figures or values.fields or values.export:
+                raise SceneError("figures, fields and exported models need a folder to go to: give out=")
+            outcome = pipeline.solve(scene, values)
+        else:
+            outcome = plugin("write")(scene, values, Path(out))
+    if outcome.failure is not None:
+        raise outcome.failure
+    return Run(outcome)

@@ -1,0 +1,17 @@
+"""The kinds of scenes: the sink, the device, and free scenes of boxes or on a mesh."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from compare.kinds.base import Kind
+from compare.kinds.device import DeviceKind
+from compare.kinds.free import FreeKind
+from compare.kinds.sink import SinkKind
+
+KINDS: dict[str, Kind[Any]] = {kind.name: kind for kind in (SinkKind(), DeviceKind(), FreeKind())}
+
+
+def kind_of(scene: Any) -> Kind[Any]:
+    """Return the kind of a scene."""
+    return KINDS[scene.kind]

@@ -1,0 +1,181 @@
+"""The interface of a kind of scene: what is solved, checked and reported of it."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, ClassVar, Generic
+
+from compare.options import Options
+from compare.outcome import Outcome, Progress, S
+from scenes.plan import Step, skipped_together, step
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from compare.models import Model
+    from compare.report.table import Section, Style
+    from compare.slopes import Slopes
+    from compare.verdict import Check
+    from scenes.model import AnyScene
+    from scenes.result import Result
+
+FIELD_FILES = "fem3d.pvd with its .vtu files, and fem3d.vtkhdf where VTK can"
+NO_FIGURES = "no figures were asked for"
+STEADY = "only the steady state was asked for"
+Figures = dict[str, tuple[str, str]]
+"""By a figure's file name what it shows, and why it is not drawn (empty: it is)."""
+
+
+class Kind(ABC, Generic[S]):
+    """A kind of scene.
+
+    Attributes
+    ----------
+    name : as the scenes' ``kind``
+    call : the function of the Python interface
+    builtin : the scene that is solved where none is named; empty: one must be
+    shown : quantities that a terminal and a figure have room for; empty: the first ones
+    """
+
+    name: ClassVar[str]
+    call: ClassVar[str]
+    builtin: ClassVar[str] = ""
+    shown: ClassVar[tuple[str, ...]] = ()
+
+    @abstractmethod
+    def load(self, source: str, settings: Sequence[str], options: Mapping[str, object]) -> S:
+        """Load a scene with overrides. Raises SceneError."""
+
+    @abstractmethod
+    def title(self, scene: S) -> str:
+        """Name the scene in a figure's title."""
+
+    @abstractmethod
+    def quantities(self, scene: S) -> dict[str, tuple[str, str]]:
+        """By name of a steady quantity its word and unit."""
+
+    def refuse(self, scene: S, options: Options) -> None:
+        """Raise SceneError for options that this scene cannot have."""
+
+    def completed(self, scene: S, options: Options) -> S:
+        """The scene with what a run adds to it before it is solved."""
+        return scene
+
+    def declared(self, scene: S, options: Options) -> S:
+        """The scene without expected verdicts where the run is not of the model that they are declared for."""
+        return scene
+
+    @abstractmethod
+    def solve(self, scene: S, options: Options, progress: Progress, earlier: Result | None = None) -> dict[str, Result]:
+        """Solve the models, by "fem3d" and "reduced1d". Raises SceneError and ArithmeticError.
+
+        ``earlier`` is a 3D result of the same scene at another voltage, whose meshes and fields may serve again.
+        """
+
+    def compare(self, scene: S, options: Options, earlier: Result | None = None) -> Outcome[S]:
+        """Solve and check the models alone, as a point of a sweep needs it. Raises as `solve` does."""
+        self.refuse(scene, options)
+        progress, model = Progress(), self.open_model(scene, options)
+        outcome = Outcome(scene, options, self.solve(scene, options, progress, earlier))
+        if model is not None:
+            outcome.results["reduced1d"] = self.ask(outcome, model, progress)
+        outcome.checks = self.checks(outcome)
+        return outcome
+
+    def open_model(self, scene: S, options: Options) -> Model | None:
+        """Open the user's own model; None without one. Raises SceneError for what is no model."""
+        return None
+
+    def ask(self, outcome: Outcome[S], model: Model, progress: Progress) -> Result:
+        """Ask the user's own model beside 3D. Raises SceneError and NumericsError."""
+        raise NotImplementedError
+
+    @abstractmethod
+    def checks(self, outcome: Outcome[S]) -> tuple[Check, ...]:
+        """Check one model against the other, or against the paper."""
+
+    def alarms(self, outcome: Outcome[S]) -> tuple[str, ...]:
+        """Remarks on results that no real part can have, such as temperatures past a material's limit."""
+        return ()
+
+    def warnings(self, outcome: Outcome[S]) -> tuple[str, ...]:
+        """Remarks on what was solved."""
+        return ()
+
+    def answer(self, outcome: Outcome[S], progress: Progress) -> str:
+        """The difference between the models in a sentence."""
+        return ""
+
+    @abstractmethod
+    def slopes(self, outcome: Outcome[S], keys: Sequence[str] | None) -> dict[str, Slopes]:
+        """How the results follow all or some keys, by the results' names."""
+
+    def nearby(self, outcome: Outcome[S], slopes: Mapping[str, Slopes], key: str, step: float) -> Outcome[S]:
+        """The outcome, to first order, with one key larger by a relative step; SceneError where there is no scene."""
+        from scenes.varied import neighbour
+
+        moved = {
+            name: slopes[name].moved(result, key, step) if name in slopes else result
+            for name, result in outcome.results.items()
+        }
+        return replace(outcome, scene=neighbour(outcome.scene, key, step), results=moved)
+
+    def differences(self, outcome: Outcome[S]) -> dict[str, float]:
+        """The difference of every check, without its sentence."""
+        return {check.id: check.difference for check in self.checks(outcome)}
+
+    def step(self, uncertainty: float) -> float:
+        """The relative step of a key by which `nearby` is asked for, of a relative standard uncertainty."""
+        return 1e-4
+
+    @abstractmethod
+    def steps(self, scene: S, options: Options, outcome: Outcome[S] | None = None) -> list[Step]:
+        """The plan of models and checks, as carried out where there is an outcome."""
+
+    @abstractmethod
+    def figures(self, scene: S, options: Options) -> Figures:
+        """The figures that there are."""
+
+    def outputs(self, scene: S, options: Options) -> list[Step]:
+        """The plan of figures and files."""
+        figures = self.figures(scene, options)
+        drawn = [step(name, what) for name, (what, skipped) in figures.items() if not skipped]
+        return drawn + skipped_together("figures", {name: why for name, (_, why) in figures.items() if why})
+
+    def draws(self, scene: S, options: Options, name: str) -> bool:
+        """Whether a figure is drawn."""
+        return name in (figures := self.figures(scene, options)) and not figures[name][1]
+
+    def exportable(self, scene: S, options: Options) -> None:
+        """Raise SceneError for a scene that has no compact model."""
+
+    def compact(self, outcome: Outcome[S], progress: Progress) -> dict[str, object]:
+        """The document of the compact model. Raises NumericsError where its accuracy is not reached."""
+        raise NotImplementedError
+
+    @abstractmethod
+    def headline(self, outcome: Outcome[S], contrary: Sequence[Check], style: Style) -> str:
+        """The first lines of the report."""
+
+    @abstractmethod
+    def sections(self, outcome: Outcome[S], contrary: Sequence[Check], style: Style) -> list[Section]:
+        """The sections of the report, without those of analyses."""
+
+    @abstractmethod
+    def document(self, outcome: Outcome[S]) -> dict[str, object]:
+        """The entries of summary.json, without those of analyses."""
+
+    @abstractmethod
+    def columns(self, outcome: Outcome[S]) -> dict[str, np.ndarray]:
+        """The columns of traces.csv; none without traces."""
+
+
+def compact_model(scene: AnyScene, options: Options, progress: Progress) -> dict[str, Any]:
+    """The compact model of a scene in 3D, or of its network. Raises NumericsError."""
+    if options.model == "network":
+        from reduced1d.network.compact import compact
+    else:
+        from fem3d.compact.find import compact
+    return compact(scene, options.export.states, options.export.accuracy, progress)

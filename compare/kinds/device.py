@@ -1,0 +1,205 @@
+"""The device: the whole sensor with its controllers, in 1D and in 3D, and the paper's claims about it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from compare.kinds.base import NO_FIGURES, Figures, Kind
+from compare.made import DEVICE_FIGURES, LATE, checks_lines, figure_of, made_3d_checks, made_checks, not_about, only
+from compare.options import Options
+from compare.outcome import Outcome, Progress
+from scenes.device import Device
+from scenes.errors import SceneError
+from scenes.plan import Step, step
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from compare.report.table import Section, Style
+    from compare.slopes import Slopes
+    from compare.verdict import Check
+    from scenes.result import Result
+
+WIDEST = 0.1
+"""Largest relative step of a key by which a device is moved to either side for the u_input of its checks."""
+
+
+class DeviceKind(Kind[Device]):
+    name, call, builtin = "device", "compare.device", "device"
+    shown = ("sink_power_W", "sensor_power_W", "sensor_V")
+
+    def load(self, source: str, settings: Sequence[str], options: Mapping[str, object]) -> Device:
+        from scenes.keys import DEVICE
+        from scenes.loading import load
+
+        return load(source, settings, scene_type=DEVICE)
+
+    def title(self, scene: Device) -> str:
+        return scene.name
+
+    def quantities(self, scene: Device) -> dict[str, tuple[str, str]]:
+        from compare.verdict import unit_of
+        from reduced1d.slopes import OF_DEVICE
+
+        return {name: (called, unit_of(name)) for name, called in OF_DEVICE.items()}
+
+    def declared(self, scene: Device, options: Options) -> Device:
+        return scene if options.meter is None else replace(scene, expected_to_differ=None)
+
+    def refuse(self, scene: Device, options: Options) -> None:
+        late = [name for name in options.about if options.scheme == "paper" and name in LATE]
+        if late:
+            raise SceneError(f"--figure {late[0].removeprefix('figure')} needs the accurate scheme")
+
+    def _runs(self, scene: Device, options: Options, progress: Progress) -> dict[str, Result]:
+        """The 1D runs."""
+        with progress.stage("imports"):
+            from reduced1d.device import runs
+            from reduced1d.slopes import OF_DEVICE
+            from scenes.result import Estimate, Result
+        slow, steps = needs(scene, options, "figure11"), needs(scene, options, "figure12", "figure13")
+        with progress.stage("device"):
+            made = runs.make(scene, options.scheme, options.meter, slow, steps, progress)
+        exact = {name: Estimate(getattr(made.base.after, name), 0.0) for name in OF_DEVICE}
+        return {"reduced1d": Result("reduced1d", exact, None, {"runs": made})}
+
+    def solve(
+        self, scene: Device, options: Options, progress: Progress, earlier: Result | None = None
+    ) -> dict[str, Result]:
+        results = self._runs(scene, options, progress)
+        from reduced1d.device import design
+
+        if options.in_3d:
+            from fem3d.device.runs import make
+            from scenes.result import Estimate, Result
+
+            with progress.stage("device in 3D"):
+                meter, start = options.meter, scene.external.initial_temperature
+                rounded = design.in_the_loop(scene, design.METERS[meter], start) if meter else (0.0, 0.0)
+                slow, steps = (any(self.draws(scene, options, f) for f in late) for late in (LATE[:1], LATE[1:]))
+                solved = make(scene, rounded, slow, steps, progress)
+            errors, after = solved.model.steady_errors(scene), solved.runs.base.after
+            known = {name: Estimate(getattr(after, name), errors[name]) for name in results["reduced1d"].steady}
+            results["fem3d"] = Result("fem3d", known, None, {"solved": solved})
+        if not design_reason(options):
+            progress("answering a designer's questions")
+            with progress.stage("design"):
+                answers = design.answer(scene, options.largest_voltage, options.largest_power)
+            results["reduced1d"].details["design"] = answers
+        return results
+
+    def checks(self, outcome: Outcome[Device]) -> tuple[Check, ...]:
+        from compare import device_checks
+
+        device, options, solved = outcome.scene, outcome.options, outcome.device_3d
+        checks = device_checks.evaluate(device, options, outcome.runs)
+        if solved is not None:
+            from compare.device_3d_checks import evaluate_3d
+
+            checks += evaluate_3d(device, options, outcome.runs, solved)
+        return checks
+
+    def alarms(self, outcome: Outcome[Device]) -> tuple[str, ...]:
+        from compare import hottest
+
+        return hottest.of_device(outcome.scene, outcome.runs.base.result)
+
+    def slopes(self, outcome: Outcome[Device], keys: Sequence[str] | None) -> dict[str, Slopes]:
+        from compare import slopes
+
+        device, solved = outcome.scene, outcome.device_3d
+        made = {"reduced1d": slopes.device_1d(device, outcome.results["reduced1d"])}
+        if solved is None:
+            return made
+        return {"fem3d": slopes.device_3d(device, outcome.solved, solved.model)} | made
+
+    def step(self, uncertainty: float) -> float:
+        """A run is nonlinear: the key is moved by its own uncertainty (GUM 5.1.3, note 2)."""
+        return min(uncertainty, WIDEST)
+
+    def nearby(self, outcome: Outcome[Device], slopes: Mapping[str, Slopes], key: str, step: float) -> Outcome[Device]:
+        """The 1D runs of the device with a key larger by a relative step."""
+        from scenes.varied import varied
+
+        device = varied(outcome.scene, key, 1 + step)
+        options = outcome.options.but(in_3d=False)
+        return replace(outcome, scene=device, options=options, results=self._runs(device, options, Progress()))
+
+    def steps(self, scene: Device, options: Options, outcome: Outcome[Device] | None = None) -> list[Step]:
+        scheme = {
+            "accurate": "all layers at once, exact between samples but for V2/R, its error estimated",
+            "paper": "the paper's own: partitioned, Crank-Nicolson and Runge-Kutta; the accurate one beside it",
+        }
+        not_asked = "" if options.in_3d else "not asked for (--3d)"
+        steps = [
+            step("3D model", f"a few states of the whole device, known to {scene.accuracy_3d:g}", not_asked),
+            step("1D device", f"{scheme[options.scheme]}; from cold to {scene.end_time:g} s"),
+        ]
+        if options.meter:
+            steps.append(step("meter", f"resistances are rounded to what the {options.meter} resolves"))
+        if needs(scene, options, "figure11"):
+            steps.append(step("1D device, slow", "sampled every 5 ms with gains of 0.5 and 0.05 V"))
+        if needs(scene, options, "figure12", "figure13"):
+            steps.append(step("1D device, steps", "from the steady state, for outer steps from -80 to +20 K"))
+        if options.in_3d:
+            idle = "" if any(self.draws(scene, options, f) for f in LATE) else "no figure that shows them is drawn"
+            steps.append(step("3D runs of other steps", "the slow one and the outer steps, for their figures", idle))
+        steps += checks_lines(scene, options)
+        if made := made_3d_checks(scene, options):
+            steps.append(step("checks of 3D", ", ".join(made)))
+        steps.append(step("designer's questions", "largest gains, range and resolution", design_reason(options)))
+        return steps
+
+    def figures(self, scene: Device, options: Options) -> Figures:
+        omitted = not_about(options)
+        shown = {n: (what, omitted.get(n, "")) for n, what in DEVICE_FIGURES.items()}
+        if "dev3d_shielding" in made_3d_checks(scene, options):
+            shown["shielding"] = "the change of both powers with the substrate, steady and after a step", ""
+        return {name: (what, why if options.figures else NO_FIGURES) for name, (what, why) in shown.items()}
+
+    def outputs(self, scene: Device, options: Options) -> list[Step]:
+        return [*super().outputs(scene, options), step("traces.csv", "a row per controller sample")]
+
+    def compact(self, outcome: Outcome[Device], progress: Progress) -> dict[str, Any]:
+        """The compact model with its controllers: of 3D where that was asked for, else of 1D."""
+        from reduced1d.device import runs
+        from statespace.device_reduction import compact
+
+        export, solved = outcome.options.export, outcome.device_3d
+        whole = runs.exported(outcome.runs.base) if solved is None else solved.exported
+        return compact(whole, export.states, export.accuracy, progress)
+
+    def headline(self, outcome: Outcome[Device], contrary: Sequence[Check], style: Style) -> str:
+        from compare.report import device
+
+        return device.headline(outcome, contrary, style)
+
+    def sections(self, outcome: Outcome[Device], contrary: Sequence[Check], style: Style) -> list[Section]:
+        from compare.report import device
+
+        return device.sections(outcome, contrary, style)
+
+    def document(self, outcome: Outcome[Device]) -> dict[str, object]:
+        from compare.report import device
+
+        return device.document(outcome)
+
+    def columns(self, outcome: Outcome[Device]) -> dict[str, np.ndarray]:
+        from compare.report import device
+
+        return device.columns(outcome)
+
+
+def needs(device: Device, options: Options, *figures: str) -> bool:
+    """Whether the runs behind any of these figures are needed, for the figure or its checks."""
+    drawn = options.figures and not not_about(options).keys() >= set(figures)
+    return drawn or any(figure_of(check) in figures for check in made_checks(device, options))
+
+
+def design_reason(options: Options) -> str:
+    """Why a designer's questions are not answered; empty where they are."""
+    if options.about:
+        return only(options)
+    return "the accurate scheme answers them" if options.scheme == "paper" else ""

@@ -1,0 +1,268 @@
+"""Free scenes, of boxes or on a mesh: their probes in 3D, and a 1D model of the user's own where one is given."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from compare.kinds.base import FIELD_FILES, NO_FIGURES, STEADY, Figures, Kind, compact_model
+from compare.options import Options
+from compare.outcome import Outcome, Progress
+from scenes import physics
+from scenes.errors import RunawayInTimeError, SceneError, listed, quoted
+from scenes.model import UNITS, AnyScene, Schedule
+from scenes.plan import Step, step
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from compare.models import Model
+    from compare.probes import Both
+    from compare.report.table import Section, Style
+    from compare.slopes import Slopes
+    from compare.verdict import Check
+    from scenes.result import Result
+
+
+class FreeKind(Kind[AnyScene]):
+    name, call = "free", "compare.solve"
+
+    def load(self, source: str, settings: Sequence[str], options: Mapping[str, object]) -> AnyScene:
+        from scenes.loading import load_free
+
+        return load_free(source, settings)
+
+    def title(self, scene: AnyScene) -> str:
+        return scene.name
+
+    def quantities(self, scene: AnyScene) -> dict[str, tuple[str, str]]:
+        return {probe.name: (probe.name, UNITS[probe.quantity]) for probe in scene.probes}
+
+    def refuse(self, scene: AnyScene, options: Options) -> None:
+        if options.why and options.model != "network":
+            raise SceneError("--why asks which joint of the network is to blame: give --model network with it")
+        if (own_model(scene, options) or ("",))[0] == "network":
+            from reduced1d.network.lines import layout
+
+            layout(scene)
+        if (options.follows_keys or options.calibrate) and not scene.steady:
+            if why := physics.nonlinear(scene, True):
+                raise SceneError(f"{why}, and a sensitivity is then one of the steady state alone: add --steady")
+            physics.refuse_terminals(scene, "a sensitivity over time")
+
+    def completed(self, scene: AnyScene, options: Options) -> AnyScene:
+        """Probe the mean temperature of every box, or group of the mesh, where the scene has no probe."""
+        if scene.probes:
+            return scene
+        if not options.fields:
+            raise SceneError("the scene has no [[probe]], so there is nothing to report: add one, or give --fields")
+        if not physics.heat(scene):
+            raise SceneError("the scene has no [[probe]], and no temperature is solved for: add one")
+        return probed(scene)
+
+    def solve(
+        self, scene: AnyScene, options: Options, progress: Progress, earlier: Result | None = None
+    ) -> dict[str, Result]:
+        with progress.stage("imports"):
+            from fem3d.runs import scene as scene_run
+        own = own_model(scene, options)
+        progress("solving in 3D")
+        with progress.stage("fem3d"):
+            try:
+                result = scene_run.solve(scene, progress, whole=options.follows_keys)
+            except RunawayInTimeError as error:
+                if options.export is not None or own is not None:
+                    raise
+                from fem3d.runs.runaway import until
+
+                ended, result, runs_away = until(scene, error, progress, whole=options.follows_keys)
+                result = replace(result, details=result.details | {"scene": ended, "runs_away": runs_away})
+            if own is not None and not scene.steady and not varies(scene):
+                result = replace(result, steady=at_rest(scene, progress))
+        return {"fem3d": result}
+
+    def open_model(self, scene: AnyScene, options: Options) -> Model | None:
+        given = own_model(scene, options)
+        if given is None:
+            return None
+        from compare.models import open_model
+        from compare.models.sampling import make_question
+
+        model = open_model(*given)
+        # Its parameters are read from the scene: a fault in them is one before 3D is solved.
+        make_question(scene)
+        return model
+
+    def ask(self, outcome: Outcome[AnyScene], model: Model, progress: Progress) -> Result:
+        from compare.models import sampling
+
+        scene, three = outcome.scene, outcome.solved
+        result = sampling.solve(
+            model, sampling.make_question(scene), three, scene.accuracy, bool(three.steady), progress
+        )
+        return replace(result, details=result.details | {"own_model": model})
+
+    def checks(self, outcome: Outcome[AnyScene]) -> tuple[Check, ...]:
+        if outcome.reduced1d is None:
+            return ()
+        from compare.probes import evaluate
+
+        return evaluate(outcome.scene, both(outcome))
+
+    def alarms(self, outcome: Outcome[AnyScene]) -> tuple[str, ...]:
+        from compare import hottest
+
+        scene, result = outcome.scene, outcome.solved
+        if not physics.heat(scene):
+            return ()
+        past = hottest.past(physics.materials(scene), result.details["fields"], hottest.moments(result.traces))
+        return (*hottest.impossible(scene, result), *past)
+
+    def warnings(self, outcome: Outcome[AnyScene]) -> tuple[str, ...]:
+        scene, reduced1d = outcome.scene, outcome.reduced1d
+        said: list[str] = [outcome.runs_away, *outcome.solved.details.get("warnings", ())]
+        if reduced1d is None and scene.model is not None and scene.model.file and not outcome.failure:
+            said.append(f"the scene's model, {scene.model.file}, is a program, and runs only with --model scene")
+        if reduced1d is not None and (silent := reduced1d.details["silent"]):
+            said.append(f"{reduced1d.model} says nothing of {listed(silent)}: no check is made of that")
+        return tuple(said)
+
+    def answer(self, outcome: Outcome[AnyScene], progress: Progress) -> str:
+        if outcome.reduced1d is None:
+            return ""
+        from compare.probe_answer import answered
+
+        models = both(outcome)
+        return answered(models, [check for check in outcome.checks if check.id in models.definitions])
+
+    def slopes(self, outcome: Outcome[AnyScene], keys: Sequence[str] | None) -> dict[str, Slopes]:
+        from compare import slopes
+
+        scene, reduced1d = outcome.scene, outcome.reduced1d
+        made = {"fem3d": slopes.free_3d(scene, outcome.solved, keys)}
+        if reduced1d is not None:
+            from compare.models.sampling import make_question
+
+            model, followed = reduced1d.details["own_model"], made["fem3d"].relative
+            made["reduced1d"] = slopes.own_model(model, scene, reduced1d, followed, make_question, made["fem3d"])
+        return made
+
+    def steps(self, scene: AnyScene, options: Options, outcome: Outcome[AnyScene] | None = None) -> list[Step]:
+        if outcome is None:
+            from fem3d.runs.scene import plan
+
+            solver = plan(scene, whole=options.follows_keys)
+        else:
+            solver = outcome.solved.details["plan"]
+        own = own_model(scene, options)
+        if own is not None:
+            name = getattr(own[0], "__name__", own[0])
+            lines = [
+                step("1D model", f"{name}, where 3D has an answer"),
+                step("checks", "of every probe that it answers"),
+            ]
+            return [*solver, *lines]
+        if scene.model is None or not scene.model.file:
+            return [*solver]
+        return [*solver, Step("1D model", "skipped", f"{scene.model.file} is a program, which runs with --model scene")]
+
+    def figures(self, scene: AnyScene, options: Options) -> Figures:
+        when, own = "steady" if scene.steady else "hottest moment's", own_model(scene, options)
+        shown = {"figure_field": (f"the {when} temperature field, rendered off screen", _no_heat(scene)),
+                 "figure_traces": ("every probe against time", _no_traces(scene))}  # fmt: skip
+        if own is not None:
+            shown["figure_differences"] = "how far the model is from 3D, probe by probe", ""
+        if own is not None and own[0] == "network":
+            shown["figure_network"] = "the lines of the network over the boxes", ""
+        return {name: (what, why if options.figures else NO_FIGURES) for name, (what, why) in shown.items()}
+
+    def outputs(self, scene: AnyScene, options: Options) -> list[Step]:
+        return [
+            *super().outputs(scene, options),
+            step("traces.csv", "a column for each probe", _no_traces(scene)),
+            step("field files", FIELD_FILES, _no_heat(scene) if options.fields else "not asked for (--fields)"),
+        ]
+
+    def differences(self, outcome: Outcome[AnyScene]) -> dict[str, float]:
+        if outcome.reduced1d is None:
+            return {}
+        return {check: comparison().difference for check, comparison in both(outcome).definitions.items()}
+
+    def exportable(self, scene: AnyScene, options: Options) -> None:
+        from fem3d.compact.find import check
+
+        check(scene)
+
+    def compact(self, outcome: Outcome[AnyScene], progress: Progress) -> dict[str, object]:
+        return compact_model(outcome.scene, outcome.options, progress)
+
+    def headline(self, outcome: Outcome[AnyScene], contrary: Sequence[Check], style: Style) -> str:
+        from compare.report import free
+
+        return free.headline(outcome, contrary, style)
+
+    def sections(self, outcome: Outcome[AnyScene], contrary: Sequence[Check], style: Style) -> list[Section]:
+        from compare.report import free
+
+        return free.sections(outcome, contrary, style)
+
+    def document(self, outcome: Outcome[AnyScene]) -> dict[str, object]:
+        from compare.report import free
+
+        return free.document(outcome)
+
+    def columns(self, outcome: Outcome[AnyScene]) -> dict[str, np.ndarray]:
+        from compare.report import free
+
+        return free.columns(outcome)
+
+
+def own_model(scene: AnyScene, options: Options) -> tuple[str | Callable[..., Any], str] | None:
+    """The user's own model and the folder that its file is relative to: the one asked for, or the scene's own where
+    that runs no program. Raises SceneError where the scene is to have one and has none."""
+    from compare.models import OF_THE_SCENE, runs_code
+
+    given, model = options.model, scene.model
+    if given and given != OF_THE_SCENE:
+        return given, ""
+    if model is None or not model.file:
+        if given:
+            raise SceneError(f"--model scene: {quoted(scene.name)} has no [model] with a file: name one there, or here")
+        return None
+    return None if not given and runs_code(model.file) else (model.file, model.folder)
+
+
+def both(outcome: Outcome[AnyScene]) -> Both:
+    """3D and the user's model of the same quantities."""
+    from compare import quantities
+    from compare.probes import Both
+
+    assert outcome.reduced1d is not None
+    return Both(quantities.of(outcome.scene, outcome.solved), outcome.solved, outcome.reduced1d)
+
+
+def at_rest(scene: AnyScene, progress: Callable[[str], None]) -> dict[str, Any]:
+    """The steady state of a scene over time, whose drives do not vary."""
+    from fem3d.runs import scene as scene_run
+
+    return scene_run.solve(replace(scene, steady=True, output_times=()), progress).steady
+
+
+def varies(scene: AnyScene) -> bool:
+    """Whether anything that drives a scene varies in time, so that it has no single steady state."""
+    return any(isinstance(value, Schedule) for value in physics.driving(scene))
+
+
+def probed(scene: AnyScene) -> AnyScene:
+    """The scene, or where it has no probes with the mean temperature of every part as one."""
+    means: Any = scene.means()
+    return scene if scene.probes else replace(scene, probes=means)
+
+
+def _no_heat(scene: AnyScene) -> str:
+    return "" if physics.heat(scene) else "no temperature is solved for"
+
+
+def _no_traces(scene: AnyScene) -> str:
+    return f"{STEADY} (run.steady)" if scene.steady else ""

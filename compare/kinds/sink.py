@@ -1,0 +1,337 @@
+"""The sink: 3D, the paper's model or another 1D model, and the paper's equations and figures."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from compare.kinds.base import FIELD_FILES, NO_FIGURES, STEADY, Figures, Kind, compact_model
+from compare.made import checks_lines, made_checks
+from compare.options import Options
+from compare.outcome import Outcome, Progress
+from scenes.errors import BeyondLawError, NumericsError, RunawayError, SceneError, listed
+from scenes.formats import sink_text
+from scenes.plan import Step, noted, step
+from scenes.sink import OF_A_SINK, Sink
+from scenes.units import THERMAL_CONTACT
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from compare.models import Model
+    from compare.report.table import Section, Style
+    from compare.slopes import Slopes
+    from compare.verdict import Check, Models
+    from reduced1d.ladder.levels import Levels
+    from scenes.model import AnyScene
+    from scenes.result import Result
+
+FIGURES = {
+    "figure4": "the steady 3D temperature field, rendered off screen",
+    "figure5": "the rise along the beam and eq 9's parabola",
+    "figure6": "rises against time",
+    "figure7": "current against time",
+}
+ROW_FIGURES = {
+    "islands": "the rise along the whole row",
+    "islands_runs": "how the differences run with the number of spans and with an island's length",
+}
+"""Figures of a sink of several spans, which has no figure 5."""
+NO_FIELD = "there is no 3D field"
+
+
+class SinkKind(Kind[Sink]):
+    name, call, builtin = "sink", "compare.run", "sink"
+    shown = ("peak_rise_K", "end_rise_K", "current_A")
+
+    def load(self, source: str, settings: Sequence[str], options: Mapping[str, object]) -> Sink:
+        from scenes.keys import SINK
+        from scenes.loading import load
+
+        return load(source, settings, scene_type=SINK)
+
+    def title(self, scene: Sink) -> str:
+        return sink_text(scene)
+
+    def quantities(self, scene: Sink) -> dict[str, tuple[str, str]]:
+        return {entry.steady: (entry.called, entry.unit) for entry in OF_A_SINK.values()}
+
+    def declared(self, scene: Sink, options: Options) -> Sink:
+        return scene if options.reduction == "paper" else replace(scene, expected_to_differ=None)
+
+    def refuse(self, scene: Sink, options: Options) -> None:
+        from reduced1d.ladder import refuse
+        from scenes.physics import nonlinear, refuse_terminals
+
+        if options.model:
+            # A model of the user's own is compared with 3D, and no ladder of assumptions leads to it.
+            chosen = {"--why": options.why, "--only 1d": options.only == "1d", "--monte-carlo": options.monte_carlo}
+            for option in (option for option, given in chosen.items() if given):
+                raise SceneError(f"--reduction {options.reduction} is judged against 3D as it is: leave out {option}")
+        elif "reduced1d" in options.models:
+            refuse(scene, options.reduction)
+        if options.against and (options.steady or options.only == "1d"):
+            raise SceneError("--against compares with the 3D model over time: leave out --steady and --only 1d")
+        if options.model == "network":
+            from reduced1d.network.sink import lines_of
+
+            lines_of(scene)
+        fits = bool(options.calibrate)
+        if (options.follows_keys or fits) and options.transient:
+            refuse_terminals(scene.scene(), "a sensitivity over time")
+        if fits and (why := nonlinear(scene.scene(), True)):
+            raise SceneError(f"{why}, and --calibrate then has no slopes of a sink's traces to fit by: leave it out")
+
+    def solve(
+        self, scene: Sink, options: Options, progress: Progress, earlier: Result | None = None
+    ) -> dict[str, Result]:
+        results: dict[str, Result] = {}
+        if "fem3d" in options.models:
+            results["fem3d"] = _solve_3d(scene, options, progress, earlier)
+            if scene.spans > 1:
+                results["single"] = _solve_3d(replace(scene, spans=1), options, progress, None)
+        if "reduced1d" in options.models and not options.model:
+            with progress.stage("reduced1d"):
+                results["reduced1d"] = _solve_1d(scene, options, results.get("fem3d"))
+        return results
+
+    def open_model(self, scene: Sink, options: Options) -> Model | None:
+        if not options.model:
+            return None
+        from compare.models import open_model
+
+        return open_model(options.model)
+
+    def ask(self, outcome: Outcome[Sink], model: Model, progress: Progress) -> Result:
+        from compare.models import sampling
+
+        fem3d = outcome.solved
+        result = sampling.solve(model, sampling.make_question(outcome.scene, fem3d), fem3d, 0.0, True, progress)
+        return replace(result, details=result.details | {"own_model": model})
+
+    def checks(self, outcome: Outcome[Sink]) -> tuple[Check, ...]:
+        if outcome.fem3d is None:
+            return ()
+        from compare.checks import evaluate
+
+        models = compared(outcome)
+        return evaluate(outcome.scene, outcome.options, models.fem3d, models.reduced1d, models.single)
+
+    def alarms(self, outcome: Outcome[Sink]) -> tuple[str, ...]:
+        from compare import hottest
+
+        own = outcome.reduced1d is not None and "own_model" in outcome.reduced1d.details
+        return hottest.of_sink(outcome.scene, outcome.fem3d, None if own else outcome.reduced1d)
+
+    def warnings(self, outcome: Outcome[Sink]) -> tuple[str, ...]:
+        fem3d, reduced1d = outcome.fem3d, outcome.reduced1d
+        own = reduced1d is not None and "own_model" in reduced1d.details
+        said = tuple(text for result in (fem3d, reduced1d) if result for text in result.details.get("warnings", ()))
+        made = {check.id for check in outcome.checks}
+        if own and (left := [c for c in made_checks(outcome.scene, outcome.options) if c not in made]):
+            said += (f"not checked, as {outcome.options.reduction} leaves out what it is of: {listed(left)}",)
+        return said
+
+    def answer(self, outcome: Outcome[Sink], progress: Progress) -> str:
+        from compare.blame import answered
+
+        said, reason = answered(
+            outcome.scene, outcome.fem3d, outcome.reduced1d, outcome.checks, outcome.analyses.get("why"),
+            levels_of(outcome.reduced1d),
+        )  # fmt: skip
+        if reason:
+            outcome.plan = noted(outcome.plan, [Step("blame", "skipped", reason)])
+        return said
+
+    def slopes(self, outcome: Outcome[Sink], keys: Sequence[str] | None) -> dict[str, Slopes]:
+        from compare import slopes
+        from compare.sink_checks import misfit_weights
+        from scenes.varied import numbers
+
+        sink, fem3d, reduced1d, made = outcome.scene, outcome.fem3d, outcome.reduced1d, dict[str, slopes.Slopes]()
+        times = None
+        if fem3d is not None:
+            weights = misfit_weights(sink, fem3d) if outcome.options.uncertain and sink.spans == 1 else None
+            made["fem3d"] = slopes.sink_3d(sink, fem3d, weights=weights)
+            times = made["fem3d"].times
+            if "single" in outcome.results and outcome.options.uncertain:
+                made["single"] = slopes.sink_3d(replace(sink, spans=1), outcome.results["single"])
+        elif reduced1d is not None and reduced1d.traces is not None:
+            times = reduced1d.traces.time[1:]
+        if reduced1d is not None and "own_model" in reduced1d.details and fem3d is not None:
+            from compare.models.sampling import make_question
+
+            model, three = reduced1d.details["own_model"], fem3d
+            made["reduced1d"] = slopes.own_model(
+                model, sink, reduced1d, numbers(sink), lambda other: make_question(other, three), None
+            )
+        elif reduced1d is not None:
+            made["reduced1d"] = slopes.sink_1d(sink, reduced1d, times)
+        return made
+
+    def steps(self, scene: Sink, options: Options, outcome: Outcome[Sink] | None = None) -> list[Step]:
+        solver: Sequence[Step] = (Step("3D model", "skipped", "only the 1D model was asked for"),)
+        in_3d = "fem3d" in options.models
+        if in_3d and outcome is not None:
+            solver = outcome.solved.details["plan"]
+        elif in_3d:
+            from fem3d.runs.sink import plan
+
+            solver = plan(scene, options.transient)
+        paper, surroundings = options.reduction == "paper", list[Step]()
+        if in_3d and scene.substrate_thickness is not None:
+            said = "the paper's oxide stands on room temperature" if paper else "its resistance in 1D"
+            surroundings.append(step("substrate", f"in 3D; {said}"))
+        if in_3d and scene.contact_resistance is not None:
+            said = "the paper's oxide touches perfectly" if paper else "in series with the oxide in 1D"
+            at = f"{THERMAL_CONTACT.show(scene.contact_resistance)} at both faces of the oxide"
+            surroundings.append(step("contacts", f"{at}, where the 3D temperature jumps; {said}"))
+        if scene.gap_gas_conductivity:
+            where = "; in the paper's model to room temperature" if scene.substrate_thickness and paper else ""
+            film = f"a film of {scene.gap_coefficient:.4g} W/(m2 K){where}"
+            surroundings.append(step("gas in the gap", film))
+        if in_3d and scene.emissivity:
+            bare = f"all bare faces of beam and pads, emissivity {scene.emissivity:g}, to {scene.room_temperature:g} K"
+            surroundings.append(step("radiation", f"{bare}; the 1D model leaves it out"))
+        blame = [step("blame", "by the ladder between the models, where the 1D model differs")]
+        blame *= len(options.models) > 1 and not options.why
+        return [*solver, *surroundings, _reduction_step(options), *checks_lines(scene, options), *blame]
+
+    def figures(self, scene: Sink, options: Options) -> Figures:
+        shown = FIGURES if scene.spans == 1 else {n: w for n, w in FIGURES.items() if n != "figure5"} | ROW_FIGURES
+        skipped: dict[str, str] = {}
+        if not options.why:
+            skipped["islands_runs"] = "other rows are solved for it only with --why"
+        if "fem3d" not in options.models:
+            skipped |= dict.fromkeys(("figure4", "figure5", *ROW_FIGURES), NO_FIELD)
+        if options.steady:
+            skipped |= dict.fromkeys(("figure6", "figure7"), STEADY)
+        return {n: (what, skipped.get(n, "") if options.figures else NO_FIGURES) for n, what in shown.items()}
+
+    def outputs(self, scene: Sink, options: Options) -> list[Step]:
+        missing = "" if "fem3d" in options.models else NO_FIELD
+        return [
+            *super().outputs(scene, options),
+            step("traces.csv", "every quantity against time", STEADY if options.steady else ""),
+            step("field files", FIELD_FILES, missing if options.fields else "not asked for (--fields)"),
+        ]
+
+    def differences(self, outcome: Outcome[Sink]) -> dict[str, float]:
+        from compare.checks import DEFINITIONS
+
+        if outcome.fem3d is None:
+            return {}
+        models = compared(outcome)
+        known = [c.id for c in outcome.checks if c.id in DEFINITIONS and c.id not in ("fig5", "energy")]
+        return {check: DEFINITIONS[check](models).difference for check in known}
+
+    def exportable(self, scene: Sink, options: Options) -> None:
+        from fem3d.compact.find import check
+
+        check(exported(scene, options))
+
+    def compact(self, outcome: Outcome[Sink], progress: Progress) -> dict[str, object]:
+        return compact_model(exported(outcome.scene, outcome.options), outcome.options, progress)
+
+    def headline(self, outcome: Outcome[Sink], contrary: Sequence[Check], style: Style) -> str:
+        from compare.report import sink
+
+        return sink.headline(outcome, contrary, style)
+
+    def sections(self, outcome: Outcome[Sink], contrary: Sequence[Check], style: Style) -> list[Section]:
+        from compare.report import sink
+
+        return sink.sections(outcome, contrary, style)
+
+    def document(self, outcome: Outcome[Sink]) -> dict[str, object]:
+        from compare.report import sink
+
+        return sink.document(outcome)
+
+    def columns(self, outcome: Outcome[Sink]) -> dict[str, np.ndarray]:
+        from compare.report import sink
+
+        return sink.columns(outcome)
+
+
+def compared(outcome: Outcome[Sink]) -> Models:
+    """The sink with its results, as the checks take them."""
+    from compare.verdict import Models
+
+    return Models(outcome.scene, outcome.solved, outcome.reduced1d, outcome.results.get("single"))
+
+
+def exported(sink: Sink, options: Options) -> AnyScene:
+    """The scene of boxes that a compact model is made of, with the current as a probe."""
+    from scenes.model import Probe
+
+    if sink.emissivity:
+        raise SceneError("a compact model has no radiation: give environment.emissivity = 0, or leave it out")
+    scene = sink.scene()
+    inlet = next(b for b in scene.boundaries if b.kind == "voltage")
+    current = Probe("current", inlet.lower, inlet.upper, "current")
+    return replace(scene, probes=(*scene.probes, current), steady=options.steady)
+
+
+def _solve_3d(sink: Sink, options: Options, progress: Progress, earlier: Result | None) -> Result:
+    with progress.stage("imports"):
+        from fem3d.runs.sink import solve
+        from scenes.validity import cause, farthest
+    say: Any = progress
+    if extreme := farthest(sink):
+        # Such a run may take minutes: its lines of progress give the reason.
+        say = partial(_say_beside, extreme[0], progress)
+    say("solving in 3D")
+    with progress.stage("fem3d"):
+        try:
+            return solve(sink, options.transient, say, earlier)
+        except (RunawayError, BeyondLawError):
+            raise
+        except NumericsError as error:
+            raise NumericsError(
+                f"{error}{cause(sink, ', ask for less with --accuracy 1e-2, or see --only 1d')}"
+            ) from None
+
+
+def _say_beside(extreme: str, progress: Progress, text: str) -> None:
+    progress(f"{extreme} than usual; {text}")
+
+
+def levels_of(reduced1d: Result | None) -> Levels | None:
+    """The plate that a 1D model stands on, where it has one."""
+    return None if reduced1d is None else reduced1d.details.get("levels")
+
+
+def _solve_1d(sink: Sink, options: Options, fem3d: Result | None) -> Result:
+    """The 1D model, at the times of the 3D model's traces where there are any."""
+    from reduced1d.ladder import solve
+
+    levels = None
+    if options.reduction != "paper":
+        from reduced1d.ladder.levels import Levels
+
+        levels = Levels(sink)
+    times = fem3d.traces.time if fem3d is not None and fem3d.traces is not None else None
+    try:
+        result = solve(sink, options.reduction, steady_only=options.steady, times=times, levels=levels)
+    except RunawayError as error:
+        if fem3d is None:
+            raise
+        raise RunawayError(f"in 1D (3D has a steady state, see --only 3d) {error}", error.limit) from None
+    return result if levels is None else replace(result, details=result.details | {"levels": levels})
+
+
+def _reduction_step(options: Options) -> Step:
+    if "reduced1d" not in options.models:
+        return Step("1D model", "skipped", "only the 3D model was asked for")
+    when = "steady only"
+    if options.transient:
+        when = "steady and at the 3D model's times" if "fem3d" in options.models else "steady and over time"
+    name = options.reduction
+    if options.model:
+        return step("1D model", f"{name}, {when}")
+    from reduced1d.ladder import describe
+
+    return step("1D model", f"{describe(name) if name == 'paper' else f'{name}, {describe(name)}'}, {when}")

@@ -1,0 +1,471 @@
+"""The options of a run, one row for each: they make the parser, the keywords in Python, refusals and folder names.
+
+A row needs no other change than itself, unless an analysis reads its value (``options.NAME``).
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
+
+from scenes.errors import SceneError, did_you_mean, printable, quoted
+from scenes.loading import shortened
+
+if TYPE_CHECKING:
+    from compare.against import Data
+    from scenes.uncertain import Uncertain
+
+SINK, DEVICE, FREE = "sink", "device", "free"
+ALL = (SINK, DEVICE, FREE)
+MOST_STATES = 400
+"""The largest number that --states takes; a model has no more states than its structure needs."""
+SAMPLES = 10, 100_000
+"""Bounds of --monte-carlo; fewer than 10 samples give no standard deviation worth the name."""
+
+Given = Mapping[str, Any]
+Reader = Callable[[Any, Any, Given], Any]
+"""Makes a value of the given text, the scene, and all that is given by keyword. A mapping sets several options."""
+
+
+@dataclass(frozen=True)
+class Option:
+    """One option.
+
+    Attributes
+    ----------
+    flag : usage: "--voltage V", "--column NAME=COLUMN ..." repeats, "--only {3d,1d}" has choices, "--steady" has none
+    help : text for the command's help, by kind of scene where it differs
+    kinds : kinds of scenes that take it
+    sets : key of the scene that it stands for
+    read : makes the value of the text; without it the text is the value
+    needs : by another flag the reason why this option needs it
+    excludes : by another flag (with a value, "--only 1d") the reason why this option excludes it, {other}
+    in_name : its part of the folder's name, with {} for the text; empty for none; or a function
+    keyword : name in Python and of the value; empty for the terminal alone
+    """
+
+    flag: str
+    help: str | Mapping[str, str] = ""
+    kinds: Sequence[str] = ALL
+    sets: str = ""
+    read: Reader | None = None
+    needs: Mapping[str, str] = field(default_factory=dict)
+    excludes: Mapping[str, str] = field(default_factory=dict)
+    in_name: str | Callable[[Any], list[str]] | None = None
+    keyword: str | None = None
+
+    @property
+    def name(self) -> str:
+        """The flag without its value: "--voltage"."""
+        return self.flag.split()[0]
+
+    @property
+    def key(self) -> str:
+        """The keyword in Python: "voltage"; also of an option of the terminal alone."""
+        return self.keyword or re.sub("^no_", "", self.name.lstrip("-").replace("-", "_"))
+
+    @property
+    def switch(self) -> bool:
+        return " " not in self.flag
+
+    @property
+    def repeats(self) -> bool:
+        return self.flag.endswith(" ...")
+
+    @property
+    def default(self) -> Any:
+        """The value where the option is not given."""
+        return () if self.repeats else self.name.startswith("--no-") if self.switch else None
+
+    def help_for(self, kind: str) -> str:
+        return self.help if isinstance(self.help, str) else self.help[kind]
+
+    def words(self, text: Any, value: Any) -> list[str]:
+        """Its words in a folder's name: the name and the text, unless `in_name` says otherwise."""
+        if text == self.default or text in (None, False) or self.in_name == "":
+            return []
+        if callable(self.in_name):
+            return self.in_name(value)
+        texts = [str(part) for part in text] if self.repeats else [str(text)]
+        if self.in_name is not None:
+            return [self.in_name.format(part) for part in texts]
+        return [self.name.lstrip("-")] if self.switch else [self.name.lstrip("-"), *texts]
+
+
+@dataclass(frozen=True)
+class Export:
+    """A compact model to make: folder, relative accuracy, and number of states (None: as few as the accuracy takes)."""
+
+    folder: Path
+    accuracy: float
+    states: int | None = None
+
+
+def whole(option: str, given: Any, least: int, most: int) -> int:
+    """Read a whole number; SceneError outside of its bounds."""
+    text = str(given)
+    if not text.isascii() or not text.isdigit() or not least <= int(text) <= most:
+        raise SceneError(f"{option} is {quoted(text)}: give a whole number from {least} to {most}")
+    return int(text)
+
+
+def _reduction(given: Any, scene: Any, _: Given) -> dict[str, Any]:
+    """A 1D model of this program by its canonical name, or the user's own as ``model``."""
+    from compare.models import parse_reduction
+
+    name, model = parse_reduction(str(given) if isinstance(given, Path) else given)
+    return {"reduction": name, "model": model}
+
+
+def _model(given: Any, scene: Any, _: Given) -> Any:
+    return str(given) if isinstance(given, Path) else given
+
+
+def _uncertain(given: Any, scene: Any, values: Given) -> Uncertain:
+    """Standard uncertainties: texts KEY=U, or {"sink.width": "1%"} and {"sink.width,sink.length": 0.9}."""
+    from scenes.uncertain import read
+
+    pairs = list(values.get("correlated") or ())
+    if isinstance(given, Mapping):
+        pairs += [f"{key}={value}" for key, value in given.items() if "," in key]
+        given = [f"{key}={value}" if str(value) else key for key, value in given.items() if "," not in key]
+    return read(scene, list(given), pairs)
+
+
+def _samples(given: Any, scene: Any, _: Given) -> int:
+    return whole("--monte-carlo", given, *SAMPLES)
+
+
+def _data(given: Any, scene: Any, values: Given) -> Data:
+    """The user's own data, read before anything is solved."""
+    from compare.data import read
+
+    columns = values.get("columns") or ()
+    if isinstance(columns, Mapping):
+        columns = [f"{name}={column}" for name, column in columns.items()]
+    return read(Path(given), scene, columns, _listed(values.get("data_uncertainty")))
+
+
+def _listed(given: Any) -> tuple[str, ...]:
+    return (given,) if isinstance(given, str) else tuple(given or ())
+
+
+def _fitted(given: Any, scene: Any, values: Given) -> tuple[str, ...]:
+    if values.get("against") and not values.get("data_uncertainty"):
+        raise SceneError("--calibrate weighs the data by what they are known to: give --data-uncertainty, too")
+    return _listed(given)
+
+
+def _times(given: Any, scene: Any, _: Given) -> tuple[float, ...]:
+    """Times (s) of further stored fields, up to the end of the run."""
+    from scenes.kinds import Quantity
+    from scenes.units import TIME
+
+    kind = Quantity(TIME, 0.0, scene.end_time, note=", the end of the run")
+    texts = given.split(",") if isinstance(given, str) else given
+    return tuple(kind.read("--field-times", part.strip() if isinstance(part, str) else part) or 0.0 for part in texts)
+
+
+def _shown_times(times: Sequence[float]) -> list[str]:
+    from scenes.units import TIME
+
+    return [TIME.show(time).replace(" ", "") for time in times]
+
+
+def _export(given: Any, scene: Any, values: Given) -> Export:
+    """The accuracy is the scene's, or of a device twice that: half is the solution's, half the model's own."""
+    from scenes.keys import ACCURACY
+
+    if not str(given).strip():
+        raise SceneError('--export "" names no folder: give one, such as my-model')
+    accuracy = scene.accuracy
+    if scene.kind == DEVICE:
+        solved = scene.accuracy_3d if values.get("in_3d") else scene.accuracy
+        accuracy = 2.0 * solved
+    wanted, states = values.get("model_accuracy"), values.get("states")
+    if wanted is not None:
+        accuracy = ACCURACY.read("--model-accuracy", wanted) or accuracy
+        if scene.kind == DEVICE and accuracy < solved:
+            raise SceneError(
+                f"--model-accuracy {wanted} is below what the solution is known, {solved:g}: give --accuracy, too"
+            )
+    return Export(Path(given), accuracy, None if states is None else whole("--states", states, 1, MOST_STATES))
+
+
+def _figures(given: Any, scene: Any, _: Given) -> tuple[str, ...]:
+    """Figures of a device in their order: 9 or "figure9"."""
+    known = [f"figure{number}" for number in range(9, 15)]
+    wanted = {f"figure{str(name).removeprefix('figure')}" for name in _listed(given)}
+    if unknown := sorted(wanted - set(known)):
+        raise SceneError(f"about={quoted(unknown[0])} is no figure: give {', '.join(known)}")
+    return tuple(name for name in known if name in wanted)
+
+
+def _limit(dimension: str) -> Reader:
+    def read(given: Any, scene: Any, _: Given) -> float:
+        from scenes import units
+        from scenes.kinds import Quantity
+
+        return Quantity(getattr(units, dimension), 1e-12, 1e6).read(f"--max-{dimension.lower()}", given) or 0.0
+
+    return read
+
+
+_COMPARES = {"--only": "compares both models"}
+_NEEDS_DATA = "of the data of --against FILE"
+_PRINTS = "and {other} print different things"
+_EXCLUDED_BY_FIGURE = {
+    "--figure": "is of the range, which {other} leaves out",
+    "--scheme paper": "is of the range, which {other} leaves out",
+}
+TABLE = (
+    Option("--set KEY=VALUE ...", "override a key of the scene, as often as needed: {example}", in_name="", keyword=""),
+    Option("--accuracy A", {
+        SINK: "relative accuracy of the 3D solution (default 1e-3 or the scene's)",
+        DEVICE: "accuracy of the temperatures, relative to the set rise; with --3d that of the 3D model",
+        FREE: "relative accuracy of every probe (default 1e-3 or the scene's)",
+    }, sets="run.accuracy"),
+    Option("--voltage V", 'voltage across the electrodes: 1, 2V or "500 mV"; for --set drive.voltage=V', (SINK,),
+           sets="drive.voltage"),
+    Option("--end-time T", "over time from the start to T, such as 2ms, whatever the scene says of it", (FREE,),
+           sets="run.end_time", excludes={"--steady": "and {other} contradict each other"}),
+    Option("--only {3d,1d}", "one model only", (SINK,), in_name="{}"),
+    Option("--reduction R", "the 1D model: paper (default), anchored, fin-massless, fin, plate or moments[:N]; or one "
+           "of your own, FILE.py:FUNCTION, FILE.cir, FILE.fmu, FILE.csv, or network", (SINK,), read=_reduction,
+           excludes={"--only 3d": "is a 1D model"}, in_name="{}"),
+    Option("--model M", "a 1D model of your own to judge: FILE.py:FUNCTION, FILE.cir (ngspice), FILE.fmu, FILE.csv, "
+           "network (lines made of the boxes, as by hand), or scene for the scene's own [model]", (FREE,), read=_model),
+    Option("--3d", "in 3D too, and how far 1D is off", (DEVICE,), keyword="in_3d"),
+    Option("--figure {9,10,11,12,13,14} ...", "this figure and its checks only, as often as needed", (DEVICE,),
+           read=_figures, in_name="figure{}", keyword="about"),
+    Option("--scheme {accurate,paper}", "the accurate scheme (default), or the paper's own and how far it is off",
+           (DEVICE,), in_name="{}"),
+    Option("--meter {PXI-4070,MAX1367}", "round the resistances to what a meter resolves", (DEVICE,), in_name="{}"),
+    Option("--max-voltage V", "the sensor's largest voltage, for the range: 100mV", (DEVICE,), read=_limit("VOLTAGE"),
+           excludes=_EXCLUDED_BY_FIGURE, in_name="max{}", keyword="largest_voltage"),
+    Option("--max-power W", "the sensor's largest power, for the range: 20mW", (DEVICE,), read=_limit("POWER"),
+           excludes=_EXCLUDED_BY_FIGURE, in_name="max{}", keyword="largest_power"),
+    Option("--steady", {
+        SINK: "the steady state only, no transient", FREE: "the steady state, whatever the scene says of time",
+    }, (SINK, FREE), sets="run.steady"),
+    Option("--why", {
+        SINK: "split the 1D model's differences from 3D by the assumptions behind them",
+        FREE: "with --model network: which joint of it is to blame for what, by putting 3D's own resistance into it",
+    }, (SINK, FREE), excludes=_COMPARES),
+    Option("--left-out", "what both models leave out, each solved in 3D, and all at once: the gas below and others",
+           (SINK, DEVICE), excludes={"--only 1d": "solves in 3D"}),
+    Option("--sensitivities", {
+        SINK: "how both models follow each key: d ln quantity / d ln key, 1D against 3D",
+        DEVICE: "how the steady state follows each key: d ln Q / d ln key",
+        FREE: "how every probe follows each number of the scene: d ln probe / d ln key",
+    }),
+    Option("--uncertain KEY=U ...", {
+        SINK: "the standard uncertainty of a key, as often as needed: oxide_thickness=0.1um, voltage=1%%; or "
+        "materials, for the scene's table of them",
+        DEVICE: "the standard uncertainty of a key, as often as needed: oxide_thickness=0.1um, "
+        "pdms.thermal_conductivity=5%%; or materials",
+        FREE: "the standard uncertainty of a key, as often as needed: box.beam.upper.z=0.1um, "
+        "boundary.drive.voltage=1%%",
+    }, read=_uncertain),
+    Option("--correlated KEY,KEY=R ...", {
+        SINK: "the correlation of two uncertain keys, from -1 to 1: pad_width,oxide_width=0.9",
+        DEVICE: "the correlation of two uncertain keys, from -1 to 1: pad_width,oxide_width=0.9",
+        FREE: "the correlation of two uncertain keys, from -1 to 1: box.beam.lower.x,box.beam.upper.x=-1",
+    }, needs={"--uncertain": "is of uncertain keys"}),
+    Option("--monte-carlo N", "with --uncertain, solve N samples of the inputs too: where is linear propagation off?",
+           (SINK,), read=_samples, needs={"--uncertain": "samples uncertain inputs"}, excludes=_COMPARES),
+    Option("--against FILE", "compare your own traces with 3D: a COMSOL table, a CSV or other table, an ngspice file",
+           (SINK, FREE), read=_data),
+    Option("--column NAME=COLUMN ...", {
+        SINK: "what a column of that file is, where its name does not tell: "
+        'peak="T (K), Point 1", "end rise (K)=3", drive.voltage=Va; as often as needed',
+        FREE: "what a column of that file is, where its name does not tell: "
+        'heater="T (K), Point 1", "tip rise (K)=3"; as often as needed',
+    }, (SINK, FREE), needs={"--against": f"says what a column is {_NEEDS_DATA}"}, keyword="columns"),
+    Option("--data-uncertainty U ...", {
+        SINK: 'the standard uncertainty of the data: 0.5K, 1%%, peak=0.5K or peak="a column"',
+        FREE: 'the standard uncertainty of the data: 0.5K, 1%%, heater=0.5K or heater="a column"',
+    }, (SINK, FREE), needs={"--against": f"is that {_NEEDS_DATA}"}, read=lambda given, *_: _listed(given)),
+    Option("--calibrate KEY ...", "fit a key to that data in 3D, as often as needed, and go on with what is fitted",
+           (SINK, FREE), read=_fitted, needs={"--against": f"fits keys {_NEEDS_DATA}"}),
+    Option("--export DIR", {
+        SINK: "write a compact model of a few states to DIR: JSON, Python, SPICE, FMU; with its error",
+        FREE: "write a compact model of a few states to DIR: JSON, Python, SPICE, FMU; with its error",
+        DEVICE: "write a compact model, of 3D with --3d, and its controllers to DIR: JSON, Python, SPICE, FMU",
+    }, read=_export, in_name="", excludes={
+        "--only 1d": "writes a model of the 3D problem", "--scheme paper": "writes a model of the accurate scheme",
+        "--meter": "writes controllers that measure exactly",
+    }),
+    Option("--states N", "with --export, how many states the model has (default: as few as --model-accuracy takes)",
+           needs={"--export": "is of the model that --export DIR writes"},
+           excludes={"--model-accuracy": "says how many states, and {other} takes as many as it needs"}, in_name=""),
+    Option("--model-accuracy A", "with --export, the relative accuracy of the model (default: the scene's; of a "
+           "device twice the run's)", needs={"--export": "is of the model that --export DIR writes"}, in_name=""),
+    Option("--fields", "write the 3D temperature fields (fem3d.pvd with .vtu files)", (SINK, FREE),
+           excludes={"--only 1d": "writes the 3D model's fields"}),
+    Option("--field-times T,T...", "with --fields, times to store beside the usual ones: 0.1ms,2ms", (SINK,),
+           read=_times, needs={"--fields": "are those of field files"}, excludes={"--steady": "needs the transient"},
+           in_name=_shown_times),
+    Option("--out DIR", "the results folder; a run that is there is replaced", in_name="", keyword=""),
+    Option("--no-figures", "no figures", in_name=""),
+    Option("--explain", "print first what will be solved and what is skipped, and why; then run", in_name="",
+           excludes=dict.fromkeys(("--dry-run", "--quiet", "--json"), _PRINTS), keyword=""),
+    Option("--dry-run", "print that plan alone: nothing is solved, or written but a picture of the scene in --out DIR",
+           excludes=dict.fromkeys(("--quiet", "--json"), _PRINTS), in_name="", keyword=""),
+    Option("--strict", "exit with 1 for any check not as declared (undeclared: expected to agree), or unresolved",
+           in_name="", keyword=""),
+    Option("--quiet", "print the answer and the verdict only, in one line", excludes={"--json": _PRINTS}, in_name="",
+           keyword=""),
+    Option("--json", "print summary.json in place of the tables", in_name="", keyword=""),
+)  # fmt: skip
+
+
+def of_kind(kind: str) -> Iterator[Option]:
+    """Yield the options of a kind of scene."""
+    return (option for option in TABLE if kind in option.kinds)
+
+
+class Options(SimpleNamespace):
+    """Values by keyword (``options.steady``); those that are not given have their defaults, for every kind of scene."""
+
+    def __init__(self, **values: Any) -> None:
+        defaults = {option.key: option.default for option in TABLE}
+        defaults |= {"reduction": "paper", "model": "", "scheme": "accurate", "monte_carlo": 0, "command": ""}
+        defaults |= {"largest_voltage": float("inf"), "largest_power": float("inf")}
+        defaults |= {"uncertain": None, "field_times": ()}
+        if unknown := values.keys() - defaults.keys():
+            raise TypeError(f"no option {', '.join(sorted(unknown))}")
+        super().__init__(**defaults | values)
+
+    def but(self, **changes: Any) -> Options:
+        """Return these options with some changed."""
+        return Options(**vars(self) | changes)
+
+    @property
+    def transient(self) -> bool:
+        """Whether a sink is solved over time."""
+        return not self.steady
+
+    @property
+    def in_3d_only(self) -> bool:
+        return bool(self.only == "3d")
+
+    @property
+    def models(self) -> tuple[str, ...]:
+        """The models of a sink: "fem3d", "reduced1d"."""
+        return {None: ("fem3d", "reduced1d"), "3d": ("fem3d",), "1d": ("reduced1d",)}[self.only]
+
+    @property
+    def follows_keys(self) -> bool:
+        """Whether sensitivities are computed."""
+        return bool(self.sensitivities or self.uncertain)
+
+
+def check(kind: str, given: Given) -> None:
+    """Raise SceneError for an unknown keyword, or one option that needs or excludes another."""
+    options = {option.key: option for option in of_kind(kind)}
+    for name in given:
+        if name not in options:
+            python = [key for key, option in options.items() if option.keyword != ""]
+            raise SceneError(f"there is no option {quoted(name)}: give {', '.join(python)}{did_you_mean(name, python)}")
+    by_flag = {option.name: option for option in options.values()}
+
+    def said(flag: str) -> str:
+        """The option as given, or empty."""
+        name, _, wanted = flag.partition(" ")
+        if name not in by_flag:
+            return ""
+        option = by_flag[name]
+        value = given.get(option.key, option.default)
+        if value in (None, False, "", ()) or value == [] or (wanted and value != wanted):
+            return ""
+        if option.switch or option.repeats or not isinstance(value, (str, int, float)):
+            return name
+        return f"{name} {printable(str(value))}"
+
+    for option in options.values():
+        if not (this := said(option.name)):
+            continue
+        for flag, reason in option.excludes.items():
+            if other := said(flag):
+                if "{other}" in reason:
+                    raise SceneError(f"{this} {reason.format(other=other)}: give one of them")
+                raise SceneError(f"{this} {reason}: leave out {other}")
+        for flag, reason in option.needs.items():
+            if not said(flag):
+                raise SceneError(f"{this} {reason}: give {flag}, too")
+
+
+def settings(kind: str, given: Given, overrides: Sequence[str]) -> list[str]:
+    """The overrides with those that options stand for. SceneError where both set one key."""
+    made = list(overrides)
+    for option in of_kind(kind):
+        value = given.get(option.key)
+        if not option.sets or value in (None, False) or (option.name == "--steady" and kind != FREE):
+            continue
+        key = option.sets + ("_3d" if option.name == "--accuracy" and given.get("in_3d") else "")
+        text = "true" if value is True else value if isinstance(value, str) else repr(float(value))
+        for setting in overrides:
+            # By the key's path, the end of that, or as an item of its section.
+            override, _, said = (part.strip() for part in setting.partition("="))
+            item = key.removeprefix(f"{override}.")
+            if override == key or key.endswith(f".{override}") or (item != key and item in said):
+                raise SceneError(
+                    f"{option.name} {text} and --set {printable(setting)} both set {key}: give one of them"
+                )
+        made.append(f"{key}={text}")
+    return made
+
+
+def read(kind: str, given: Given, scene: Any, command: str = "") -> Options:
+    """The values of what is given, in the order of the table. Raises SceneError."""
+    values: dict[str, Any] = {"command": command}
+    for option in of_kind(kind):
+        value = given.get(option.key)
+        if value in (None, ()) or value == []:
+            continue
+        if option.read is not None:
+            value = option.read(value, scene, given)
+        if option.name == "--set" or option.name == "--out":
+            continue
+        values |= value if isinstance(value, dict) else {option.key: value}
+    return Options(**values)
+
+
+def folder_name(kind: str, given: Given, options: Options, scene: Any, overrides: Sequence[str]) -> Path:
+    """The usual folder of a run, "results/sink-2V-width20um-steady": what makes its results different.
+
+    ``overrides`` are the settings of the scene, with those that options stand for.
+    """
+    from scenes.loading import distinguishes
+
+    # A key of the scene is in the name by the scene, or by the overrides; a sink has no key for --steady.
+    named = [option for option in of_kind(kind) if not option.sets or (kind == SINK and option.name == "--steady")]
+    words = [word for option in named for word in option.words(given.get(option.key), getattr(options, option.key))]
+    if kind == FREE:
+        return safe_folder(scene.name, *setting_words(overrides), *words)
+    # Overrides of tolerances, which the scene's own text leaves out.
+    matches = (re.match(r"\s*(?:checks\.)?(tolerances|expect_differs)\b\.?(.*)", setting) for setting in overrides)
+    of_checks = [(match[2] or match[1]).replace("=", "") for match in matches if match]
+    return safe_folder(scene.name, distinguishes(scene), *words, *of_checks)
+
+
+def setting_words(settings: Sequence[str]) -> list[str]:
+    """The words of settings in a folder's name: "width20um"."""
+    words = []
+    for setting in settings:
+        key, _, value = setting.partition("=")
+        value = "" if value.strip() == "true" else value.strip()  # "results/hotplate-steady"
+        words.append((key.strip().partition(".")[2] or key) + re.sub("^-", "minus", value))
+    return words
+
+
+def safe_folder(name: str, *words: str) -> Path:
+    """A folder below results/, its name without characters that a file system or a shell minds."""
+    words = tuple(re.sub(r":(?=\d)", "", word.replace("..", "up")) for word in words)
+    safe = [re.sub(r"[^\w.+-]", "", re.sub(r"[\s/\\:]+", "-", word.strip())).strip("-.") for word in words]
+    return Path("results") / "-".join(filter(None, (name, shortened("-".join(filter(None, safe))))))

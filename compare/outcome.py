@@ -1,0 +1,126 @@
+"""A run as it is solved: the scene, the options, the results of the models, the checks, and the analyses."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
+
+from compare.options import Options
+from scenes.plan import Step
+
+if TYPE_CHECKING:
+    from compare.models import Model
+    from compare.slopes import Slopes
+    from compare.verdict import Check
+    from fem3d.device.runs import Solved
+    from reduced1d.device.design import Design
+    from scenes.result import Result
+    from statespace.result import Runs
+
+S = TypeVar("S")
+"""The type of scene: a Sink, a Device, or a free scene."""
+
+
+@dataclass
+class Outcome(Generic[S]):
+    """A run, filled in as it is solved.
+
+    Attributes
+    ----------
+    results : by model, "fem3d" and "reduced1d"; of a row of spans also "single", 3D of one span
+    slopes : by model how its quantities follow the keys, where an analysis computed that
+    analyses : by name of the analysis its result
+    plan : the steps as carried out
+    alarms : remarks that stand first: results that no real part can have, a model that failed
+    answer : the difference between the models in a sentence
+    timing : seconds by stage, and "total"
+    failure : why the user's model has no answer (KeyboardInterrupt: it was interrupted); 3D is kept
+    folder, files, replaced : the results folder, the names of its files, the earlier run that it replaced
+    """
+
+    scene: S
+    options: Options = field(default_factory=Options)
+    results: dict[str, Result] = field(default_factory=dict)
+    checks: tuple[Check, ...] = ()
+    slopes: dict[str, Slopes] = field(default_factory=dict)
+    analyses: dict[str, Any] = field(default_factory=dict)
+    plan: tuple[Step, ...] = ()
+    alarms: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+    answer: str = ""
+    timing: dict[str, float] = field(default_factory=dict)
+    failure: BaseException | None = None
+    folder: Path = Path()
+    files: tuple[str, ...] = ()
+    replaced: str = ""
+
+    @property
+    def fem3d(self) -> Result | None:
+        return self.results.get("fem3d")
+
+    @property
+    def reduced1d(self) -> Result | None:
+        return self.results.get("reduced1d")
+
+    @property
+    def solved(self) -> Result:
+        """The 3D result; ValueError where there is none."""
+        if self.fem3d is None:
+            raise ValueError("this run has no 3D model")
+        return self.fem3d
+
+    @property
+    def runs_away(self) -> str:
+        """When the heating of a transient runs away, shortly before which the run ends; empty where it does not."""
+        return "" if self.fem3d is None else str(self.fem3d.details.get("runs_away", ""))
+
+    @property
+    def own_model(self) -> Model | None:
+        """The user's own model, if the 1D result is its answer."""
+        return None if self.reduced1d is None else self.reduced1d.details.get("own_model")
+
+    @property
+    def runs(self) -> Runs:
+        """The 1D runs of a device."""
+        runs: Runs = self.results["reduced1d"].details["runs"]
+        return runs
+
+    @property
+    def device_3d(self) -> Solved | None:
+        """The runs of a device in 3D, if asked for."""
+        return None if self.fem3d is None else self.fem3d.details.get("solved")
+
+    @property
+    def design(self) -> Design | None:
+        """The answers to a designer's questions about a device, if asked for."""
+        return self.results["reduced1d"].details.get("design")
+
+    def warn(self, *texts: str) -> None:
+        self.warnings = (*self.warnings, *filter(None, texts))
+
+
+class Progress:
+    """Tells the user each stage of a run, and measures how long each takes (s)."""
+
+    def __init__(self, say: Callable[[str], None] | None = None) -> None:
+        self._say = say or (lambda _: None)
+        self._start = time.perf_counter()
+        self._stages: dict[str, float] = {}
+
+    def __call__(self, text: str) -> None:
+        self._say(text)
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        start = time.perf_counter()
+        try:
+            yield
+        finally:
+            self._stages[name] = self._stages.get(name, 0.0) + time.perf_counter() - start
+
+    def timing(self) -> dict[str, float]:
+        return {**self._stages, "total": time.perf_counter() - self._start}

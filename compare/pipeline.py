@@ -1,0 +1,116 @@
+"""A run, from a scene and options to an outcome: plan, models, checks, analyses, answer. Nothing is written.
+
+Nothing here imports numpy before it solves: the renderer's process, which takes the longest to get ready, is started
+first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from compare.analyses import ANALYSES, chosen
+from compare.kinds import kind_of
+from compare.options import Options
+from compare.outcome import Outcome, Progress
+from scenes.errors import NumericsError, SceneError
+from scenes.plan import Step
+
+if TYPE_CHECKING:
+    from compare.models import Model
+    from compare.report.table import Section, Style
+    from compare.verdict import Check
+
+
+def plan(scene: Any, options: Options, outcome: Outcome[Any] | None = None) -> tuple[Step, ...]:
+    """The steps of a run before it is solved, or those of an ``outcome``. Raises SceneError for what cannot be."""
+    kind = kind_of(scene)
+    kind.refuse(scene, options)
+    analyses = [analysis.plan(scene, options) for analysis in chosen(options)]
+    return (*kind.steps(scene, options, outcome), *analyses, *kind.outputs(scene, options))
+
+
+def solve(scene: Any, options: Options, progress: Progress | None = None) -> Outcome[Any]:
+    """Solve a scene, compare its models, and run the analyses that the options ask for.
+
+    Raises SceneError for what a model refuses, and ArithmeticError (RunawayError, NumericsError) where its numerics
+    fail. Where the user's own model fails, `Outcome.failure` says why, and what 3D found is kept.
+    """
+    progress, kind, analyses = progress or Progress(), kind_of(scene), chosen(options)
+    kind.refuse(scene, options)
+    outcome = Outcome(kind.declared(scene, options), options)
+    model = kind.open_model(scene, options)
+    for analysis in analyses:
+        analysis.prepare(outcome, progress)
+    outcome.results = kind.solve(outcome.scene, options, progress)
+    if outcome.fem3d is not None:
+        outcome.scene = outcome.fem3d.details.get("scene", outcome.scene)
+        if model is not None:
+            _ask_own_model(outcome, model, progress)
+    outcome.plan = plan(outcome.scene, outcome.options, outcome)
+    with progress.stage("checks"):
+        outcome.checks = kind.checks(outcome)
+        outcome.alarms = (*outcome.alarms, *kind.alarms(outcome))
+        outcome.warn(*kind.warnings(outcome))
+    for analysis in analyses:
+        if not analysis.skip_reason(outcome.scene, outcome.options):
+            found = analysis.run(outcome, progress)
+            if found is not None:
+                outcome.analyses[analysis.name] = found
+    with progress.stage("answer"):
+        said = kind.answer(outcome, progress)
+    found_by = [(each, outcome.analyses[each.name]) for each in analyses if each.name in outcome.analyses]
+    first = [each.sentence(found, outcome) for each, found in found_by if each.leads]
+    last = [each.sentence(found, outcome) for each, found in found_by if not each.leads] if said else []
+    outcome.answer = " ".join(filter(None, (*first, said, *last))) if said else ""
+    outcome.timing = progress.timing()
+    return outcome
+
+
+def _ask_own_model(outcome: Outcome[Any], model: Model, progress: Progress) -> None:
+    """Add the answer of the user's own model; where it fails or is interrupted, 3D is kept without it."""
+    try:
+        with progress.stage("reduced1d"):
+            outcome.results["reduced1d"] = kind_of(outcome.scene).ask(outcome, model, progress)
+    except (KeyboardInterrupt, NumericsError, SceneError) as error:
+        why = f"{model.name} was interrupted" if isinstance(error, KeyboardInterrupt) else str(error)
+        outcome.failure = error
+        if isinstance(error, NumericsError):
+            why = f"{model.name} has no answer: {error}"
+            outcome.failure = NumericsError(why)
+        outcome.alarms = (f"{why}; what 3D found is kept, and nothing is compared with it",)
+        outcome.options = outcome.options.but(only="3d", model="", why=False)
+
+
+def sections(outcome: Outcome[Any], contrary: Sequence[Check], style: Style) -> list[Section]:
+    """The sections of a report: of the models and checks, then of the analyses."""
+    made = kind_of(outcome.scene).sections(outcome, contrary, style)
+    return made + [
+        each.section(outcome.analyses[each.name], outcome, style) for each in ANALYSES if each.name in outcome.analyses
+    ]
+
+
+def report_text(outcome: Outcome[Any], contrary: Sequence[Check], style: Style) -> str:
+    """The report for a terminal: what cannot be, the answer, the sections, the warnings."""
+    from compare.report.table import wrapped
+
+    said = [wrapped(f"Warning: {text.rstrip('.')}.") for text in outcome.warnings]
+    parts = [section.text(style) for section in sections(outcome, contrary, style)]
+    return "\n\n".join(filter(None, (headline(outcome, contrary, style), *parts, *said)))
+
+
+def headline(outcome: Outcome[Any], contrary: Sequence[Check], style: Style) -> str:
+    """The first lines of a report: what cannot be or has failed, then the answer."""
+    from compare.report.table import wrapped
+
+    alarms = [style.paint(wrapped(f"Warning: {text.rstrip('.')}."), "heading") for text in outcome.alarms]
+    return "\n".join([*alarms, kind_of(outcome.scene).headline(outcome, contrary, style)])
+
+
+def document(outcome: Outcome[Any]) -> dict[str, Any]:
+    """The entries of summary.json that the kind of scene and the analyses make."""
+    summary: dict[str, Any] = {**kind_of(outcome.scene).document(outcome)}
+    for each in ANALYSES:
+        if each.name in outcome.analyses:
+            each.enter(summary, outcome.analyses[each.name], outcome)
+    return summary

@@ -1,0 +1,201 @@
+"""Checks as a person reads them: in tables for a terminal and the page, and under a figure's title; what is claimed,
+what comes out, how far off that is."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections import Counter
+from collections.abc import Callable, Sequence
+from itertools import groupby
+from typing import TYPE_CHECKING, Any
+
+from compare.report.table import Row, Section, Style, Table, sentences
+from compare.verdict import Check
+from scenes.checks import DEVICE_TOLERANCES, OF_THE_PAPER, OF_THE_REDUCTION
+from scenes.formats import difference_text, percent, quantity
+
+if TYPE_CHECKING:
+    from compare.outcome import Outcome
+
+NAMES = {
+    "sink_K": ("sink temperature", "K"),
+    "sensor_K": ("sensor temperature", "K"),
+    "sink_V": ("sink voltage", "V"),
+    "sensor_V": ("sensor voltage", "V"),
+    "sink_power_W": ("sink power", "W"),
+    "sensor_power_W": ("sensor power", "W"),
+    "polymer_flux_W": ("heat into polymer", "W"),
+}
+"""Words and units of the device's quantities."""
+_KINDS = {
+    "slope": "how the models follow a key: 1D less 3D",
+    "energy": "3D alone", "islands": "3D alone", "against": "your data less 3D",
+}  # fmt: skip
+"""What a check compares, by how its id begins."""
+_LONG = 20
+"""Characters of an id from which on titles stand on a line of their own."""
+_NOTE = (
+    "A check differs or agrees only where that holds for every value that the difference may have given its numerical "
+    "error; else it is unresolved."
+)
+
+
+def without_slopes(checks: Sequence[Check]) -> list[Check]:
+    """The checks but those of slopes, which have a table of their own."""
+    return [check for check in checks if not check.id.startswith("slope_")]
+
+
+def counted(name: str, outcome: Outcome[Any], contrary: Sequence[Check]) -> str:
+    """How many of the checks differ, and whether that was known; empty where there are none."""
+    counts = Counter(check.verdict for check in without_slopes(outcome.checks) if check.own)
+    if not (total := counts.total()):
+        return ""
+    differ = f"{counts['differs']} of {total} checks {'differs' if counts['differs'] == 1 else 'differ'}"
+    differ = "its one check differs" if counts["differs"] == total == 1 else differ
+    agree = f"all {total} checks agree" if total > 1 else "its one check agrees"
+    said = f"{name}: {differ if counts['agrees'] < total else agree}"
+    said += f", {counts['unresolved']} unresolved" if counts["unresolved"] else ""
+    if contrary:
+        return f"{said}; not as expected: {', '.join(check.id for check in contrary)}."
+    if outcome.scene.expected_to_differ is None:
+        return f"{said}; nothing was declared of this scene beforehand."
+    if counts["unresolved"]:
+        return f"{said}; the others are as the scene declares."
+    return f"{said}, as the scene declares: all were known."
+
+
+def sections(checks: Sequence[Check], contrary: Sequence[Check], style: Style) -> list[Section]:
+    """The sink's checks by what is compared, and why those differ that do."""
+    if style.page or not checks:
+        return on_page(checks, contrary)
+    below = any(len(check.id) >= _LONG for check in checks)
+
+    def row(c: Check) -> Row:
+        difference = difference_text(c.difference, c.known_to, style.plus_minus)
+        cells = [c.id, "" if below else c.title, difference, percent(c.tolerance, 1), c.verdict]
+        return Row(cells, c.verdict, c.title if below else "")
+
+    table = Table(("check", "", "difference", "tolerance", ""), _by_kind(checks, row), "<<>><")
+    reasons_by_id = [(check.id, _said(check, contrary)) for check in checks if check.own]
+    reasons = sentences([f"{name}: {said}" for name, said in reasons_by_id if said])
+    return [Section("Checks", [table], headed=False), Section("Why", [reasons])]
+
+
+def of_device(checks: Sequence[Check], contrary: Sequence[Check], style: Style) -> list[Section]:
+    """The device's: every claim of the paper with what 1D finds; every result of 1D with what 3D finds; the claim that
+    the device is built on with what 3D finds; then why, with the differences in full."""
+    if style.page or not checks:
+        return on_page(checks, contrary)
+    tables = []
+    for whose, group in groupby(checks, sides):
+        rows = [
+            Row([c.id, c.title, claimed(c), amount(c.measured, c.unit), off_by(c), c.verdict], c.verdict) for c in group
+        ]
+        tables.append(Section("Checks", [Table(("check", "", *whose, "off by", ""), rows, "<<>>><")], headed=False))
+    reasons = [f"{c.id}: {_said(c, contrary)}; {_in_full(c, style.plus_minus)}" for c in checks]
+    return [*tables, Section("Why", [sentences(reasons)])]
+
+
+def on_page(checks: Sequence[Check], contrary: Sequence[Check]) -> list[Section]:
+    """Every check with its values, and below it the reason where one is given."""
+    if not checks:
+        return []
+    whose, relative = {sides(check) for check in checks}, any(check.relative_to for check in checks)
+
+    def row(c: Check) -> Row:
+        said, off = _said(c, contrary), off_by(c)
+        sense = "" if c.sense == "equal" or not math.isfinite(c.predicted) else f"{c.sense} "
+        off = off if off.isalpha() else difference_text(c.difference, c.known_to, "\N{PLUS-MINUS SIGN}")
+        values = sense + amount(c.predicted, c.unit, 5), amount(c.measured, c.unit, 5), off
+        cells = [c.id, c.title, *values, *[c.relative_to] * relative, percent(c.tolerance, 1), c.verdict]
+        return Row(cells, c.verdict, f"{said}." if said else "")
+
+    both = whose.pop() if len(whose) == 1 else ("claimed", "found")
+    heads = ("check", "of", *both, "difference", *["relative to"] * relative, "tolerance", "verdict")
+    return [Section("Checks", [_NOTE, Table(heads, _by_kind(checks, row), f"<<>>>{'<' * relative}><")])]
+
+
+def _by_kind(checks: Sequence[Check], row: Callable[[Check], Row]) -> list[Row]:
+    """The rows of the checks, one model with the other first, under what is compared in them."""
+    rows = []
+    for kind, group in groupby(sorted(checks, key=lambda check: check.id not in OF_THE_REDUCTION), _kind_of):
+        rows += [*[Row([kind])] * bool(kind), *map(row, group)]
+    return rows
+
+
+def _kind_of(check: Check) -> str:
+    if check.id in OF_THE_REDUCTION:
+        return "one model against the other: 1D less 3D"
+    if check.id in OF_THE_PAPER:
+        whose = "the paper's equations" if check.own else "the paper's equations (not this model's)"
+        return f"{whose}: 3D numbers in, relative to 3D's own"
+    return _KINDS.get(check.id.partition("_")[0], "")
+
+
+def _said(check: Check, contrary: Sequence[Check]) -> str:
+    """What the scene declares of a check that came out otherwise, and why it differs."""
+    declared = ""
+    if check in contrary and check.expected is not None and check.verdict != check.expected:
+        declared = f"the scene declares that it {check.expected} (checks.expect_differs)"
+    return "; ".join(filter(None, (declared, check.because)))
+
+
+def sides(check: Check) -> tuple[str, str]:
+    """Whose the predicted and the measured value are."""
+    if check.id.startswith(("dev3d_claim", "dev3d_shielding", "dev3d_array")):
+        return "paper", "3D"
+    return ("paper", "1D") if check.id in DEVICE_TOLERANCES else ("1D", "3D")
+
+
+def claimed(check: Check) -> str:
+    """What the paper says a check's value is: "100.0 ms", or ">=50.70 ms" where it claims one side only."""
+    side = {"equal": "", "at least": ">=", "at most": "<="}[check.sense] if math.isfinite(check.predicted) else ""
+    return side + amount(check.predicted, check.unit)
+
+
+def amount(value: float, unit: str, digits: int = 4) -> str:
+    """A check's value: "50.70 ms", "never" for a time that does not come, and "none" for anything else."""
+    if math.isfinite(value):
+        return quantity(value, "" if unit == "1" else unit, digits)
+    return "never" if unit == "s" else "none"
+
+
+def off_by(check: Check) -> str:
+    """How far the model is from the claim, briefly: "+97 %", "<1e-08 %" where that is all that is known."""
+    if not check.u_num < 1:
+        return "open"
+    if check.sense != "equal" and not check.difference:
+        return "holds"
+    if not math.isfinite(check.difference):
+        return "fails"
+    if abs(check.difference) <= check.u_num:
+        return f"<{percent(check.u_num, 1)}"
+    return percent(check.difference, sign=True)
+
+
+def _in_full(check: Check, plus_minus: str) -> str:
+    """The difference with its error, and what is tolerated: "paper/1D - 1 = +97.255 ± 0.006 %, tolerance 25 %"."""
+    tolerance = f"tolerance {percent(check.tolerance, 2)}"
+    if off_by(check).isalpha():
+        return tolerance
+    off = difference_text(check.difference, check.u_num, plus_minus) if check.u_num else percent(check.difference, 4)
+    return f"{'/'.join(sides(check))} - 1 = {off}, {tolerance}"
+
+
+def with_mu(text: str) -> str:
+    """With the letter mu for the prefix that a terminal has as a "u"."""
+    return re.sub(r"(?<=[\d(] )u(?=[A-Zmos])|(?<=\()u(?=[A-Zmos])", "\N{MICRO SIGN}", text)
+
+
+def judged(check: Check) -> str:
+    """A check's id with its verdict, as a figure's title has it."""
+    mark = {"agrees": "\N{CHECK MARK}", "differs": "\N{MULTIPLICATION X}", "unresolved": "?"}[check.verdict]
+    return f"{mark} {check.id} {check.verdict.upper() if check.verdict == 'differs' else check.verdict}"
+
+
+def drawn(check: Check) -> str:
+    """A check as a line under a figure's title; its sentence is in the report and in the terminal."""
+    measured, off, (claimant, finder) = amount(check.measured, check.unit), off_by(check), sides(check)
+    off = off if off.isalpha() else f"off by {off}"
+    return with_mu(f"{judged(check)}: {check.title}, {claimant} {claimed(check)}, {finder} {measured} ({off})")

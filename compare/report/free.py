@@ -1,0 +1,193 @@
+"""How a run of a free scene is told and kept: its probes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+
+from compare.outcome import Outcome
+from compare.probes import at as interpolated
+from compare.report import checks
+from compare.report.table import Section, Style, Table, stacked, wrapped
+from compare.verdict import Check
+from scenes.formats import Column, cut, quantity, with_error
+from scenes.model import UNITS, AnyScene, GroupProbe, Probe
+from scenes.result import Result, Traces
+from scenes.units import TIME
+
+_NAME = 30  # Characters of a probe's name that a table has room for.
+_PER_BLOCK = 4  # Probes beside one another in a terminal.
+_MOST_TIMES = 20  # Output times that a table has room for.
+_UNSURE = " (errors larger)"
+_TOLD = 3
+"""Probes that the first line has room for."""
+
+
+def headline(outcome: Outcome[AnyScene], contrary: Sequence[Check], style: Style) -> str:
+    """What the first probes are, then how that was found."""
+    scene, details = outcome.scene, outcome.solved.details
+    end = TIME.show(scene.end_time)
+    what, when, key = f"Transient to {end}", f"after {end}", "transient_imbalance"
+    if scene.steady:
+        what, when, key = "Steady state", "in the steady state", "energy_imbalance"
+    balance = details.get(key)
+    # None is stated where no heat passes.
+    closed = f", heat balanced to {balance:.0e}" if balance and np.isfinite(balance) else ""
+    shown = [_answer(probe, outcome.solved, style) for probe in scene.probes[:_TOLD]]
+    more = f" ({len(scene.probes) - _TOLD} more below)" if len(scene.probes) > _TOLD else ""
+    said = [f"{scene.name}: {', '.join(shown)} {when}{more}."]
+    if outcome.answer:
+        said = [outcome.answer, checks.counted(scene.name, outcome, contrary)]
+    how = wrapped(f"{what} in 3D, {details['unknowns']} unknowns{closed}.")
+    return "\n".join([*(style.paint(wrapped(text), "heading") for text in said), how])
+
+
+def sections(outcome: Outcome[AnyScene], contrary: Sequence[Check], style: Style) -> list[Section]:
+    """The probes, those of a transient at the times asked for, and how far a model is from them."""
+    judged = checks.sections(checks.without_slopes(outcome.checks), contrary, style)
+    parts = [_probes(outcome, style), *_at_times(outcome, style), *judged]
+    return [*parts, network.section(outcome.scene, style)] if (network := _network(outcome)) else parts
+
+
+def _network(outcome: Outcome[AnyScene]) -> Any:
+    """The module that tells of the network, where that is the model."""
+    is_one = outcome.reduced1d is not None and outcome.reduced1d.model == "network"
+    return import_module("compare.report.network") if is_one else None
+
+
+def value_text(probe: Probe | GroupProbe, result: Result, style: Style) -> str:
+    """A probe's value with its error: the steady one, or that at the end."""
+    if result.traces is None:
+        number, error = result.steady[probe.name].value, result.steady[probe.name].error
+    else:
+        number, error = float(result.traces.values[probe.name][-1]), result.traces.errors[probe.name]
+    value, bound, unit, _, _ = with_error(number, error, UNITS[probe.quantity])
+    return f"{value} {style.plus_minus} {bound} {unit}"
+
+
+def _answer(probe: Probe | GroupProbe, result: Result, style: Style) -> str:
+    """A probe's name and value, and of a transient the largest size where that is not the end's."""
+    said = f"{probe.name} {value_text(probe, result, style)}"
+    if result.traces is None:
+        return said
+    values, error = result.traces.values[probe.name], result.traces.errors[probe.name]
+    i = int(np.argmax(np.abs(values) * result.traces.sure(result.traces.time)))
+    if abs(values[i]) <= abs(values[-1]) + 2 * error:
+        return said
+    most, at = quantity(float(values[i]), UNITS[probe.quantity]), quantity(float(result.traces.time[i]), "s", 3)
+    return f"{said} (at most {most}, at {at})"
+
+
+def _probes(outcome: Outcome[AnyScene], style: Style) -> Section:
+    """Of every probe the steady value, or the last one with the range that it passes through where its errors hold."""
+    result, rows, said = outcome.solved, [], []
+    for probe in outcome.scene.probes:
+        cells = [cut(probe.name, _NAME)]
+        if result.traces is None:
+            cells.append(value_text(probe, result, style))
+        else:
+            values, column = _sure(result.traces, probe.name), _column(probe, result.traces)
+            few = replace(column, places=min(column.places, 3))
+            error = column.show_error(result.traces.errors[probe.name])
+            cells.append(f"{column.show(float(values[-1]))} {style.plus_minus} {error} {column.unit}")
+            cells += [f"{few.show(float(v))} {few.unit}" for v in (values.min(), values.max())]
+        rows.append(cells)
+    title, heads = "Steady state", ["probe", "steady state"]
+    if result.traces is not None:
+        title, heads = "Over time", ["probe", "at the end", "least", "largest"]
+        if result.traces.since:
+            again = ", and that long after each jump of a given temperature" * bool(result.traces.jumps)
+            start = quantity(result.traces.since, "s", 3)
+            said.append(f"The errors hold from {start} on{again}; least and largest are of these times.")
+    if off := result.details.get("field_error"):
+        said.append(f"The field is known to {off:.2g} of its largest rise, at its worst place.")
+    return Section(title, [Table(heads, rows), *said], headed=False)
+
+
+def _sure(traces: Traces, name: str) -> np.ndarray:
+    """What a trace is where its errors hold: right after the start and after a jump it may be far off."""
+    return traces.values[name][traces.sure(traces.time)]
+
+
+def _column(probe: Probe | GroupProbe, traces: Traces) -> Column:
+    largest = float(np.abs(_sure(traces, probe.name)).max())
+    return Column.of(largest, traces.errors[probe.name], UNITS[probe.quantity])
+
+
+def _at_times(outcome: Outcome[AnyScene], style: Style) -> list[Section]:
+    """The probes at the times that were asked for, in a terminal a few columns at a time."""
+    scene, traces, title = outcome.scene, outcome.solved.traces, "At the output times"
+    times = scene.output_times
+    if traces is None or not times:
+        return []
+    if len(times) > _MOST_TIMES:
+        said = f"The {len(times)} output times are in summary.json and traces.csv."
+        return [Section(title, [said], headed=False)]
+    blocks, most, sure = [], len(scene.probes) if style.page else _PER_BLOCK, traces.sure(np.array(times))
+    for first in range(0, len(scene.probes), most):
+        probes: Sequence[Probe | GroupProbe] = scene.probes[first : first + most]
+        columns = [(_column(probe, traces), at(traces, probe.name, np.array(times))) for probe in probes]
+        at_rows = [TIME.show(t) + ("" if holds else _UNSURE) for t, holds in zip(times, sure, strict=True)]
+        shown = [[f"{c.show(float(v))} {c.unit}" for v in values] for c, values in columns]
+        rows = [list(row) for row in zip(at_rows, *shown, strict=True)]
+        heads = ("time", *(cut(p.name, _NAME) if style.page else stacked(p.name) for p in probes))
+        blocks.append(Section(title, [Table(heads, rows)], headed=False))
+    return blocks
+
+
+def document(outcome: Outcome[AnyScene]) -> dict[str, Any]:
+    """What summary.json has of a free scene: steady values of the probes with their errors, and that of the field at
+    its worst node over its largest rise, null where it isn't known; of a transient the errors, the values at the times
+    asked for and the last one, and the range that each probe passes through where its errors hold."""
+    from compare.report.document import check_document, of_3d
+
+    scene, traces, details, reduced1d = outcome.scene, outcome.solved.traces, outcome.solved.details, outcome.reduced1d
+    named = ("field_error", "energy_imbalance", "unknowns", "steps", "levels", "symmetry", "mesh")
+    units = {probe.name: UNITS[probe.quantity] for probe in scene.probes}
+    in_3d: dict[str, Any] = {"units": units, **of_3d(outcome.solved, *named)}
+    if traces is not None:
+        times = np.array(sorted({*scene.output_times, scene.end_time}))
+        in_3d["transient"] = {
+            "errors": traces.errors,
+            "accurate_from_s": traces.since,
+            "jumps": len(traces.jumps),
+            "imbalance": details.get("transient_imbalance"),
+            "runs_away": outcome.runs_away or None,
+            "time_s": times,
+            "values": {probe.name: at(traces, probe.name, times) for probe in scene.probes},
+            "range": {
+                name: {"end": values[-1], "least": values.min(), "largest": values.max()}
+                for name, values in ((name, _sure(traces, name)) for name in traces.values)
+            },
+        }
+    judged = [check_document(check) for check in outcome.checks]
+    if reduced1d is None:
+        return {"fem3d": in_3d, **({"checks": judged} if judged else {})}
+    model: dict[str, Any] = {"model": reduced1d.model}
+    model["steady"] = {name: {"value": e.value, "error": e.error} for name, e in reduced1d.steady.items()}
+    model |= {"errors": reduced1d.traces.errors} if reduced1d.traces is not None else {}
+    model |= {"network": network.entries(scene)} if (network := _network(outcome)) else {}
+    return {"answer": outcome.answer, "fem3d": in_3d, "reduced1d": model, "checks": judged}
+
+
+def columns(outcome: Outcome[AnyScene]) -> dict[str, np.ndarray]:
+    """time_s and a column for each probe (K, V, W or A); a model's beside them, at its times."""
+    traces, reduced1d = outcome.solved.traces, outcome.reduced1d
+    if traces is None:
+        return {}
+    if reduced1d is None or reduced1d.traces is None:
+        return {"time_s": traces.time, **traces.values}
+    columns = {"time_s": reduced1d.traces.time}
+    for name in traces.values:
+        columns[name] = interpolated(traces, name, reduced1d.traces.time)[0]
+        columns |= {f"reduced1d {name}": reduced1d.traces.values[name]} if name in reduced1d.traces.values else {}
+    return columns
+
+
+def at(traces: Traces, name: str, times: np.ndarray) -> np.ndarray:
+    """A trace at some times (s): linear between its own; where there are two values at a time, the later one."""
+    return np.interp(times, traces.time, traces.values[name])

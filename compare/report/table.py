@@ -1,0 +1,222 @@
+"""Tables and sections of reports: as text at most 80 columns wide, as HTML and as Markdown."""
+
+from __future__ import annotations
+
+import re
+import sys
+import textwrap
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from html import escape
+
+from scenes.errors import columns
+from scenes.formats import cut
+
+WIDTH = 80  # Columns of a terminal that texts are written for.
+_COLOURS = {"agrees": "32", "differs": "31", "unresolved": "33", "heading": "1"}
+MARKS = {"agrees": ("\N{CHECK MARK}", "+"), "differs": ("\N{BALLOT X}", "x"), "unresolved": ("?", "?")}
+Cells = Sequence[str]
+
+
+@dataclass(frozen=True)
+class Style:
+    """Colours; ASCII only (every verdict is a word, too); ``page`` for report.html, with room for everything."""
+
+    colour: bool = False
+    ascii_only: bool = False
+    page: bool = False
+
+    def paint(self, text: str, kind: str) -> str:
+        """The text in a verdict's colour, or bold for a "heading"."""
+        return f"\x1b[{_COLOURS[kind]}m{text}\x1b[0m" if self.colour else text
+
+    def mark(self, verdict: str) -> str:
+        """One sign for a verdict, in its colour."""
+        return self.paint(MARKS[verdict][self.ascii_only], verdict) if verdict else " "
+
+    @property
+    def plus_minus(self) -> str:
+        return "+-" if self.ascii_only else "\N{PLUS-MINUS SIGN}"
+
+
+@dataclass(frozen=True)
+class Row:
+    """Cells, a ``verdict`` that marks them, and a sentence ``below`` them. A single cell heads the rows that follow."""
+
+    cells: Cells
+    verdict: str = ""
+    below: str = ""
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows under their heads, which may have several lines; ``sides`` has "<" for a column that stands to the left and
+    ">" for the others, by default all but the first."""
+
+    heads: Cells
+    rows: Sequence[Row | Cells]
+    sides: str = ""
+
+    @property
+    def aligned(self) -> str:
+        return self.sides or "<" + ">" * (len(self.heads) - 1)
+
+    @property
+    def marked(self) -> list[Row]:
+        return [row if isinstance(row, Row) else Row(row) for row in self.rows]
+
+    def text(self, style: Style) -> str:
+        """For a terminal: no two columns ever touch, and they move together where a line would be too long; then the
+        first is cut short, or the second if that is text as well, so that what is asked for by its name has all of it.
+        A verdict's mark stands in front, and its word in its colour at the end."""
+        stacks = [head.split("\n") for head in self.heads]
+        depth = max(map(len, stacks))
+        tops = list(zip(*([""] * (depth - len(stack)) + stack for stack in stacks), strict=True))
+        full = [*tops, *(row.cells for row in self.marked if len(row.cells) == len(stacks))]
+        widths = [max(map(len, column)) for column in zip(*full, strict=True)]
+        gaps, room = max(len(widths) - 1, 1), WIDTH - 2
+        gap = " " * max(min((room - sum(widths)) // gaps, 3), 1)
+        short = int(self.aligned.startswith("<<"))
+        widths[short] = min(widths[short], max(room - sum(widths) + widths[short] - gaps, 12))
+
+        def line(cells: Cells) -> str:
+            cells = [cut(c, widths[short]) if i == short else c for i, c in enumerate(cells)]
+            return gap.join(f"{c:{side}{w}}" for c, side, w in zip(cells, self.aligned, widths, strict=True)).rstrip()
+
+        lines = [style.paint(f"  {line(cells)}".rstrip(), "heading") for cells in tops]
+        for row in self.marked:
+            said = line(row.cells) if len(row.cells) == len(widths) else cut(row.cells[0], room)
+            if row.verdict and said.endswith(row.verdict):
+                said = said.removesuffix(row.verdict) + style.paint(row.verdict, row.verdict)
+            lines += [f"{style.mark(row.verdict)} {said}", *[wrapped(row.below, "    ", "    ")] * bool(row.below)]
+        return "\n".join(lines)
+
+    def markdown(self) -> list[str]:
+        """The lines, and an empty one after them; what is said below a single cell stands beside it."""
+        lines = [list(self.heads), ["---" if side == "<" else "--:" for side in self.aligned]]
+        for row in self.marked:
+            cells = [*row.cells, *[row.below] * (len(row.cells) == 1)]
+            lines.append([cell.replace("|", "\\|") for cell in cells] + [""] * (len(self.heads) - len(cells)))
+        return [*(f"| {' | '.join(cells)} |" for cells in lines), ""]
+
+    def html(self) -> str:
+        """For a page, a verdict with its sign and in its colour."""
+        heads = [" ".join(head.split()) for head in self.heads]
+        numbers, across = [i for i, side in enumerate(self.aligned) if side == ">"], f'colspan="{len(heads)}"'
+        rows = []
+        for row in self.marked:
+            cells, verdict = [html_text(cell) for cell in row.cells], row.verdict
+            if len(cells) == 1:
+                rows.append(f'<tr class="kind"><th {across}>{cells[0]}</th></tr>')
+                continue
+            if verdict:
+                cells[0] = f"<code>{cells[0]}</code>"
+                at = -1 if cells[-1] == verdict else 0
+                cells[at] = f'<span class="word {verdict}">{MARKS[verdict][0]} {cells[at]}</span>'
+            rows.append(_html_row(heads, cells, numbers, " class='judged'" if row.below else ""))
+            if row.below:
+                rows.append(f'<tr class="because"><td {across}>{html_text(row.below)}</td></tr>')
+        return html_table(heads, rows, numbers)
+
+
+def stacked(name: str) -> str:
+    """A name as the head of a narrow column: in lines of its words."""
+    return "\n".join(textwrap.wrap(name, 15))
+
+
+@dataclass(frozen=True)
+class Section:
+    """A part of a report: tables, paragraphs and lists of sentences; a terminal prints the title only if ``headed``."""
+
+    title: str
+    parts: Sequence[Table | str | Sequence[str]]
+    headed: bool = True
+
+    def text(self, style: Style) -> str:
+        """For a terminal; nothing where there is nothing in it."""
+        lines = [style.paint(self.title, "heading")] if self.headed else []
+        for part in self.filled:
+            if isinstance(part, Table):
+                lines.append(part.text(style))
+            else:
+                lines += [wrapped(part, "  ")] if isinstance(part, str) else [wrapped(s, "  ", "    ") for s in part]
+        return "\n".join(lines) if self.filled else ""
+
+    def markdown(self) -> list[str]:
+        """The lines under a heading."""
+        lines = [f"## {self.title}", ""]
+        for part in self.filled:
+            if isinstance(part, Table):
+                lines += part.markdown()
+            else:
+                lines += [part, ""] if isinstance(part, str) else [*(f"- {item}" for item in part), ""]
+        return lines if self.filled else []
+
+    def html(self) -> str:
+        """For a page, under a heading; nothing where there is nothing in it."""
+
+        def markup(part: Table | str | Sequence[str]) -> str:
+            if isinstance(part, Table):
+                return f'<div class="wide">{part.html()}</div>'
+            if isinstance(part, str):
+                return f"<p>{html_text(part)}</p>"
+            return f"<ul>{''.join(f'<li>{html_text(item)}</li>' for item in part)}</ul>"
+
+        return html_section(self.title, *map(markup, self.filled))
+
+    @property
+    def filled(self) -> list[Table | str | Sequence[str]]:
+        return [part for part in self.parts if part]
+
+
+def sentences(texts: Sequence[str]) -> list[str]:
+    """Each ended with a full stop."""
+    return [f"{text.rstrip('.')}." for text in texts]
+
+
+def wrapped(text: str, first: str = "", then: str = "  ") -> str:
+    """Lines of at most 80 columns, and no more than the terminal has, in which no number loses its unit."""
+    kept = re.sub(r"(?<=\d) (?=[A-Za-z%±])|(?<=±) ", "\N{NO-BREAK SPACE}", text)
+    filled = textwrap.fill(
+        kept, columns(sys.stdout, WIDTH), initial_indent=first, subsequent_indent=then, break_on_hyphens=False
+    )
+    return filled.replace("\N{NO-BREAK SPACE}", " ")
+
+
+def short_key(key: str) -> str:
+    """A key without its section, where it is as clear: "silicon.density"."""
+    for section in ("materials.", "environment.", "material.", "boundary.", "box."):
+        key = key.removeprefix(section)
+    return key
+
+
+def html_text(value: object) -> str:
+    """Escaped, with the numbers of an exponent or a unit kept on one line with it."""
+    return re.sub(r"(?<=\d) (?=[A-Za-z%\N{PLUS-MINUS SIGN}])", "&nbsp;", escape(str(value)))
+
+
+def html_section(title: str, *content: str) -> str:
+    """A section under a heading, or nothing where it has no content."""
+    filled = "\n".join(part for part in content if part)
+    anchor = title.lower().replace(" ", "-")
+    return f'<section id="{anchor}"><h2>{html_text(title)}</h2>\n{filled}\n</section>' if filled else ""
+
+
+def html_table(heads: Sequence[str], rows: Iterable[str | Sequence[str]], numbers: Sequence[int] = ()) -> str:
+    """A table of rows that are HTML, or cells that are; columns in ``numbers`` stand to the right."""
+    tops = "".join(f"<th{_html_class('n' * (i in numbers))}>{html_text(head)}</th>" for i, head in enumerate(heads))
+    body = "\n".join(row if isinstance(row, str) else _html_row(heads, row, numbers) for row in rows)
+    return f'<table class="cards"><thead><tr>{tops}</tr></thead>\n<tbody>\n{body}\n</tbody></table>'
+
+
+def _html_row(heads: Sequence[str], cells: Sequence[str], numbers: Sequence[int], kind: str = "") -> str:
+    markup = (
+        f'<td{_html_class("n" * (i in numbers), "empty" * (not cell))} data-label="{html_text(head)}">{cell}</td>'
+        for i, (head, cell) in enumerate(zip(heads, cells, strict=True))
+    )
+    return f"<tr{kind}>{''.join(markup)}</tr>"
+
+
+def _html_class(*names: str) -> str:
+    classes = " ".join(filter(None, names))
+    return f' class="{classes}"' * bool(classes)

@@ -1,0 +1,284 @@
+"""How the quantities of a model follow the keys of its scene: d Q / d ln key.
+
+Steady slopes are logarithmic, d ln Q / d ln key, and of rises where Q is a temperature. Slopes of traces are in the
+unit of the trace. To first order (GUM 5.2.2) uncertain keys of covariance C make u^2 = s^T C s of a quantity.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from compare.verdict import PAPERS
+from scenes.model import AnyScene
+from scenes.parameters import SECTION
+from scenes.result import Estimate, Result, Traces
+from scenes.sink import Sink
+from scenes.varied import neighbour, numbers, zeros
+
+if TYPE_CHECKING:
+    from compare.models import Model
+    from fem3d.device.solve import Model as DeviceModel
+    from scenes.device import Device
+    from scenes.uncertain import Uncertain
+
+STEP = 1e-4
+"""Relative step of a key in central differences; the relative error of a difference is the square of it."""
+NONE = 1e-6
+"""Smaller logarithmic slopes count as zero."""
+
+ByKey = dict[str, dict[str, Estimate]]
+
+
+@dataclass(frozen=True, eq=False)
+class Slopes:
+    """How one model follows the keys of its scene.
+
+    Attributes
+    ----------
+    sizes : value that each quantity has, of temperatures the rise; of a transient the largest
+    relative : d ln Q / d ln key by key and quantity
+    shift : d base / d ln key (K) by key and quantity, where the base is the temperature that the rise counts from
+    steady : whether ``sizes`` are of the steady state
+    times, traces : (n,) s; d trace / d ln key (n,) by key and trace, in the trace's unit, or with ``rises`` logarithmic
+    rises : traces of rises and currents, which logarithmic slopes of traces are of
+    moves : d base / d ln key (K) by key and trace, to add to logarithmic slopes
+    table : the columns of sensitivities.csv
+    top : time (s) at which a quantity of a free scene over time is largest, which ``sizes`` and ``relative`` are of
+    left_out : reason why a key or a quantity has none
+    profile : d / d ln key of the misfit of a profile (check fig5)
+    """
+
+    sizes: dict[str, float]
+    relative: ByKey
+    shift: dict[str, dict[str, float]] = field(default_factory=dict)
+    steady: bool = True
+    times: np.ndarray | None = None
+    traces: dict[str, dict[str, np.ndarray]] = field(default_factory=dict)
+    rises: Traces | None = None
+    moves: dict[str, dict[str, float]] = field(default_factory=dict)
+    table: dict[str, np.ndarray] = field(default_factory=dict)
+    top: dict[str, float] = field(default_factory=dict)
+    left_out: dict[str, str] = field(default_factory=dict)
+    profile: dict[str, float] = field(default_factory=dict)
+
+    def vector(self, name: str, keys: Iterable[str]) -> np.ndarray | None:
+        """(keys,): the logarithmic slopes of a quantity; None where one of them is unknown."""
+        slopes = [self.relative.get(key, {}).get(name) for key in keys]
+        return None if None in slopes else np.array([slope.value for slope in slopes if slope is not None])
+
+    def combine(self, uncertain: Uncertain) -> dict[str, float]:
+        """u_input by quantity, in the quantity's unit, of those that have slopes by all uncertain keys."""
+        keys, covariance = list(uncertain.relative), uncertain.covariance()
+        vectors = {name: self.vector(name, keys) for name in self.sizes}
+        return {n: abs(self.sizes[n]) * combined(s, covariance) for n, s in vectors.items() if s is not None}
+
+    def at(self, key: str, name: str, times: np.ndarray) -> np.ndarray:
+        """(times,): d Q / d ln key in the unit of the trace, or of the steady value at infinite time; else NaN."""
+        if np.isinf(times[-1]):
+            slope = self.relative.get(key, {}).get(name)
+            if slope is None or not self.steady:
+                return np.full(len(times), np.nan)
+            return np.array([slope.value * self.sizes[name] + self.shift.get(key, {}).get(name, 0.0)])
+        if self.times is None or name not in self.traces.get(key, {}):
+            return np.full(len(times), np.nan)
+        late = np.log(np.maximum(times, self.times[0]))
+        slopes = np.interp(late, np.log(self.times), self.traces[key][name])
+        if self.rises is None:
+            return slopes
+        rises = np.interp(times, self.rises.time, self.rises.values[name])
+        return rises * slopes + self.moves[key].get(name, 0.0)
+
+    def over_time(self, name: str, times: np.ndarray, uncertain: Uncertain) -> np.ndarray:
+        """(times,): u_input of a trace, or of the steady value at infinite time."""
+        slopes = np.array([self.at(key, name, times) for key in uncertain.relative])
+        return np.sqrt(np.maximum(np.einsum("it,ij,jt->t", slopes, uncertain.covariance(), slopes), 0.0))
+
+    def moved(self, result: Result, key: str, step: float) -> Result:
+        """A result as it is, to first order, with one key larger by a relative step; NaN without a slope."""
+        at_rest = np.array([np.inf])
+        steady = {
+            name: Estimate(e.value + step * float(self.at(key, name, at_rest)[0]), e.error)
+            for name, e in result.steady.items()
+        }
+        traces = result.traces
+        if traces is not None:
+            values = {n: v + step * self.at(key, n, traces.time) for n, v in traces.values.items()}
+            traces = replace(traces, values=values)
+        return replace(result, steady=steady, traces=traces)
+
+    def largest(self, name: str) -> float:
+        """The largest slope of a quantity by any key.
+
+        Temperatures are left out, of which a percent is kelvins, and parameters, whose slopes are sums of others.
+        """
+        keys = [key for key in self.relative if not key.endswith("_temperature") and not key.startswith(f"{SECTION}.")]
+        return max((abs(self.relative[key][name].value) for key in keys if name in self.relative[key]), default=0.0)
+
+
+def combined(slopes: np.ndarray, covariance: np.ndarray) -> float:
+    """The root of s^T C s."""
+    return float(np.sqrt(max(slopes @ covariance @ slopes, 0.0)))
+
+
+def remarks(slopes: Mapping[str, Slopes]) -> tuple[str, ...]:
+    """A sentence for each reason why keys or quantities have no slope."""
+    left_out = {name: why for each in slopes.values() for name, why in each.left_out.items()}
+    together = {why: [name for name, other in left_out.items() if other == why] for why in left_out.values()}
+    return tuple(f"no sensitivity to or of {', '.join(names)}: {why}" for why, names in together.items())
+
+
+def sink_3d(sink: Sink, result: Result, keys: Sequence[str] | None = None, weights: np.ndarray | None = None) -> Slopes:
+    """The slopes of a sink's 3D result; ``weights`` (places,) also those of a sum over its profile."""
+    from fem3d.runs import sink_sensitivity
+
+    found = sink_sensitivity.of_sink(sink, result, keys=keys, weights=weights)
+    course = {} if found.course is None else found.course.values
+    times = None if found.course is None else found.course.times
+    slopes = _of_sink(sink, result, found.steady, times, course, "fem3d")
+    return replace(slopes, left_out=found.left_out, profile=found.profile)
+
+
+def sink_1d(sink: Sink, result: Result, times: np.ndarray | None) -> Slopes:
+    """The slopes of a 1D model of the ladder; of traces only for the paper's, as another one costs a plate for each."""
+    from reduced1d import slopes
+
+    name = "paper" if result.model in PAPERS else result.model
+    over_time = times if name == "paper" else None
+    steady, course = slopes.of_sink(sink, name, numbers(sink), over_time)
+    exact = {key: {n: Estimate(v, 0.0) for n, v in by_name.items()} for key, by_name in steady.items()}
+    return _of_sink(sink, result, exact, over_time, course, "reduced1d")
+
+
+def _of_sink(
+    sink: Sink, result: Result, relative: ByKey, times: np.ndarray | None,
+    course: Mapping[str, Mapping[str, np.ndarray]], model: str,
+) -> Slopes:  # fmt: skip
+    """The slopes of a sink, whose steady temperatures are rises and whose traces are not; ``course`` is of rises."""
+    sizes = {name: e.value for name, e in result.steady.items()}
+    if times is None or result.traces is None:
+        return Slopes(sizes, relative)
+    room, thermal = sink.room_temperature, [name for name in result.traces.values if name.endswith("_K")]
+    rises = {name: v - room * (name in thermal) for name, v in result.traces.values.items()}
+    # A temperature is the room's and a rise; where the room is the key, both move.
+    moves = {k: dict.fromkeys(thermal, (neighbour(sink, k, STEP).room_temperature - room) / STEP) for k in course}
+    return Slopes(
+        sizes, relative, times=times, traces={key: dict(by_name) for key, by_name in course.items()},
+        rises=replace(result.traces, values=rises), moves=moves, table=_table(times, course, model),
+    )  # fmt: skip
+
+
+def _table(times: np.ndarray, course: Mapping[str, Mapping[str, np.ndarray]], model: str) -> dict[str, np.ndarray]:
+    """The columns of sensitivities.csv: time_s, then <model>_<quantity>_by_<key>."""
+    columns = {f"{model}_{name}_by_{key}": v for key, by_name in course.items() for name, v in by_name.items()}
+    return {"time_s": times} | columns
+
+
+def free_3d(scene: AnyScene, result: Result, keys: Sequence[str] | None = None) -> Slopes:
+    """The slopes of a free scene's probes in 3D, solved whole. Raises ConvergenceError."""
+    from fem3d.runs import scene_sensitivity
+
+    found = scene_sensitivity.of_scene(scene, result, keys)
+    sizes = {name: e.value for name, e in found.values.items()}
+    steady, shift = found.times is None, dict[str, dict[str, float]]()
+    traces = {key: dict(by_name) for key, by_name in found.course.items()}
+    thermal = [probe.name for probe in scene.probes if probe.quantity == "temperature"]
+    for key in found.table:
+        moves = base_moves(scene, key, steady)
+        shift[key] = dict.fromkeys(thermal, moves)
+        for name in thermal if key in traces else ():
+            if name in traces[key]:
+                traces[key][name] = traces[key][name] + moves
+    table = {} if found.times is None else _table(found.times, found.course, "fem3d")
+    top = {} if steady else {name: _top(scene, result, name) for name in sizes}
+    return Slopes(
+        sizes, dict(found.table), shift, steady, found.times, traces, table=table, top=top, left_out=found.left_out
+    )
+
+
+def _top(scene: AnyScene, result: Result, name: str) -> float:
+    """The time (s) at which a trace, of a temperature above the start, is largest once its errors hold."""
+    traces = result.over_time
+    late = traces.sure(traces.time)
+    thermal = any(probe.name == name and probe.quantity == "temperature" for probe in scene.probes)
+    return float(traces.time[late][np.abs(traces.values[name][late] - scene.initial_temperature * thermal).argmax()])
+
+
+def base_moves(scene: AnyScene, key: str, steady: bool) -> float:
+    """d base / d ln key (K), where rises count from the coldest given temperature, or over time from the start."""
+    other = neighbour(scene, key, STEP)
+    if not steady:
+        return (other.initial_temperature - scene.initial_temperature) / STEP
+    from fem3d.runs.scene_sensitivity import floor_of
+
+    return (floor_of(scene, other) - floor_of(scene, scene)) / STEP
+
+
+def device_1d(device: Device, result: Result) -> Slopes:
+    """The slopes of the device's steady state in 1D."""
+    from reduced1d import slopes
+
+    exact = {k: {n: Estimate(v, 0.0) for n, v in by.items()} for k, by in slopes.of_device(device).items()}
+    return Slopes({name: e.value for name, e in result.steady.items()}, exact)
+
+
+def device_3d(device: Device, result: Result, model: DeviceModel) -> Slopes:
+    """The slopes of the device's steady state in 3D, by its model of a few states."""
+    from fem3d.device import sensitivity
+
+    by_key, left_out = sensitivity.of_device(device, model)
+    return Slopes({name: e.value for name, e in result.steady.items()}, by_key, left_out=left_out)
+
+
+def own_model(model: Model, scene: Any, result: Result, keys: Iterable[str], ask: Any, in_3d: Slopes | None) -> Slopes:
+    """The slopes of a user's own model by differences; ``ask`` makes the question of a scene.
+
+    Logarithmic slopes of a free scene over time are at the instant at which the 3D quantity ``in_3d`` is largest.
+    """
+    from compare.models.slopes import follow
+
+    chosen, left_out = list(keys), dict[str, str]()
+    sizes, shift = dict[str, float](), dict[str, dict[str, float]]()
+    relative: ByKey = {key: {} for key in chosen}
+    thermal = [probe.name for probe in scene.probes if probe.quantity == "temperature"] if scene.kind == "free" else []
+    steady = in_3d is None or in_3d.steady
+    base = 0.0
+    if thermal:
+        from fem3d.runs.scene_sensitivity import floor_of
+
+        base = floor_of(scene, scene) if steady else scene.initial_temperature
+        shift = {key: dict.fromkeys(thermal, base_moves(scene, key, steady)) for key in chosen}
+
+    def add(key: str, name: str, change: float, value: float) -> None:
+        rise = value - base * (name in thermal)
+        if rise:
+            sizes[name] = rise
+            relative[key][name] = Estimate((change - shift.get(key, {}).get(name, 0.0)) / rise, 0.0)
+
+    if steady and result.steady:
+        found = follow(model, scene, chosen, None, lambda _: None, ask)
+        left_out |= found.left_out
+        for key, by_name in found.slopes.items():
+            for name in by_name.keys() & result.steady.keys():
+                add(key, name, float(by_name[name]), result.steady[name].value)
+    if result.traces is None:
+        return Slopes(sizes, relative, shift, steady, left_out=left_out)
+    times = result.traces.time[result.traces.time > 0]
+    found = follow(model, scene, chosen, times, lambda _: None, ask)
+    left_out |= found.left_out
+    traces = {k: {n: v for n, v in by.items() if n in result.traces.values} for k, by in found.slopes.items()}
+    if not steady and in_3d is not None:
+        for key, by_name in traces.items():
+            for name in by_name.keys() & in_3d.sizes.keys():
+                top = in_3d.top.get(name, float(times[-1]))
+                value = float(np.interp(top, result.traces.time, result.traces.values[name]))
+                add(key, name, float(np.interp(top, times, by_name[name])), value)
+    return Slopes(sizes, relative, shift, steady, times, traces, left_out=left_out)
+
+
+def keys_without_logarithm(scene: Any) -> tuple[str, ...]:
+    """Keys of a free scene that are zero, of which there is no percent."""
+    return zeros(scene) if scene.kind == "free" else ()

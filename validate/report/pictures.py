@@ -1,0 +1,111 @@
+"""The pictures of each kind of scene: its figures by file name, its temperature field, and its field files."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from scenes.formats import sink_text
+from scenes.units import TIME
+
+if TYPE_CHECKING:
+    import numpy as np
+    from matplotlib.figure import Figure
+
+    from compare.outcome import Outcome
+    from compare.verdict import Check
+    from reduced1d.painted import Reduction
+    from scenes.model import AnyScene
+    from scenes.sink import Sink
+    from validate.report.figures.render import Field
+
+FIELDS = {"sink": "figure4", "free": "figure_field", "device": ""}
+"""By kind of scene the figure of its 3D field, rendered off screen."""
+FIGURES = {
+    "figure5": "sink_figures.profile", "figure6": "sink_figures.rises", "figure7": "sink_figures.current",
+    "islands": "sink_figures.row", "islands_runs": "sink_figures.runs",
+    "figure9": "device_figures.power", "figure10": "device_figures.flow", "figure11": "device_figures.slow",
+    "figure12": "device_figures.responses", "figure13": "device_figures.characteristic",
+    "figure14": "ground_figure.shared", "shielding": "shielding_figure.over_time",
+    "figure_traces": "trace_figure.draw", "figure_differences": "difference_figure.draw",
+    "figure_network": "network_figure.draw",
+    "why": "analysis_figures.why", "sensitivity": "analysis_figures.sensitivity",
+    "validation": "analysis_figures.validation", "left_out": "left_out_figure.draw",
+}  # fmt: skip
+"""By file name the function in `validate.report.figures` that draws it."""
+
+
+def draw(name: str, outcome: Outcome[Any]) -> Figure | None:
+    """Draw a figure by its file name; None where there is none of that name."""
+    if name not in FIGURES:
+        return None
+    module, _, function = FIGURES[name].partition(".")
+    figure: Figure = getattr(import_module(f"validate.report.figures.{module}"), function)(outcome)
+    return figure
+
+
+def field(outcome: Outcome[Any]) -> Field:
+    """The temperature field to render."""
+    return _sink_field(outcome) if outcome.scene.kind == "sink" else _free_field(outcome)
+
+
+def stored(outcome: Outcome[Any]) -> tuple[np.ndarray, float, Reduction | None]:
+    """The times (s) of the field files, the temperature (K) that rises count from, and a 1D model painted beside 3D."""
+    import numpy as np
+
+    from validate.report.fields import stored_times
+
+    scene, options = outcome.scene, outcome.options
+    if scene.kind == "sink":
+        times = stored_times(scene.end_time, options.field_times)
+        return times if options.transient else times[:0], scene.room_temperature, _painted(outcome)
+    times = (
+        np.unique([0.0, *scene.output_times, scene.end_time]) if scene.output_times else stored_times(scene.end_time)
+    )
+    return times[:0] if scene.steady else times, scene.initial_temperature, None
+
+
+def _painted(outcome: Outcome[Sink]) -> Reduction | None:
+    """The 1D model on the sink's geometry; none of a row of spans, nor of a user's model, which has numbers alone."""
+    from reduced1d.painted import of_result
+
+    if outcome.reduced1d is None or outcome.scene.spans > 1 or outcome.own_model is not None:
+        return None
+    return of_result(outcome.scene, outcome.reduced1d)
+
+
+def _sink_field(outcome: Outcome[Sink]) -> Field:
+    """The steady field; of a row of spans, which would be a thread, those that were solved."""
+    from validate.report.figures.render import Field
+
+    sink, details = outcome.scene, outcome.solved.details
+    fields, solved, room = details["fields"].distinct, details["spans_solved"], sink.room_temperature
+    part = f"{solved} of {sink.spans} spans" if solved < sink.spans else ""
+    size = " x ".join(f"{side * 1e6:.4g}" for side in (sink.length, sink.width, sink.thickness))
+    under: list[Check | str] = [f"{part}, those that were solved: the others are as the middle one"] if part else []
+    return Field(
+        fields.points, fields.hexes, fields.steady - room, f"steady rise{part and f' of {part}'}",
+        f"Figure 4: steady 3D temperature, {sink_text(sink)} ({'beam' if sink.spans == 1 else 'spans of'} {size} µm, ",
+        "thickness", f"rise above {room:g} K (K)", under=(*under, *(c for c in outcome.checks if c.id == "fig4")),
+        instead="the steady temperature of the top faces, from above: no OpenGL to render in 3D with",
+    )  # fmt: skip
+
+
+def _free_field(outcome: Outcome[AnyScene]) -> Field:
+    """The steady field above its coldest place, or a transient's at its hottest (of a cooled scene coldest) moment."""
+    import numpy as np
+
+    from compare import hottest
+    from validate.report.figures.render import Field
+
+    scene, fields, when = outcome.scene, outcome.solved.details["fields"], "steady"
+    if outcome.solved.traces is None:
+        kelvins = fields.steady
+    else:
+        time, above = hottest.farthest(fields, hottest.moments(outcome.solved.traces), scene.initial_temperature)
+        kelvins = fields.at(np.array([time]))[0]
+        when = f"{TIME.show(float(f'{time:.3g}'))}, when it is {'hottest' if above else 'coldest'}"
+    coldest = float(kelvins.min())
+    title = f"{scene.name}: temperature, {when} ("
+    label = f"{when}, above {coldest:.6g} K"
+    return Field(fields.points, fields.hexes, kelvins - coldest, label, title, "z", "temperature (K)", coldest)

@@ -1,0 +1,199 @@
+"""Samples of uncertain inputs, a Latin hypercube, solved on the workers of a sweep: is linear propagation off?"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from inspect import signature
+from typing import Any
+
+import numpy as np
+
+from compare.analyses import ANALYSES
+from compare.analyses.base import Analysis
+from compare.analyses.uncertainty import Propagated
+from compare.kinds import kind_of
+from compare.options import SAMPLES, Options
+from compare.outcome import Outcome, Progress
+from compare.processes import processors
+from compare.report.table import Section, Style, Table
+from compare.slopes import STEP
+from scenes.errors import SceneError
+from scenes.formats import percent, quantity
+from scenes.parameters import SECTION
+from scenes.plan import Step, step
+from scenes.sink import Sink
+from scenes.uncertain import Uncertain
+from scenes.varied import is_word, neighbour, numbers, varied
+from validate.sweep.cluster import Cluster
+from validate.sweep.design import base
+from validate.sweep.point import Scope, Work
+
+SURELY, MATTERS = 3.0, 0.05
+"""Linear propagation counts as wrong where the samples' deviation differs by more than this many standard errors, and
+this part of u_input."""
+ROUNDING = 1e-9
+"""Samples that spread by less than this part of the value differ by rounding alone."""
+FURTHEST = 0.95
+"""A sample changes a value by this part of it at most: no size becomes negative."""
+
+
+class MonteCarlo(Analysis["Sampled"]):
+    name = "monte_carlo"
+
+    def plan(self, scene: Any, options: Options) -> Step:
+        return step("samples", f"{options.monte_carlo} samples of the uncertain inputs, solved by both models")
+
+    def prepare(self, outcome: Outcome[Any], progress: Progress) -> None:
+        check_apart(outcome.scene, tuple(outcome.options.uncertain.relative))
+
+    def run(self, outcome: Outcome[Any], progress: Progress) -> Sampled:
+        """Solve the samples. Raises SceneError where hardly any has an answer, and what a cluster raises."""
+        propagated: Propagated = outcome.analyses["uncertain"]
+        sink, options = outcome.scene, outcome.options
+        uncertain, count = propagated.uncertain, options.monte_carlo
+        keys, points = tuple(uncertain.relative), drawn(sink, uncertain, count)
+        scope = Scope((options.reduction,), options.steady, blame=False, all_checks=False)
+        unmoved = base(sink)
+        tasks = (Work(unmoved, scope, keys, (n,), (tuple(point),)) for n, point in enumerate(points.tolist()))
+        rows = []
+        with Cluster(min(processors(), count), None, None, progress) as cluster:
+            for tasks_rows in cluster.solve(tasks):
+                rows += [row for task in tasks_rows for row in task]
+                progress(f"{len(rows)} of {count} samples")
+        rows = sorted((row for row in rows if row.status == "ok"), key=lambda row: row.point)
+        if len(rows) < SAMPLES[0]:
+            raise SceneError(
+                f"--monte-carlo {count}: only {len(rows)} samples have an answer: give smaller uncertainties"
+            )
+        names = [n for n, v in rows[0].values.items() if isinstance(v, float)]
+        columns = {n: np.array([row.values[n] for row in rows]) for n in names}
+        checks = {c.id: u for c in outcome.checks if (u := c.u_input or 0.0) > ROUNDING}
+        sampled = spreads(columns, propagated, checks, count - len(rows))
+        outcome.warn(*sampled.warnings())
+        return sampled
+
+    def section(self, found: Sampled, outcome: Outcome[Any], style: Style) -> Section:
+        """The spread of the samples beside that of linear propagation."""
+        rows = []
+        for name, (word, unit) in kind_of(outcome.scene).quantities(outcome.scene).items():
+            row = [word]
+            for spread in (found.fem3d.get(name), found.reduced1d.get(name)):
+                both = () if spread is None else (spread.deviation, spread.linear)
+                row += [quantity(value, unit, 3) for value in both] or ["", ""]
+            rows.append(row)
+        heads = (f"of {found.count - found.failed} samples", "3D", "linear", "1D", "linear")
+        return Section("Samples", [Table(heads, rows)], headed=False)
+
+    def document(self, found: Sampled, outcome: Outcome[Any]) -> dict[str, Any]:
+        return asdict(found)
+
+
+def register() -> None:
+    """Add the analysis to those of a run, once."""
+    if not any(isinstance(analysis, MonteCarlo) for analysis in ANALYSES):
+        ANALYSES.append(MonteCarlo())
+
+
+def drawn(sink: Sink, uncertain: Uncertain, count: int) -> np.ndarray:
+    """(count, keys): the values (SI units) of the uncertain keys in each sample; what a word comes to, the offset of a
+    centred oxide, is a part of what it comes to there."""
+    keys, values = tuple(uncertain.relative), numbers(sink)
+    samples: np.ndarray = np.array([values[key] for key in keys]) * (1 + draw(uncertain, count))
+    for n, word in enumerate(keys):
+        if is_word(sink, word):
+            for point in samples:
+                changed = sink
+                for key, value in zip(keys, point.tolist(), strict=True):
+                    changed = varied(changed, key, value / values[key]) if key != word else changed
+                point[n] *= numbers(changed)[word] / values[word]
+    return samples
+
+
+def check_apart(sink: Sink, keys: tuple[str, ...]) -> None:
+    """Refuses a key beside the parameter that it is made of: a sample gives each a value, and it can have but one."""
+    values = numbers(sink)
+    for parameter in (key for key in keys if key.startswith(f"{SECTION}.")):
+        changed = numbers(neighbour(sink, parameter, STEP))
+        made = [key for key in keys if not key.startswith(f"{SECTION}.") and not is_word(sink, key)]
+        for key in (key for key in made if changed.get(key) != values[key]):
+            raise SceneError(
+                f"--monte-carlo: {key} is made of {parameter}, and both are uncertain: give one of the two"
+            )
+
+
+def draw(uncertain: Uncertain, count: int, seed: int = 0) -> np.ndarray:
+    """(count, keys): relative deviations, normally distributed with the covariance of the inputs; each key's own
+    distribution is stratified (McKay, Beckman and Conover, Technometrics 21, 1979)."""
+    from scipy.stats import norm, qmc
+
+    name = "rng" if "rng" in signature(qmc.LatinHypercube.__init__).parameters else "seed"
+    engine = qmc.LatinHypercube(len(uncertain.relative), **{name: np.random.default_rng(seed)})
+    covariance = uncertain.covariance()
+    scale = np.sqrt(np.diag(covariance))
+    # A correlation of one leaves a matrix without a Cholesky factor: its root by eigenvalues always is there.
+    values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
+    root = vectors * np.sqrt(np.maximum(values, 0.0)) if uncertain.correlations else np.eye(len(scale))
+    deviations: np.ndarray = norm.ppf(engine.random(count)) @ root.T * scale
+    return deviations.clip(-FURTHEST, FURTHEST)
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Mean and standard deviation of samples, the latter's standard error, and what linear propagation makes of it."""
+
+    mean: float
+    deviation: float
+    standard_error: float
+    linear: float
+
+    @property
+    def off(self) -> bool:
+        """Whether the linear propagation is off by more than chance, and by enough to matter."""
+        apart = abs(self.deviation - self.linear)
+        return apart > max(SURELY * self.standard_error, MATTERS * self.linear, ROUNDING * abs(self.mean))
+
+    @property
+    def excess(self) -> float:
+        """By which part of itself the linear propagation is off."""
+        return self.deviation / self.linear - 1 if self.linear else float("inf")
+
+
+@dataclass(frozen=True)
+class Sampled:
+    """``count`` designs of which some ``failed``, and the spread of steady quantities of both models and of checks."""
+
+    count: int
+    failed: int
+    fem3d: dict[str, Spread]
+    reduced1d: dict[str, Spread]
+    checks: dict[str, Spread]
+
+    def warnings(self) -> tuple[str, ...]:
+        """Where the linear propagation is not good enough."""
+        models = {"in 3D": self.fem3d, "in 1D": self.reduced1d, "of the check": self.checks}
+        off = [
+            f"{name} {where} ({percent(spread.excess, sign=True)})"
+            for where, by_name in models.items() for name, spread in by_name.items() if spread.off
+        ]  # fmt: skip
+        return (
+            (f"{self.count} samples spread otherwise than linear propagation has it: {', '.join(off)}",) if off else ()
+        )
+
+
+def spreads(
+    columns: Mapping[str, np.ndarray], propagated: Propagated, checks: Mapping[str, float], failed: int
+) -> Sampled:
+    """What samples (columns of points.csv, without those that failed) say; ``checks`` are the linear u_input."""
+
+    def spread_of(column: str, linear: float) -> Spread:
+        values = np.asarray(columns[column], float)
+        deviation = float(values.std(ddof=1))
+        return Spread(float(values.mean()), deviation, deviation / np.sqrt(2 * (len(values) - 1)), linear)
+
+    count = len(next(iter(columns.values()), ()))
+    models = {}
+    for model, uncertainties in (("fem3d", propagated.fem3d), ("reduced1d", propagated.reduced1d)):
+        models[model] = {n: spread_of(f"{model}_{n}", u) for n, u in uncertainties.items() if f"{model}_{n}" in columns}
+    differences = {n: spread_of(f"{n}_difference", u) for n, u in checks.items() if f"{n}_difference" in columns}
+    return Sampled(count + failed, failed, models["fem3d"], models["reduced1d"], differences)
