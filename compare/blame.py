@@ -1,11 +1,8 @@
-"""What in the 1D model is to blame for its difference from 3D, and the answer of a run in a sentence: how far the 1D
-model is off, where, and because of what.
+"""Split the difference of a 1D model from 3D by assumption, and answer in a sentence how far it is off and why.
 
-The difference is split in parts, one for each assumption, that add up to it. The models of the ladder stand between the
-two, each with one assumption less than the one before. A part is the difference of two neighbours, so the parts
-telescope: their sum is the whole difference. What an assumption is charged with is what dropping it changes after
-those before it have been dropped; in another order the parts would differ by their interaction. The answer asks the
-ladder only where something differs beyond its tolerance.
+The models of the ladder stand between the 1D model and 3D, each with one assumption less than the one before. A part is
+the difference of two neighbours, so that the parts add up to the whole difference. In another order the parts would
+differ by their interaction. The ladder is solved only where a difference exceeds its tolerance.
 """
 
 from __future__ import annotations
@@ -42,8 +39,11 @@ _MORE = 1.1
 
 @dataclass(frozen=True)
 class Part:
-    """What one assumption does to one quantity: ``value`` and its numerical ``error`` in the quantity's unit; over time
-    also the ``largest`` that it does from 10 us on, and ``when`` (s). The largest do not add up: each has its time."""
+    """The effect of one assumption on one quantity.
+
+    ``value`` and its numerical ``error`` have the quantity's unit; ``largest`` is the largest effect from 10 us on, at
+    ``when`` (s).
+    """
 
     blame: str
     value: float
@@ -54,8 +54,10 @@ class Part:
 
 @dataclass(frozen=True)
 class Split:
-    """A difference, reduction less 3D, with its numerical error and its parts; ``scale`` is the final rise, or the
-    change of the current, that it is relative to, with its sign. ``time`` (s) is when, ``None`` in the steady state."""
+    """A difference, reduction less 3D, with its numerical ``error`` and its ``parts``.
+
+    ``scale`` is the final rise, or the change of the current, with its sign; ``time`` (s) is None in the steady state.
+    """
 
     quantity: str
     unit: str
@@ -68,9 +70,15 @@ class Split:
 
 @dataclass(frozen=True, eq=False)
 class Budget:
-    """The differences of the reduction ``start`` in the ``steady`` state, and ``transient`` at the time from 10 us on
-    at which each is largest; ``over_time`` (parts, times) are the parts of each quantity at ``times`` (s).
-    ``sentence`` says what the largest part of all is."""
+    """The differences of the reduction ``start`` in parts.
+
+    Attributes
+    ----------
+    steady : in the steady state
+    transient : when each difference is largest, from 10 us on
+    times, over_time : (n,) s; by quantity the parts (parts, n)
+    sentence : names the largest part
+    """
 
     start: str
     steady: tuple[Split, ...]
@@ -83,7 +91,7 @@ class Budget:
 def budget(
     sink: Sink, start: str, fem3d: Result, levels: Levels, progress: Callable[[str], None] = lambda _: None
 ) -> Budget:
-    """The budget of the reduction ``start`` (its canonical name) against a 3D result, at the times of its traces.
+    """Compute the budget of the reduction ``start`` against a 3D result, at the times of its traces.
 
     Raises RunawayError where a model of the ladder has no steady state.
     """
@@ -120,8 +128,7 @@ def budget(
 
 
 def scale_of(sink: Sink, name: str, fem3d: Result, levels: Levels) -> float:
-    """What differences of a quantity are relative to: the final 3D rise; the change of the 3D current from the cold
-    sink's, which is V over the cold resistance, or the current itself (`of_current`)."""
+    """Return the scale of a quantity's differences: the final 3D rise, or the change of the 3D current from cold."""
     value = fem3d.steady[QUANTITIES[name].steady].value
     if name != "current" or of_current(sink) == ITSELF:
         return abs(value)
@@ -131,8 +138,7 @@ def scale_of(sink: Sink, name: str, fem3d: Result, levels: Levels) -> float:
 
 
 def of_current(sink: Sink) -> str:
-    """What differences of the current are relative to, in words: itself where it does not change, and of a row, whose
-    islands add to the resistance whatever the temperature; and where it is given."""
+    """Name the scale of the current: the current itself where it does not change, is given, or passes a row's islands."""
     changes = sink.silicon.warms and sink.spans == 1 and sink.current is None
     return "change of the current" if changes else ITSELF
 
@@ -141,8 +147,6 @@ def _split(
     name: str, scale: float, ladder: Sequence[Rung], values: np.ndarray, errors: Sequence[float],
     times: np.ndarray | None,
 ) -> Split:  # fmt: skip
-    """The parts of a quantity's ``values`` (models, times), each known to an error, when the difference is largest;
-    without ``times`` those of the steady state."""
     i = int(np.argmax(np.abs(values[0] - values[-1])))
     drops = values[:-1] - values[1:]
     parts = [Part(rung.blame, float(drops[n, i]), errors[n] + errors[n + 1]) for n, rung in enumerate(ladder)]
@@ -183,8 +187,10 @@ def _sentence(ladder: Sequence[Rung], splits: Sequence[Split], of_current: str) 
 
 @dataclass(frozen=True)
 class Claim:
-    """A difference, 1D less 3D, relative to the (final) 3D rise or the change of the current, and its numerical error;
-    at its largest over time where it has a ``time`` (s), else in the steady state."""
+    """A difference, 1D less 3D, relative to the 3D rise or the change of the current, with its numerical error.
+
+    ``time`` (s) is that of the largest difference, None in the steady state.
+    """
 
     quantity: str
     difference: float
@@ -194,7 +200,7 @@ class Claim:
 
     @property
     def open(self) -> bool:
-        """Whether the sign is not known."""
+        """Whether the error leaves the sign open."""
         return abs(self.difference) <= self.error
 
     @property
@@ -207,7 +213,10 @@ def answered(
     sink: Sink, fem3d: Result | None, reduced1d: Result | None, checks: Iterable[Check], split: Budget | None = None,
     levels: Levels | None = None,
 ) -> tuple[str, str]:  # fmt: skip
-    """The answer, and why the ladder was not asked, if so; ``split`` and ``levels`` are those known already."""
+    """Return the answer, and why the ladder was not solved (empty where it was).
+
+    ``split`` and ``levels`` are results of earlier analyses that serve again.
+    """
     if reduced1d is None or fem3d is None:
         return _of_one_model(fem3d, reduced1d), ""
     if not fem3d.steady["peak_rise_K"].value:
@@ -269,8 +278,6 @@ def _steady(sink: Sink, fem3d: Result, reduced1d: Result) -> list[Claim]:
 
 
 def _told_apart(steady: Sequence[Claim], over_time: Iterable[Claim]) -> list[Claim]:
-    """The claims over time that are beyond their tolerance and do not merely repeat the steady difference; the current
-    only where nothing is said of the rises, which it follows."""
     at_rest = {claim.quantity: claim for claim in steady}
     claims: list[Claim] = []
     for claim in over_time:
@@ -339,7 +346,6 @@ def _blame(claims: Sequence[Claim], budget: Budget | None) -> str:
 
 
 def _cause(claim: Claim, budget: Budget) -> str:
-    """The largest parts of a difference, as many as explain two thirds of it (`_EXPLAINED`)."""
     from reduced1d.ladder.levels import AT_FAULT
 
     splits = budget.steady if claim.time is None else budget.transient

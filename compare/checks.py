@@ -1,9 +1,6 @@
-"""The checks of a sink, by id: those of the paper's equations and figures, and of several spans, of which the paper
-says that they "are all equivalent, and the theory below applies to them all". Each is against 3D, with the sentence
-that says why the two differ.
+"""The checks of a sink against 3D, by id: the paper's equations and figures, and the equivalence of several spans.
 
-The innermost span is that of the highest number, an outer one is span 1. Over time the largest difference from 10 us on
-is taken, as for the paper's figures (`compare.sink_checks`).
+Span 1 is an outer span, the highest number an innermost one. Over time the largest difference from 10 us on counts.
 """
 
 from __future__ import annotations
@@ -33,11 +30,10 @@ WHAT = {"peak_inner": "inner peak", "peak_outer": "outer peak", "mean": "mean", 
 def evaluate(
     sink: Sink, options: Options, fem3d: Result, reduced1d: Result | None, single: Result | None = None
 ) -> tuple[Check, ...]:
-    """The checks that the run allows (``compare.made``), in its order.
+    """Make the checks that the run allows (`compare.made`), in their order.
 
-    ``fem3d`` has the steady state, and the traces if the transient is solved; ``reduced1d``, ``None`` where
-    it was not asked for, has its traces at the same times. ``single`` is the 3D result of one span alone, for a
-    row of them; without it the check of that is left out.
+    ``reduced1d`` has its traces at the times of ``fem3d``. ``single`` is 3D of one span alone, for a row of spans;
+    without it the check of the spans' equivalence is left out.
     """
     models = Models(sink, fem3d, reduced1d, single)
     another = reduced1d is not None and reduced1d.model not in PAPERS
@@ -51,7 +47,6 @@ def evaluate(
 
 
 def _answers(models: Models, check: str) -> bool:
-    """Whether the 1D model, which may be one that leaves some quantities out, has what a check is of."""
     if check not in OF_THE_REDUCTION:
         return True
     what, reduced1d = check.removeprefix("islands_").removesuffix("_over_time"), models.reduction()
@@ -72,7 +67,6 @@ def key_of(sink: Sink, what: str) -> str:
 
 
 def _steady(what: str, models: Models) -> Comparison:
-    """A steady quantity of the 1D model less that of 3D, over the latter."""
     key = key_of(models.sink, what)
 
     def because(predicted: float) -> str:
@@ -93,7 +87,6 @@ def _over_time(what: str, models: Models) -> Comparison:
 
 
 def _pairs(models: Models) -> Iterator[tuple[str, str, tuple[Result, str], tuple[Result, str]]]:
-    """Two of the spans, or one of them and one sink alone: what they are called, and where their values are."""
     assert models.single is not None
     for what in ("peak", "mean"):
         sources = {"one sink alone": (models.single, what)}
@@ -120,7 +113,6 @@ def _equivalent(models: Models) -> Comparison:
 
 
 def _equivalent_over_time(models: Models) -> Comparison:
-    """The same of their traces: the largest distance of two of them, over the final rise of the second."""
     fem3d, room = models.fem3d.over_time, models.sink.room_temperature
     late, distances = from_first(fem3d.time), []
     for first, second, *both in _pairs(models):
@@ -142,7 +134,6 @@ def _equivalent_over_time(models: Models) -> Comparison:
 
 
 def _course(result: Result, name: str, late: np.ndarray) -> tuple[np.ndarray, float, Estimate]:
-    """A 3D trace at some times (s), its error, with that of straight lines between its rows, and the final rise."""
     traces, final, key = result.over_time, result.steady[f"{name}_rise_K"], f"{name}_K"
     error = traces.errors[key] + result.details["sink"].accuracy * abs(final.value)
     return np.interp(late, traces.time, traces.values[key]), error, final
@@ -168,7 +159,6 @@ def _circuit(models: Models) -> str:
 
 
 def _causes(what: str, models: Models) -> str:
-    """Why the steady values differ, of the paper's model with what each part alone makes of them."""
     if not models.papers():
         return f"see --why; {_circuit(models)}"
     if what == "current":
@@ -223,7 +213,7 @@ LENGTHS = (0.25, 0.5, 1.0, 2.0, 4.0)
 
 @dataclass(frozen=True)
 class Varied:
-    """The difference of each check (by id) for some ``values`` of a ``key``, of which ``original`` is the sink's."""
+    """The difference of each check, by id, at some ``values`` of a ``key``; ``original`` is the sink's own value."""
 
     key: str
     original: float
@@ -232,8 +222,10 @@ class Varied:
 
 
 def varied(sink: Sink, reduction: str, single: Result, say: Callable[[str], None]) -> tuple[Varied, Varied]:
-    """How the steady differences run with the number of spans, and with the length of an island: other rows, solved by
-    both models. Raises RunawayError where a row has no steady state."""
+    """Solve rows of other numbers of spans, and of other islands, by both models.
+
+    Raises RunawayError where a row has no steady state.
+    """
     from fem3d.runs.sink import solve as solve_3d
     from reduced1d import ladder
 

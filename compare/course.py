@@ -1,7 +1,6 @@
-"""The difference of two courses over time told apart: how much of it is size, how much a time that runs faster,
-slower or late, and what is left as shape.
+"""Separate the difference of two courses over time into size, time and shape.
 
-With y the 3D course and m the model's, a y((t - shift)/stretch) is fitted to m, by least squares, first with a size a
+With y the 3D course and m the model's, a y((t - shift)/stretch) is fitted to m by least squares: first with a size a
 alone, then with a stretch or a shift as well, whichever is nearer. A stretch c < 1 is a time constant that is short by
 1 - c.
 """
@@ -29,7 +28,7 @@ LEAST = 0.005
 
 @dataclass(frozen=True)
 class Course:
-    """Both courses (times,) above what their scale counts from, and what 3D's is off by between its rows."""
+    """Both courses (times,) above the base of their scale, and the interpolation error of 3D between its rows."""
 
     time: np.ndarray
     fem3d: np.ndarray
@@ -39,9 +38,11 @@ class Course:
 
 @dataclass(frozen=True)
 class Apart:
-    """What a model's course is of 3D's: ``size`` times as large, its time ``stretch``ed and ``shift``ed (s), and how
-    far it then is from it at most (``shape``); how far it is as it stands (``whole``), and with the size alone
-    (``sized``); the last three relative to the scale."""
+    """The model's course relative to 3D's.
+
+    ``size``, ``stretch`` and ``shift`` (s) are fitted. The largest distances, relative to the scale, are ``whole`` as
+    it stands, ``sized`` with the size alone, and ``shape`` with the time, too.
+    """
 
     size: float
     stretch: float
@@ -52,12 +53,12 @@ class Apart:
 
     @property
     def told(self) -> bool:
-        """Whether a change of size or of time makes most of the distance."""
+        """Whether a change of size or of time removes most of the distance."""
         by_time = self.shape <= NOTABLE * self.sized and (abs(self.stretch - 1) >= LEAST or bool(self.shift))
         return by_time or (abs(self.size - 1) > LEAST and self.sized < NOTABLE * self.whole)
 
     def said(self) -> str:
-        """In words: "its time constant is 22 % short; stretched by that it is within 1.5 %"."""
+        """Put it in words: "its time constant is 22 % short; stretched by that it is within 1.5 %"."""
         high = f"{percent(abs(self.size - 1))} {'high' if self.size > 1 else 'low'} throughout"
         larger = abs(self.size - 1) > LEAST
         if not self.told:
@@ -74,7 +75,7 @@ class Apart:
 
 
 def told_apart(course: Course, scale: float) -> Apart | None:
-    """What the model's course is of 3D's; ``None`` where there is too little of either to tell: no change over time."""
+    """Fit size, stretch and shift; None where a course does not change over time."""
     time, y, m = course.time, course.fem3d, course.model
     if len(time) < 5 or not scale or np.ptp(y) < LEAST * scale or np.ptp(m) < LEAST * scale:
         return None

@@ -39,7 +39,7 @@ class Both:
 
 
 def evaluate_3d(device: Device, options: Options, in_1d: Runs, in_3d: Solved) -> tuple[Check, ...]:
-    """The checks that the run allows, in the order in which they are reported."""
+    """Make the checks that the run allows, in their order."""
     both, checks = Both(in_1d, in_3d), []
     for name in made_3d_checks(device, options):
         over_time = device.steps_outside and name.endswith(_OVER_TIME)
@@ -90,7 +90,6 @@ def _peak(both: Both, film: str) -> Comparison:
 
 
 def _peak_time(both: Both, film: str) -> Comparison:
-    """When it is reached, at a sample; two samples that differ by less than the error can't be told apart."""
     (_, in_1d), (value, in_3d) = (_highest(run, film) for run in (both.one.base, both.base))
     result = both.base.result
     near = result.time_s[result.trace(f"{film}_K") - both.device.sink.room_temperature > value - 2 * result.errors[
@@ -144,7 +143,6 @@ def _slope(both: Both) -> Comparison:
 
 
 def _gain(both: Both, film: str) -> Comparison:
-    """The largest stable gain, the smaller of those before and after the outer step."""
     device, external = both.device, both.device.external
     outer = (external.initial_temperature, external.final_temperature)
     key = f"{film}_gain_limit"
@@ -161,7 +159,6 @@ def _gain(both: Both, film: str) -> Comparison:
 
 
 def _claim_steady(both: Both) -> Comparison:
-    """The paper: what the sensor takes is the heat that leaves through the polymer, in the steady state."""
     errors = both.three.model.steady_errors(both.device)
     power, flow = both.base.after.sensor_power_W, both.base.after.polymer_flux_W
     size = max(abs(power), abs(flow)) or 1.0
@@ -209,8 +206,6 @@ def _claim_over_time(both: Both) -> Comparison:
 
 
 def _shielding(both: Both) -> Comparison:
-    """The paper: with sink and sensor at one temperature no heat of the sensor is lost to the substrate, relative to
-    what is lost where the sink is off."""
     slopes, errors = both.three.shielding
     in_1d, over_time = shielding(both.device), both.three.response
     names = ("sensor_power_per_substrate_W_per_K", "sensor_power_per_substrate_sink_off_W_per_K")
@@ -250,6 +245,5 @@ DEFINITIONS: dict[str, Callable[[Both], Comparison]] = {
 
 
 def _alike(title: str, unit: str, in_1d: float, in_3d: float, error: float, said: str) -> Comparison:
-    """1D against 3D, which is known to an error."""
     part = error / abs(in_3d) if in_3d else math.inf if error else 0.0
     return Comparison(title, in_1d, in_3d, unit, relative(in_1d, in_3d), part, said)

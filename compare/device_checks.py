@@ -30,7 +30,7 @@ METER_RANGES = 1.0, 20e-3
 
 
 def evaluate(device: Device, options: Options, runs: Runs) -> tuple[Check, ...]:
-    """The checks that the run allows, in the order in which they are reported."""
+    """Make the checks that the run allows, in their order."""
     needed_runs = {"fig9": (runs.base,), "fig10": (runs.base,), "fig11": (runs.base, runs.slow)}
     comparisons = {
         name: not_reached(needed_runs.get(name.partition("_")[0], ())) or DEFINITIONS[name](runs)
@@ -40,7 +40,7 @@ def evaluate(device: Device, options: Options, runs: Runs) -> tuple[Check, ...]:
 
 
 def not_reached(runs: Iterable[Run | None]) -> Comparison | None:
-    """What is found where one of the runs that a check is of was stopped before the outer step: nothing."""
+    """Return an open comparison where one of the runs was stopped before the outer step."""
     for run in runs:
         if run is not None and run.stopped:
             said = f"the run was stopped at {run.result.time_s[-1]:.6g} s, before the outer step"
@@ -49,7 +49,7 @@ def not_reached(runs: Iterable[Run | None]) -> Comparison | None:
 
 
 def fig9_settling(runs: Runs) -> Comparison:
-    """The paper: the sensor takes about 0.1 s to settle after the outer step. It says no band; here it is 1 %."""
+    """Compare the settling time with the paper's "about 0.1 s"; the paper names no band, here it is 1 %."""
     run = runs.base
     settling = {fraction: run.settled(fraction) for fraction in (BAND, 1e-3, 1e-4)}
     bands = ", ".join(
@@ -98,9 +98,9 @@ def fig10_steady(runs: Runs) -> Comparison:
 
 
 def fig11_slow(runs: Runs) -> Comparison:
-    """The paper: sampled every 5 ms the loop does not behave ideally. Here: it settles later than the scene's own.
+    """Compare the settling time of the loop sampled every 5 ms with the scene's own.
 
-    One-sided: the difference is what the slow loop's settling time lacks, none where it is longer.
+    The paper: the behaviour is not ideal. The difference is one-sided: none where the slow loop settles later.
     """
     assert runs.slow is not None
     base, slow = runs.base, runs.slow
@@ -208,8 +208,6 @@ def meter_rate(runs: Runs) -> Comparison:
 
 
 def _at_most(title: str, claim: float, run: Run, name: str, unit: str) -> Comparison:
-    """A step of the meter at the sensor after the outer step, claimed to be at most so much; none where it takes no
-    power. The paper's own numbers come out at the ends of its ranges, and as roots of squares."""
     V, current = METER_RANGES
     parts = PXI_4070.voltage[1][1] / V, PXI_4070.current[0][1] / current
     value = V / current if name == "resistance" else V * current
@@ -254,8 +252,6 @@ def _powerless(*runs: Run) -> bool:
 
 
 def _against(expected: float, time: float, error: float, run: Run) -> tuple[float, float]:
-    """expected/time - 1 and its error. Of a time that did not come only a lower limit is known, how long was watched:
-    then the difference is between -1 and expected/watched - 1; and nothing is known if none was expected to come."""
     if time < math.inf and expected < math.inf:
         return relative(expected, time), error / time + ROUNDING if time else 0.0
     if expected == math.inf:
@@ -265,7 +261,6 @@ def _against(expected: float, time: float, error: float, run: Run) -> tuple[floa
 
 
 def _yet(*runs: Run) -> str:
-    """What must be said of runs that end before they are steady, by the worst of them."""
     run = max(runs, key=lambda run: run.remaining)
     if run.watched == math.inf:
         return f"; but at {run.device.external.final_temperature:g} K outside {_unsteady(run)}"
@@ -278,8 +273,6 @@ def _yet(*runs: Run) -> str:
 
 
 def _line(runs: Runs) -> tuple[float, float, float, float]:
-    """Slope (W/K) and zero (K, infinite without a slope) of the straight line through the steady powers below the set
-    point, the relative error of either, and the largest distance of a power from the line (W)."""
     below = _below(runs)
     estimates = [run.final("sensor_power_W") for run in below]
     outer = np.array([run.device.external.final_temperature for run in below])
@@ -317,8 +310,10 @@ def _decay(rate: float) -> str:
 
 
 def fig14_ground(runs: Runs) -> Comparison:
-    """The paper: the design provides "an additional common ground between the detecting layer and the active sink". It
-    gives no resistance; where the scene has none either, that of one square of the sensor's film is taken."""
+    """Compare a common lead to ground with the resistance at which the sensor's power is off by the paper's accuracy.
+
+    The paper gives no resistance; without one in the scene it is one square of the sensor's film.
+    """
     device, film = runs.base.device, lump(runs.base.device)
     square = float(film.resistance[1]) * device.sink.width / device.sink.length
     ground_resistance = device.control.ground_resistance

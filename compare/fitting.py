@@ -1,8 +1,7 @@
-"""Inputs fitted to measured traces: bounded least squares with the models' own derivatives.
+"""Fit inputs to measured data: bounded least squares with the models' own derivatives.
 
-The scene's keys are fitted in 3D, a 1D model's own parameters with that model. The logarithms of the keys are sought
-that make sum ((S - D) / u_D)^2 least; with the derivatives J of the residuals
-their covariance is (J^T J)^-1 where the model is right and u_D is known (Seber and Wild, Nonlinear Regression, 1989).
+The logarithms of the keys minimize sum ((S - D) / u_D)^2. With the derivatives J of the residuals their covariance is
+(J^T J)^-1, where the model is right and u_D is correct (Seber and Wild, Nonlinear Regression, 1989).
 """
 
 from __future__ import annotations
@@ -42,9 +41,16 @@ Modelled = tuple[Mapping[str, np.ndarray], Mapping[str, Mapping[str, np.ndarray]
 
 @dataclass(frozen=True)
 class Fit:
-    """Keys with their values at the ``start`` and ``fitted`` (SI units), the relative standard uncertainties ``u`` and
-    the ``correlations`` (keys, keys) of the latter, and the ``scene`` that results; ``misfit`` is the sum of squares
-    over ``points`` less keys, about 1 where the model is as good as the data."""
+    """Fitted keys.
+
+    Attributes
+    ----------
+    start, fitted : values in SI units
+    u, correlations : relative standard uncertainties, and correlations (keys, keys)
+    misfit : sum of squares over points less keys, about 1 where the model is as good as the data
+    points : number of data
+    scene : the fitted scene
+    """
 
     start: dict[str, float]
     fitted: dict[str, float]
@@ -55,12 +61,12 @@ class Fit:
     scene: Any
 
     def interval(self, key: str) -> tuple[float, float]:
-        """Where a key lies (95 %), in SI units."""
+        """Return the interval of a key (95 %), in SI units."""
         half = min(COVERS * self.u[key], WIDEST)
         return float(self.fitted[key] * np.exp(-half)), float(self.fitted[key] * np.exp(half))
 
     def warnings(self) -> tuple[str, ...]:
-        """What the data don't tell, and what they tell against the model."""
+        """Name keys that the data do not determine, and a misfit."""
         keys, said = list(self.fitted), []
         for i, a in enumerate(keys):
             if self.u[a] > TOLD:
@@ -93,8 +99,10 @@ def of_model(keys: Sequence[str]) -> bool:
 
 
 def keys_of(scene: Any, keys: Sequence[str], data: Data) -> tuple[str, ...]:
-    """The full names of keys to be fitted. Raises SceneError for what can't be: an unknown key, one that is named
-    twice, data of fewer points than there are keys."""
+    """Return the full names of keys to be fitted.
+
+    Raises SceneError for an unknown key, a key named twice, and data of fewer points than keys.
+    """
     paths = tuple(path_of(scene, key, numbers(scene), "--calibrate") for key in keys)
     _refuse(scene, paths, data)
     return paths
@@ -245,7 +253,6 @@ def _fit(
 
 
 def _bounds(scene: Any, key: str) -> tuple[float, float]:
-    """Of the logarithm of a key over its value: those of its kind."""
     kind, value = kind_of_key(scene, key), abs(numbers(scene)[key])
     return float(np.log(max(kind.lower, TINY) / value)) - 1e-9, float(np.log(min(kind.upper, 1 / TINY) / value)) + 1e-9
 

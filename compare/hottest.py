@@ -1,4 +1,4 @@
-"""How hot each material gets, the warnings where that is past what its data hold to, and when a scene is hottest."""
+"""Find the hottest temperature of each material, and warn where it exceeds the material's limit."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ _AT_ONCE = 16  # Fields that are computed together, to bound the memory.
 
 @dataclass(frozen=True)
 class Hottest:
-    """A temperature (K), and when (s) it is reached; ``None`` in the steady state."""
+    """A temperature (K) and its time (s); None in the steady state."""
 
     temperature: float
     time: float | None = None
 
 
 def of_sink(sink: Sink, fem3d: Result | None, reduced1d: Result | None) -> tuple[str, ...]:
-    """The warnings of a sink's run, of the 3D model where that is solved."""
+    """Return the warnings of a sink's run, of 3D where it is solved."""
     if fem3d is not None:
         return past(sink.materials, fem3d.details["fields"].distinct, moments(fem3d.traces, FEW))
     if reduced1d is None:
@@ -47,7 +47,7 @@ def of_sink(sink: Sink, fem3d: Result | None, reduced1d: Result | None) -> tuple
 
 
 def of_device(device: Device, result: DeviceResult) -> tuple[str, ...]:
-    """The warnings of a device's run in 1D; the beam's middle is above its equivalent temperature, by eqs 13 and 18."""
+    """Return the warnings of a device's run in 1D; the beam's middle follows from eqs 13 and 18."""
     sink, times = device.sink, result.time_s
     mean, k = result.sink_K - sink.room_temperature, sink.silicon.thermal_conductivity
     end = end_rise_from_equivalent(mean, anchor_series_resistance(sink), k, sink.cross_section, sink.length)
@@ -67,9 +67,11 @@ def of_device(device: Device, result: DeviceResult) -> tuple[str, ...]:
 def excess(
     materials: Sequence[Material], ceiling: float, fields: Callable[[], Any], times: np.ndarray
 ) -> tuple[float, str]:
-    """How far (K) the materials of a 3D run get past their valid_to at most, and which one does; at or below it the
-    name is empty, and the number says by how much the ``ceiling`` (K) of all temperatures stays below the least.
-    ``fields`` are asked for where that is not enough to tell, at some times (s) beside the steady state."""
+    """Return by how much (K) a 3D run exceeds a material's valid_to at most, and the material.
+
+    Below every limit the name is empty and the number negative. The ``fields`` at some times (s) are computed only
+    where the ``ceiling`` (K) of all temperatures exceeds a limit.
+    """
     limits = {m.name: m.valid_to for m in materials if m.valid_to is not None}
     if not limits:
         return float("-inf"), ""
@@ -81,7 +83,7 @@ def excess(
 
 
 def past(materials: Sequence[Material], fields: Any, times: np.ndarray) -> tuple[str, ...]:
-    """The warnings of a 3D run. Nothing is sampled where no place can be too hot."""
+    """Return the warnings of a 3D run; fields are sampled only where a temperature can exceed a limit."""
     limits = [m.valid_to for m in materials if m.valid_to is not None]
     if not limits or fields.ceiling(times) <= min(limits):
         return ()
@@ -89,7 +91,7 @@ def past(materials: Sequence[Material], fields: Any, times: np.ndarray) -> tuple
 
 
 def impossible(scene: AnyScene, result: Result) -> tuple[str, ...]:
-    """A sentence where a probe is below absolute zero, as it is where more heat is drawn than a part has."""
+    """Return a sentence where a probe is below absolute zero, because more heat is drawn than enters."""
     names = [probe.name for probe in scene.probes if probe.quantity == "temperature"]
     readings = [(name, e.value + e.error) for name, e in result.steady.items() if name in names]
     if (traces := result.traces) is not None:
@@ -118,7 +120,7 @@ def warnings(materials: Iterable[Material], reached: Mapping[str, Hottest]) -> t
 
 
 def moments(traces: Traces | None, most: int = MOST) -> np.ndarray:
-    """Times (s) spread over the rows of traces, with those at which any of them is largest or least."""
+    """Return times (s) spread over the rows of traces, with the times of all extremes."""
     if traces is None:
         return np.empty(0)
     rows = np.linspace(0, len(traces.time) - 1, min(most, len(traces.time))).astype(int)

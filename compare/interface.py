@@ -44,7 +44,7 @@ class Columns(dict[str, "np.ndarray"]):
     def __call__(self, quantity: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return times (s), 3D and 1D values of a quantity: of a sink "peak_K" ..., else a probe's name.
 
-        Raises SceneError for a name that both models lack, with those that they have.
+        Raises SceneError for a name that both models lack, with the names that they have.
         """
         if not self:
             raise SceneError("this run has no transient: leave out steady=True")
@@ -71,9 +71,9 @@ class Columns(dict[str, "np.ndarray"]):
 
 
 class Run:
-    """A run of a scene of any kind. ``outcome`` has everything; the rest are short ways to it.
+    """A run of a scene of any kind. ``outcome`` has everything; the rest are short ways.
 
-    ``run["peak_rise_K"]`` is a steady value of 3D with its error, of a free scene by the probe's name.
+    ``run["peak_rise_K"]`` is a steady value of 3D with its error; of a free scene the key is the probe's name.
     """
 
     def __init__(self, outcome: Outcome[Any]) -> None:
@@ -86,7 +86,7 @@ class Run:
 
     @property
     def answer(self) -> str:
-        """How far the 1D model is from 3D, where, and what is to blame, in a sentence; empty without a model."""
+        """How far the 1D model is off, where, and why, in a sentence; empty without a model."""
         return self.outcome.answer
 
     @property
@@ -182,7 +182,7 @@ def solve(scene: Any, *, overrides: Overrides = (), out: str | Path | None = Non
 
 
 def device(scene: Any = "device", *, overrides: Overrides = (), out: str | Path | None = None, **options: Any) -> Run:
-    """Simulate the whole sensor in 1D, and in 3D where asked for, and check the paper's claims about it."""
+    """Simulate the whole sensor in 1D, with ``in_3d`` in 3D too, and check the paper's claims."""
     return _run("device", scene, overrides, out, options)
 
 

@@ -1,4 +1,4 @@
-"""Which checks a run makes of a sink or of a device, and why it leaves out the others."""
+"""Choose the checks of a run, and give the reasons for the others."""
 
 from __future__ import annotations
 
@@ -25,7 +25,6 @@ LATE = ("figure11", "figure12", "figure13")
 
 
 def _of_sink(sink: Sink) -> tuple[str, ...]:
-    """Of one span those of the paper's equations and figures, of several those of their equivalence, and the peak's."""
     return tuple(known.DEFAULT_TOLERANCES) if sink.spans == 1 else (*known.ISLAND_TOLERANCES, "fig4", "energy")
 
 
@@ -67,30 +66,30 @@ _CHECKS: dict[str, tuple[Callable[[Any], tuple[str, ...]], Callable[[Any, Option
 
 
 def checks_of(scene: Sink | Device) -> tuple[str, ...]:
-    """The checks that there are, in the order in which they are reported."""
+    """Return the checks that there are, in the order of the report."""
     return _CHECKS[scene.kind][0](scene)
 
 
 def skipped_checks(scene: Sink | Device, options: Options) -> dict[str, str]:
-    """The checks that a run can't make, each with the reason."""
+    """Return the checks that a run cannot make, each with the reason."""
     return _CHECKS[scene.kind][1](scene, options)
 
 
 def made_checks(scene: Sink | Device, options: Options) -> tuple[str, ...]:
-    """The checks that a run makes, in the order in which they are reported."""
+    """Return the checks that a run makes, in the order of the report."""
     skipped = skipped_checks(scene, options)
     return tuple(check for check in checks_of(scene) if check not in skipped)
 
 
 def checks_lines(scene: Sink | Device, options: Options) -> list[Step]:
-    """The lines of a plan: the checks that are made, and those that are not."""
+    """Return the lines of a plan for checks that are made and skipped."""
     made = made_checks(scene, options)
     lines = [step("checks", ", ".join(made))] if made else []
     return lines + skipped_together("checks", skipped_checks(scene, options))
 
 
 def made_3d_checks(device: Device, options: Options) -> tuple[str, ...]:
-    """The checks of 1D against 3D that a run of a device makes, in the order in which they are reported."""
+    """Return the checks of 1D against 3D that a run of a device makes."""
     stepped = ("dev3d_settling", "dev3d_claim_steady", "dev3d_claim_over_time")
     omitted = not_about(options)
 
@@ -104,7 +103,7 @@ def made_3d_checks(device: Device, options: Options) -> tuple[str, ...]:
 
 
 def not_about(options: Options) -> dict[str, str]:
-    """The figures that a run of a device is not about, each with the reason."""
+    """Return the figures that a run of a device leaves out, each with the reason."""
     omitted = {name: only(options) for name in DEVICE_FIGURES if options.about and name not in options.about}
     if options.scheme == "paper":
         omitted |= dict.fromkeys(LATE, "they need nine more runs, and the accurate scheme for them")

@@ -1,10 +1,9 @@
-"""Which joint of a network of lines is to blame for its difference from 3D: for each the resistance that 3D has there,
-put in one after the other.
+"""Split the difference of a network of lines from 3D by joint.
 
-3D's resistance of a joint is the difference of the mean temperatures over the cross-sections that it joins, over what
-flows from one to the other; of a condition that to what is given. As the heat flow along a line follows the mean over
-its cross-section exactly, what then remains is how flows spread over joints and how resistivities follow the local
-temperature, which lines cannot say. The parts add up to the whole difference.
+3D's resistance of a joint is the difference of the mean temperatures over the joined cross-sections, divided by the
+flow between the lines; of a condition, to the given temperature. The resistances of 3D replace the network's one after
+the other. The remainder is the spread of flows over joints, and resistivities at the local temperature. The parts add
+up to the whole difference.
 """
 
 from __future__ import annotations
@@ -34,8 +33,10 @@ LEAST = 0.02
 
 
 def blame(given: AnyScene, fem3d: Result, network: Result) -> Budget:
-    """The budget of a network's steady differences from a 3D result of the same scene. 3D is solved once more, with the
-    mean temperatures and flows of all joints. Raises what both models raise."""
+    """Compute the budget of a network's steady differences from 3D.
+
+    3D is solved once more, with probes of the mean temperatures and flows at all joints.
+    """
     of_boxes: Any = given
     scene: Scene = replace(of_boxes, steady=True, output_times=())
     shape = layout(scene)

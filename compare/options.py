@@ -85,7 +85,7 @@ class Option:
         return self.help if isinstance(self.help, str) else self.help[kind]
 
     def words(self, text: Any, value: Any) -> list[str]:
-        """Its words in a folder's name: the name and the text, unless `in_name` says otherwise."""
+        """Return its words in a folder's name: the name and the text, unless `in_name` differs."""
         if text == self.default or text in (None, False) or self.in_name == "":
             return []
         if callable(self.in_name):
@@ -330,7 +330,7 @@ def of_kind(kind: str) -> Iterator[Option]:
 
 
 class Options(SimpleNamespace):
-    """Values by keyword (``options.steady``); those that are not given have their defaults, for every kind of scene."""
+    """Values by keyword (``options.steady``); options that are not given have their defaults."""
 
     def __init__(self, **values: Any) -> None:
         defaults = {option.key: option.default for option in TABLE}
@@ -401,7 +401,7 @@ def check(kind: str, given: Given) -> None:
 
 
 def settings(kind: str, given: Given, overrides: Sequence[str]) -> list[str]:
-    """The overrides with those that options stand for. SceneError where both set one key."""
+    """Return the overrides with the keys that options stand for. SceneError where two set one key."""
     made = list(overrides)
     for option in of_kind(kind):
         value = given.get(option.key)
@@ -422,7 +422,7 @@ def settings(kind: str, given: Given, overrides: Sequence[str]) -> list[str]:
 
 
 def read(kind: str, given: Given, scene: Any, command: str = "") -> Options:
-    """The values of what is given, in the order of the table. Raises SceneError."""
+    """Return the values of the given options, in the order of the table. Raises SceneError."""
     values: dict[str, Any] = {"command": command}
     for option in of_kind(kind):
         value = given.get(option.key)
@@ -437,9 +437,9 @@ def read(kind: str, given: Given, scene: Any, command: str = "") -> Options:
 
 
 def folder_name(kind: str, given: Given, options: Options, scene: Any, overrides: Sequence[str]) -> Path:
-    """The usual folder of a run, "results/sink-2V-width20um-steady": what makes its results different.
+    """Return the usual folder of a run, "results/sink-2V-width20um-steady".
 
-    ``overrides`` are the settings of the scene, with those that options stand for.
+    ``overrides`` are the settings of the scene, of a free scene with the keys that options stand for.
     """
     from scenes.loading import distinguishes
 

@@ -91,12 +91,12 @@ class Outcome(Generic[S]):
 
     @property
     def device_3d(self) -> Solved | None:
-        """The runs of a device in 3D, if asked for."""
+        """The runs of a device in 3D; None without 3D."""
         return None if self.fem3d is None else self.fem3d.details.get("solved")
 
     @property
     def design(self) -> Design | None:
-        """The answers to a designer's questions about a device, if asked for."""
+        """The answers to a designer's questions about a device; None where they are left out."""
         return self.results["reduced1d"].details.get("design")
 
     def warn(self, *texts: str) -> None:
@@ -104,7 +104,7 @@ class Outcome(Generic[S]):
 
 
 class Progress:
-    """Tells the user each stage of a run, and measures how long each takes (s)."""
+    """Shows each stage of a run to the user, and measures its time (s)."""
 
     def __init__(self, say: Callable[[str], None] | None = None) -> None:
         self._say = say or (lambda _: None)

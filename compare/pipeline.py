@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 def plan(scene: Any, options: Options, outcome: Outcome[Any] | None = None) -> tuple[Step, ...]:
-    """The steps of a run before it is solved, or those of an ``outcome``. Raises SceneError for what cannot be."""
+    """Return the steps of a run before it is solved, or of an ``outcome``. Raises SceneError for a run that cannot be."""
     kind = kind_of(scene)
     kind.refuse(scene, options)
     analyses = [analysis.plan(scene, options) for analysis in chosen(options)]
@@ -31,10 +31,10 @@ def plan(scene: Any, options: Options, outcome: Outcome[Any] | None = None) -> t
 
 
 def solve(scene: Any, options: Options, progress: Progress | None = None) -> Outcome[Any]:
-    """Solve a scene, compare its models, and run the analyses that the options ask for.
+    """Solve a scene, compare its models, and run the analyses that the options choose.
 
-    Raises SceneError for what a model refuses, and ArithmeticError (RunawayError, NumericsError) where its numerics
-    fail. Where the user's own model fails, `Outcome.failure` says why, and what 3D found is kept.
+    Raises SceneError where a model refuses, and ArithmeticError (RunawayError, NumericsError) where its numerics fail.
+    Where the user's own model fails, `Outcome.failure` has the error, and the 3D result is kept.
     """
     progress, kind, analyses = progress or Progress(), kind_of(scene), chosen(options)
     kind.refuse(scene, options)
@@ -91,7 +91,7 @@ def sections(outcome: Outcome[Any], contrary: Sequence[Check], style: Style) -> 
 
 
 def report_text(outcome: Outcome[Any], contrary: Sequence[Check], style: Style) -> str:
-    """The report for a terminal: what cannot be, the answer, the sections, the warnings."""
+    """Return the report for a terminal: alarms, the answer, the sections, the warnings."""
     from compare.report.table import wrapped
 
     said = [wrapped(f"Warning: {text.rstrip('.')}.") for text in outcome.warnings]
@@ -100,7 +100,7 @@ def report_text(outcome: Outcome[Any], contrary: Sequence[Check], style: Style) 
 
 
 def headline(outcome: Outcome[Any], contrary: Sequence[Check], style: Style) -> str:
-    """The first lines of a report: what cannot be or has failed, then the answer."""
+    """Return the first lines of a report: alarms, then the answer."""
     from compare.report.table import wrapped
 
     alarms = [style.paint(wrapped(f"Warning: {text.rstrip('.')}."), "heading") for text in outcome.alarms]

@@ -13,8 +13,7 @@ from scenes.model import OVER_TIME
 
 
 def answered(both: Both, checks: Sequence[Check]) -> str:
-    """ "lumped.py is 31 % high at the heater in the steady state and 44 % at its worst, at 0.3 ms; ..." Of the checks
-    that agree it says how near they are."""
+    """Say how far a model is off and where: "lumped.py is 31 % high at the heater in the steady state; ..."."""
     name = both.model.model
     by_id = {check.id: check for check in checks}
     worst = [c for c in sorted(checks, key=lambda c: -abs(c.difference)) if c.verdict == "differs"]
@@ -73,7 +72,6 @@ def _when(check: Check) -> str:
 
 
 def _agreeing(checks: Sequence[Check]) -> str:
-    """How near those are that do not differ, and how many can't be told."""
     open_ = [c for c in checks if c.verdict == "unresolved"]
     near = [c for c in checks if c.verdict == "agrees"]
     said = []

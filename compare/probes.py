@@ -1,7 +1,7 @@
-"""A model of any scene against 3D, quantity by quantity: in the steady state, and at the largest distance over time.
+"""Compare a model of any scene with 3D, quantity by quantity: steady, and at the largest distance over time.
 
-The difference is (model - 3D)/scale. The scale of a temperature is its 3D rise above the initial one, over time the
-largest; that of all else the 3D value itself, over time the largest. No difference is relative to kelvins.
+The difference is (model - 3D)/scale. The scale of a temperature is its 3D rise above the initial temperature, over time
+the largest rise; of other quantities the 3D value, over time the largest. No difference is relative to kelvins.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class Both:
 
     @cached_property
     def definitions(self) -> dict[str, Callable[[], Comparison]]:
-        """What makes each check, by its id, in the order of the quantities."""
+        """The function that makes each check, by id, in the order of the quantities."""
         definitions: dict[str, Callable[[], Comparison]] = {}
         for name in self.quantities.units:
             if name in self.model.steady and name in self.fem3d.steady:
@@ -43,7 +43,7 @@ class Both:
         return definitions
 
     def at_rest(self, name: str) -> Comparison:
-        """The difference in the steady state."""
+        """Compare the steady values."""
         base, unit = self.quantities.base(name), self.quantities.units[name]
         in_3d, in_1d = self.fem3d.steady[name], self.model.steady[name]
         inputs = {"value": in_1d, "measured": in_3d}
@@ -61,7 +61,6 @@ class Both:
         )  # fmt: skip
 
     def _meant(self, name: str, value: float, measured: float) -> str:
-        """What a temperature that is far off seems to be, where it is near 3D as something else."""
         zeros = {"degrees Celsius": 273.15, "rises": self.quantities.initial}
         near = {word: abs(value + zero - measured) for word, zero in zeros.items()}
         word = min(near, key=lambda each: near[each])
@@ -69,14 +68,14 @@ class Both:
         return f"; as {word} it would be near: give kelvins, not {word}" if meant else ""
 
     def course(self, name: str) -> Course:
-        """Both traces where their errors hold, at the times of both, above what their scale counts from."""
+        """Return both traces at the model's times at which 3D's error bound holds, above the base of their scale."""
         in_3d, in_1d = self.fem3d.over_time, self.model.over_time
         late, base = self.quantities.sure(in_1d.time), self.quantities.base(name)
         value, beyond = at(in_3d, name, in_1d.time)
         return Course(in_1d.time[late], value[late] - base, in_1d.values[name][late] - base, beyond[late])
 
     def over_time(self, name: str) -> Comparison:
-        """The largest difference over time, with the shift, the stretch and the size that make most of it."""
+        """Compare at the largest difference over time, with its shift, stretch and size."""
         course, unit = self.course(name), self.quantities.units[name]
         off = course.model - course.fem3d
         i, error = int(np.argmax(np.abs(off))), self.fem3d.over_time.errors[name]
@@ -111,7 +110,7 @@ class Both:
 
 
 def evaluate(scene: Declared, both: Both) -> tuple[Check, ...]:
-    """A check for every quantity that both models answer, in the steady state and over time."""
+    """Check every quantity that both models have, in the steady state and over time."""
     return tuple(judged(name, made(), scene) for name, made in both.definitions.items())
 
 
@@ -121,8 +120,11 @@ def part(distance: float, scale: float) -> float:
 
 
 def at(traces: Traces, name: str, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """A trace at ascending times (s), and what it may be off by there because it is interpolated. Where a trace jumps
-    it has two values at one time: the first of two equal times gets the first, a single one the later."""
+    """Return a trace at ascending times (s), and its interpolation error there.
+
+    Where a trace jumps it has two values at one time: the first of two equal times gets the first value, a single one
+    the later.
+    """
     values = traces.values[name]
     n = np.clip(np.searchsorted(traces.time, times, side="right") - 1, 0, len(traces.time) - 2)
     interpolated, on_a_row = np.interp(times, traces.time, values), np.isin(times, traces.time)
@@ -136,8 +138,10 @@ JUMP = 2e-9
 
 
 def bends(time: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """(n - 1,): what straight lines between rows are off by, h^2/8 |y''|, with the larger of the second differences at
-    both ends of the interval; nothing where a trace jumps."""
+    """Return (n - 1,): the error of straight lines between rows, h^2/8 |y''|; zero where a trace jumps.
+
+    The larger second difference of both ends of the interval counts.
+    """
     h = np.diff(time)
     if len(h) < 2:
         return np.abs(np.diff(values))

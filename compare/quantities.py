@@ -1,5 +1,4 @@
-"""What the models of a scene answer over time, and data may be of: a name for each quantity, its unit, and where it
-counts from. A scene with probes has these; the sink is one with fixed names."""
+"""The quantities of a scene: names, units, and the base of each scale. The sink's names are fixed, others are probes."""
 
 from __future__ import annotations
 
@@ -24,11 +23,19 @@ AT_REST = np.array([np.inf])
 
 @dataclass(frozen=True)
 class Quantities:
-    """What both models answer: ``units`` by name; the ``initial`` temperature (K) above which temperatures rise; the
-    ``end`` of the run (s); from when (``first``, s) and where the errors of 3D's ``traces`` hold; the ``edges`` (s) at
-    which a drive jumps, as a circuit's edge takes a while; the ``words`` that users have for quantities; the ``final``
-    steady quantities that differences of a trace are relative to, if not its own largest value; whether there is the
-    ``steady`` state alone."""
+    """The quantities of a scene.
+
+    Attributes
+    ----------
+    units : unit by name
+    initial : temperature (K) from which rises count
+    end : end of the run (s)
+    first, traces : first time (s) at which errors hold, and the 3D traces, which narrow it
+    edges : times (s) at which a drive jumps
+    words : the user's word for a quantity
+    final : by trace the steady quantity that its differences are relative to; else its own largest value
+    steady : whether there is the steady state alone
+    """
 
     units: Mapping[str, str]
     initial: float
@@ -41,25 +48,25 @@ class Quantities:
     steady: bool = False
 
     def base(self, name: str) -> float:
-        """What the scale of a quantity counts from."""
+        """Return the value from which the scale of a quantity counts."""
         return self.initial if self.units[name] == "K" else 0.0
 
     def word(self, name: str) -> str:
-        """What a user calls a quantity."""
+        """Return the user's word for a quantity."""
         return self.words.get(name, name)
 
     @property
     def since(self) -> float:
-        """When (s) the errors over time begin to hold."""
+        """The time (s) from which errors of traces hold."""
         return self.first if self.traces is None else max(self.first, self.traces.since)
 
     @property
     def names(self) -> dict[str, str]:
-        """The quantities by what a user calls them."""
+        """The names by the user's words."""
         return {self.word(name): name for name in self.units}
 
     def sure(self, times: np.ndarray) -> np.ndarray:
-        """(times,): where the errors hold, within the run; the steady state is sure."""
+        """Return (times,): whether errors hold; always in the steady state."""
         mask: np.ndarray = (times >= self.first * (1 - 1e-9)) & (times <= self.end * (1 + 1e-9))
         if self.traces is not None:
             mask &= self.traces.sure(times)
@@ -69,12 +76,12 @@ class Quantities:
 
 
 def called(name: str) -> str:
-    """A probe's name in a sentence: one of several words in quotes."""
+    """Quote a name of several words for a sentence."""
     return quoted(name) if " " in name else name
 
 
 def of(scene: Any, fem3d: Result | None = None) -> Quantities:
-    """Those of a scene; from when on the errors of ``fem3d`` hold is said by it."""
+    """Return the quantities of a scene; ``fem3d`` narrows the times at which errors hold."""
     return _OF[scene.kind](scene, fem3d)
 
 

@@ -1,14 +1,10 @@
-"""Checks of a sink against 3D, by the paper's equations and its Figures 4 to 7; each with the sentence that says why
-the two differ.
+"""Checks of a sink against 3D, by the paper's equations and Figures 4 to 7, each with the reason of a difference.
 
-An equation is checked on the steady 3D solution: 3D quantities into the right-hand side, against the 3D quantity on
-the left. The equations are those of ``reduced1d.equations``; dT_end is the 3D end rise (mean over the beam's end cross
-section), dT0 the 3D peak rise less that. ``power_W`` is what the electrodes supply. With electrodes at the pads' outer
-faces it includes the pads' share, which eqs 10 and 12 have no term for; eq 12 is compared with it all the same, because
-the power is what a user of the equation wants from it, and the reason says what the pads take.
-
-A figure is checked by what the two models' curves say, against each other; those over time by the largest distance of
-the traces (`compare.against.largest_distance`).
+An equation is checked on the steady 3D solution: 3D quantities enter the right-hand side, and the result is compared
+with the 3D quantity on the left. dT_end is the 3D end rise, the mean over the beam's end cross section; dT0 is the 3D
+peak rise less dT_end. ``power_W`` is the power of the electrodes; with electrodes at the pads' outer faces it includes
+the heat of the pads, for which eqs 10 and 12 have no term. A figure is checked by the difference of both models'
+curves, over time by the largest distance (`compare.against.largest_distance`).
 """
 
 from __future__ import annotations
@@ -184,10 +180,10 @@ def fig4(models: Models) -> Comparison:
 
 
 def fig5(models: Models) -> Comparison:
-    """Root mean square distance (K) of the 3D axis profile from eq 9's parabola through its own end and peak, against
-    none, relative to its dT0.
+    """Compare the 3D profile along the axis with eq 9's parabola through its own end and peak: the rms distance over
+    dT0.
 
-    The error is that of a profile anywhere off by the largest error of the steady rises, and so its parabola too.
+    The error assumes a profile that is anywhere off by the largest error of the steady rises.
     """
     y, rise, fitted = profile(models)
     dT0 = float(fitted.max() - fitted.min())
@@ -255,17 +251,16 @@ def fig7_current(models: Models) -> Comparison:
 
 
 def at_rest(models: Models, key: str, title: str, because: Callable[[float], str]) -> Comparison:
-    """A steady quantity of the 1D model less that of 3D, over the latter."""
+    """Compare a steady quantity of the 1D model with 3D."""
     return of_formula(models, key, title, lambda value: value, because, value=models.reduction().steady[key])
 
 
 def gap(models: Models, key: str) -> float:
-    """The steady value of the 1D model less that of 3D."""
+    """Return the steady value of the 1D model less the 3D value."""
     return models.reduction().steady[key].value - models.steady(key)
 
 
 def _on_the_way(models: Models, key: str, at: Largest, final: float) -> str:
-    """The time of the largest difference, how much of it is the steady state's, and what the reduction leaves out."""
     sink, unit, whole = models.sink, unit_of(key), "rise"
     if key == "current_A":
         whole = "change" if sink.silicon.temperature_coefficient else "value"
@@ -294,7 +289,6 @@ def _on_the_way(models: Models, key: str, at: Largest, final: float) -> str:
 
 
 def _of_another(models: Models, name: str) -> str:
-    """What can be said of any reduction: its steady gap, and where to look for the rest."""
     p = models.reduction()
     if name not in p.steady:
         return f"{p.model} says nothing of its steady state"
@@ -318,7 +312,6 @@ def crossing_time(sink: Sink) -> str:
 
 
 def _while_heating(models: Models, key: str, at: Largest) -> str:
-    """What the reduction gets wrong on the way to the steady state."""
     sink, mean = models.sink, rises_at(models, at.time, "mean_K")
     if key == "peak_K":
         in_1d, in_3d = (peak / m for peak, m in zip(rises_at(models, at.time, key), mean, strict=True))
@@ -342,13 +335,12 @@ def _while_heating(models: Models, key: str, at: Largest) -> str:
 
 
 def resistances(models: Models) -> str:
-    """A clause with the resistance (K/W) of an anchor, as eq 14 prints it and in 3D."""
+    """Name the resistance (K/W) of an anchor by eq 14 and in 3D."""
     printed, R_3d = anchor_series_resistance(models.sink), models.steady("anchor_resistance_K_per_W")
     return f"eq 14's anchor has {quantity(printed, 'K/W')}, 3D's {quantity(R_3d, 'K/W')}{_with_what_eq14_lacks(models)}"
 
 
 def _with_what_eq14_lacks(models: Models) -> str:
-    """What 3D has below the pads and eq 14 has not."""
     sink = models.sink
     has = [
         part
@@ -359,7 +351,7 @@ def _with_what_eq14_lacks(models: Models) -> str:
 
 
 def not_parabolic(models: Models) -> str:
-    """What bends the profile away from a parabola: heating or cooling that varies along the beam."""
+    """Name the heating or cooling that varies along the beam, and so bends the profile away from a parabola."""
     sink = models.sink
     a = sink.silicon.temperature_coefficient
     reference = 1 + a * (sink.room_temperature - sink.silicon.reference_temperature)
@@ -379,13 +371,10 @@ def not_parabolic(models: Models) -> str:
 
 
 def _from_beam(models: Models) -> dict[str, float]:
-    """Heat (W) that the air takes from the beam's top face, and a gas in the gap from its underside, at the mean rise
-    of the beam's volume, a substrate's surface being at room temperature."""
     sink = models.sink
     area_rise = sink.length * sink.width * models.steady("mean_rise_K")
     return {"air": sink.convection_coefficient * area_rise, "gas below": sink.gap_coefficient * area_rise}
 
 
 def _beam_power(models: Models) -> float:
-    """Heat (W) generated in the beam: what leaves it through its two (equal) ends, to the air and to the gas."""
     return 2 * models.steady("end_flow_W") + sum(_from_beam(models).values())

@@ -66,12 +66,12 @@ class Slopes:
     profile: dict[str, float] = field(default_factory=dict)
 
     def vector(self, name: str, keys: Iterable[str]) -> np.ndarray | None:
-        """(keys,): the logarithmic slopes of a quantity; None where one of them is unknown."""
+        """Return (keys,): the logarithmic slopes of a quantity; None where one is missing."""
         slopes = [self.relative.get(key, {}).get(name) for key in keys]
         return None if None in slopes else np.array([slope.value for slope in slopes if slope is not None])
 
     def combine(self, uncertain: Uncertain) -> dict[str, float]:
-        """u_input by quantity, in the quantity's unit, of those that have slopes by all uncertain keys."""
+        """Return u_input by quantity, in its unit, where all uncertain keys have slopes."""
         keys, covariance = list(uncertain.relative), uncertain.covariance()
         vectors = {name: self.vector(name, keys) for name in self.sizes}
         return {n: abs(self.sizes[n]) * combined(s, covariance) for n, s in vectors.items() if s is not None}
@@ -111,9 +111,9 @@ class Slopes:
         return replace(result, steady=steady, traces=traces)
 
     def largest(self, name: str) -> float:
-        """The largest slope of a quantity by any key.
+        """Return the largest slope of a quantity by any key.
 
-        Temperatures are left out, of which a percent is kelvins, and parameters, whose slopes are sums of others.
+        Temperatures are left out, because a percent of kelvins means little, and parameters, whose slopes are sums.
         """
         keys = [key for key in self.relative if not key.endswith("_temperature") and not key.startswith(f"{SECTION}.")]
         return max((abs(self.relative[key][name].value) for key in keys if name in self.relative[key]), default=0.0)
@@ -132,7 +132,7 @@ def remarks(slopes: Mapping[str, Slopes]) -> tuple[str, ...]:
 
 
 def sink_3d(sink: Sink, result: Result, keys: Sequence[str] | None = None, weights: np.ndarray | None = None) -> Slopes:
-    """The slopes of a sink's 3D result; ``weights`` (places,) also those of a sum over its profile."""
+    """Return the slopes of a sink's 3D result; ``weights`` (places,) add the slope of a sum over its profile."""
     from fem3d.runs import sink_sensitivity
 
     found = sink_sensitivity.of_sink(sink, result, keys=keys, weights=weights)
@@ -280,5 +280,5 @@ def own_model(model: Model, scene: Any, result: Result, keys: Iterable[str], ask
 
 
 def keys_without_logarithm(scene: Any) -> tuple[str, ...]:
-    """Keys of a free scene that are zero, of which there is no percent."""
+    """Return the keys of a free scene that are zero, and so have no relative change."""
     return zeros(scene) if scene.kind == "free" else ()

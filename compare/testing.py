@@ -1,9 +1,9 @@
-"""For your own tests: assertions on how far the 1D model, or your own traces, may be from 3D.
+"""Assertions for your own tests: how far the 1D model, or your own data, may be from 3D.
 
     def test_my_sink():
         assert_reduction_agrees(scenes.load("my-sink.toml"), peak=0.05)
 
-A failure shows both values, their difference, the tolerance, and the numerical error that the 3D value is known to.
+A failure shows both values, their difference with its error bound, and the tolerance.
 """
 
 from __future__ import annotations
@@ -41,13 +41,12 @@ def assert_reduction_agrees(
     uncertain: Mapping[str, str] | None = None,
     **tolerances: float | str,
 ) -> compare.Run:
-    """Assert that the 1D model is within relative tolerances of the 3D one; returns the run.
+    """Assert that the 1D model of a sink is within relative tolerances of 3D; return the run.
 
-    ``tolerances`` are by quantity (``peak=0.05`` or ``peak="5 %"``; rises relative to the 3D rise) or by check
-    (``eq13=0.001``, ``fig6_peak=0.4``), at most 1. With ``uncertain`` inputs, {"sink.width": "1%"}, the difference must
-    be within the tolerance wherever they may be: twice its u_input (95 %) counts with the 3D model's error.
-    AssertionError where a tolerance is exceeded, and where what is not known leaves it open.
-    SceneError for a name or a tolerance that there isn't.
+    ``tolerances`` are by quantity (``peak=0.05`` or ``peak="5 %"``, rises relative to the 3D rise) or by check
+    (``eq13=0.001``, ``fig6_peak=0.4``), at most 1. With ``uncertain`` inputs, {"sink.width": "1%"}, twice the u_input
+    of the difference (95 %) counts with the error of 3D. Raises AssertionError where a tolerance is exceeded or the
+    errors leave it open, and SceneError for an unknown name or a bad tolerance.
     """
     __tracebackhide__ = True
     allowed = _read(tolerances, (*QUANTITIES, *DEFAULT_TOLERANCES))
@@ -69,12 +68,12 @@ def assert_model_agrees(
     uncertain: Mapping[str, str] | None = None,
     **tolerances: float | str,
 ) -> compare.Run:
-    """Assert that a 1D model of one's own is within relative tolerances of 3D, for any scene; returns the run.
+    """Assert that your own 1D model of any scene is within relative tolerances of 3D; return the run.
 
-    ``model`` is a function f(scene, times) -> {probe: values}, or what `validate solve --model` takes. ``tolerances``
-    are by probe, which then holds in the steady state and over time (``heater=0.05``, or ``**{"beam mean": "5 %"}``),
-    or by check (``heater_over_time=0.1``). Raises as `assert_reduction_agrees`, and SceneError for a model without an
-    answer.
+    ``model`` is a function f(scene, times) -> {probe: values}, or the argument of `validate solve --model`.
+    ``tolerances`` are by probe, which then holds in the steady state and over time (``heater=0.05``, ``**{"beam mean":
+    "5 %"}``), or by check (``heater_over_time=0.1``). Raises as `assert_reduction_agrees`, and SceneError for a model
+    without an answer.
     """
     __tracebackhide__ = True
     solution = compare.solve(scene, model=model, accuracy=accuracy, uncertain=uncertain)
@@ -102,13 +101,13 @@ def assert_traces_agree(
     data_uncertainty: str | Sequence[str] = (),
     **tolerances: float | str,
 ) -> compare.Run:
-    """Assert that data in a file (COMSOL table, CSV, ngspice) are within tolerances of the 3D model, for any scene.
+    """Assert that data in a file (COMSOL table, CSV, ngspice) are within tolerances of 3D, for any scene; return the
+    run.
 
-    ``columns`` say what some of the file's columns are: {"peak": "T (K), Point 1"}; ``data_uncertainty`` what they are
-    known to, which then counts. ``tolerances`` of a sink: ``peak``, ``end``, ``mean`` relative to the final 3D rise,
-    ``current`` to its final change, ``power`` to itself; ``voltage`` is a sink's. Of any other scene: by probe,
-    relative to its largest 3D rise, or value. Raises as ``assert_reduction_agrees``, and SceneError for a quantity that
-    the file has not.
+    ``columns`` name the columns of quantities, {"peak": "T (K), Point 1"}; ``data_uncertainty`` counts with the error
+    of 3D. ``tolerances`` of a sink: ``peak``, ``end``, ``mean`` relative to the final 3D rise, ``current`` to its final
+    change, ``power`` to itself; ``voltage`` is a sink's. Of any other scene by probe, relative to its largest 3D rise,
+    or value. Raises as `assert_reduction_agrees`, and SceneError for a quantity that the file lacks.
     """
     __tracebackhide__ = True
     loaded: Any = load(scene) if isinstance(scene, (str, Path)) else scene
@@ -158,7 +157,6 @@ def _check(check: Check, tolerance: float) -> tuple[Verdict, str]:
 def _told(
     said: str, difference: float, u_num: float, u_input: float, tolerance: float, because: str
 ) -> tuple[Verdict, str]:
-    """The verdict on a difference, and the lines of the message that start with what is ``said`` of it."""
     known_to, uncertainty = u_num + COVERS * u_input, "numerical error"
     if u_input:
         uncertainty += f" and {COVERS:g} u_input"

@@ -1,4 +1,4 @@
-"""A comparison, and the verdict on it, given how well the 3D solution is known (ASME V&V 20)."""
+"""A comparison, and the verdict on it, given the error of the 3D solution (ASME V&V 20)."""
 
 from __future__ import annotations
 
@@ -27,17 +27,19 @@ Sense = Literal["equal", "at least", "at most"]
 
 @dataclass(frozen=True)
 class Check:
-    """One comparison of the reduction with the 3D solution.
+    """One comparison with 3D.
 
-    ``predicted`` (the reduction) and ``measured`` (3D) are in ``unit``; ``difference``, ``tolerance`` and ``u_num``,
-    the bound of the difference's numerical error, are relative. ``expected`` is the verdict that the scene declares,
-    ``None`` where it declares nothing. ``because`` says why in a sentence, where the verdict is not "agrees".
-    ``time`` (s) is when the largest difference occurs, for the checks over time. Where ``sense`` is one-sided, the
-    difference is what the measured value lacks of the claim, none where it holds. ``relative_to`` says in words what
-    the difference is relative to. ``own`` is False for an equation of the paper's where another 1D model was chosen,
-    which makes no use of it. ``u_input`` is the difference's standard uncertainty by that of the inputs, relative as
-    it is; ``None`` where that isn't asked for or isn't known. ``u_data`` is the same by that of data that the 3D
-    solution is compared with: the verdict counts it twice (95 %).
+    Attributes
+    ----------
+    predicted, measured : the reduction, or the claim, and 3D, in ``unit``
+    difference, tolerance, u_num : relative; u_num bounds the numerical error of the difference
+    expected : the verdict that the scene declares, None without a declaration
+    because : the reason, where the verdict is not "agrees"
+    time : time (s) of the largest difference over time
+    sense : of a one-sided claim the difference is the shortfall of the measured value
+    relative_to : the scale of the difference in words
+    own : False for an equation of the paper's where another 1D model was chosen
+    u_input, u_data : relative standard uncertainties by inputs and data; the verdict counts u_data twice (95 %)
     """
 
     id: str
@@ -60,15 +62,14 @@ class Check:
 
     @property
     def known_to(self) -> float:
-        """How far off the difference may be, as the verdict counts it."""
+        """The bound of the difference that the verdict counts."""
         return self.u_num + COVERS * (self.u_data or 0.0)
 
 
 def judge(difference: float, tolerance: float, u_num: float) -> Verdict:
-    """The verdict on a difference that is known to within ``u_num``, all three relative.
+    """Judge a difference with the error bound ``u_num``, all three relative.
 
-    "differs" and "agrees" where every value that the difference may have is beyond or within the tolerance; else
-    "unresolved". What is not a number is unresolved.
+    "differs" or "agrees" where every value within the error is beyond or within the tolerance, else "unresolved".
     """
     if abs(difference) - u_num > tolerance:
         return "differs"
@@ -83,11 +84,9 @@ def relative(predicted: float, measured: float) -> float:
 
 
 def spread(function: Callable[..., float], inputs: Mapping[str, Estimate]) -> float:
-    """How far the errors of the inputs may move a function of them: the sum, over the inputs, of the larger change
-    when one is moved up or down by its error.
+    """Return the sum, over the inputs, of the larger change of a function when one is moved up or down by its error.
 
-    A sum, not a root of squares, because the errors are bounds and come from one mesh: nothing says that they are
-    independent. Where they would cancel, this is cautious.
+    It is a sum, not a root of squares, because the errors are bounds and come from one mesh.
     """
     values = {name: estimate.value for name, estimate in inputs.items()}
     middle, total = function(**values), 0.0
@@ -99,8 +98,10 @@ def spread(function: Callable[..., float], inputs: Mapping[str, Estimate]) -> fl
 
 @dataclass(frozen=True)
 class Models:
-    """The sink and the answers to it; ``reduced1d`` is ``None`` where that model was not asked for. Of a row of spans
-    there is also the 3D answer to a ``single`` one. The sink is ``given`` with its laws of the temperature."""
+    """The sink as ``given``, with its laws of the temperature, and the results of the models.
+
+    ``single`` is 3D of one span alone, of a row of spans.
+    """
 
     given: Sink
     fem3d: Result
@@ -109,7 +110,7 @@ class Models:
 
     @property
     def sink(self) -> Sink:
-        """The sink as the paper's equations take it."""
+        """The sink with constant properties, as the paper's equations take it."""
         return self.given.plain
 
     def steady(self, key: str) -> float:
@@ -126,16 +127,15 @@ class Models:
         return self.reduction().model in PAPERS
 
     def traces(self) -> tuple[Traces, Traces]:
-        """Those of the 1D result and of the 3D one; ValueError where there are none."""
+        """The traces of 1D and of 3D; ValueError where there are none."""
         return self.reduction().over_time, self.fem3d.over_time
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """A difference with its numerical error, both relative, and the two values (in ``unit``) that it is of.
+    """A difference with its numerical error, both relative, and the two values in ``unit``.
 
-    ``reason`` is the sentence that says why they differ, or writes it, where it is asked for. ``relative_to`` says what
-    the difference is relative to.
+    ``reason`` is the sentence for a difference, or a function that writes it; ``relative_to`` names the scale.
     """
 
     title: str
@@ -160,10 +160,10 @@ def of_formula(
     models: Models, key: str, title: str, formula: Callable[..., float], reason: Callable[[float], str],
     **inputs: str | Estimate,
 ) -> Comparison:  # fmt: skip
-    """A formula against the steady 3D quantity ``key``: predicted / measured - 1. Its ``inputs`` are 3D quantities, by
-    their names, or given. ``reason`` is given the predicted value.
+    """Compare a formula with the steady 3D quantity ``key``: predicted / measured - 1.
 
-    The error moves with every input's and the measured value's (``spread``).
+    The ``inputs`` are names of 3D quantities or estimates; their errors count (`spread`). ``reason`` takes the
+    predicted value.
     """
     measured = models.fem3d.steady[key]
     estimates = {
@@ -181,7 +181,7 @@ def of_formula(
 
 
 def expected(scene: Sink | Device | Declared, check: str) -> Verdict | None:
-    """The verdict that a scene declares. Its list of checks that differ is complete: those not in it agree."""
+    """Return the verdict that a scene declares; checks that are not in its list agree."""
     if scene.expected_to_differ is None:
         return None
     return "differs" if check in scene.expected_to_differ else "agrees"
@@ -207,12 +207,10 @@ def judged(name: str, comparison: Comparison, scene: Sink | Device | Declared, a
 
 
 def contradicts(check: Check, scene: Sink | Device | Declared, strict: bool) -> bool:
-    """Whether a check came out other than the scene declares.
+    """Return whether a check contradicts the scene: a declared verdict, or a tolerance that the scene itself sets.
 
-    Only what is declared can be contradicted: a verdict that is the opposite of the declared one, or a difference
-    beyond a tolerance that the scene itself sets. ``strict`` takes every check without a declaration as expected to
-    agree, and takes "unresolved" for a contradiction of either. An equation that is not the chosen model's
-    contradicts nothing.
+    ``strict`` expects every undeclared check to agree, and takes "unresolved" for a contradiction. An equation that the
+    chosen model does not use contradicts nothing.
     """
     if not check.own or (check.verdict == "unresolved" and not strict):
         return False

@@ -1,16 +1,13 @@
-"""What data with an uncertainty tell of how far a trace is from them: means over windows, and what each is known to.
+"""Means of noisy data over windows of a trace, and their uncertainties.
 
-The largest of many noisy distances is large by chance: of n independent ones it is near u sqrt(2 ln n). So a trace is
-cut into a few windows, and what is stated is the mean over a window. Of the standard uncertainty u of a datum the part
-that scatters from row to row falls with the root of the rows that are averaged; the part that all rows share (a
-thermometer that reads too high) does not, and what neighbouring rows share falls with the root of how often it changes
-among them. How much of each there is is seen in the data themselves: in how far a row is from the straight line through
-its neighbours (von Neumann, Ann. Math. Stat. 12, 1941, with second differences), and through rows two, four, eight ...
-further on. What u has beyond that is shared.
+Of n independent noisy distances the largest is near u sqrt(2 ln n) by chance. A trace is therefore cut into a few
+windows, and the mean over each is stated. The part of u that scatters from row to row falls with the root of the number
+of rows; the part that all rows share, such as an offset of a thermometer, does not fall. The scatter is estimated from
+second differences of the data at distances of 1, 2, 4 ... rows (von Neumann, Ann. Math. Stat. 12, 1941); the remainder
+of u is shared.
 
-The interval of one window is its mean -+ 2 u, which holds the truth in 95 % of cases. Where the worst of several is
-told, all of them have to hold at once: the factor is 2 where they share all of u, and grows to that of Sidak (J. Am.
-Stat. Assoc. 62, 1967) where nothing is shared.
+The interval of one window is its mean -+ 2 u (95 %). The worst of several windows needs intervals that hold at once:
+the factor is 2 where they share all of u, and grows to Sidak's (J. Am. Stat. Assoc. 62, 1967) where they share nothing.
 """
 
 from __future__ import annotations
@@ -43,8 +40,10 @@ _LEAST = 0.05
 
 @dataclass(frozen=True)
 class Window:
-    """Some rows of a trace: their mean ``distance`` from the data, and the standard uncertainties of that by what the
-    data ``share`` and by their ``scatter``, all in one unit."""
+    """Rows of a trace: their mean ``distance`` from the data, and its standard uncertainties.
+
+    ``share`` is due to errors that all rows share, ``scatter`` to the rest.
+    """
 
     rows: slice
     distance: float
@@ -53,15 +52,13 @@ class Window:
 
     @property
     def u_data(self) -> float:
-        """The standard uncertainty of the mean by that of the data."""
+        """The standard uncertainty of the mean due to the data."""
         return float(np.hypot(self.share, self.scatter))
 
 
 def cut(course: np.ndarray) -> tuple[slice, ...]:
-    """The rows of a trace, shared out to windows: of a ``course`` (times,), a smooth curve such as a model's.
-
-    They share out rows and changes of the course, half and half: so many rows and so much of the change fall into each.
-    There are as many as `MOST`, of few rows fewer.
+    """Share the rows of a trace out to at most 16 windows: each has an equal part of rows and of the change of a
+    ``course``.
     """
     change = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(course)))])
     share = np.arange(len(course)) / len(course)
@@ -72,8 +69,15 @@ def cut(course: np.ndarray) -> tuple[slice, ...]:
 
 
 def windows(time: np.ndarray, distance: np.ndarray, u: np.ndarray, cuts: Sequence[slice]) -> tuple[Window, ...]:
-    """The windows of a trace at some times (s): of its ``distance`` from data that are known to the standard
-    uncertainties ``u``, zero of those that are exact, all (times,); ``cuts`` are their rows."""
+    """Return the windows of a trace.
+
+    Parameters
+    ----------
+    time : (n,) s
+    distance : (n,) distance from the data
+    u : (n,) standard uncertainties of the data, zero for exact data
+    cuts : the rows of each window
+    """
     parts, alike = _parts(time, distance, u)
     means = []
     for rows in cuts:
@@ -85,8 +89,10 @@ def windows(time: np.ndarray, distance: np.ndarray, u: np.ndarray, cuts: Sequenc
 
 
 def factor(means: Sequence[Window], u: Sequence[float]) -> float:
-    """How many standard uncertainties around their distances make intervals that hold at once in 95 % of cases; ``u``
-    are those by all else than the data, one for each window, which windows share."""
+    """Return the number of standard uncertainties that make intervals hold at once in 95 % of cases.
+
+    ``u`` are uncertainties of other causes, one for each window, which the windows share.
+    """
     from scipy.special import ndtr, ndtri
 
     shared, scatter = np.hypot([w.share for w in means], u), np.array([w.scatter for w in means])
@@ -111,8 +117,7 @@ def factor(means: Sequence[Window], u: Sequence[float]) -> float:
 
 
 def worst(means: Sequence[Window], u: Sequence[float]) -> tuple[int, float]:
-    """The window that is surely the furthest from zero, where the interval begins furthest away, and the factor of its
-    interval; ``u`` as in `factor`, where what is not a number counts as nothing."""
+    """Return the window that is surely furthest from zero, and the factor of its interval."""
     others = np.nan_to_num(np.array(u))
     k = factor(means, others.tolist())
     near = [abs(w.distance) - k * np.hypot(w.u_data, other) for w, other in zip(means, others, strict=True)]
@@ -120,8 +125,6 @@ def worst(means: Sequence[Window], u: Sequence[float]) -> tuple[int, float]:
 
 
 def _parts(time: np.ndarray, distance: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Which parts of u^2 scatter (parts,), and of how many rows each counts as one; what they don't add up to is
-    shared by all rows. Together they are one at most, unless the rows scatter more than chance allows."""
     if len(time) < 3 or not (u > 0).all():
         return np.ones(1), np.ones(1)
     steps = 2 ** np.arange(max(int(np.log2(len(time) / 4)), 0) + 1)
@@ -136,8 +139,6 @@ def _parts(time: np.ndarray, distance: np.ndarray, u: np.ndarray) -> tuple[np.nd
 
 
 def _ascending(seen: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """The numbers that never fall and are nearest to some, weighted by their rows, in the mean square: the largest of
-    the least means (isotonic regression, Barlow et al., Statistical Inference under Order Restrictions, 1972)."""
     sums, counts = (np.concatenate([[0.0], np.cumsum(part)]) for part in (seen * rows, rows))
     means = np.array([[(sums[j + 1] - sums[i]) / (counts[j + 1] - counts[i]) if j >= i else np.inf
                        for j in range(len(seen))] for i in range(len(seen))])  # fmt: skip

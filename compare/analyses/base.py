@@ -1,4 +1,4 @@
-"""The interface of an analysis: what a run computes beside the models and their checks."""
+"""The interface of an analysis: a computation beside the models and their checks."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Analysis(ABC, Generic[T]):
         return bool(getattr(options, self.name))
 
     def skip_reason(self, scene: Any, options: Options) -> str:
-        """Why it is not run although it is asked for; empty where it is."""
+        """Return why a requested analysis is not run; empty where it is."""
         return ""
 
     def plan(self, scene: Any, options: Options) -> Step:
@@ -45,7 +45,7 @@ class Analysis(ABC, Generic[T]):
         return step(self.name.replace("_", " "), self.about, self.skip_reason(scene, options))
 
     def prepare(self, outcome: Outcome[Any], progress: Progress) -> None:
-        """Act before the models are solved. Raises SceneError for what it cannot do with the scene."""
+        """Act before the models are solved. Raises SceneError for a scene that it cannot handle."""
 
     @abstractmethod
     def run(self, outcome: Outcome[Any], progress: Progress) -> T | None:
@@ -70,5 +70,5 @@ class Analysis(ABC, Generic[T]):
         summary[self.name] = self.document(found, outcome)
 
     def figure(self, found: T, outcome: Outcome[Any]) -> Figure | None:
-        """Draw its figure with matplotlib, if it has one beside those of `validate.report.figures`."""
+        """Draw its figure with matplotlib; the built-in ones are in `validate.report.figures`."""
         return None

@@ -1,9 +1,7 @@
-"""What both models leave out: sink or device in 3D once without and once with each effect, at a magnitude with a
-source.
+"""Effects that both models leave out: solve in 3D without them, with each one, and with all of them.
 
-A *change* is a quantity with the effect over that without, less one. Both steady states are solved more closely than
-the effects are small, to `CLOSE` or better. ``together`` has all at once: what it is off from their sum is how they
-work on each other.
+A *change* is a quantity with the effect over the quantity without, less one. Both steady states have the accuracy
+`CLOSE` or better. The difference of ``together`` from the sum of all changes is their interaction.
 """
 
 from __future__ import annotations
@@ -44,8 +42,11 @@ KNOWN, MOST_TRIALS = 1e-2, 6
 
 @dataclass(frozen=True)
 class Effect:
-    """What is left out: ``what`` in words as the subject of a sentence, the ``source`` of its magnitude, and of a sink
-    what is ``assumed`` and the keywords that ``changed`` it; none where the sink has the effect already."""
+    """An effect: its name in a sentence (``what``), the ``source`` of its magnitude, and functions of a sink.
+
+    ``assumed`` describes the magnitude, ``changed`` gives the keywords of the sink with the effect; none where the sink
+    has the effect.
+    """
 
     what: str
     source: str
@@ -131,8 +132,10 @@ IN_AIR = ("gap_gas", "air")
 
 @dataclass(frozen=True)
 class Found:
-    """What an effect does: what is ``assumed`` of it and the ``source`` of that, and by quantity the ``changes``, empty
-    where the sink runs away with it; of a gas the ``share`` that it takes of all the heat, where that is known."""
+    """The result of an effect: by quantity the ``changes``, empty where the sink runs away.
+
+    ``assumed`` and ``source`` are of its magnitude; ``share`` is the part of the heat that a gas takes.
+    """
 
     what: str
     assumed: str
@@ -143,8 +146,11 @@ class Found:
 
 @dataclass(frozen=True)
 class LeftOut:
-    """The effects, the largest first; all ``together``; the ``sum`` of each quantity's changes; why others were
-    ``skipped``; the ``sentence`` on what decides; the quantities' words (``called``)."""
+    """The effects, the largest first, and all ``together``.
+
+    ``sum`` adds the changes of each quantity, ``skipped`` has reasons, ``sentence`` names the largest effects, and
+    ``called`` the quantities' words.
+    """
 
     effects: dict[str, Found]
     together: Found | None
@@ -220,7 +226,7 @@ class _Subject:
 
 
 def of_sink(sink: Sink, say: Callable[[str], None]) -> LeftOut:
-    """What each effect changes of a sink. Raises RunawayError where there is no steady state without any of them."""
+    """Compute the change of a sink by each effect. Raises RunawayError without a steady state."""
     from fem3d.runs.sink import solve as solve_3d
     from scenes.validity import check
 
@@ -230,8 +236,10 @@ def of_sink(sink: Sink, say: Callable[[str], None]) -> LeftOut:
 
 
 def of_device(device: Device, say: Callable[[str], None]) -> LeftOut:
-    """What each effect changes of a device, of which the polymer is above the sink, not the air. Raises SceneError for
-    what its 3D model doesn't take, ArithmeticError where the numerics fail."""
+    """Compute the change of a device by each effect; the polymer is above the sink, not the air.
+
+    Raises SceneError for a device that 3D does not take, ArithmeticError where the numerics fail.
+    """
     from fem3d.device.solve import model
     from reduced1d.slopes import OF_DEVICE
     from scenes.result import Estimate, Result
@@ -288,7 +296,6 @@ def _study(subject: _Subject, say: Callable[[str], None]) -> LeftOut:
 def _effect_of(
     subject: _Subject, what: str, assumed: str, source: str, bare: Result, changed: dict[str, Any]
 ) -> Found:  # fmt: skip
-    """What some changed keywords do to the sink whose result without them is ``bare``."""
     try:
         with_it = subject.solve(replace(subject.sink, **changed))
     except RunawayError:
@@ -297,7 +304,6 @@ def _effect_of(
 
 
 def _share(with_it: Result) -> float | None:
-    """What a gas in the gap takes of all the heat, where that goes to room temperature."""
     if "answer" not in with_it.details:
         return None
     flows = with_it.details["answer"].fine.out
@@ -306,8 +312,6 @@ def _share(with_it: Result) -> float | None:
 
 
 def _with_pressure(subject: _Subject, effect: Found, bare: Result) -> Found:
-    """Adds the pressure from which on the gas changes the peak by more than the tolerance of fig4. In a gap d it
-    conducts k / (1 + 2 g / d), g being its `jump` at each wall; the conductivity is searched in 3D."""
     sink, change = subject.sink, effect.changes
     tolerance = sink.tolerance("fig4")
     if not change or abs(change[RANKED].value) <= tolerance:
@@ -332,7 +336,6 @@ def jump(pressure: float) -> float:
 
 
 def _sentence(subject: _Subject, ranked: dict[str, Found]) -> str:
-    """What decides, of all that is solved: the largest effect in air, and the largest one in vacuum."""
     if not ranked:
         return "Of what both models leave out the scene has all that can be solved."
     said = []
@@ -344,7 +347,6 @@ def _sentence(subject: _Subject, ranked: dict[str, Found]) -> str:
 
 
 def _does(subject: _Subject, effect: Found, count: int) -> str:
-    """What the largest of ``count`` effects does."""
     if not effect.changes:
         return f"{effect.what} makes it run away"
     if effect.share is not None and effect.share > MOST_OF_IT:

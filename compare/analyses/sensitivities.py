@@ -102,7 +102,7 @@ def words(outcome: Outcome[Any]) -> dict[str, str]:
 
 
 def shown_words(outcome: Outcome[Any], full: bool = False) -> dict[str, str]:
-    """Those that a terminal and a figure have room for."""
+    """Return the quantities for a terminal or a figure, or with ``full`` all."""
     names = words(outcome)
     chosen = kind_of(outcome.scene).shown or list(names)[:MOST]
     return names if full else {name: names[name] for name in chosen if name in names}

@@ -104,7 +104,7 @@ class UncertainInputs(Analysis[Propagated]):
         }
 
     def enter(self, summary: dict[str, Any], found: Propagated, outcome: Outcome[Any]) -> None:
-        """Put u_input beside the error of every steady quantity, too; of a transient that of the largest value."""
+        """Put u_input beside the error of every steady quantity, too; of a transient for the largest value."""
         super().enter(summary, found, outcome)
         for model, deviations in (("fem3d", found.fem3d), ("reduced1d", found.reduced1d)):
             for name, u in deviations.items():

@@ -1,9 +1,9 @@
-"""Validation against measured data, as ASME V&V 20-2009 has it (sections 1-5 and 1-6).
+"""Validation against measured data, after ASME V&V 20-2009 (sections 1-5 and 1-6).
 
-The comparison error is E = S - D, simulation less data. It is known to the validation uncertainty u_val,
-u_val^2 = u_num^2 + u_input^2 + u_D^2: of the numerics, of the inputs, of the data. The error of the model itself lies
-within E -+ k u_val. Over time E is the mean over a window of the trace (`compare.windows`), for a single one of many
-noisy samples is far off by chance.
+The comparison error E = S - D, simulation less data, has the validation uncertainty u_val, u_val^2 = u_num^2 +
+u_input^2 + u_D^2: of the numerics, the inputs and the data. The error of the model itself lies within E -+ k u_val.
+Over time E is the mean over a window of the trace (`compare.windows`), because one of many noisy samples is far off by
+chance.
 """
 
 from __future__ import annotations
@@ -126,7 +126,7 @@ class Course:
         return int((abs(self.error) <= COVERS * self.u_val).sum())
 
     def statements(self) -> tuple[Statement, ...]:
-        """The statements of the window in which the model is surely furthest off, and of the last one."""
+        """Return the statements of the worst window and of the last one."""
         from compare import windows
         from compare.verdict import COVERS
 

@@ -121,7 +121,6 @@ def _parts(title: str, splits: Sequence[Split], style: Style) -> Table:
 def _rows(
     splits: Sequence[Split], value: Callable[[Part], float], cell: Callable[[Part, Split], str], style: Style
 ) -> list[Row]:
-    """A row for each part; those of nothing but numerical error in one row, alike ones in one, with their names."""
     names = [part.blame for part in splits[0].parts]
     nothing = [n for n in range(len(names)) if all(abs(value(s.parts[n])) <= s.parts[n].error for s in splits)]
     if len(nothing) < 2:

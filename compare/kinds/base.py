@@ -1,4 +1,4 @@
-"""The interface of a kind of scene: what is solved, checked and reported of it."""
+"""The interface of a kind of scene: its models, checks and reports."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class Kind(ABC, Generic[S]):
         """Raise SceneError for options that this scene cannot have."""
 
     def completed(self, scene: S, options: Options) -> S:
-        """The scene with what a run adds to it before it is solved."""
+        """Return the scene with the probes that a run adds."""
         return scene
 
     def declared(self, scene: S, options: Options) -> S:
@@ -85,7 +85,7 @@ class Kind(ABC, Generic[S]):
         return outcome
 
     def open_model(self, scene: S, options: Options) -> Model | None:
-        """Open the user's own model; None without one. Raises SceneError for what is no model."""
+        """Open the user's own model; None without one. Raises SceneError where it cannot be opened."""
         return None
 
     def ask(self, outcome: Outcome[S], model: Model, progress: Progress) -> Result:
@@ -101,7 +101,7 @@ class Kind(ABC, Generic[S]):
         return ()
 
     def warnings(self, outcome: Outcome[S]) -> tuple[str, ...]:
-        """Remarks on what was solved."""
+        """Return remarks on the results."""
         return ()
 
     def answer(self, outcome: Outcome[S], progress: Progress) -> str:
@@ -127,7 +127,7 @@ class Kind(ABC, Generic[S]):
         return {check.id: check.difference for check in self.checks(outcome)}
 
     def step(self, uncertainty: float) -> float:
-        """The relative step of a key by which `nearby` is asked for, of a relative standard uncertainty."""
+        """Return the relative step of a key for `nearby`, given its relative standard uncertainty."""
         return 1e-4
 
     @abstractmethod
@@ -161,11 +161,11 @@ class Kind(ABC, Generic[S]):
 
     @abstractmethod
     def sections(self, outcome: Outcome[S], contrary: Sequence[Check], style: Style) -> list[Section]:
-        """The sections of the report, without those of analyses."""
+        """Return the sections of the report, apart from the analyses."""
 
     @abstractmethod
     def document(self, outcome: Outcome[S]) -> dict[str, object]:
-        """The entries of summary.json, without those of analyses."""
+        """Return the entries of summary.json, apart from the analyses."""
 
     @abstractmethod
     def columns(self, outcome: Outcome[S]) -> dict[str, np.ndarray]:

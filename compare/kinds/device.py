@@ -163,7 +163,7 @@ class DeviceKind(Kind[Device]):
         return [*super().outputs(scene, options), step("traces.csv", "a row per controller sample")]
 
     def compact(self, outcome: Outcome[Device], progress: Progress) -> dict[str, Any]:
-        """The compact model with its controllers: of 3D where that was asked for, else of 1D."""
+        """Return the compact model with its controllers, of 3D where it was solved, else of 1D."""
         from reduced1d.device import runs
         from statespace.device_reduction import compact
 

@@ -219,8 +219,10 @@ class FreeKind(Kind[AnyScene]):
 
 
 def own_model(scene: AnyScene, options: Options) -> tuple[str | Callable[..., Any], str] | None:
-    """The user's own model and the folder that its file is relative to: the one asked for, or the scene's own where
-    that runs no program. Raises SceneError where the scene is to have one and has none."""
+    """Return the user's own model and the folder of its file: the given one, or the scene's where it runs no program.
+
+    Raises SceneError for `--model scene` where the scene has no model.
+    """
     from compare.models import OF_THE_SCENE, runs_code
 
     given, model = options.model, scene.model

@@ -1,5 +1,4 @@
-"""Checks as a person reads them: in tables for a terminal and the page, and under a figure's title; what is claimed,
-what comes out, how far off that is."""
+"""Checks in tables for the terminal and the page, and under the titles of figures."""
 
 from __future__ import annotations
 
@@ -42,12 +41,12 @@ _NOTE = (
 
 
 def without_slopes(checks: Sequence[Check]) -> list[Check]:
-    """The checks but those of slopes, which have a table of their own."""
+    """Return the checks that are not of slopes, which have their own table."""
     return [check for check in checks if not check.id.startswith("slope_")]
 
 
 def counted(name: str, outcome: Outcome[Any], contrary: Sequence[Check]) -> str:
-    """How many of the checks differ, and whether that was known; empty where there are none."""
+    """Count the checks that differ, and compare with the declared verdicts; empty without checks."""
     counts = Counter(check.verdict for check in without_slopes(outcome.checks) if check.own)
     if not (total := counts.total()):
         return ""
@@ -66,7 +65,7 @@ def counted(name: str, outcome: Outcome[Any], contrary: Sequence[Check]) -> str:
 
 
 def sections(checks: Sequence[Check], contrary: Sequence[Check], style: Style) -> list[Section]:
-    """The sink's checks by what is compared, and why those differ that do."""
+    """Return the sink's checks by kind, and the reasons of the differences."""
     if style.page or not checks:
         return on_page(checks, contrary)
     below = any(len(check.id) >= _LONG for check in checks)
@@ -83,8 +82,7 @@ def sections(checks: Sequence[Check], contrary: Sequence[Check], style: Style) -
 
 
 def of_device(checks: Sequence[Check], contrary: Sequence[Check], style: Style) -> list[Section]:
-    """The device's: every claim of the paper with what 1D finds; every result of 1D with what 3D finds; the claim that
-    the device is built on with what 3D finds; then why, with the differences in full."""
+    """Return the device's checks, the paper against 1D and 1D against 3D, with their reasons."""
     if style.page or not checks:
         return on_page(checks, contrary)
     tables = []
@@ -98,7 +96,7 @@ def of_device(checks: Sequence[Check], contrary: Sequence[Check], style: Style) 
 
 
 def on_page(checks: Sequence[Check], contrary: Sequence[Check]) -> list[Section]:
-    """Every check with its values, and below it the reason where one is given."""
+    """Return every check with its values and its reason."""
     if not checks:
         return []
     whose, relative = {sides(check) for check in checks}, any(check.relative_to for check in checks)
@@ -117,7 +115,6 @@ def on_page(checks: Sequence[Check], contrary: Sequence[Check]) -> list[Section]
 
 
 def _by_kind(checks: Sequence[Check], row: Callable[[Check], Row]) -> list[Row]:
-    """The rows of the checks, one model with the other first, under what is compared in them."""
     rows = []
     for kind, group in groupby(sorted(checks, key=lambda check: check.id not in OF_THE_REDUCTION), _kind_of):
         rows += [*[Row([kind])] * bool(kind), *map(row, group)]
@@ -134,7 +131,6 @@ def _kind_of(check: Check) -> str:
 
 
 def _said(check: Check, contrary: Sequence[Check]) -> str:
-    """What the scene declares of a check that came out otherwise, and why it differs."""
     declared = ""
     if check in contrary and check.expected is not None and check.verdict != check.expected:
         declared = f"the scene declares that it {check.expected} (checks.expect_differs)"
@@ -142,27 +138,27 @@ def _said(check: Check, contrary: Sequence[Check]) -> str:
 
 
 def sides(check: Check) -> tuple[str, str]:
-    """Whose the predicted and the measured value are."""
+    """Name the predicted and the measured side of a check."""
     if check.id.startswith(("dev3d_claim", "dev3d_shielding", "dev3d_array")):
         return "paper", "3D"
     return ("paper", "1D") if check.id in DEVICE_TOLERANCES else ("1D", "3D")
 
 
 def claimed(check: Check) -> str:
-    """What the paper says a check's value is: "100.0 ms", or ">=50.70 ms" where it claims one side only."""
+    """Write the predicted value: "100.0 ms", or ">=50.70 ms" for a one-sided claim."""
     side = {"equal": "", "at least": ">=", "at most": "<="}[check.sense] if math.isfinite(check.predicted) else ""
     return side + amount(check.predicted, check.unit)
 
 
 def amount(value: float, unit: str, digits: int = 4) -> str:
-    """A check's value: "50.70 ms", "never" for a time that does not come, and "none" for anything else."""
+    """Write a check's value: "50.70 ms"; "never" for an infinite time, "none" for other values that are not finite."""
     if math.isfinite(value):
         return quantity(value, "" if unit == "1" else unit, digits)
     return "never" if unit == "s" else "none"
 
 
 def off_by(check: Check) -> str:
-    """How far the model is from the claim, briefly: "+97 %", "<1e-08 %" where that is all that is known."""
+    """Write the difference briefly: "+97 %", or "<1e-08 %" within its error."""
     if not check.u_num < 1:
         return "open"
     if check.sense != "equal" and not check.difference:
@@ -175,7 +171,6 @@ def off_by(check: Check) -> str:
 
 
 def _in_full(check: Check, plus_minus: str) -> str:
-    """The difference with its error, and what is tolerated: "paper/1D - 1 = +97.255 ± 0.006 %, tolerance 25 %"."""
     tolerance = f"tolerance {percent(check.tolerance, 2)}"
     if off_by(check).isalpha():
         return tolerance
@@ -184,18 +179,18 @@ def _in_full(check: Check, plus_minus: str) -> str:
 
 
 def with_mu(text: str) -> str:
-    """With the letter mu for the prefix that a terminal has as a "u"."""
+    """Replace the "u" of micro by the letter mu."""
     return re.sub(r"(?<=[\d(] )u(?=[A-Zmos])|(?<=\()u(?=[A-Zmos])", "\N{MICRO SIGN}", text)
 
 
 def judged(check: Check) -> str:
-    """A check's id with its verdict, as a figure's title has it."""
+    """Return a check's id with its verdict, as a figure's title has it."""
     mark = {"agrees": "\N{CHECK MARK}", "differs": "\N{MULTIPLICATION X}", "unresolved": "?"}[check.verdict]
     return f"{mark} {check.id} {check.verdict.upper() if check.verdict == 'differs' else check.verdict}"
 
 
 def drawn(check: Check) -> str:
-    """A check as a line under a figure's title; its sentence is in the report and in the terminal."""
+    """Return a check as a line under a figure's title."""
     measured, off, (claimant, finder) = amount(check.measured, check.unit), off_by(check), sides(check)
     off = off if off.isalpha() else f"off by {off}"
     return with_mu(f"{judged(check)}: {check.title}, {claimant} {claimed(check)}, {finder} {measured} ({off})")

@@ -1,4 +1,4 @@
-"""How a run of the device is told and kept: what the sensor does, what of the paper comes out, a designer's answers."""
+"""The report of a device: the sensor over time, the claims of the paper, and answers for the designer."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ FRACTIONS = (0.05, 0.01, 1e-3, 1e-4)
 
 
 def headline(outcome: Outcome[Device], contrary: Sequence[Check], style: Style) -> str:
-    """The answer, with the paper's claims that differ; on the page, which lists them below, their number alone."""
+    """State the result and the claims of the paper that differ; on the page their number alone."""
     run, external = outcome.runs.base, outcome.scene.external
     when = f"from cold, with {_outside(run):g} K outside,"
     if outcome.scene.steps_outside:
@@ -46,7 +46,6 @@ def headline(outcome: Outcome[Device], contrary: Sequence[Check], style: Style) 
 
 
 def _happens(run: Run) -> str:
-    """What the sensor's power does, the worst first: runs away, never settles, has not yet, is none, or settles."""
     outside, end = _outside(run), float(run.result.time_s[-1])
     state = run.after if outside == run.device.external.final_temperature else run.before
     largest = largest_eigenvalue(run.device, outside)
@@ -81,7 +80,6 @@ def _outside(run: Run) -> float:
 
 
 def _in_3d(compared: Sequence[Check]) -> str:
-    """What 3D says of 1D, and of the claim that the device is built on."""
     said, by_id = [], {check.id: check for check in compared}
     if power := by_id.get("dev3d_sink_power"):
         more = relative(power.measured, power.predicted)
@@ -118,7 +116,7 @@ def _claims(outcome: Outcome[Device], contrary: Sequence[Check], named: bool) ->
 
 
 def sections(outcome: Outcome[Device], contrary: Sequence[Check], style: Style) -> list[Section]:
-    """The findings, the quantities, the claims with their reasons, the designer's answers."""
+    """Return the findings, the quantities, the claims with their reasons, and the designer's answers."""
     runs = {"in 1D": outcome.runs.base}
     if solved := outcome.device_3d:
         runs["in 3D"] = solved.runs.base
@@ -169,7 +167,6 @@ def _settling(run: Run, model: str) -> Section:
 
 
 def _design(outcome: Outcome[Device], style: Style) -> Section:
-    """The largest gains with the modes that go with them, the range, and what meters resolve."""
     design, control = outcome.design, outcome.scene.control
     assert design is not None
     rows = []
@@ -197,7 +194,6 @@ def _design(outcome: Outcome[Device], style: Style) -> Section:
 
 
 def _leads(outcome: Outcome[Device]) -> dict[str, list[tuple[Shared, dict[str, float]]]]:
-    """What leads that both films share do in each model, with the errors that are known."""
     ground = ground_effects(outcome.scene, METER_POWER, METER_RESISTANCE)
     leads: dict[str, list[tuple[Shared, dict[str, float]]]] = {"1D": [(each, {}) for each in ground.leads]}
     if solved := outcome.device_3d:
@@ -245,7 +241,6 @@ def document(outcome: Outcome[Device]) -> dict[str, Any]:
 
 
 def _shielding_document(outcome: Outcome[Device]) -> dict[str, Any] | None:
-    """What a kelvin more around does to both powers, in 3D with errors and in 1D, and over time."""
     solved = outcome.device_3d
     if solved is None or "dev3d_shielding" not in {check.id for check in outcome.checks}:
         return None
@@ -256,7 +251,6 @@ def _shielding_document(outcome: Outcome[Device]) -> dict[str, Any] | None:
 
 
 def _ground_document(outcome: Outcome[Device]) -> dict[str, Any] | None:
-    """What leads that both films share do: of each model a list by resistance."""
     if "fig14_ground" not in {check.id for check in outcome.checks}:
         return None
     ground = ground_effects(outcome.scene, METER_POWER, METER_RESISTANCE)
@@ -271,7 +265,6 @@ def _ground_document(outcome: Outcome[Device]) -> dict[str, Any] | None:
 
 
 def _run(run: Run, model: Model | None = None) -> dict[str, Any]:
-    """What summary.json has of a run; with a 3D ``model`` the steady values with their errors."""
     device, result = run.device, run.result
     settled = [
         {"quantity": name, "after_s": s.start, "target": s.target, "band": s.band, "fraction": f, "time_s": s.time}

@@ -1,4 +1,4 @@
-"""How a run of a free scene is told and kept: its probes."""
+"""The report of a free scene: its probes."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _TOLD = 3
 
 
 def headline(outcome: Outcome[AnyScene], contrary: Sequence[Check], style: Style) -> str:
-    """What the first probes are, then how that was found."""
+    """State the first probes, or the answer about a model, then unknowns and heat balance."""
     scene, details = outcome.scene, outcome.solved.details
     end = TIME.show(scene.end_time)
     what, when, key = f"Transient to {end}", f"after {end}", "transient_imbalance"
@@ -47,20 +47,19 @@ def headline(outcome: Outcome[AnyScene], contrary: Sequence[Check], style: Style
 
 
 def sections(outcome: Outcome[AnyScene], contrary: Sequence[Check], style: Style) -> list[Section]:
-    """The probes, those of a transient at the times asked for, and how far a model is from them."""
+    """Return the probes, at the output times too, and the checks of a model."""
     judged = checks.sections(checks.without_slopes(outcome.checks), contrary, style)
     parts = [_probes(outcome, style), *_at_times(outcome, style), *judged]
     return [*parts, network.section(outcome.scene, style)] if (network := _network(outcome)) else parts
 
 
 def _network(outcome: Outcome[AnyScene]) -> Any:
-    """The module that tells of the network, where that is the model."""
     is_one = outcome.reduced1d is not None and outcome.reduced1d.model == "network"
     return import_module("compare.report.network") if is_one else None
 
 
 def value_text(probe: Probe | GroupProbe, result: Result, style: Style) -> str:
-    """A probe's value with its error: the steady one, or that at the end."""
+    """Write a probe's value with its error: steady, or at the end of the transient."""
     if result.traces is None:
         number, error = result.steady[probe.name].value, result.steady[probe.name].error
     else:
@@ -109,7 +108,6 @@ def _probes(outcome: Outcome[AnyScene], style: Style) -> Section:
 
 
 def _sure(traces: Traces, name: str) -> np.ndarray:
-    """What a trace is where its errors hold: right after the start and after a jump it may be far off."""
     return traces.values[name][traces.sure(traces.time)]
 
 
@@ -119,7 +117,6 @@ def _column(probe: Probe | GroupProbe, traces: Traces) -> Column:
 
 
 def _at_times(outcome: Outcome[AnyScene], style: Style) -> list[Section]:
-    """The probes at the times that were asked for, in a terminal a few columns at a time."""
     scene, traces, title = outcome.scene, outcome.solved.traces, "At the output times"
     times = scene.output_times
     if traces is None or not times:
@@ -140,9 +137,10 @@ def _at_times(outcome: Outcome[AnyScene], style: Style) -> list[Section]:
 
 
 def document(outcome: Outcome[AnyScene]) -> dict[str, Any]:
-    """What summary.json has of a free scene: steady values of the probes with their errors, and that of the field at
-    its worst node over its largest rise, null where it isn't known; of a transient the errors, the values at the times
-    asked for and the last one, and the range that each probe passes through where its errors hold."""
+    """Return the entries of summary.json: the probes with their errors, and the largest error of the field.
+
+    A transient has errors, the values at the output times and at the end, and each probe's range.
+    """
     from compare.report.document import check_document, of_3d
 
     scene, traces, details, reduced1d = outcome.scene, outcome.solved.traces, outcome.solved.details, outcome.reduced1d
@@ -175,7 +173,7 @@ def document(outcome: Outcome[AnyScene]) -> dict[str, Any]:
 
 
 def columns(outcome: Outcome[AnyScene]) -> dict[str, np.ndarray]:
-    """time_s and a column for each probe (K, V, W or A); a model's beside them, at its times."""
+    """Return time_s and a column for each probe (K, V, W or A); a model's beside them, at its times."""
     traces, reduced1d = outcome.solved.traces, outcome.reduced1d
     if traces is None:
         return {}
@@ -189,5 +187,5 @@ def columns(outcome: Outcome[AnyScene]) -> dict[str, np.ndarray]:
 
 
 def at(traces: Traces, name: str, times: np.ndarray) -> np.ndarray:
-    """A trace at some times (s): linear between its own; where there are two values at a time, the later one."""
+    """Return a trace at some times (s), linear between its own; the later of two values at one time."""
     return np.interp(times, traces.time, traces.values[name])

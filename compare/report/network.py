@@ -1,4 +1,4 @@
-"""How the network of a scene is told: every line, joint and condition with its formula, to check by hand."""
+"""The report of a network: every line, joint and condition with its formula, to check by hand."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def entries(scene: AnyScene) -> dict[str, list[Entry]]:
 
 
 def section(scene: AnyScene, style: Style) -> Section:
-    """A table of each: what it is, then its formulas below."""
+    """Return a table of lines, joints and conditions, each with its formulas below."""
     parts: list[Table | str] = []
     for name, rows in entries(scene).items():
         shown = rows if style.page else rows[:MOST]

@@ -1,4 +1,4 @@
-"""How a run of the sink is told and kept: the verdict first, then the numbers, then the reasons."""
+"""The report of a sink: the verdict first, then the numbers, then the reasons."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ QUANTITIES = {entry.steady: (entry.called, entry.unit) for entry in OF_A_SINK.va
 
 
 def headline(outcome: Outcome[Sink], contrary: Sequence[Check], style: Style) -> str:
-    """The answer of the run, then how many checks differ, and whether that was known."""
+    """State the answer, then the number of checks that differ."""
     said = [style.paint(wrapped(outcome.answer), "heading")]
     listed = checks.without_slopes(outcome.checks)
     name, model = sink_text(outcome.scene), _model(outcome)
@@ -41,19 +41,18 @@ def headline(outcome: Outcome[Sink], contrary: Sequence[Check], style: Style) ->
 
 
 def sections(outcome: Outcome[Sink], contrary: Sequence[Check], style: Style) -> list[Section]:
-    """The quantities, the checks with their reasons and, where asked for, the parts of the differences."""
+    """Return the quantities, and the checks with their reasons."""
     judged = checks.sections(checks.without_slopes(outcome.checks), contrary, style)
     return [quantities(outcome, style), *judged]
 
 
 def _model(outcome: Outcome[Sink]) -> str:
-    """What the 1D model is called: "1D" where it is the paper's; empty where there is none."""
     reduced1d = outcome.reduced1d
     return "" if reduced1d is None else "1D" if reduced1d.model in PAPERS else reduced1d.model
 
 
 def quantities(outcome: Outcome[Sink], style: Style) -> Section:
-    """Steady quantities: 3D with its error, 1D, and how far 1D is off."""
+    """Return the steady quantities: 3D with its error, 1D, and the difference."""
     fem3d, reduced1d, rows = outcome.fem3d, outcome.reduced1d, []
     heads = ["steady state", *["3D"] * (fem3d is not None), *[_model(outcome)] * (reduced1d is not None)]
     for key, (name, unit) in QUANTITIES.items():
@@ -96,8 +95,10 @@ def document(outcome: Outcome[Sink]) -> dict[str, Any]:
 
 
 def columns(outcome: Outcome[Sink]) -> dict[str, np.ndarray]:
-    """time_s, then <model>_<quantity>_<unit> with temperatures in kelvin, where every 1D model is "reduced1d": a reader
-    of them need not know which it was. ValueError where the models' times differ."""
+    """Return time_s, then <model>_<quantity>_<unit>, temperatures in kelvin; every 1D model is "reduced1d".
+
+    Raises ValueError where the models' times differ.
+    """
     import numpy as np
 
     columns: dict[str, np.ndarray] = {}

@@ -66,9 +66,10 @@ class Table:
         return [row if isinstance(row, Row) else Row(row) for row in self.rows]
 
     def text(self, style: Style) -> str:
-        """For a terminal: no two columns ever touch, and they move together where a line would be too long; then the
-        first is cut short, or the second if that is text as well, so that what is asked for by its name has all of it.
-        A verdict's mark stands in front, and its word in its colour at the end."""
+        """Format for a terminal of 80 columns, a verdict's mark in front and its word coloured.
+
+        Where a line is too long, columns move together; then the first, or a second text column, is cut short.
+        """
         stacks = [head.split("\n") for head in self.heads]
         depth = max(map(len, stacks))
         tops = list(zip(*([""] * (depth - len(stack)) + stack for stack in stacks), strict=True))
@@ -92,7 +93,7 @@ class Table:
         return "\n".join(lines)
 
     def markdown(self) -> list[str]:
-        """The lines, and an empty one after them; what is said below a single cell stands beside it."""
+        """Format as Markdown; the sentence below a single cell stands beside it."""
         lines = [list(self.heads), ["---" if side == "<" else "--:" for side in self.aligned]]
         for row in self.marked:
             cells = [*row.cells, *[row.below] * (len(row.cells) == 1)]
@@ -133,7 +134,7 @@ class Section:
     headed: bool = True
 
     def text(self, style: Style) -> str:
-        """For a terminal; nothing where there is nothing in it."""
+        """Format for a terminal; empty without content."""
         lines = [style.paint(self.title, "heading")] if self.headed else []
         for part in self.filled:
             if isinstance(part, Table):
@@ -153,7 +154,7 @@ class Section:
         return lines if self.filled else []
 
     def html(self) -> str:
-        """For a page, under a heading; nothing where there is nothing in it."""
+        """Format for a page, under a heading; empty without content."""
 
         def markup(part: Table | str | Sequence[str]) -> str:
             if isinstance(part, Table):
@@ -175,7 +176,7 @@ def sentences(texts: Sequence[str]) -> list[str]:
 
 
 def wrapped(text: str, first: str = "", then: str = "  ") -> str:
-    """Lines of at most 80 columns, and no more than the terminal has, in which no number loses its unit."""
+    """Wrap lines at 80 columns or the terminal's width, without separating a number from its unit."""
     kept = re.sub(r"(?<=\d) (?=[A-Za-z%±])|(?<=±) ", "\N{NO-BREAK SPACE}", text)
     filled = textwrap.fill(
         kept, columns(sys.stdout, WIDTH), initial_indent=first, subsequent_indent=then, break_on_hyphens=False
