@@ -14,6 +14,7 @@ from compare.outcome import Outcome, Progress
 from compare.report.table import MARKS, Row, Section, Style, Table, short_key, stacked
 from scenes.formats import percent
 from scenes.plan import Step, step
+from scenes.varied import made_of_parameters
 
 if TYPE_CHECKING:
     from compare.slopes import Slopes
@@ -48,7 +49,7 @@ class Sensitivity(Analysis[AllSlopes]):
         """A line for each key that a quantity follows, the largest slope first: 3D, then 1D."""
         shown, names = shown_words(outcome, style.page), words(outcome)
         judged = {check.id.removeprefix(PREFIX): check for check in outcome.checks if check.id.startswith(PREFIX)}
-        both, order = {"fem3d", "reduced1d"} <= found.keys(), followed_keys(found, shown)
+        both, order = {"fem3d", "reduced1d"} <= found.keys(), followed_keys(outcome.scene, found, shown)
         rows = []
         for key in order:
             cells = [short_key(key), *(_cell(found, key, name, style, both) for name in shown)]
@@ -108,9 +109,10 @@ def shown_words(outcome: Outcome[Any], full: bool = False) -> dict[str, str]:
     return names if full else {name: names[name] for name in chosen if name in names}
 
 
-def followed_keys(slopes: Mapping[str, Slopes], names: Iterable[str]) -> list[str]:
-    """The keys that a quantity follows, the largest slope first."""
-    sizes = {key: _size(slopes, key, names) for key in _keys(slopes)}
+def followed_keys(scene: Any, slopes: Mapping[str, Slopes], names: Iterable[str]) -> list[str]:
+    """Return the keys that a quantity follows, the largest slope first, without keys made of parameters."""
+    made = made_of_parameters(scene)
+    sizes = {key: _size(slopes, key, names) for key in _keys(slopes) if key not in made}
     return sorted((key for key, size in sizes.items() if size > NONE), key=lambda key: -sizes[key])
 
 
@@ -122,7 +124,7 @@ def checks(scene: Any, slopes: Mapping[str, Slopes], names: Mapping[str, str]) -
         return ()
     three, one, made = slopes["fem3d"], slopes["reduced1d"], []
     largest, tolerance = {name: three.largest(name) for name in names}, scene.tolerance("slope")
-    for key in followed_keys(slopes, names):
+    for key in followed_keys(scene, slopes, names):
         in_3d, in_1d = three.relative.get(key, {}), one.relative.get(key, {})
         off = {
             name: (in_1d[name].value - in_3d[name].value) / largest[name]

@@ -121,7 +121,7 @@ def sensitivity(outcome: Outcome[Any]) -> Figure:
     names, every = shown_words(outcome), shown_words(outcome, full=True)
     headline = worst(outcome.checks)
     names |= {name: called for name, called in every.items() if headline and headline.title.startswith(f"{called},")}
-    keys = followed_keys(slopes, names)
+    keys = followed_keys(outcome.scene, slopes, names)
     models = {"fem3d": "3D"} if "fem3d" in slopes else {}
     if "reduced1d" in slopes:
         models["reduced1d"] = outcome.reduced1d.model if outcome.reduced1d else "1D"
