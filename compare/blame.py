@@ -138,7 +138,7 @@ def scale_of(sink: Sink, name: str, fem3d: Result, levels: Levels) -> float:
 
 
 def of_current(sink: Sink) -> str:
-    """Name the scale of the current: the current itself where it does not change, is given, or passes a row's islands."""
+    """Name the scale of the current: itself where it does not change, is given, or passes a row's islands."""
     changes = sink.silicon.warms and sink.spans == 1 and sink.current is None
     return "change of the current" if changes else ITSELF
 

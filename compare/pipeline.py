@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 def plan(scene: Any, options: Options, outcome: Outcome[Any] | None = None) -> tuple[Step, ...]:
-    """Return the steps of a run before it is solved, or of an ``outcome``. Raises SceneError for a run that cannot be."""
+    """Return the steps of a run before it is solved, or of an ``outcome``. Raises SceneError."""
     kind = kind_of(scene)
     kind.refuse(scene, options)
     analyses = [analysis.plan(scene, options) for analysis in chosen(options)]

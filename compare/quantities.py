@@ -1,4 +1,4 @@
-"""The quantities of a scene: names, units, and the base of each scale. The sink's names are fixed, others are probes."""
+"""The quantities of a scene: names, units, and the base of each scale. A sink has fixed names, others have probes."""
 
 from __future__ import annotations
 
