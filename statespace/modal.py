@@ -31,15 +31,12 @@ class Inlet:
         Steady heat flows, W/K.
     taken : float
         Heat that enters where the temperature is given, W/K.
-    plate : (n,) array or 0
-        The part of ``jump`` in the plate on whose bottom the temperature is given.
     """
 
     external: np.ndarray
     jump: np.ndarray
     flux: np.ndarray
     taken: float = 0.0
-    plate: np.ndarray | float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,31 +89,13 @@ class Modal:
             offset=self.offset + outer * self.external, flux_offset=self.flux_offset + outer * self.flux_external,
         )  # fmt: skip
 
-    def on_top_of_plate(self) -> Modal:
-        """The model whose input is the temperature of the plate's top: a step warms the plate at once."""
-        below = self.substrate
-        return replace(self, substrate=replace(below, jump=below.jump - below.plate, plate=0.0))
-
-    def with_heat_below(self) -> Modal:
-        """Add a flow, the heat that leaves into the substrate (or the plate below): stored, conducted and generated
-        heat, each weighed with the steady rise per kelvin of substrate."""
-        below = self.substrate
-        drawn = float(below.flux[0])  # what a kelvin outside sends there is what one of substrate sends outside
-        return replace(
-            self, flux=np.vstack([self.flux, self.rates * below.jump]),
-            flux_external=np.append(self.flux_external, drawn),
-            feed=np.vstack([self.feed, below.external - self.shape @ below.jump]),
-            substrate=replace(below, flux=np.append(below.flux, -below.taken)),
-        )  # fmt: skip
-
     def within(self, sums: np.ndarray) -> Modal:
         """The model of some ``sums`` (n, k) of its modes, which are orthonormal, in modes of its own."""
         rates, vectors = np.linalg.eigh(sums.T @ (self.rates[:, None] * sums))
         basis, substrate = sums @ vectors, self.substrate
-        plate = np.broadcast_to(substrate.plate, substrate.jump.shape) @ basis
         return replace(
             self, rates=rates, shape=self.shape @ basis, jump=self.jump @ basis, flux=self.flux @ basis,
-            substrate=replace(substrate, jump=substrate.jump @ basis, plate=plate),
+            substrate=replace(substrate, jump=substrate.jump @ basis),
         )  # fmt: skip
 
     @property

@@ -78,8 +78,7 @@ class Structure:
             # Through a contact, or a gas in the gap.
             loads, steady = [*loads, below], [*steady, heat.solve_steady(below[:n])]
         fields = [*steady, *(heat.solve_steady(load[:n]) for load in local)]
-        inertia = [*(heat.mass @ lift for lift in lifts), *([self.plate] if self.plate.any() else [])]
-        return Base(heat, conductor, patterns, np.column_stack(fields), [*loads, *inertia])
+        return Base(heat, conductor, patterns, np.column_stack(fields), [*loads, *(heat.mass @ lift for lift in lifts)])
 
     def modal(self, reduced: Reduced, patterns: Sequence[Pattern], accuracy: float) -> Modal:
         """The model of some fields."""
@@ -119,8 +118,7 @@ class Structure:
             for rises, jumps, channel, film in zip(np.array(external).T, jump, channels, filmed, strict=True)
         )
         warmed = heat.lifts[self.below] + heat.whole(modal.basis @ (filmed[1] / root))
-        stored = root * (self.plate[: heat.free] @ modal.basis)
-        below = replace(below, taken=float(below.flux[0]) + self.to_air(warmed), plate=stored)
+        below = replace(below, taken=float(below.flux[0]) + self.to_air(warmed))
         return Modal(
             rates, inlets, np.array(film), np.array(resistance), np.array(coefficient), outside.external, outside.jump,
             per_rise - per_rate * rates, outside.flux, per_rate @ inlets.T, below,
@@ -130,16 +128,6 @@ class Structure:
         """The heat (W) that leaves through films other than the substrate's at a rise (all nodes)."""
         films = (film for name, film in self.heat.films.items() if not name.startswith(SUBSTRATE))
         return -self.copies * float(sum(film.per_kelvin @ rise for film in films))
-
-    @cached_property
-    def plate(self) -> np.ndarray:
-        """(all nodes,): the heat (J/K) that a kelvin of all of the plate stores; none where there is no plate."""
-        heat, domain, sink = self.heat, self.heat.domain, self.device.sink
-        if sink.substrate_thickness is None:
-            return np.zeros(heat.size)
-        on = domain.space.on(np.flatnonzero(domain.body == domain.names.index(SUBSTRATE)))
-        capacity = float(sink.substrate.heat_capacity)
-        return np.asarray(heat.take(on.load(np.full(on.weights.shape, capacity))))
 
     @cached_property
     def polymer(self) -> tuple[np.ndarray, np.ndarray]:
