@@ -1,4 +1,7 @@
-"""Which physics a scene asks for: what it says nothing about is not solved, and needs no material data."""
+"""The physics that a scene asks for: heat, current, their time derivatives; and refusals of unsolvable combinations.
+
+A scene without electrodes needs no resistivity, and a steady state no heat capacity.
+"""
 
 from __future__ import annotations
 
@@ -11,17 +14,17 @@ from scenes.errors import SceneError, listed, quoted
 from scenes.model import ELECTRIC, AnyScene, Boundary, GroupBoundary, Material, Schedule, Value, bends, is_zero, values
 
 HEAT_KEYS = ("thermal_conductivity", "density", "specific_heat")
-NITROGEN = 77.0  # K: what liquid nitrogen cools to; hardly anything is built for less
+NITROGEN = 77.0  # K, the boiling point of liquid nitrogen: hardly any device is built for less
 
 
 def materials(scene: AnyScene) -> tuple[Material, ...]:
+    """Return the material of every part."""
     return tuple(part.material for part in getattr(scene, scene.parts))
 
 
 def may_run_away(scene: AnyScene, given_current: bool) -> bool:
-    """Whether heat may outgrow what leaves: a conductivity or a resistivity falls towards zero as it gets hotter, or a
-    given current meets a resistance that rises without end. Where none does, the heat is bounded and finds its way
-    out at some temperature, whatever drives it: a table is constant outside of its temperatures."""
+    """Whether heat may outgrow the losses: a conductivity or a resistivity falls towards zero with the temperature, or
+    a given current meets a resistance that rises without end. A table is constant outside of its temperatures."""
     growing = [
         (law.exponent if isinstance(law, laws.PowerLaw) else 0.0) * sign
         for m in materials(scene)
@@ -32,13 +35,13 @@ def may_run_away(scene: AnyScene, given_current: bool) -> bool:
 
 
 def heat_sources(scene: AnyScene) -> tuple[tuple[str, Value], ...]:
-    """Every heat source (W/m3) and what messages call its part."""
+    """Return every heat source (W/m3) with the name of its part in messages."""
     table, items = scene.heated
     return tuple((f"{table} {quoted(item.name)}", item.heat_source) for item in getattr(scene, items))
 
 
 def driving(scene: AnyScene) -> tuple[Value, ...]:
-    """Every value that drives the scene, and may vary in time."""
+    """Return every value that drives the scene and may vary in time."""
     return (
         *(value for b in scene.boundaries for value in (b.value, b.ambient)),
         *(value for _, value in heat_sources(scene)),
@@ -46,8 +49,7 @@ def driving(scene: AnyScene) -> tuple[Value, ...]:
 
 
 def coldest(scene: AnyScene) -> float:
-    """What no temperature (K) of a scene falls below: the coldest one that it starts at, is held at or is next to; 0
-    where heat is taken out of it."""
+    """Return a lower bound (K) of every temperature: the coldest initial, given or ambient one; 0 with a heat sink."""
     supplied = [value for _, value in heat_sources(scene)]
     supplied += [b.value for b in scene.boundaries if b.kind == "heat_flux"]
     if any(v < 0 for value in supplied for v in values(value)):
@@ -58,7 +60,7 @@ def coldest(scene: AnyScene) -> float:
 
 
 def frozen(scene: AnyScene) -> list[str]:
-    """What is to be said of a temperature that looks like one in degrees Celsius without its unit."""
+    """Remark on a temperature that looks like degrees Celsius without the unit."""
     lowest = coldest(scene)
     if not 0 < lowest < NITROGEN:
         return []
@@ -69,20 +71,20 @@ def frozen(scene: AnyScene) -> list[str]:
 
 
 def jumps(given: Iterable[Value]) -> tuple[float, ...]:
-    """The times (s) after the start at which any of the values jumps."""
+    """Return the times (s) after the start at which any of the values jumps."""
     varying = (value.times for value in given if isinstance(value, Schedule))
     return tuple(sorted({t for times in varying for t, then in pairwise(times) if t == then and t > 0}))
 
 
 def electric(scene: AnyScene) -> bool:
-    """Whether potentials and currents are asked for: there is an electrode, or a probe of them."""
+    """Whether the scene has an electrode, or a probe of an electric quantity."""
     return any(b.kind == "voltage" for b in scene.boundaries) or any(p.quantity in ELECTRIC for p in scene.probes)
 
 
 def heat(scene: AnyScene) -> bool:
-    """Whether temperatures are asked for.
+    """Whether temperatures are solved.
 
-    That is so where the scene has a thermal condition, a heat source or a thermal probe, and in a transient with
+    They are where the scene has a thermal condition, a heat source or a thermal probe, and in a transient with
     electrodes where a resistivity follows the temperature. An electric steady state without any of these has its
     resistivities at the initial temperature.
     """
@@ -95,28 +97,19 @@ def heat(scene: AnyScene) -> bool:
     )
 
 
-def capacity(scene: AnyScene) -> bool:
-    return heat(scene) and not scene.steady
-
-
 def needed(scene: AnyScene) -> tuple[str, ...]:
-    return HEAT_KEYS if capacity(scene) else HEAT_KEYS[:1] if heat(scene) else ()
+    """Return the thermal properties that the scene needs of every material."""
+    if not heat(scene):
+        return ()
+    return HEAT_KEYS[:1] if scene.steady else HEAT_KEYS
 
 
 def may_follow(scene: AnyScene, over_time: bool) -> tuple[str, ...]:
-    """The properties that matter here and may have a law of the temperature."""
+    """Return the properties that matter here and may have a law of the temperature."""
     if not heat(scene):
         return ()
     capacities = ("specific_heat",) if over_time else ()
     return "thermal_conductivity", *capacities, *(("resistivity",) if electric(scene) else ())
-
-
-def nonlinear(scene: AnyScene, over_time: bool) -> str:
-    """Why the heat problem is none of numbers alone, in words; nothing where it is one."""
-    why = ["a property follows the temperature"] * follows(scene, over_time)
-    if heat(scene) and (kinds := {b.kind for b in scene.boundaries if bends(b)}):
-        why += ["faces radiate"] * ("radiation" in kinds) + ["a film follows the temperature"] * ("convection" in kinds)
-    return " and ".join(why)
 
 
 def follows(scene: AnyScene, over_time: bool) -> bool:
@@ -125,8 +118,16 @@ def follows(scene: AnyScene, over_time: bool) -> bool:
     return any(keys & set(m.follows) for m in materials(scene))
 
 
+def nonlinear(scene: AnyScene, over_time: bool) -> str:
+    """Return the reason why the heat problem is nonlinear, in words; "" for a linear one."""
+    why = ["a property follows the temperature"] * follows(scene, over_time)
+    if heat(scene) and (kinds := {b.kind for b in scene.boundaries if bends(b)}):
+        why += ["faces radiate"] * ("radiation" in kinds) + ["a film follows the temperature"] * ("convection" in kinds)
+    return " and ".join(why)
+
+
 def refuse_faces(scene: AnyScene, what: str) -> None:
-    """Refuses, for ``what`` takes straight lines alone, a boundary whose heat is none of the temperature there."""
+    """Refuse a boundary with a nonlinear heat flux, for ``what`` takes linear ones alone."""
     for b in scene.boundaries:
         if bends(b):
             has = "radiates" if b.kind == "radiation" else "has a convection.coefficient that follows the temperature"
@@ -137,7 +138,7 @@ def refuse_faces(scene: AnyScene, what: str) -> None:
 
 
 def refuse_following(scene: AnyScene, over_time: bool) -> None:
-    """Refuses an ambient that varies in time beside a coefficient that follows the temperature."""
+    """Refuse an ambient that varies in time beside a coefficient that follows the temperature."""
     for b in scene.boundaries if over_time else ():
         if bends(b) and isinstance(b.ambient, Schedule):
             raise SceneError(
@@ -147,7 +148,7 @@ def refuse_following(scene: AnyScene, over_time: bool) -> None:
 
 
 def refuse_laws(used: Iterable[Material], what: str, instead: str = "") -> None:
-    """Refuses laws and properties that differ along axes, for ``what``; ``instead`` says what can be done."""
+    """Refuse laws and properties that differ along axes, for ``what`` takes numbers; ``instead`` ends the sentence."""
     for material in used:
         for key, given in material.given():
             if not laws.is_plain(given):
@@ -157,7 +158,7 @@ def refuse_laws(used: Iterable[Material], what: str, instead: str = "") -> None:
 
 
 def refuse_directions(used: Iterable[Material], what: str) -> None:
-    """Refuses, for ``what`` takes one number or law along all axes, a property that differs along them."""
+    """Refuse a property that differs along axes, for ``what`` takes one number or law along all."""
     for material in used:
         for key, given in material.given():
             if isinstance(given, tuple):
@@ -167,27 +168,8 @@ def refuse_directions(used: Iterable[Material], what: str) -> None:
                 )
 
 
-def potential_of(boundary: Boundary | GroupBoundary) -> Value | str:
-    """Identifies an electrode's potential without current: its voltage, or else its name."""
-    return boundary.name if boundary.series_resistance == math.inf else boundary.value
-
-
-def share_terminals(
-    voltages: dict[int, set[Value | str]], touched: Iterable[tuple[Boundary | GroupBoundary, Collection[int]]]
-) -> None:
-    """Puts the name of an electrode behind a resistance in the place of its voltage among the ``voltages`` of parts of
-    conductors (by `potential_of`), where it shares them with a part that carries current: what potential it has is
-    known by solving alone, and no current passes where a part touches no other electrode."""
-    touched = list(touched)
-    for b, parts in touched:
-        if b.series_resistance and any(len(voltages[part]) > 1 for part in parts):
-            for part in parts:
-                alone = all(part not in others for other, others in touched if other is not b)
-                voltages[part] = {b.name} if alone else {*voltages[part], b.name}
-
-
 def refuse_terminals(scene: AnyScene, what: str) -> None:
-    """Refuses, for ``what`` takes voltages alone, a given current and a series resistance."""
+    """Refuse a given current and a series resistance, for ``what`` takes voltages alone."""
     for b in scene.boundaries:
         if b.series_resistance:
             has = "gives a current" if b.key == "current" else "has a series_resistance"
@@ -198,20 +180,19 @@ def refuse_terminals(scene: AnyScene, what: str) -> None:
 
 
 def refuse_ungrounded(boundaries: Iterable[Boundary | GroupBoundary], touched: Iterable[Collection[str]]) -> None:
-    """Refuses a given current in a conductor without a voltage; ``touched`` names the electrodes of each conductor."""
+    """Refuse a given current in a conductor without a voltage; ``touched`` names the electrodes of each conductor."""
     currents = {b.name for b in boundaries if b.kind == "voltage" and b.key == "current"}
     for names in touched:
         if names and currents.issuperset(names):
-            what = f"boundary {quoted(min(names))} gives a current"
-            what = what if len(names) == 1 else f"boundaries {listed(sorted(names))} give currents"
+            gives = "boundary {} gives a current" if len(names) == 1 else "boundaries {} give currents"
             raise SceneError(
-                f"{what}, and no electrode of that conductor has a voltage to count from: give one a voltage, such as "
-                '"0 V"'
+                f"{gives.format(listed(sorted(names)))}, and no electrode of that conductor has a voltage to count "
+                'from: give one a voltage, such as "0 V"'
             )
 
 
 def refuse_both(label: str, material: Material) -> None:
-    """Refuses a law of the resistivity and a coefficient beside it."""
+    """Refuse a law of the resistivity with a temperature coefficient beside it."""
     if laws.varies(material.resistivity) and material.temperature_coefficient:
         raise SceneError(
             f"{label}.resistivity is a law of the temperature, and {label}.temperature_coefficient = "
@@ -220,7 +201,7 @@ def refuse_both(label: str, material: Material) -> None:
 
 
 def refuse_unlike(label: str, material: Material) -> None:
-    """Refuses resistivities along x, y and z that follow the temperature each in another way."""
+    """Refuse resistivities along x, y and z that are not proportional at every temperature."""
     along_x, *others = laws.along(material.resistivity or 1.0)
     if any(laws.ratio(along_x, other) is None for other in others):
         raise SceneError(
@@ -229,8 +210,27 @@ def refuse_unlike(label: str, material: Material) -> None:
         )
 
 
+def potential_of(boundary: Boundary | GroupBoundary) -> Value | str:
+    """Identify an electrode's potential without current: its voltage, or else its name."""
+    return boundary.name if boundary.series_resistance == math.inf else boundary.value
+
+
+def share_terminals(
+    voltages: dict[int, set[Value | str]], touched: Iterable[tuple[Boundary | GroupBoundary, Collection[int]]]
+) -> None:
+    """Put the name of an electrode behind a resistance in the place of its voltage among the ``voltages`` of parts of
+    conductors (by `potential_of`), where it shares them with a part that carries current. Only the solution gives its
+    potential; no current passes where a part touches no other electrode."""
+    touched = list(touched)
+    for b, parts in touched:
+        if b.series_resistance and any(len(voltages[part]) > 1 for part in parts):
+            for part in parts:
+                alone = all(part not in others for other, others in touched if other is not b)
+                voltages[part] = {b.name} if alone else {*voltages[part], b.name}
+
+
 def is_exit(boundary: Boundary | GroupBoundary) -> bool:
-    """Whether heat can leave by a boundary in the end."""
+    """Whether heat can leave by a boundary in a steady state."""
     film = boundary.kind in ("convection", "radiation") and boundary.value != 0
     return boundary.kind == "temperature" or film
 
@@ -244,14 +244,14 @@ def heats(boundary: Boundary | GroupBoundary, initial: float) -> bool:
 
 
 def check_resistivities(scene: AnyScene) -> None:
-    """Refuses a resistivity that would not be positive at the initial temperature, where currents are asked for."""
+    """Refuse a resistivity that is not positive at the initial temperature, where currents are solved."""
     for m in dict.fromkeys(materials(scene)) if electric(scene) else ():
         where = f"scene.initial_temperature = {scene.initial_temperature:g} K"
         check_resistivity(m, f"material {quoted(m.name)}", where, scene.initial_temperature)
 
 
 def check_resistivity(material: Material, label: str, where: str, temperature: float) -> None:
-    """Refuses a resistivity that would not be positive at a temperature (K); ``where`` says which."""
+    """Refuse a resistivity that is not positive at a temperature (K); ``where`` names the temperature's key."""
     if laws.varies(material.resistivity):
         return
     factor = 1 + material.temperature_coefficient * (temperature - material.reference_temperature)
