@@ -1,5 +1,4 @@
-"""Reading scenes: built-in or from a TOML file, with overrides, checked; writing the parametric ones back; and what
-distinguishes one from the built-in one, in a few words that are safe in the name of a folder."""
+"""Read scenes, built-in or from TOML files, with overrides; write the parametric ones back; name their folders."""
 
 from __future__ import annotations
 
@@ -28,10 +27,10 @@ from scenes.validity import check as check
 
 T = TypeVar("T")
 _EXPECTED = "checks.expect_differs"
-_LONGEST = 80  # Characters of the part of a folder's name that tells a scene apart; longer ones end in a hash.
+_LONGEST = 80  # characters of a scene's part of a folder's name; a longer one ends in a hash
 _LARGEST, _MOST_TABLES = 1, 10_000
-"""MB of a scene file, and tables ([...] or [[...]]) in it, at most: what has more takes seconds to read and to refuse.
-The most boxes that are solved, with a material and a contact for each, are 0.5 MB in 6,000 tables."""
+"""Largest scene file (MB) and most tables in it, so that a file is refused within a second. The most boxes that are
+solved, with a material and a contact for each, are 0.5 MB in 6,000 tables."""
 _BOX = re.compile(r"^[ \t]*\[\[[ \t]*box[ \t]*\]\]", re.MULTILINE)
 _TABLE = re.compile(r"^[ \t]*\[", re.MULTILINE)
 _HERE = Path(__file__).parent
@@ -46,13 +45,13 @@ def load(source: str | Path, overrides: Sequence[str] = (), *, scene_type: Scene
 @overload
 def load(source: str | Path, overrides: Sequence[str] = ()) -> Any: ...
 def load(source: str | Path, overrides: Sequence[str] = (), *, scene_type: SceneType[Any] | None = None) -> Any:
-    """The scene of a name ("sink", "device", "bridge", "plate", "hotplate") or a TOML file, with overrides such as
-    "sink.width=20um" or "boundary.left.voltage=2" put over it, checked: a Sink, a Device or a free scene, whichever
-    the file describes, or one of the ``scene_type``.
+    """Load a built-in scene ("sink", "device", "bridge", "plate", "hotplate") or a TOML file, with overrides, checked.
 
-    What a file leaves out has its default, and a scene without a name is called after its file. The checks that a sink
-    or a device expects to differ are a statement about that scene: an override of anything physical withdraws it
-    (``expected_to_differ`` is then ``None``), unless an override says what is expected now. Raises SceneError.
+    The result is a Sink, a Device or a free scene, as the file describes, or one of the ``scene_type``. Overrides are
+    texts such as "sink.width=20um" or "boundary.left.voltage=2". Missing keys have their defaults, and a scene without
+    a name is called after its file. A physical override of a sink or a device withdraws its declaration of the checks
+    that are expected to differ (``expected_to_differ`` is then ``None``), unless an override declares them again.
+    Raises SceneError.
     """
     content, name, folder = document(source, (scene_type.name,) if scene_type else known_names())
     if scene_type is not None:
@@ -66,7 +65,7 @@ def load(source: str | Path, overrides: Sequence[str] = (), *, scene_type: Scene
 
 
 def load_free(source: str | Path, overrides: Sequence[str] = ()) -> AnyScene:
-    """The same of a free scene, an example or a file; the mesh of a [mesh] lies beside it and is not read."""
+    """Load a free scene, an example or a file; the mesh of a [mesh] lies beside the file and is not read."""
     from scenes import free
 
     content, name, folder = document(source, examples())
@@ -75,8 +74,8 @@ def load_free(source: str | Path, overrides: Sequence[str] = ()) -> AnyScene:
 
 
 def _check_kind(source: str | Path, content: Mapping[str, Any], scene_type: SceneType[Any] | None) -> None:
-    """SceneError where a document is plainly of another type than this one, ``None`` being a free scene's; a sink's
-    may become a device's by its overrides."""
+    """Refuse a document that is plainly of another type, ``None`` being a free scene; overrides may make a device of a
+    sink."""
     kind = type_of_file(content)
     if kind is None:
         wrong = scene_type is not None
@@ -88,7 +87,7 @@ def _check_kind(source: str | Path, content: Mapping[str, Any], scene_type: Scen
 
 
 def says_nothing(content: Mapping[str, Any]) -> bool:
-    """Whether a document has nothing that tells its type: by default a sink, or a free scene without boxes."""
+    """Whether a document fits any type: a sink by default, or a free scene without boxes."""
     from scenes.free.tables import BOXES, LISTS
 
     of_its_own = set(DEVICE.schema.sections[""]) - set(BOXES.sections[""])
@@ -96,7 +95,7 @@ def says_nothing(content: Mapping[str, Any]) -> bool:
 
 
 def type_of_file(content: Mapping[str, Any]) -> SceneType[Any] | None:
-    """Whether a document is of a sink or of a device; ``None`` for a free scene."""
+    """Return the type of a document, ``None`` for a free scene."""
     from scenes.free.tables import LISTS
 
     if {*LISTS, "mesh"} & set(content):
@@ -108,7 +107,10 @@ def type_of_file(content: Mapping[str, Any]) -> SceneType[Any] | None:
 
 
 def overridden(scene: T, overrides: Sequence[str]) -> T:
-    """A scene with "KEY=VALUE" overrides as `load` has them, checked; parameters move all. Raises SceneError."""
+    """Return a scene with "KEY=VALUE" overrides, checked; a parameter moves everything made of it.
+
+    Raises SceneError.
+    """
     changed: Any = scene
     if not overrides:
         return check(changed) if changed.kind in TYPES else changed
@@ -120,7 +122,7 @@ def overridden(scene: T, overrides: Sequence[str]) -> T:
 
 
 def _flat(scene: Any) -> dict[str, Any]:
-    """What a file of the scene would say, by path."""
+    """The flat scene of a scene."""
     if scene.kind in TYPES:
         return type_of(scene).schema.write(scene)
     from scenes import free
@@ -129,7 +131,7 @@ def _flat(scene: Any) -> dict[str, Any]:
 
 
 def _read(scene: Any, flat: Mapping[str, Any], overrides: Sequence[str]) -> Any:
-    """What a flat scene says with overrides over it, as a scene of the kind of another."""
+    """The scene of a flat one with overrides, of the kind of another scene."""
     if scene.kind in TYPES:
         return _built(flat, overrides, type_of(scene))
     from scenes import free
@@ -149,8 +151,10 @@ def _built(flat: Mapping[str, Any], overrides: Sequence[str], scene_type: SceneT
 
 
 def refuse_unused(paths: Iterable[str], scene: Any) -> None:
-    """SceneError where one of the keys that were set, given by their paths, says nothing of what drives a sink or a
-    device: a file may have them side by side, as the built-in ones do, who sets one means it."""
+    """Refuse settings of drives, given by their paths, that have no effect on a sink or a device.
+
+    A file may have them side by side, as the built-in ones do.
+    """
     by_controllers = scene.kind == Device.kind
     given = {path for path in paths if path.startswith("drive.")}
     for path in sorted(given if by_controllers else ()):
@@ -166,21 +170,22 @@ def from_dict(document: Mapping[str, Any]) -> Sink: ...
 @overload
 def from_dict(document: Mapping[str, Any], scene_type: SceneType[T]) -> T: ...
 def from_dict(document: Mapping[str, Any], scene_type: SceneType[Any] = SINK) -> Any:
-    """The scene of nested sections such as ``as_dict`` returns, checked; raises SceneError."""
+    """Return the scene of nested sections as ``as_dict`` makes them, checked; raises SceneError."""
     schema = scene_type.schema
     return check(schema.apply(schema.read(schema.flatten(document)), scene_type.default))
 
 
 def as_dict(scene: object) -> dict[str, Any]:
-    """Every key of a scene by section, as plain JSON types in SI units, what is made of parameters as numbers too;
-    ``from_dict`` gives an equal scene back."""
+    """Return every key of a scene by section, as plain JSON types in SI units, without expressions.
+
+    ``from_dict`` returns an equal scene.
+    """
     given: Parameters | None = getattr(scene, SECTION)
     return nest(type_of(scene).schema.write(scene)) | ({} if given is None else {SECTION: dict(given.values)})
 
 
 def written(scene: Any) -> dict[str, Any]:
-    """What a file of any scene would say, with its parameters and what is made of them where nothing else was changed
-    since it was read: after that, numbers alone."""
+    """Return the document of any scene, with expressions where the scene is as it was read, else with numbers."""
     given: Parameters | None = scene.parameters
     if given is not None and _read(scene, given.flat, ()) == scene:
         return nest(given.flat)
@@ -188,18 +193,18 @@ def written(scene: Any) -> dict[str, Any]:
 
 
 def known_names() -> tuple[str, ...]:
-    """The names of the scenes that come with the toolkit, of the parametric ones first."""
+    """Return the names of the built-in scenes, the parametric ones first."""
     return (*TYPES, *examples())
 
 
 @cache
 def examples() -> tuple[str, ...]:
-    """The names of the free scenes that come with the toolkit, to copy and edit."""
+    """Return the names of the built-in free scenes."""
     return tuple(sorted(path.stem for path in _HERE.glob("examples/*.toml")))
 
 
 def builtin_text(name: str) -> str:
-    """A built-in scene as commented TOML, to copy and edit; raises SceneError for an unknown name."""
+    """Return a built-in scene as commented TOML, to copy and edit; raises SceneError for an unknown name."""
     known = known_names()
     if name not in known:
         raise SceneError(
@@ -209,15 +214,17 @@ def builtin_text(name: str) -> str:
 
 
 def document(source: str | Path, known: Sequence[str]) -> tuple[dict[str, Any], str, str]:
-    """What stands in a scene of those ``known`` by their names or in a file, a name for a scene that has none, and the
-    folder that it lies in; raises SceneError."""
+    """Return the document of a ``known`` built-in scene or of a file, a default name, and the file's folder.
+
+    Raises SceneError.
+    """
     if isinstance(source, str) and source in known:
         return toml(builtin_text(source), source), source, ""
     return toml(file_text(source, known), source), file_name(Path(source)), str(Path(source).parent)
 
 
 def toml(text: str, source: str | Path) -> dict[str, Any]:
-    """The document of a TOML text that came from somewhere; raises SceneError."""
+    """Parse a TOML text from a named source; raises SceneError."""
     from scenes.free.document import check_number
 
     try:
@@ -232,7 +239,7 @@ def toml(text: str, source: str | Path) -> dict[str, Any]:
 
 
 def file_text(source: str | Path, known: Sequence[str]) -> str:
-    """The text of a scene file; ``known`` are the built-in scenes that could be given instead. Raises SceneError."""
+    """Return the text of a scene file; messages offer the ``known`` built-in scenes. Raises SceneError."""
     shown, instead = quoted(Path(source)), " or ".join(known)
     try:
         # A byte order mark, which some editors write, is no part of the text.
@@ -257,22 +264,21 @@ def file_text(source: str | Path, known: Sequence[str]) -> str:
 
 
 def file_name(path: Path) -> str:
-    """A name for a scene that has none: the file's, without what a name may not have."""
+    """Return the name of a scene after its file, without characters that a name may not have."""
     return re.sub(r"[^\w .-]", "_", path.stem)[:60].strip(" .-") or "scene"
 
 
 def _physical(values: Mapping[str, Any], scene_type: SceneType[Any]) -> dict[str, Any]:
-    """What says what is solved, with a default standing for what is left out."""
+    """The flat scene of the physical keys, defaults included."""
     written = scene_type.schema.write(scene_type.schema.apply(values, scene_type.default))
     return {path: value for path, value in written.items() if scene_type.schema.paths[path].physical}
 
 
 def distinguishes(scene: object) -> str:
-    """The leading key (a sink's voltage, a device's final outer temperature), then every key that differs from its
-    default: "1V", "2V-width20um", "1V-pad-edge", "273K".
+    """Return the words of a scene in a folder's name: "1V", "2V-width20um", "1V-pad-edge", "273K".
 
-    Different scenes get different texts, but for their name and checks, which are left out. A text longer than 80
-    characters ends in a checksum of the whole instead. The values are taken as valid (``scenes.validity.check``).
+    The leading key (a sink's voltage, a device's final outer temperature) comes first, then every key that differs from
+    its default, but for name and checks. A text longer than 80 characters ends in a checksum of the whole.
     """
     kind = type_of(scene)
     words: list[str] = []
@@ -297,14 +303,14 @@ def distinguishes(scene: object) -> str:
 
 
 def shortened(text: str) -> str:
-    """A text of at most 80 characters: a longer one ends in a checksum of the whole."""
+    """Shorten a text to 80 characters, the end being a checksum of the whole."""
     if len(text) <= _LONGEST:
         return text
     return f"{text[: _LONGEST - 9].rstrip('-.')}-{zlib.crc32(text.encode()):08x}"
 
 
 def _safe(shown: str) -> str:
-    """Without the spaces and signs of compound units: a number, and "20um" where the unit is one word; of a law all."""
+    """A shown value without spaces and signs: a number, "20um" for a unit of one word, or a whole law."""
     if " K" in shown.partition(" ")[2]:
         return re.sub(r"[^\w.+-]", "", shown)
     number, _, unit = shown.partition(" ")

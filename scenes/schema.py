@@ -1,10 +1,10 @@
-"""A schema: the table of the keys that one type of scene file may have, and reading and writing by it; and overrides,
-as given on a command line, put over what a file says: "sink.width=20um", "run.accuracy=1e-4", for an item of a table by
-its name "boundary.left.voltage=2", and for one coordinate of a point "box.arm.upper.x=9um".
+"""A schema: the table of the keys of one type of scene file, which reads and writes files and applies overrides.
 
-A *path* is a key's full name, section and all: "materials.silicon.density". A *flat* scene maps paths to what stands in
-the file, and the name of a table that a file may have many of, "box", to the list of them; its *values* map the same to
-what has been read from that. Any type of file may have "parameters", of which the rest is made (`scenes.parameters`).
+Overrides are those of a command line: "sink.width=20um", for an item of a table by its name "boundary.left.voltage=2",
+and for one coordinate of a point "box.arm.upper.x=9um". A *path* is a key's full name: "materials.silicon.density". A
+*flat* scene maps paths to the raw content of the file, and the name of a repeated table, "box", to the list of its
+items; its *values* map the same names to the content that was read. Any file may have "parameters"
+(`scenes.parameters`).
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from scenes.parameters import SECTION, Names, Parameters, known, put
 from scenes.units import TIME
 
 T = TypeVar("T")
-_HOW_LONG = ("run.end_time", "run.output_times")  # Keys that say how long a run is; a steady state has none of them.
+_HOW_LONG = ("run.end_time", "run.output_times")  # keys of transients alone
 _MEANT = {
     "sigma": "electrical_conductivity",
     "conductivity": "thermal_conductivity or electrical_conductivity", "heat_capacity": "specific_heat",
@@ -33,7 +33,7 @@ _MEANT = {
     "rho": "density, or resistivity",
     "k": "thermal_conductivity", "power": "heat_source, per volume", "h": "convection",
 }  # fmt: skip
-"""Common names of keys that are not spelled like ours."""
+"""Common names of keys that this schema spells differently."""
 
 
 RESISTIVITY, CONDUCTIVITY = "resistivity", "electrical_conductivity"
@@ -50,7 +50,7 @@ def twin(path: str) -> str:
 class Key:
     """One key: its path in a file, the kind of its value and the (dotted) attribute of the scene that holds it.
 
-    ``physical`` is false for what does not change the thing that is solved.
+    ``physical`` is false where the key does not change the physical object.
     """
 
     path: str
@@ -61,7 +61,7 @@ class Key:
 
 @dataclass(frozen=True)
 class Item:
-    """One [[table]]: its name, what messages call it, and the values of the keys that it has."""
+    """One item of a [[table]]: its name, its label in messages, and the values of its keys."""
 
     name: str
     label: str
@@ -70,9 +70,11 @@ class Item:
 
 @dataclass(frozen=True)
 class Schema:
-    """The keys of one type of scene, in the order in which they are written, and those of the ``lists``, tables that a
-    file may have many of, with those of them that are ``required``. ``called`` names the type in messages, for which
-    ``example`` is a setting. Where several keys end alike, the one of the ``main`` section is meant."""
+    """The keys of one type of scene in the order of writing, and the keys of repeated tables (``lists``).
+
+    ``required`` are the keys without a default of each table. ``called`` names the type in messages, ``example`` is a
+    setting. Among keys that end alike the one in the ``main`` section wins.
+    """
 
     keys: tuple[Key, ...]
     lists: Mapping[str, Mapping[str, Kind]] = field(default_factory=dict)
@@ -87,7 +89,7 @@ class Schema:
 
     @cached_property
     def sections(self) -> dict[str, tuple[str, ...]]:
-        """What every section takes, keys, sections or tables, by the section's path; "" is the whole file."""
+        """The keys, sections or tables that every section takes, by the section's path; "" is the whole file."""
         sections: dict[str, dict[str, None]] = {}
         for path in self.paths:
             while path:
@@ -98,7 +100,7 @@ class Schema:
         return {section: tuple(names) for section, names in sections.items()}
 
     def flatten(self, document: Mapping[str, object], section: str = "") -> dict[str, object]:
-        """What a (nested) document says, by path; raises SceneError for an unknown key or section."""
+        """Return a nested document as a flat one; raises SceneError for an unknown key or section."""
         flat: dict[str, object] = {}
         for name, given in document.items():
             path = f"{section}.{name}" if section else str(name)
@@ -113,9 +115,9 @@ class Schema:
         return flat
 
     def read(self, flat: Mapping[str, object]) -> dict[str, Any]:
-        """The values of a flat scene in SI units, tables as tuples of items.
+        """Return the values of a flat scene in SI units, tables as tuples of items.
 
-        Raises SceneError for what is missing, of the wrong type or out of bounds, and for a name that is given twice.
+        Raises SceneError for a value that is missing, of the wrong type or out of bounds, and for a repeated name.
         """
         names = Names(flat.get(SECTION, {}))
         with known(names):
@@ -156,19 +158,19 @@ class Schema:
         return tuple(items.values())
 
     def apply(self, values: Mapping[str, Any], default: T) -> T:
-        """The default scene (a frozen dataclass) with the values put in its attributes."""
+        """Return the default scene (a frozen dataclass) with the values in its attributes."""
         inverses = {twin(p): laws.inverse(value) for p, value in values.items() if p.endswith(CONDUCTIVITY)}
         every = {**values, **inverses}
         return _with(default, {p if p == SECTION else self.paths[p].attribute: value for p, value in every.items()})
 
     def write(self, scene: object) -> dict[str, Any]:
-        """Every key of a scene as a flat scene that reads back equal: SI numbers and plain JSON types."""
+        """Return a scene as a flat one that reads back equal: SI numbers and plain JSON types."""
         values = {path: attrgetter(key.attribute)(scene) for path, key in self.paths.items()}
         left_out = [p if value is None else twin(p) for p, value in values.items() if p.endswith(CONDUCTIVITY)]
         return {path: self.paths[path].kind.write(value) for path, value in values.items() if path not in left_out}
 
     def unknown(self, path: str, given: object) -> SceneError:
-        """The error for a path that is neither a key nor a section, with the nearest one that is."""
+        """Return the error for a path that is neither a key nor a section, with the nearest known one."""
         section = path
         while section not in self.sections:
             section = section.rpartition(".")[0]
@@ -195,13 +197,13 @@ class Schema:
 
 
 def _hint(key: str, known: Iterable[str]) -> str:
-    """The end of a message, with the known key that is meant, or is spelled most like this one."""
+    """The end of a message, with the known key for a common name, or the nearest in spelling."""
     said = _MEANT.get(key.lower(), "")
     return f": give {said}" if any(said.startswith(name) for name in known) else did_you_mean(key, known)
 
 
 def label_of(table: str, number: int, given: Mapping[str, object]) -> tuple[str, str]:
-    """The name of an item and what messages call it: box "arm", or box[2] where it has no name."""
+    """Return the name of an item and its label in messages: box "arm", or box[2] without a name."""
     name = given.get("name")
     if isinstance(name, str):
         return name, f"{table} {quoted(name)}"
@@ -209,7 +211,7 @@ def label_of(table: str, number: int, given: Mapping[str, object]) -> tuple[str,
 
 
 def _with(scene: Any, values: Mapping[str, Any]) -> Any:
-    """A frozen dataclass with new values for attributes of it or, where there are dots, of its parts."""
+    """A frozen dataclass with new values for its attributes and, under dotted names, for attributes of its parts."""
     attributes = {name: value for name, value in values.items() if "." not in name}
     parts = {name.partition(".")[0] for name in values.keys() - attributes}
     return replace(scene, **attributes, **{name: _with(getattr(scene, name), section(values, name)) for name in parts})
@@ -231,12 +233,11 @@ def section(values: Mapping[str, Any], name: str) -> dict[str, Any]:
 
 
 def override(flat: Mapping[str, object], settings: Sequence[str], schema: Schema) -> dict[str, object]:
-    """A flat scene with the settings put over it, in their order, so that a later one wins.
+    """Return a flat scene with the settings applied in order, so that a later one wins.
 
-    The last parts of a path are enough where they name one key only. How long a run of a free scene lasts is said in
-    one way: a setting of it takes the place of what the file says of that, and of those output times that lie beyond.
-    Raises SceneError for a setting without "=" or value, for a key that is unknown or not the only one of that name,
-    and for an item that does not exist.
+    The last parts of a path are enough where they name one key. A setting of the duration of a free scene replaces the
+    file's, and drops output times beyond it. Raises SceneError for a setting without "=" or value, for an unknown or
+    ambiguous key, and for an unknown item.
     """
     result = dict(flat)
     given: set[str] = set()
@@ -265,7 +266,7 @@ def override(flat: Mapping[str, object], settings: Sequence[str], schema: Schema
 
 
 def _of_one_length(flat: dict[str, object], given: set[str]) -> dict[str, object]:
-    """Without what contradicts a steady or an end_time that was ``given``; what else does is refused."""
+    """Drop the file's keys that contradict a steady or an end_time that was ``given``."""
     if {"run.steady", "run.end_time"} <= given:
         return flat
     if "run.steady" in given and flat["run.steady"] is True:
@@ -284,8 +285,10 @@ def _of_one_length(flat: dict[str, object], given: set[str]) -> dict[str, object
 def locate(
     key: str, value: object, schema: Schema, flat: Mapping[str, object] | None = None
 ) -> tuple[str, str]:  # fmt: skip
-    """The path that a key stands for, given a value or None, and the item within it where that is a table of
-    tolerances or of parameters. Raises SceneError, with the nearest key of the items of a ``flat`` scene too."""
+    """Return the path of an abbreviated key, and the name within it for a table of tolerances or of parameters.
+
+    Raises SceneError, with the nearest key of the sections or of the items of a ``flat`` scene.
+    """
     section, _, name = key.partition(".")
     if section == SECTION:
         return section, name
@@ -314,7 +317,7 @@ def locate(
 
 
 def item_keys(flat: Mapping[str, object], schema: Schema) -> list[str]:
-    """The keys of the items of a flat scene by their full names, "boundary.left.voltage": those that they have."""
+    """Return the full names of the keys that the items of a flat scene have, such as "boundary.left.voltage"."""
     keys = []
     for table in schema.lists:
         items = flat.get(table)
@@ -325,7 +328,7 @@ def item_keys(flat: Mapping[str, object], schema: Schema) -> list[str]:
 
 
 def _near(key: str, known: Sequence[str]) -> str:
-    """Keys of items that end like one, or the one that is spelled most like it, where that is near enough."""
+    """Keys of items with the same end, or the nearest in spelling."""
     ends = [name for name in known if name.endswith(f".{key}")]
     if ends:
         more = f" or {len(ends) - 3} more" * (len(ends) > 3)
@@ -335,7 +338,7 @@ def _near(key: str, known: Sequence[str]) -> str:
 
 
 def _find(table: str, rest: str, items: object) -> tuple[dict[str, Any], list[str]]:
-    """The item whose name ``rest`` starts with, and the key after it; names may have dots in them."""
+    """The item whose name ``rest`` starts with, and the key after the name, which may have dots."""
     names: dict[str, dict[str, Any]] = {}
     for number, item in enumerate(items if isinstance(items, list) else [], 1):
         if isinstance(item, dict):
@@ -343,7 +346,7 @@ def _find(table: str, rest: str, items: object) -> tuple[dict[str, Any], list[st
     for name in sorted(names, key=len, reverse=True):
         if rest.startswith(f"{name}."):
             return names[name], rest.removeprefix(f"{name}.").split(".")
-    # Of "bem.upper.x" the name is "bem", or "bem.upper": the one that is more like a name that there is.
+    # The name in "bem.upper.x" is "bem" or "bem.upper", whichever is nearer to an existing one.
     parts = rest.split(".")
     starts = [".".join(parts[:n]) for n in range(1, len(parts))]
     wanted = next((start for start in starts if nearest(start, names)), starts[-1])
@@ -352,7 +355,7 @@ def _find(table: str, rest: str, items: object) -> tuple[dict[str, Any], list[st
 
 
 def _put(item: dict[str, Any], path: list[str], value: object) -> None:
-    """Sets a key, one of a table or a coordinate of a point; a condition set so replaces no other."""
+    """Set a key, an entry of a table or a coordinate of a point; a condition replaces no other."""
     *tables, key = path
     for table in tables:
         inner = item.get(table)
@@ -365,7 +368,7 @@ def _put(item: dict[str, Any], path: list[str], value: object) -> None:
 
 
 def toml_value(text: str) -> object:
-    """The text as a TOML value, or as it stands where it is none: 20um and pad-edge need no quotes."""
+    """Return the text as a TOML value, or as it stands: 20um and pad-edge need no quotes."""
     try:
         document = parsed(f"value = {text}")
     except (ValueError, RecursionError):
