@@ -25,9 +25,10 @@ class TooLargeError(NumericsError):
 
 
 class RunawayError(NumericsError):
-    """Thermal runaway: the heating grows with temperature faster than heat can leave. Above the ``limit``, a voltage
-    (V), where it is given a current (A), or where there is neither a fraction of what heats the scene, no steady state
-    exists; ``largest`` says that in words, where it is known.
+    """Thermal runaway: the heating grows with temperature faster than the losses.
+
+    No steady state exists above the ``limit``: a voltage (V), for a given current a current (A), without either a
+    fraction of the heating. ``largest`` is a sentence on the limit, or "".
     """
 
     def __init__(self, message: str, limit: float, largest: str = "") -> None:
@@ -36,9 +37,8 @@ class RunawayError(NumericsError):
 
 
 class RunawayInTimeError(RunawayError):
-    """A transient that has no solution from some ``time`` (s) on: as the resistance falls, the heating grows beyond
-    all bounds, or the resistivity is used up. The largest voltage with a steady state is infinite where it isn't known.
-    """
+    """A transient without a solution from some ``time`` (s) on: the heating grows beyond all bounds, or a resistivity
+    reaches zero. An unknown ``limit`` is infinite."""
 
     def __init__(self, message: str, time: float, limit: float = float("inf")) -> None:
         super().__init__(message, limit)
@@ -46,8 +46,8 @@ class RunawayInTimeError(RunawayError):
 
 
 class BeyondLawError(NumericsError):
-    """A state, over time that from some ``time`` (s) on, at which a resistivity that is linear in the temperature is
-    not positive though it need not be: in few fields, and on a coarse mesh, what is uneven overshoots."""
+    """A state, over time from some ``time`` (s) on, at which a linear resistivity is not positive, perhaps because the
+    discrete field overshoots on a coarse mesh."""
 
     def __init__(self, time: float = 0.0) -> None:
         super().__init__(
@@ -58,7 +58,7 @@ class BeyondLawError(NumericsError):
 
 
 def quoted(value: object) -> str:
-    """A value as a person would have typed it, on one line and of bounded length; a path may be longer."""
+    """Return a value as a person would type it, on one line and of bounded length; a path may be longer."""
     if isinstance(value, Path):
         return f'"{printable(str(value), _LONGEST_REASON)}"'
     if isinstance(value, str):
@@ -73,19 +73,19 @@ def quoted(value: object) -> str:
 
 
 def reason(error: Exception) -> str:
-    """What another library says is wrong, on one line."""
+    """Return the message of another library's error, on one line."""
     said = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
     return printable(said, _LONGEST_REASON)
 
 
 def printable(text: str, longest: int = _LONGEST) -> str:
-    """The text without anything that would break a line or a terminal, cut to a bounded length."""
+    """Return the text on one line, safe for a terminal, cut to a bounded length."""
     safe = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
     return safe if len(safe) <= longest else safe[: longest - 3] + "..."
 
 
 def columns(stream: TextIO, most: int) -> int:
-    """Columns of the terminal that a stream goes to, from 20 to ``most``; ``most`` where it goes to none."""
+    """Return the columns of a stream's terminal, from 20 to ``most``; ``most`` without a terminal."""
     try:
         return max(min(os.get_terminal_size(stream.fileno()).columns or most, most), 20)
     except (OSError, ValueError, AttributeError):
@@ -102,7 +102,7 @@ def nearest(word: str, known: Iterable[str]) -> str | None:
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """The end of a message, ', did you mean "..."?', with the nearest known word, or nothing."""
+    """Return the end of a message, ', did you mean "..."?', with the nearest known word, or ""."""
     near = nearest(word, known)
     return f', did you mean "{printable(near, _LONGEST_REASON)}"?' if near else ""
 
@@ -115,7 +115,7 @@ def unknown(said: str, name: object, known: Iterable[str]) -> SceneError:
 
 
 def listed(names: Sequence[str], most: int = _MOST) -> str:
-    """Names in quotation marks, at most four of them where nothing else is said."""
+    """Return names in quotation marks, at most four by default."""
     shown = [quoted(name) for name in names[:most]]
     if len(names) > most:
         shown.append(f"{len(names) - most} more")
@@ -123,4 +123,4 @@ def listed(names: Sequence[str], most: int = _MOST) -> str:
 
 
 class ConvergenceError(NumericsError):
-    """An iteration doesn't converge, which no property of the scene explains."""
+    """An iteration that does not converge, for no reason in the scene."""

@@ -19,8 +19,7 @@ from scenes.files import contents, parsed
 from scenes.keys import DEVICE, SINK, TYPES, SceneType, type_of
 from scenes.kinds import Choice
 from scenes.model import AnyScene
-from scenes.moved import transferred
-from scenes.parameters import SECTION, Parameters
+from scenes.parameters import SECTION, Parameters, transferred
 from scenes.schema import CONDUCTIVITY, nest, override, twin
 from scenes.sink import Sink
 from scenes.validity import check as check

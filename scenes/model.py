@@ -1,9 +1,9 @@
-"""The value types of a scene: what is to be solved, without any numerics.
+"""The value types of a scene, in SI units and without any numerics.
 
-A *scene* is a union of axis-parallel boxes of materials with conditions on flat boxes (one extent zero), SI units
-throughout. Where nothing is said a surface is adiabatic and electrically insulated; of overlapping boxes the later one
-wins. The z axis points up, y runs along a beam. A scene on a mesh file names groups of the mesh where others have
-corners; it is checked against the mesh itself only when that has been read (`meshes.grouped`).
+A *scene* is a union of axis-parallel boxes of materials with conditions on flat boxes (one extent zero). A surface
+without a condition is adiabatic and electrically insulated; where boxes overlap the later one wins. The z axis points
+up, y runs along a beam. A scene on a mesh file names groups of the mesh in place of corners; `meshes.grouped` checks it
+against the mesh.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ Value = float | Schedule
 
 
 def values(value: Value) -> tuple[float, ...]:
-    """Every value that a possibly varying one takes at its given times."""
+    """Return every given value of a possibly varying one."""
     return value.values if isinstance(value, Schedule) else (value,)
 
 
@@ -50,11 +50,11 @@ class Material:
     """A material: conductivity in W/(m K), density in kg/m3, specific heat in J/(kg K), resistivity in ohm m.
 
     The resistivity is ``resistivity * (1 + temperature_coefficient * (T - reference_temperature))`` (the paper's
-    eq 7); ``None`` is an electrical insulator. Above ``valid_to`` (K) the material softens, melts or decomposes;
-    ``None`` where nobody says. Conductivity, specific heat and resistivity may follow the temperature by a law, and
-    conductivity and resistivity differ along x, y and z (`scenes.laws`); a law of the resistivity takes the
-    coefficient's place, and its three along the axes are proportional. ``electrical_conductivity`` (S/m) is what a file
-    gives in place of the resistivity, which is its inverse; ``None`` otherwise.
+    eq 7); ``None`` is an electrical insulator. Above ``valid_to`` (K, ``None`` if unknown) the material softens, melts
+    or decomposes. Conductivity, specific heat and resistivity may follow the temperature by a law, and conductivity and
+    resistivity may differ along x, y and z (`scenes.laws`). A law of the resistivity replaces the coefficient, and its
+    three laws along the axes are proportional. ``electrical_conductivity`` (S/m) is the inverse of the resistivity
+    where a file gives the conductivity, else ``None``.
     """
 
     name: str
@@ -79,7 +79,7 @@ class Material:
         return float(self.density * self.specific_heat)
 
     def given(self) -> Iterator[tuple[str, Property]]:
-        """What may follow the temperature, by its key."""
+        """Yield the properties that may follow the temperature, by key."""
         for key in ("thermal_conductivity", "specific_heat", "resistivity"):
             yield key, getattr(self, key)
 
@@ -89,8 +89,7 @@ class Material:
         return laws.varies(self.resistivity) or bool(self.resistivity and self.temperature_coefficient)
 
     def law(self, key: str) -> Property | laws.Line:
-        """A property as it follows the temperature: of a resistivity that along x, with a temperature coefficient as a
-        line."""
+        """Return the law of a property; of the resistivity the one along x, a temperature coefficient as a line."""
         given = getattr(self, key)
         if key != "resistivity" or given is None:
             return given
@@ -101,8 +100,10 @@ class Material:
 
     @property
     def resistivity_ratios(self) -> tuple[float, float, float]:
-        """The resistivity along x, y and z over that along x, the same at every temperature; ValueError where that
-        varies, which no scene has (`scenes.physics.refuse_unlike`)."""
+        """The resistivities along x, y and z divided by the first, the same at every temperature.
+
+        ValueError where they are not proportional (`scenes.physics.refuse_unlike` excludes this).
+        """
         x, y, z = laws.along(self.resistivity or 1.0)
         ratios = laws.ratio(x, y), laws.ratio(x, z)
         if ratios[0] is None or ratios[1] is None:
@@ -115,13 +116,13 @@ class Material:
         return tuple(key for key, given in self.given() if laws.varies(given))
 
     def at(self, temperature: float) -> Material:
-        """The material with numbers in the place of its laws, those of a temperature (K)."""
+        """Return the material with the values of its laws at a temperature (K)."""
         coefficient = 0.0 if laws.varies(self.resistivity) else self.temperature_coefficient
         numbers = {key: laws.at(given, temperature) for key, given in self.given()}
         return replace(self, **numbers, temperature_coefficient=coefficient)
 
     def touching(self, temperature: float) -> Material:
-        """The same with the line that touches a law of the resistivity there in that law's place."""
+        """Return `at` with the tangent of a resistivity law in its place."""
         law = self.resistivity
         if not isinstance(law, laws.Law):
             return self.at(temperature)
@@ -133,8 +134,8 @@ class Material:
 class Box:
     """A brick of one material between two corners (m), with an optional volumetric heat source (W/m3).
 
-    ``stands_for`` is how many such bricks in series this one represents: a current meets the resistance of all, heat
-    the one that is there.
+    ``stands_for`` is the number of such bricks in series that this one represents: a current meets the resistance of
+    all, heat meets this one.
     """
 
     name: str
@@ -149,14 +150,13 @@ class Box:
 class Boundary:
     """A condition on a flat box (one extent zero), on the surface or, for an electrode, inside the solid.
 
-    ``kind`` and ``value``: "temperature" in K, "heat_flux" in W/m2 into the solid, "convection" the coefficient in
-    W/(m2 K) towards ``ambient`` in K, or a law of it over the face's temperature, "radiation" the emissivity of a face
-    that radiates to ``ambient``, "voltage" in V. All but coefficient and emissivity may vary in time. A flux, a
-    convection or radiation acts where one side of the flat box is solid and the other is not. A voltage may stand
-    behind a ``series_resistance`` (ohm): then the electrode's potential is one unknown. Where that is infinite the
-    ``value`` is the current (A) into the solid. A temperature behind a ``contact_resistance`` (m2 K/W; 0: a perfect
-    contact) is a convection whose coefficient is one over that; that of a voltage is in ohm m2, and all the Joule heat
-    that it makes enters the face.
+    ``kind`` and ``value``: "temperature" in K; "heat_flux" in W/m2 into the solid; "convection", the coefficient in
+    W/(m2 K) towards ``ambient`` in K, or its law over the face's temperature; "radiation", the emissivity of a face
+    that radiates to ``ambient``; "voltage" in V. All but coefficient and emissivity may vary in time. A flux, a
+    convection or radiation acts where one side of the flat box is solid and the other is not. An electrode behind a
+    ``series_resistance`` (ohm) has one unknown potential; behind an infinite resistance ``value`` is the current (A)
+    into the solid. A temperature behind a ``contact_resistance`` (m2 K/W; 0: a perfect contact) is a convection with
+    the inverse coefficient. The contact resistance of a voltage is in ohm m2; all its Joule heat enters the face.
     """
 
     name: str
@@ -175,13 +175,13 @@ class Boundary:
 
 
 def bends(boundary: Boundary | GroupBoundary) -> bool:
-    """Whether the heat that a boundary passes is no straight line of the temperature there."""
+    """Whether the heat flux of a boundary is nonlinear in the face's temperature."""
     return boundary.kind == "radiation" or (boundary.kind == "convection" and isinstance(boundary.value, laws.Law))
 
 
 def key_of(boundary: Boundary | GroupBoundary) -> str:
-    """What a file calls the condition of a boundary: of one behind a contact resistance, the temperature; of a voltage
-    behind an infinite one the current."""
+    """Return the key of a boundary's condition in a file: its kind, but "temperature" behind a contact resistance, and
+    "current" behind an infinite series resistance."""
     if boundary.series_resistance == math.inf:
         return "current"
     return "temperature" if boundary.kind == "convection" and boundary.contact_resistance else boundary.kind
@@ -215,15 +215,14 @@ DERIVED = ("resistance", "power")
 
 @dataclass(frozen=True)
 class Probe:
-    """What is reported over the box between two corners, whatever that box's dimension: a point, a line, a flat box or
-    a volume.
+    """A reading over the box between two corners: a point, a line, a flat box or a volume.
 
-    "temperature" (K) and "potential" (V): their mean, largest or smallest value there. "heat_flow" (W) and "current"
-    (A): what passes through a flat box, positive into the solid where it lies on the surface, and along the positive
-    axis where it lies inside. "resistance" (ohm): of the electrode on a flat box, its potential less that of the other
-    electrode of its conductor, over the current that enters there. "power" (W): the Joule heat in a volume, of
-    contacts what enters it. A temperature or a potential is read in the ``boxes`` alone, where some are named: on a
-    contact one says which side is meant, of a volume they are its parts that count.
+    "temperature" (K) and "potential" (V): the mean, largest or smallest value. "heat_flow" (W) and "current" (A): the
+    flow through a flat box, positive into the solid on the surface, along the positive axis inside. "resistance" (ohm):
+    the potential of the electrode on a flat box less that of the other electrode of its conductor, divided by the
+    current that enters. "power" (W): the Joule heat in a volume, with the heat that contacts pass into it. Temperature
+    and potential are read in the named ``boxes`` alone: one box decides the side of a contact, several are the parts of
+    a volume.
     """
 
     name: str
@@ -236,9 +235,11 @@ class Probe:
 
 @dataclass(frozen=True)
 class OwnModel:
-    """A 1D or lumped model that a scene names: its ``file`` as the scene gives it, relative to ``folder``, the values
-    of its ``parameters`` (SI numbers, or texts: quantities with units or keys of the scene), and what the model calls
-    the probes (``outputs``: probe, name)."""
+    """A 1D or lumped model that a scene names.
+
+    ``file`` is relative to ``folder``; ``parameters`` are SI numbers, or texts: quantities with units or keys of the
+    scene; ``outputs`` maps probes to the names of the model.
+    """
 
     file: str = ""
     parameters: tuple[tuple[str, float | str], ...] = ()
@@ -248,14 +249,14 @@ class OwnModel:
 
 @dataclass(frozen=True)
 class Declared:
-    """What a scene says of a model of itself: which ``model``, the ``tolerances`` of checks by their ids, and the
-    checks that are expected to differ (``None`` where nothing is said of that)."""
+    """The ``model`` of a scene, the ``tolerances`` of checks by their ids, and the checks that are expected to differ
+    (``None`` without a declaration)."""
 
     kind: ClassVar[str] = "free"
     parts: ClassVar[str]
-    """The attribute with the parts that are each of one material."""
+    """The attribute with the parts, each of one material."""
     heated: ClassVar[tuple[str, str]]
-    """What a file calls a part with a heat source of its own, and the attribute with these."""
+    """The table of parts with heat sources in a file, and their attribute."""
     model: OwnModel | None = field(default=None, kw_only=True)
     tolerances: dict[str, float] = field(default_factory=dict, hash=False, kw_only=True)
     expected_to_differ: tuple[str, ...] | None = field(default=None, kw_only=True)
@@ -279,8 +280,8 @@ SLOPE_TOLERANCE = 0.1
 class Scene(Declared):
     """A 3D scene: boxes, conditions, probes, the uniform initial temperature (K) and accuracy (-).
 
-    ``steady`` asks for the steady state alone, otherwise it is the transient up to ``end_time`` (s); ``output_times``
-    (s) are instants at which it must be reported. ``mesh`` is what it is solved on, or nothing where the run chooses.
+    ``steady`` selects the steady state alone, else the transient up to ``end_time`` (s) is solved and reported at
+    ``output_times`` (s). ``mesh`` is "" where the run chooses bricks or tetrahedra.
     """
 
     parts: ClassVar[str] = "boxes"
@@ -299,11 +300,11 @@ class Scene(Declared):
     parameters: Parameters | None = field(default=None, compare=False, repr=False)
 
     def means(self) -> tuple[Probe, ...]:
-        """A probe of the mean temperature of every box."""
+        """Return a probe of the mean temperature of every box."""
         return tuple(Probe(f"mean {box.name}", box.lower, box.upper) for box in self.boxes)
 
     def contact(self, first: int, second: int) -> Contact | None:
-        """The contact between two boxes, by their numbers, where there is one that isn't perfect."""
+        """Return the imperfect contact between two boxes, by their numbers, or None."""
         return self._contacts.get(frozenset((first, second)))
 
     @cached_property
@@ -318,7 +319,7 @@ class Scene(Declared):
 
 @dataclass(frozen=True)
 class Body:
-    """The volume groups that are of one material."""
+    """The volume groups of one material."""
 
     material: Material
     groups: tuple[str, ...]
@@ -356,11 +357,10 @@ class GroupProbe:
     """A reading at a point (m), over a group, or over volume ``groups``; the other two are ``None`` or empty.
 
     "temperature" (K) and "potential" (V): the mean, largest or smallest value over a volume or a surface group.
-    "heat_flow" (W) and "current" (A): what enters the solid through the conditions on a surface group, or, where the
-    group lies inside the solid and has none, what passes it in the direction of its faces' normals. "resistance" (ohm)
-    and "power" (W) as of a `Probe`, of the surface group of an electrode and of a volume group. A temperature or a
-    potential is read in the cells of one volume group, ``side``, where one is named: on a contact it says which side is
-    meant.
+    "heat_flow" (W) and "current" (A): the flow into the solid through the conditions on a surface group, or, through a
+    group inside the solid, along its faces' normals. "resistance" (ohm) and "power" (W): as for a `Probe`, of the
+    surface group of an electrode and of a volume group. A temperature or a potential is read in the cells of the volume
+    group ``side``, if it is named, which decides the side of a contact.
     """
 
     name: str
@@ -395,7 +395,7 @@ class MeshScene(Declared):
     parameters: Parameters | None = field(default=None, compare=False, repr=False)
 
     def means(self) -> tuple[GroupProbe, ...]:
-        """A probe of the mean temperature of every material's groups."""
+        """Return a probe of the mean temperature of every volume group."""
         groups = dict.fromkeys(group for body in self.bodies for group in body.groups)
         return tuple(GroupProbe(f"mean {name}", group=name) for name in groups)
 

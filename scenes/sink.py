@@ -16,7 +16,6 @@ from typing import Any, ClassVar, Literal, NamedTuple
 
 from scenes import laws
 from scenes.checks import SINK_TOLERANCES, SLOPE_TOLERANCES
-from scenes.drive import Drive
 from scenes.model import Boundary, Box, Contact, Material, Point, Probe, Scene
 from scenes.parameters import Parameters
 
@@ -44,6 +43,25 @@ SLIVER = 1e-9
 """Parts of a pad narrower than this are rounding."""
 SLOWEST = 0.9
 """Largest ratio of two neighbouring spans' differences; a row in which they fall more slowly is solved whole."""
+
+
+class Drive(NamedTuple):
+    """A voltage (V) behind a ``series`` resistance (ohm); or where that is infinite a given current (A)."""
+
+    value: float
+    series: float = 0.0
+
+    @property
+    def unit(self) -> str:
+        return "A" if self.series == math.inf else "V"
+
+    @property
+    def called(self) -> str:
+        return "current_A" if self.series == math.inf else "voltage_V"
+
+    def through(self, resistance: Any) -> Any:
+        """The current (A) through a resistance (ohm), a number or an array."""
+        return self.value + 0 * resistance if self.series == math.inf else self.value / (resistance + self.series)
 
 
 @dataclass(frozen=True)

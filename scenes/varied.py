@@ -22,8 +22,7 @@ from scenes.functions import Surroundings, number_of
 from scenes.keys import TYPES, type_of
 from scenes.kinds import KELVIN, Quantity
 from scenes.model import AnyScene, Material, Scene, Schedule, Value, values
-from scenes.moved import transferred
-from scenes.parameters import SECTION, Parameters
+from scenes.parameters import SECTION, Parameters, transferred
 from scenes.schema import CONDUCTIVITY, label_of, twin
 from scenes.units import LENGTH, NUMBER, dimension_of
 

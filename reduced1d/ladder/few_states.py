@@ -35,10 +35,9 @@ from reduced1d.lumped import increasing_root, no_steady_state
 from reduced1d.radau import ShortStepError, Step, advance, interpolate
 from reduced1d.sink import time_grid
 from scenes.checks import FIRST_TIME
-from scenes.drive import Drive
 from scenes.errors import RunawayError
 from scenes.result import Estimate, Result, Traces
-from scenes.sink import Sink
+from scenes.sink import Drive, Sink
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_matrix

@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from scenes.errors import SceneError
+from scenes.errors import SceneError, listed
 from scenes.free.crowding import crowding
 from scenes.model import Boundary, Point, Probe, Scene, Value
 from scenes.physics import potential_of, share_terminals
@@ -234,3 +234,27 @@ def distinct(coordinates: Sequence[float], small: float) -> list[float]:
         if not kept or c - kept[-1] > small:
             kept.append(c)
     return kept
+
+
+def cut(grid: Grid) -> str:
+    """Where insulating boxes cut the current between electrodes of different voltages, in words; else ""."""
+    labels, voltages = grid.electrified()
+    insulating = grid.parts(grid.solid & ~grid.conducting)
+    touched: dict[int, set[int]] = {}
+    between: dict[int, set[int]] = {}
+    for axis in range(3):
+        insulator, conductor, owner = (np.moveaxis(a, axis, 0) for a in (insulating, labels, grid.owner))
+        for a, b in ((slice(None, -1), slice(1, None)), (slice(1, None), slice(None, -1))):
+            at = (insulator[a] > 0) & (conductor[b] > 0)
+            for part, label, box in np.unique(
+                np.stack([insulator[a][at], conductor[b][at], owner[a][at]]), axis=1
+            ).T.tolist():
+                if label in voltages:
+                    touched.setdefault(part, set()).add(label)
+                    between.setdefault(part, set()).add(box)
+    for part, conductors in touched.items():
+        if len(set().union(*(voltages[label] for label in conductors))) > 1:
+            names = [grid.scene.boxes[n].name for n in sorted(between[part])]
+            which = "box {}, which does" if len(names) == 1 else "boxes {}, which do"
+            return f"the current is cut at {which.format(listed(names))} not conduct"
+    return ""

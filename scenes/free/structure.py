@@ -11,8 +11,7 @@ from scenes import laws, physics
 from scenes.errors import listed, quoted
 from scenes.formats import area, percent, quantity
 from scenes.free import contacts
-from scenes.free.cut import cut
-from scenes.free.grid import VOID, Grid, grid_of
+from scenes.free.grid import VOID, Grid, cut, grid_of
 from scenes.free.tables import CURRENT_CONTACT, HEAT_CONTACT
 from scenes.model import Boundary, Scene
 from scenes.units import TIME

@@ -11,8 +11,7 @@ import numpy as np
 from scenes import physics, readouts
 from scenes.errors import SceneError, did_you_mean, quoted
 from scenes.free import contacts
-from scenes.free.cut import cut
-from scenes.free.grid import ROUNDING, Grid, Sheet, grid_of
+from scenes.free.grid import ROUNDING, Grid, Sheet, cut, grid_of
 from scenes.free.rules import UNFIXED, Acting, check_conditions, refuse_idle, refuse_part
 from scenes.model import FLOWS, Boundary, Box, Point, Probe, Scene, is_zero
 from scenes.units import extent, point

@@ -14,9 +14,8 @@ from reduced1d.ladder.fin import fin
 from reduced1d.ladder.levels import Levels
 from reduced1d.ladder.lumps import lumps
 from reduced1d.sink import anchor_series_resistance, solve
-from scenes.drive import Drive
 from scenes.errors import RunawayError
-from scenes.sink import SILICON, Sink
+from scenes.sink import SILICON, Drive, Sink
 from tests.fin import fin_runaway_voltage, solve_fin
 from tests.reduced1d import relative
 

@@ -9,8 +9,7 @@ import pytest
 
 from scenes.errors import SceneError
 from scenes.free import from_dict
-from scenes.free.cut import cut
-from scenes.free.grid import grid_of
+from scenes.free.grid import cut, grid_of
 from scenes.free.structure import described, remarks, touches
 from scenes.model import Scene
 from tests.scenes.free.refused import beam, flat
