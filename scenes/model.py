@@ -20,6 +20,9 @@ from scenes.laws import Property
 from scenes.parameters import Parameters
 
 Point = tuple[float, float, float]
+ROUNDING = 1e-9
+"""Relative: lengths that differ by less than this part of the extent are equal. Sums of a file's numbers are off by
+some 1e-15 of it, and no structure has details a millionth of a micrometre apart."""
 
 
 @dataclass(frozen=True)

@@ -9,12 +9,11 @@ from typing import Any
 import numpy as np
 
 from scenes.errors import SceneError, listed, quoted
-from scenes.model import AnyScene, Scene, Schedule, Value
+from scenes.model import ROUNDING, AnyScene, Scene, Schedule, Value
 
 # Where the current is below this fraction of its largest, V/I is 0/0: the resistance there is interpolated between the
 # times beside it.
 NO_CURRENT = 1e-9
-SAME = 1e-9  # Corners closer than this part of the scene's extent are one.
 
 Pair = tuple[Any, Any]
 """An electrode, and the other one of its conductor: boundaries."""
@@ -74,7 +73,7 @@ def _same(scene: AnyScene, probe: Any, boundary: Any) -> bool:
         return bool(probe.group == boundary.group)
     size = max(u - v for b in scene.boxes for u, v in zip(b.upper, b.lower, strict=True))
     both = (*zip(probe.lower, boundary.lower, strict=True), *zip(probe.upper, boundary.upper, strict=True))
-    return all(abs(a - b) <= SAME * size for a, b in both)
+    return all(abs(a - b) <= ROUNDING * size for a, b in both)
 
 
 def _idle(scene: AnyScene, electrode: Any, partner: Any) -> bool:

@@ -16,7 +16,7 @@ from typing import Any, ClassVar, Literal, NamedTuple
 
 from scenes import laws
 from scenes.checks import SINK_TOLERANCES, SLOPE_TOLERANCES
-from scenes.model import Boundary, Box, Contact, Material, Point, Probe, Scene
+from scenes.model import ROUNDING, Boundary, Box, Contact, Material, Point, Probe, Scene
 from scenes.parameters import Parameters
 
 SILICON = Material("silicon", 130.0, 2330.0, 712.0, 6e-5, 5e-4, 293.0, valid_to=1687.0)
@@ -38,9 +38,6 @@ ALONG_GAP = 1e-6
 """A gas box conducts this part along the gap of what it conducts across it: that makes a film of it."""
 WEIGHTLESS = 1e-3
 """J/(m3 K): heat capacity of a gas box, a millionth of air's, as a film has none."""
-
-SLIVER = 1e-9
-"""Parts of a pad narrower than this are rounding."""
 SLOWEST = 0.9
 """Largest ratio of two neighbouring spans' differences; a row in which they fall more slowly is solved whole."""
 
@@ -281,7 +278,7 @@ def over_gap(sink: Sink) -> list[tuple[str, tuple[float, float], tuple[float, fl
         ("near", (-pad, 0.0), (pad, near)), ("far", (-pad, far), (pad, end)),
         ("left", (-pad, near), (-oxide, far)), ("right", (oxide, near), (pad, far)),
     ]  # fmt: skip
-    bare = [each for each in around if min(b - a for a, b in zip(*each[1:], strict=True)) > SLIVER * end]
+    bare = [each for each in around if min(b - a for a, b in zip(*each[1:], strict=True)) > ROUNDING * end]
     rectangles = [("beam", (-sink.width / 2, 0.0), (sink.width / 2, sink.length))]
     for name, (a, y), (b, z) in bare:
         rectangles += [

@@ -13,13 +13,12 @@ from scenes.device import Device
 from scenes.errors import SceneError, quoted
 from scenes.functions import number_of
 from scenes.keys import type_of
-from scenes.model import Material
+from scenes.model import ROUNDING, Material
 from scenes.physics import check_resistivity, refuse_both, refuse_laws
 from scenes.sink import Sink
 from scenes.units import CURRENT, LENGTH, TIME, VOLTAGE
 
 T = TypeVar("T")
-_ROUNDING = 1e-9  # Relative: sizes that differ by less are equal.
 _MOST_SAMPLES = 1_000_000  # The most controller samples of a run.
 FAR = 30.0
 """A value is called extreme where it is this many times the built-in scene's, or a part as small."""
@@ -89,13 +88,13 @@ def _check_control(device: Device) -> None:
 def _check_sizes(sink: Sink) -> None:
     for side in ("length", "width"):
         oxide, pad = getattr(sink, f"oxide_{side}"), getattr(sink, f"pad_{side}")
-        if oxide > pad * (1 + _ROUNDING):
+        if oxide > pad * (1 + ROUNDING):
             raise SceneError(
                 f"anchor.oxide_{side} = {_shown(oxide)} lets the oxide stick out of its pad: give at most "
                 f"anchor.pad_{side} = {_shown(pad)}"
             )
     room = sink.pad_length - sink.oxide_length
-    if sink.anchor_distance > room + sink.pad_length * _ROUNDING:
+    if sink.anchor_distance > room + sink.pad_length * ROUNDING:
         raise SceneError(
             f"anchor.oxide_offset = {_shown(sink.anchor_distance)} lets the oxide stick out of its pad: give at most "
             f"anchor.pad_length - anchor.oxide_length = {_shown(room)}"
@@ -103,7 +102,7 @@ def _check_sizes(sink: Sink) -> None:
     _check_substrate(sink)
     _check_drive(sink)
     _check_gas(sink)
-    if sink.spans > 1 and sink.island > sink.length * (1 + _ROUNDING):
+    if sink.spans > 1 and sink.island > sink.length * (1 + ROUNDING):
         raise SceneError(
             f"sink.island_length = {_shown(sink.island)} is longer than a span: give at most sink.length = "
             f"{_shown(sink.length)}"
@@ -163,7 +162,7 @@ def _check_substrate(sink: Sink) -> None:
     }
     for side, (least, extent) in oxides.items():
         size = getattr(sink, f"substrate_{side}")
-        if size < least * (1 - _ROUNDING):
+        if size < least * (1 - ROUNDING):
             raise SceneError(
                 f"substrate.{side} = {_shown(size)} lets the oxide stick out of it: give at least "
                 f"{_shown(least)}, {extent}"

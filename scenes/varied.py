@@ -21,7 +21,7 @@ from scenes.free.tables import CURRENT_CONTACT, HEAT_CONTACT, HEAT_SOURCE, LISTS
 from scenes.functions import Surroundings, number_of
 from scenes.keys import TYPES, type_of
 from scenes.kinds import KELVIN, Quantity
-from scenes.model import AnyScene, Material, Scene, Schedule, Value, values
+from scenes.model import ROUNDING, AnyScene, Material, Scene, Schedule, Value, values
 from scenes.parameters import SECTION, Parameters, transferred
 from scenes.schema import CONDUCTIVITY, label_of, twin
 from scenes.units import LENGTH, NUMBER, dimension_of
@@ -35,7 +35,6 @@ MEANT = {"oxide_offset": "anchor_distance"}
 """Attributes that may be a word, and the property with the number that the word stands for."""
 EXPONENT = ".exponent"
 """The end of the keys of exponents."""
-PLANE = 1e-9  # Coordinates closer than this part of a scene's extent are in one plane.
 _SIZE = Quantity(LENGTH, 0.0, 1e4)
 _POWER = Quantity(NUMBER, 0.0, inf, signed=True)
 
@@ -334,7 +333,7 @@ def _planes_of(scene: Any) -> Iterator[tuple[str, list[str]]]:
             for n, box in enumerate(boxes) for end in ("lower", "upper")
         )  # fmt: skip
         coordinates = [c for *_, c in ends]
-        small = PLANE * (max(coordinates, default=0.0) - min(coordinates, default=0.0))
+        small = ROUNDING * (max(coordinates, default=0.0) - min(coordinates, default=0.0))
         while ends:
             at = ends[0][3]
             faces = [f"{boxes[n].name}.{end}.{letter}" for _, n, end, c in ends if abs(c - at) <= small]
@@ -349,7 +348,7 @@ def _planes(scene: Scene) -> Iterator[tuple[str, Number]]:
         box_name, end, letter = faces[0].rsplit(".", 2)
         box, axis = boxes[box_name], "xyz".index(letter)
         extent = [c for b in scene.boxes for c in (b.lower[axis], b.upper[axis])]
-        size, small = box.upper[axis] - box.lower[axis], PLANE * (max(extent) - min(extent))
+        size, small = box.upper[axis] - box.lower[axis], ROUNDING * (max(extent) - min(extent))
         yield name, Number(size, _SIZE, _with_plane(scene, axis, getattr(box, end)[axis], size, small))
 
 

@@ -14,11 +14,10 @@ import numpy as np
 
 from scenes.errors import SceneError, listed
 from scenes.free.crowding import crowding
-from scenes.model import Boundary, Point, Probe, Scene, Value
+from scenes.model import ROUNDING, Boundary, Point, Probe, Scene, Value
 from scenes.physics import potential_of, share_terminals
 
 VOID = -1  # The owner of a cell outside the solid.
-ROUNDING = 1e-9  # Planes closer than this part of the extent along their axis are one.
 _MOST_CELLS = 10_000_000
 """The most cells of the planes' grid: checking them takes two or three seconds and 0.6 GB."""
 
