@@ -1,8 +1,8 @@
-"""The keys of the parametric scenes, sink and device: what each means, in which dimension and between which bounds.
+"""The keys of the parametric scenes, sink and device, with their dimensions and bounds.
 
-The bounds are those of continuum heat conduction in solids, wide enough for anything that can be built; what lies
-outside is a slip of the unit. The defaults are those of ``scenes.sink.Sink`` and ``scenes.device.Device``. At the end
-are the types of scene file: each a schema, the scene whose values are its defaults, and a leading key.
+The bounds are those of continuum heat conduction in solids, wide enough for any buildable device; a value outside is a
+slip of the unit. The defaults are in ``scenes.sink.Sink`` and ``scenes.device.Device``. A type of scene file is a
+schema, the scene with the default values, and a leading key.
 """
 
 from __future__ import annotations
@@ -148,7 +148,7 @@ TYPES: dict[str, SceneType[Any]] = {kind.name: kind for kind in (SINK, DEVICE)}
 
 
 def type_of(scene: object) -> SceneType[Any]:
-    """The type of a scene; TypeError for what is none."""
+    """Return the type of a parametric scene; TypeError for any other object."""
     kind = TYPES.get(getattr(scene, "kind", ""))
     if kind is None:
         raise TypeError(f"{type(scene).__name__} is not a scene")

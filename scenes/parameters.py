@@ -1,6 +1,7 @@
-"""[parameters] of a scene file: numbers with units under names, such as w = "10 um", and what is computed of them, such
-as half = "w/2". Wherever the file takes a number it takes an expression of them in a string, so that one parameter
-moves all that is made of it.
+"""The [parameters] of a scene file: named numbers with units, w = "10 um", and expressions of them, half = "w/2".
+
+Wherever the file takes a number it takes an expression of parameters in a string, so that one parameter moves
+everything that is made of it.
 """
 
 from __future__ import annotations
@@ -26,9 +27,11 @@ _FORM = 'give a number with a unit, such as "20 um", or an expression of other p
 
 
 class Names(Mapping[str, Measure]):
-    """What the names in a [parameters] section stand for, each computed when it is first asked for. ``parts`` are the
-    parameters that each one is made of, ``used`` those that are asked for from outside. Raises SceneError for names
-    that can't be, values that are none, and parameters that are made of themselves."""
+    """The values of the names in a [parameters] section, each computed at its first use.
+
+    ``parts`` are the parameters that each one is made of, ``used`` the ones that the rest of the file uses. Raises
+    SceneError for invalid names and values, and for parameters that are made of themselves.
+    """
 
     def __init__(self, given: object) -> None:
         if not isinstance(given, Mapping):
@@ -79,7 +82,7 @@ class Names(Mapping[str, Measure]):
         return self._found[name]
 
     def free(self) -> tuple[str, ...]:
-        """The parameters that are plain numbers and that something in the scene is made of, directly or by others."""
+        """Return the parameters that are plain numbers and that the scene uses, directly or through others."""
         reached, open_ = set[str](), list(self.used)
         while open_:
             name = open_.pop()
@@ -126,7 +129,7 @@ _KNOWN: ContextVar[Mapping[str, Measure]] = ContextVar("parameters of the scene 
 
 @contextmanager
 def known(names: Mapping[str, Measure]) -> Iterator[None]:
-    """While this lasts expressions may have these names: as long as the values of one file are read."""
+    """Let expressions use these names while the values of one file are read."""
     token = _KNOWN.set(names)
     try:
         yield
@@ -135,15 +138,20 @@ def known(names: Mapping[str, Measure]) -> Iterator[None]:
 
 
 def quantity(text: str) -> tuple[float, Powers | None]:
-    """The SI value of a quantity, or of an expression of the parameters that are known, and its powers: ``None`` for a
-    number without a unit, which is in SI units. Raises UnitError."""
+    """Return the SI value of a quantity or of an expression of the current parameters, and its powers.
+
+    The powers are ``None`` for a number without a unit, which is in SI units. Raises UnitError.
+    """
     return measured(text, _KNOWN.get())
 
 
 @dataclass(frozen=True)
 class Parameters:
-    """The parameters of a scene that was read: ``values`` in SI units and their ``powers``, by name; which of them are
-    ``free``, as `Names.free` has it; and the ``flat`` scene that they are of, with its expressions."""
+    """The parameters of a scene that was read.
+
+    ``values`` (SI units) and ``powers`` are by name, ``free`` is the result of `Names.free`, and ``flat`` is the flat
+    scene with its expressions.
+    """
 
     values: dict[str, float]
     powers: dict[str, Powers]
@@ -157,12 +165,14 @@ class Parameters:
         return Parameters(values, powers, free, flat)
 
     def measures(self) -> dict[str, Measure]:
-        """What their names stand for in expressions."""
+        """Return the values of the names in expressions."""
         return {name: Measure.from_float(value, self.powers[name]) for name, value in self.values.items()}
 
     def key(self, path: str) -> str | None:
-        """The free parameter other than zero that a path such as "parameters.w" names. Raises SceneError for another of
-        the scene's parameters; ``None`` where it is none of them."""
+        """Return the free parameter that a path such as "parameters.w" names, ``None`` where the path names none.
+
+        Raises SceneError for a parameter that is zero or not free.
+        """
         name = path.removeprefix(f"{SECTION}.")
         if name == path or name not in self.values:
             return None
@@ -183,7 +193,7 @@ class Parameters:
         return table[name]
 
     def moved(self, values: Mapping[str, float]) -> dict[str, object]:
-        """The flat scene with other values (SI units) of some parameters."""
+        """Return the flat scene with other values (SI units) of some parameters."""
         table = self.flat[SECTION]
         assert isinstance(table, Mapping)
         given = {name: f"{float(value)!r} {unit_of(self.powers[name])}" for name, value in values.items()}
@@ -211,8 +221,10 @@ def put(table: object, name: str, value: object) -> dict[str, object]:
 
 
 def transferred(value: Any, before: Any, after: Any, part: float = 1.0) -> Any:
-    """A scene, or a value of one, with a part of what another has between ``before`` and ``after``: numbers change by
-    that part of the difference, all else becomes as it is afterwards. Nothing that is alike in both changes."""
+    """Return a scene, or a value of a scene, with a ``part`` of the change of another from ``before`` to ``after``.
+
+    Numbers change by that part of the difference, any other changed value becomes as in ``after``.
+    """
     if before == after:
         return value
     if part == 1 and value == before:

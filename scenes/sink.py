@@ -1,9 +1,9 @@
-"""The parametric sink: the paper's beam on two anchored pads (section 2 of the paper, Figures 4 to 7), or a row of them
-with islands between.
+"""The parametric sink: the paper's beam on two anchored pads (section 2 of the paper, Figures 4 to 7), or a row of
+beams with islands between.
 
-Spans and islands are numbered from the lower outer end. A long row need not be solved whole: where it ends matters to
-the first few spans only, and those further inside are alike. ``Sink.scene`` can put fewer spans into the row, of which
-the innermost *stand for* the others too, so that the current meets the resistance of all.
+Spans and islands are numbered from the lower outer end. The ends of a long row affect the first few spans only; the
+spans further inside are alike. ``Sink.scene`` can make a shorter row, whose innermost spans *stand for* the others, so
+that the current meets the resistance of all.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ SLOWEST = 0.9
 
 
 class Drive(NamedTuple):
-    """A voltage (V) behind a ``series`` resistance (ohm); or where that is infinite a given current (A)."""
+    """A voltage (V) behind a ``series`` resistance (ohm), or a given current (A) where the resistance is infinite."""
 
     value: float
     series: float = 0.0
@@ -57,7 +57,7 @@ class Drive(NamedTuple):
         return "current_A" if self.series == math.inf else "voltage_V"
 
     def through(self, resistance: Any) -> Any:
-        """The current (A) through a resistance (ohm), a number or an array."""
+        """Return the current (A) through a resistance (ohm), a number or an array."""
         return self.value + 0 * resistance if self.series == math.inf else self.value / (resistance + self.series)
 
 
@@ -130,19 +130,19 @@ class Sink:
 
     @property
     def gap_coefficient(self) -> float:
-        """What the gas in the gap conducts (W/(m2 K))."""
+        """The film coefficient of the gas in the gap (W/(m2 K))."""
         return self.gap_gas_conductivity / self.oxide_thickness
 
     @property
     def materials(self) -> tuple[Material, ...]:
-        """Those that the 3D model is made of."""
+        """The materials of the 3D model."""
         materials = self.silicon, self.oxide
         return materials if self.substrate_thickness is None else (*materials, self.substrate)
 
     @property
     def plain(self) -> Sink:
-        """The sink as the paper's equations take it: nothing radiates, and numbers are in the place of laws of the
-        temperature, those at room temperature, of a resistivity the line that touches it there (eq 7)."""
+        """The sink of the paper's equations: no radiation, laws of the temperature at their values at room temperature,
+        a resistivity as its tangent there (eq 7)."""
         if not self.emissivity and not any(m.follows for m in self.materials):
             return self
         room, materials = self.room_temperature, (self.silicon, self.oxide, self.substrate)
@@ -151,14 +151,14 @@ class Sink:
 
     @property
     def drive(self) -> Drive:
-        """What drives it: the given current, or the voltage behind its series resistance."""
+        """The given current, or the voltage behind its series resistance."""
         if self.current is not None:
             return Drive(self.current, math.inf)
         return Drive(self.spans * self.voltage, self.series_resistance)
 
     @property
     def absent(self) -> tuple[str, ...]:
-        """Prefixes of the keys that do not matter: of a substrate where there is none, the voltage beside a current."""
+        """The prefixes of keys without effect: of a missing substrate, and of the voltage beside a current."""
         none = () if self.substrate_thickness is not None else ("substrate.", "materials.substrate.")
         return none if self.current is None else (*none, "drive.voltage")
 
@@ -182,7 +182,7 @@ class Sink:
         return {**SINK_TOLERANCES, **SLOPE_TOLERANCES, **self.tolerances}[check]
 
     def scene(self, count: int | None = None) -> Scene:
-        """The sink as boxes, conditions and probes; with so many spans, the innermost of which stand for the rest."""
+        """Return the sink as boxes, conditions and probes, with ``count`` spans, the innermost for the rest."""
         count = self.spans if count is None else count
         boxes = _boxes(self, count)
         return Scene(
@@ -192,13 +192,15 @@ class Sink:
 
 
 def different(count: int) -> int:
-    """How many spans of a row differ, as its halves mirror each other."""
+    """Return the number of different spans of a row, whose halves mirror each other."""
     return (count + 1) // 2
 
 
 def decay(sink: Sink) -> float:
-    """r: span by span the difference that a row's outer end makes falls like r^k. That of the chain of resistances
-    along a span and down through an island, r + 1/r = 2 + R_span / R_island; at most `SLOWEST`."""
+    """Return r, where the effect of a row's outer end falls like r^k over the spans k; at most `SLOWEST`.
+
+    The chain of resistances along a span and down through an island gives r + 1/r = 2 + R_span / R_island.
+    """
     silicon, oxide = (m.at(sink.room_temperature).thermal_conductivity for m in (sink.silicon, sink.oxide))
     along = sink.length / (laws.along(silicon)[1] * sink.cross_section)
     down = (sink.oxide_thickness / laws.along(oxide)[2] + sink.contacts) / (sink.island * sink.island_width)
@@ -208,7 +210,7 @@ def decay(sink: Sink) -> float:
 
 
 def start(sink: Sink, number: int) -> float:
-    """Where along y a span begins (m)."""
+    """Return the lower end of a span along y (m)."""
     return (number - 1) * (sink.length + sink.island)
 
 
@@ -371,8 +373,8 @@ def face(box: Box, axis: int, side: int) -> tuple[Point, Point]:
 
 
 class SinkQuantity(NamedTuple):
-    """A quantity: the key of its ``steady`` value in summary.json, that of its ``trace`` in traces.csv (where it has
-    one), its SI unit, and what it is ``called``."""
+    """A quantity: the key of its ``steady`` value in summary.json, that of its ``trace`` in traces.csv (or ""), its SI
+    unit, and its name in text."""
 
     steady: str
     trace: str
@@ -389,4 +391,4 @@ OF_A_SINK = {
     "heat_out": SinkQuantity("heat_out_W", "", "W", "heat to the substrate"),
     "anchor_resistance": SinkQuantity("anchor_resistance_K_per_W", "", "K/W", "anchor resistance"),
 }
-"""What is asked of a sink, by a user's word for it."""
+"""The quantities of a sink, by a user's word."""

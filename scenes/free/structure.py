@@ -25,7 +25,7 @@ _LOST = 1e-6  # A loss below this part of a box's volume is rounding of its corn
 
 
 def described(scene: Scene) -> list[tuple[str, str]]:
-    """What a plan says of a scene: of what, and what."""
+    """Return the lines of a plan on a scene: subject and text."""
     grid = grid_of(scene)
     lines = [("bodies", _bodies(grid))]
     lines += [("gap", text) for text in gaps(grid)]
@@ -40,7 +40,7 @@ def described(scene: Scene) -> list[tuple[str, str]]:
 
 
 def remarks(scene: Scene) -> list[str]:
-    """What is no fault of a scene, but may not be meant: gaps, overlaps, and a current that is cut."""
+    """Return remarks on likely slips: gaps, overlaps, and a current that is cut."""
     grid = grid_of(scene)
     bodies = _bodies(grid)
     sentences = [] if bodies.startswith("one") else [f"the scene falls into bodies, {bodies}"]
@@ -53,7 +53,7 @@ def remarks(scene: Scene) -> list[str]:
 
 
 def _hurried(scene: Scene) -> list[str]:
-    """Of a run that is over before heat gets anywhere."""
+    """A remark on a run that ends before heat diffuses through a box."""
     if scene.steady or not physics.heat(scene):
         return []
     cold = [b.material.at(scene.initial_temperature) for b in scene.boxes]
@@ -70,14 +70,14 @@ def _hurried(scene: Scene) -> list[str]:
 
 
 def _bodies(grid: Grid) -> str:
-    """How many parts of the solid hang together, and the boxes of each."""
+    """The connected parts of the solid, and the boxes of each."""
     labels = grid.parts(grid.solid)
     bodies = [listed(_boxes(grid, labels == label), MOST) for label in range(1, int(labels.max()) + 1)]
     return f"one: {bodies[0]}" if len(bodies) == 1 else f"{len(bodies)} that nothing passes between: {_joined(bodies)}"
 
 
 def gaps(grid: Grid) -> list[str]:
-    """A sentence for every two boxes apart by less than `NARROW` of the thinner one, with nothing between."""
+    """Return a sentence for every two boxes with an empty gap below `NARROW` of the thinner one."""
     boxes, narrow = grid.scene.boxes, dict[tuple[int, int, int], float]()
     for axis, planes in enumerate(grid.planes):
         owner = np.moveaxis(grid.owner, axis, 0)
@@ -105,7 +105,7 @@ def gaps(grid: Grid) -> list[str]:
 
 
 def _across_edges(grid: Grid) -> list[str]:
-    """The same of boxes of two bodies that lie diagonally from one another, of which no axis passes both."""
+    """Narrow gaps between boxes of two bodies that lie diagonally from one another."""
     boxes, labels = grid.scene.boxes, grid.parts(grid.solid)
     body = np.zeros(len(boxes) + 1, int)
     body[grid.owner] = labels
@@ -127,7 +127,7 @@ def _across_edges(grid: Grid) -> list[str]:
 
 
 def losses(grid: Grid) -> list[str]:
-    """Which part of its volume each box loses to later ones of another material or heat source, and to which."""
+    """Return the part of its volume that each box loses to later ones of another material or heat source."""
     sizes = [np.diff(p) for p in grid.planes]
     boxes, sentences = grid.scene.boxes, []
     for number, box in enumerate(boxes):
@@ -150,7 +150,7 @@ def losses(grid: Grid) -> list[str]:
 
 
 def _conductors(grid: Grid) -> Iterable[str]:
-    """For each conductor its boxes and the electrodes that it joins."""
+    """The boxes and the electrodes of each conductor."""
     labels = grid.parts(grid.conducting)
     joins: dict[int, list[str]] = {label: [] for label in range(1, int(labels.max()) + 1)}
     for b in grid.scene.boundaries:
@@ -164,7 +164,7 @@ def _conductors(grid: Grid) -> Iterable[str]:
 
 
 def _contacts(grid: Grid) -> Iterable[str]:
-    """What each contact joins, over which area, and what jumps there."""
+    """The boxes, the area and the jumps of each contact."""
     for c in grid.scene.contacts:
         jumps = [f"the temperature by {HEAT_CONTACT.show(c.thermal_resistance)}"] if c.thermal_resistance else []
         if c.electrical_resistance:
@@ -176,7 +176,7 @@ def _contacts(grid: Grid) -> Iterable[str]:
 
 
 def _areas(grid: Grid) -> Iterable[str]:
-    """The area on which each boundary acts."""
+    """The area of each boundary."""
     for b in grid.scene.boundaries:
         acts, whole = touches(grid, b), float(np.prod([u - v for u, v in zip(b.upper, b.lower, strict=True) if u > v]))
         part = f", {percent(acts / whole, 3)} of its flat box" if acts < (1 - _LOST) * whole else ""
@@ -184,7 +184,7 @@ def _areas(grid: Grid) -> Iterable[str]:
 
 
 def touches(grid: Grid, boundary: Boundary) -> float:
-    """The area (m2) on which a boundary acts."""
+    """Return the area (m2) on which a boundary acts."""
     sheet = grid.sheet(boundary)
     assert sheet is not None
     acts = grid.acting(sheet, boundary.kind)
@@ -201,7 +201,7 @@ def _boxes(grid: Grid, cells: np.ndarray) -> list[str]:
 
 
 def _joined(texts: Iterable[str]) -> str:
-    """Texts, at most so many of them as one line has room for."""
+    """Texts joined, at most `MOST` of them."""
     every = list(texts)
     more = [f"{len(every) - MOST} more"] if len(every) > MOST else []
     return "; ".join([*every[:MOST], *more])
