@@ -72,7 +72,7 @@ def _steady(what: str, models: Models) -> Comparison:
     def because(predicted: float) -> str:
         unit = unit_of(key)
         off = f"{quantity(predicted, unit)} against {quantity(models.steady(key), unit)} in 3D"
-        return f"{off}: {_causes(what, models)}"
+        return f"{off}; {_causes(what, models)}"
 
     return at_rest(models, key, f"{WHAT[what]}, of 3D's", because)
 
@@ -168,12 +168,12 @@ def _causes(what: str, models: Models) -> str:
     residual = relative(reduced1d[key].value * ratio**2, models.steady(key))
     said = (
         f"1D leaves the islands out of the circuit, {_circuit(models)}, and so heats each span by "
-        f"{percent(1 / ratio**2 - 1, sign=True)}; with 3D's current it would be {percent(residual, sign=True)} off"
+        f"{percent(1 / ratio**2 - 1, sign=True)}; with 3D's current it is {percent(residual, sign=True)} off"
     )
     wide = sink.island_width < sink.width * (1 - 1e-9)
     narrow = ", leaves out that heat gathers from the whole beam's width" if wide else ", is taken at one temperature"
     island = f"half a block alone, {quantity(half_island(sink), 'K/W')}{narrow}"
-    return f"{said}, for {island if what == 'peak_inner' else f'{resistances(models)}, and {island}'}"
+    return f"{said}; {island if what == 'peak_inner' else f'{resistances(models)}; {island}'}"
 
 
 def _on_the_way(what: str, models: Models, trace: str, at: Largest, final: float) -> str:
@@ -181,16 +181,16 @@ def _on_the_way(what: str, models: Models, trace: str, at: Largest, final: float
     sink, unit, rest = models.sink, unit_of(trace), gap(models, key_of(models.sink, what))
     where = f"largest at {quantity(at.time, 's', 3)}, {signed(at.distance, unit)}; {signed(rest, unit)} when steady"
     if what == "current":
-        return f"{where}: {_causes(what, models)}"
+        return f"{where}; {_causes(what, models)}"
     if rest * at.distance > 0 and abs(rest) > SETTLED * abs(at.distance):
         return f"{where}: the steady state's gap"
     number = 1 if what == "peak_outer" else different(sink.spans)
     peaks, means = (rises_at(models, at.time, f"span{number}_{kind}_K") for kind in ("peak", "mean"))
     heat = (models.reduction().steady["current_A"].value / models.steady("current_A")) ** 2 - 1
     return (
-        f"{where}: 1D heats each span by {percent(heat, sign=True)}, and until heat has crossed it, L^2/(pi^2 D) = "
+        f"{where}; 1D heats each span by {percent(heat, sign=True)}, and until heat has crossed it, L^2/(pi^2 D) = "
         f"{crossing_time(sink)}, a profile is flatter in the middle and steeper at its ends than the fixed "
-        f"parabola of eq 9: in span {number} the peak is {peaks[0] / means[0]:.2f} of the mean in 1D then, "
+        f"parabola of eq 9; in span {number} the peak is {peaks[0] / means[0]:.2f} of the mean in 1D then, "
         f"{peaks[1] / means[1]:.2f} in 3D"
     )
 

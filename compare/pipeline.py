@@ -84,7 +84,7 @@ def _ask_own_model(outcome: Outcome[Any], model: Model, progress: Progress) -> N
 
 def sections(outcome: Outcome[Any], contrary: Sequence[Check], style: Style) -> list[Section]:
     """The sections of a report: of the models and checks, then of the analyses."""
-    made = kind_of(outcome.scene).sections(outcome, contrary, style)
+    made = kind_of(outcome.scene).report.sections(outcome, contrary, style)
     return made + [
         each.section(outcome.analyses[each.name], outcome, style) for each in ANALYSES if each.name in outcome.analyses
     ]
@@ -104,12 +104,12 @@ def headline(outcome: Outcome[Any], contrary: Sequence[Check], style: Style) -> 
     from compare.report.table import wrapped
 
     alarms = [style.paint(wrapped(f"Warning: {text.rstrip('.')}."), "heading") for text in outcome.alarms]
-    return "\n".join([*alarms, kind_of(outcome.scene).headline(outcome, contrary, style)])
+    return "\n".join([*alarms, kind_of(outcome.scene).report.headline(outcome, contrary, style)])
 
 
 def document(outcome: Outcome[Any]) -> dict[str, Any]:
     """The entries of summary.json that the kind of scene and the analyses make."""
-    summary: dict[str, Any] = {**kind_of(outcome.scene).document(outcome)}
+    summary: dict[str, Any] = {**kind_of(outcome.scene).report.document(outcome)}
     for each in ANALYSES:
         if each.name in outcome.analyses:
             each.enter(summary, outcome.analyses[each.name], outcome)

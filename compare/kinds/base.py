@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, ClassVar, Generic
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, Protocol
 
 from compare.options import Options
 from compare.outcome import Outcome, Progress, S
@@ -26,6 +26,20 @@ NO_FIGURES = "no figures were asked for"
 STEADY = "only the steady state was asked for"
 Figures = dict[str, tuple[str, str]]
 """By a figure's file name what it shows, and why it is not drawn (empty: it is)."""
+
+
+class Report(Protocol):
+    """The report of a run: its first lines, its sections, and entries of files, without those of analyses."""
+
+    def headline(self, outcome: Outcome[Any], contrary: Sequence[Check], style: Style) -> str: ...
+
+    def sections(self, outcome: Outcome[Any], contrary: Sequence[Check], style: Style) -> list[Section]: ...
+
+    def document(self, outcome: Outcome[Any]) -> dict[str, Any]:
+        """Return entries of summary.json."""
+
+    def columns(self, outcome: Outcome[Any]) -> dict[str, np.ndarray]:
+        """Return the columns of traces.csv; none without traces."""
 
 
 class Kind(ABC, Generic[S]):
@@ -155,21 +169,10 @@ class Kind(ABC, Generic[S]):
         """The document of the compact model. Raises NumericsError where its accuracy is not reached."""
         raise NotImplementedError
 
+    @property
     @abstractmethod
-    def headline(self, outcome: Outcome[S], contrary: Sequence[Check], style: Style) -> str:
-        """The first lines of the report."""
-
-    @abstractmethod
-    def sections(self, outcome: Outcome[S], contrary: Sequence[Check], style: Style) -> list[Section]:
-        """Return the sections of the report, apart from the analyses."""
-
-    @abstractmethod
-    def document(self, outcome: Outcome[S]) -> dict[str, object]:
-        """Return the entries of summary.json, apart from the analyses."""
-
-    @abstractmethod
-    def columns(self, outcome: Outcome[S]) -> dict[str, np.ndarray]:
-        """The columns of traces.csv; none without traces."""
+    def report(self) -> Report:
+        """The module of `compare.report` for this kind."""
 
 
 def compact_model(scene: AnyScene, options: Options, progress: Progress) -> dict[str, Any]:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from compare.kinds.base import NO_FIGURES, Figures, Kind
+from compare.kinds.base import NO_FIGURES, Figures, Kind, Report
 from compare.made import DEVICE_FIGURES, LATE, checks_lines, figure_of, made_3d_checks, made_checks, not_about, only
 from compare.options import Options
 from compare.outcome import Outcome, Progress
@@ -15,9 +15,6 @@ from scenes.errors import SceneError
 from scenes.plan import Step, step
 
 if TYPE_CHECKING:
-    import numpy as np
-
-    from compare.report.table import Section, Style
     from compare.slopes import Slopes
     from compare.verdict import Check
     from scenes.result import Result
@@ -171,25 +168,11 @@ class DeviceKind(Kind[Device]):
         whole = runs.exported(outcome.runs.base) if solved is None else solved.exported
         return compact(whole, export.states, export.accuracy, progress)
 
-    def headline(self, outcome: Outcome[Device], contrary: Sequence[Check], style: Style) -> str:
+    @property
+    def report(self) -> Report:
         from compare.report import device
 
-        return device.headline(outcome, contrary, style)
-
-    def sections(self, outcome: Outcome[Device], contrary: Sequence[Check], style: Style) -> list[Section]:
-        from compare.report import device
-
-        return device.sections(outcome, contrary, style)
-
-    def document(self, outcome: Outcome[Device]) -> dict[str, object]:
-        from compare.report import device
-
-        return device.document(outcome)
-
-    def columns(self, outcome: Outcome[Device]) -> dict[str, np.ndarray]:
-        from compare.report import device
-
-        return device.columns(outcome)
+        return device
 
 
 def needs(device: Device, options: Options, *figures: str) -> bool:

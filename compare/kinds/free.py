@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from compare.kinds.base import FIELD_FILES, NO_FIGURES, STEADY, Figures, Kind, compact_model
+from compare.kinds.base import FIELD_FILES, NO_FIGURES, STEADY, Figures, Kind, Report, compact_model
 from compare.options import Options
 from compare.outcome import Outcome, Progress
 from scenes import physics
@@ -15,11 +15,8 @@ from scenes.model import UNITS, AnyScene, Schedule
 from scenes.plan import Step, step
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from compare.models import Model
     from compare.probes import Both
-    from compare.report.table import Section, Style
     from compare.slopes import Slopes
     from compare.verdict import Check
     from scenes.result import Result
@@ -197,25 +194,11 @@ class FreeKind(Kind[AnyScene]):
     def compact(self, outcome: Outcome[AnyScene], progress: Progress) -> dict[str, object]:
         return compact_model(outcome.scene, outcome.options, progress)
 
-    def headline(self, outcome: Outcome[AnyScene], contrary: Sequence[Check], style: Style) -> str:
+    @property
+    def report(self) -> Report:
         from compare.report import free
 
-        return free.headline(outcome, contrary, style)
-
-    def sections(self, outcome: Outcome[AnyScene], contrary: Sequence[Check], style: Style) -> list[Section]:
-        from compare.report import free
-
-        return free.sections(outcome, contrary, style)
-
-    def document(self, outcome: Outcome[AnyScene]) -> dict[str, object]:
-        from compare.report import free
-
-        return free.document(outcome)
-
-    def columns(self, outcome: Outcome[AnyScene]) -> dict[str, np.ndarray]:
-        from compare.report import free
-
-        return free.columns(outcome)
+        return free
 
 
 def own_model(scene: AnyScene, options: Options) -> tuple[str | Callable[..., Any], str] | None:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from compare.kinds.base import FIELD_FILES, NO_FIGURES, STEADY, Figures, Kind, compact_model
+from compare.kinds.base import FIELD_FILES, NO_FIGURES, STEADY, Figures, Kind, Report, compact_model
 from compare.made import checks_lines, made_checks
 from compare.options import Options
 from compare.outcome import Outcome, Progress
@@ -18,10 +18,7 @@ from scenes.sink import OF_A_SINK, Sink
 from scenes.units import THERMAL_CONTACT
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from compare.models import Model
-    from compare.report.table import Section, Style
     from compare.slopes import Slopes
     from compare.verdict import Check, Models
     from reduced1d.ladder.levels import Levels
@@ -235,25 +232,11 @@ class SinkKind(Kind[Sink]):
     def compact(self, outcome: Outcome[Sink], progress: Progress) -> dict[str, object]:
         return compact_model(exported(outcome.scene, outcome.options), outcome.options, progress)
 
-    def headline(self, outcome: Outcome[Sink], contrary: Sequence[Check], style: Style) -> str:
+    @property
+    def report(self) -> Report:
         from compare.report import sink
 
-        return sink.headline(outcome, contrary, style)
-
-    def sections(self, outcome: Outcome[Sink], contrary: Sequence[Check], style: Style) -> list[Section]:
-        from compare.report import sink
-
-        return sink.sections(outcome, contrary, style)
-
-    def document(self, outcome: Outcome[Sink]) -> dict[str, object]:
-        from compare.report import sink
-
-        return sink.document(outcome)
-
-    def columns(self, outcome: Outcome[Sink]) -> dict[str, np.ndarray]:
-        from compare.report import sink
-
-        return sink.columns(outcome)
+        return sink
 
 
 def compared(outcome: Outcome[Sink]) -> Models:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
@@ -32,6 +32,8 @@ _KINDS = {
     "energy": "3D alone", "islands": "3D alone", "against": "your data less 3D",
 }  # fmt: skip
 """What a check compares, by how its id begins."""
+SHARED = 30
+"""Characters of a clause from which on it is written once."""
 _LONG = 20
 """Characters of an id from which on titles stand on a line of their own."""
 _NOTE = (
@@ -76,9 +78,8 @@ def sections(checks: Sequence[Check], contrary: Sequence[Check], style: Style) -
         return Row(cells, c.verdict, c.title if below else "")
 
     table = Table(("check", "", "difference", "tolerance", ""), _by_kind(checks, row), "<<>><")
-    reasons_by_id = [(check.id, _said(check, contrary)) for check in checks if check.own]
-    reasons = sentences([f"{name}: {said}" for name, said in reasons_by_id if said])
-    return [Section("Checks", [table], headed=False), Section("Why", [reasons])]
+    reasons = {check.id: said for check in checks if check.own and (said := _said(check, contrary))}
+    return [Section("Checks", [table], headed=False), Section("Why", [sentences(_once(reasons))])]
 
 
 def of_device(checks: Sequence[Check], contrary: Sequence[Check], style: Style) -> list[Section]:
@@ -91,8 +92,25 @@ def of_device(checks: Sequence[Check], contrary: Sequence[Check], style: Style) 
             Row([c.id, c.title, claimed(c), amount(c.measured, c.unit), off_by(c), c.verdict], c.verdict) for c in group
         ]
         tables.append(Section("Checks", [Table(("check", "", *whose, "off by", ""), rows, "<<>>><")], headed=False))
-    reasons = [f"{c.id}: {_said(c, contrary)}; {_in_full(c, style.plus_minus)}" for c in checks]
-    return [*tables, Section("Why", [sentences(reasons)])]
+    reasons = _once({check.id: _said(check, contrary) for check in checks})
+    in_full = [_in_full(check, style.plus_minus) for check in checks]
+    texts = [f"{reason}; {full}" for reason, full in zip(reasons, in_full, strict=True)]
+    return [*tables, Section("Why", [sentences(texts)])]
+
+
+def _once(reasons: Mapping[str, str]) -> list[str]:
+    """Write a clause that several checks share once; the later checks name the first."""
+    first: dict[str, str] = {}
+    texts = []
+    for name, reason in reasons.items():
+        clauses, shared = reason.split("; "), list[str]()
+        for clause in clauses:
+            if len(clause) >= SHARED and first.setdefault(clause, name) != name:
+                shared.append(first[clause])
+        kept = [clause for clause in clauses if len(clause) < SHARED or first[clause] == name]
+        kept += [f"as {' and '.join(dict.fromkeys(shared))}"] * bool(shared)
+        texts.append(f"{name}: {'; '.join(kept)}")
+    return texts
 
 
 def on_page(checks: Sequence[Check], contrary: Sequence[Check]) -> list[Section]:
@@ -175,6 +193,8 @@ def _in_full(check: Check, plus_minus: str) -> str:
     if off_by(check).isalpha():
         return tolerance
     off = difference_text(check.difference, check.u_num, plus_minus) if check.u_num else percent(check.difference, 4)
+    if check.relative_to:
+        return f"{' less '.join(sides(check))} is {off} of {check.relative_to}, {tolerance}"
     return f"{'/'.join(sides(check))} - 1 = {off}, {tolerance}"
 
 

@@ -63,7 +63,7 @@ def write(outcome: Outcome[Any], folder: Path, renderer: Renderer, progress: Pro
     if field is not None:
         renderer.send(field)
     with progress.stage("files"):
-        tables = {"traces.csv": kind.columns(outcome), "sensitivities.csv": {}}
+        tables = {"traces.csv": kind.report.columns(outcome), "sensitivities.csv": {}}
         if outcome.options.sensitivities:
             tables["sensitivities.csv"] = {n: c for each in outcome.slopes.values() for n, c in each.table.items()}
         for name, columns in tables.items():

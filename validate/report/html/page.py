@@ -55,7 +55,7 @@ def write_report(path: Path, outcome: Outcome[Any], document: Document, field: F
     """Writes the page about a run into its folder, where its figures are already; ``document`` is the summary,
     ``field`` what the scene that can be turned shows."""
     kind, against = kind_of(outcome.scene), contrary(outcome.checks, outcome.scene)
-    said, parts = " ".join(kind.headline(outcome, against, _STYLE).split()), sections(outcome, against, _STYLE)
+    said, parts = " ".join(kind.report.headline(outcome, against, _STYLE).split()), sections(outcome, against, _STYLE)
     title = kind.title(outcome.scene)
     path.write_text(page(path.parent, title, said, parts, document, field), encoding="utf-8")
 
