@@ -351,10 +351,6 @@ class Options(SimpleNamespace):
         return not self.steady
 
     @property
-    def in_3d_only(self) -> bool:
-        return bool(self.only == "3d")
-
-    @property
     def models(self) -> tuple[str, ...]:
         """The models of a sink: "fem3d", "reduced1d"."""
         return {None: ("fem3d", "reduced1d"), "3d": ("fem3d",), "1d": ("reduced1d",)}[self.only]

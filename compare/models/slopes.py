@@ -15,9 +15,7 @@ import numpy as np
 from compare.models.model import Model, Question
 from compare.models.sampling import make_question
 from scenes.errors import SceneError
-from scenes.result import Result
-from scenes.sink import Sink
-from scenes.varied import neighbour, numbers
+from scenes.varied import neighbour
 
 STEPS = (1e-3, 1e-2, 5e-2)
 """Relative steps of a key: the first suffices for a smooth model, the others are for noisy ones."""
@@ -83,36 +81,3 @@ def follow(
             if not rough:
                 break
     return followed
-
-
-def of_sink(
-    model: Model, sink: Sink, fem3d: Result, one: Result, times: np.ndarray | None
-) -> tuple[dict[str, dict[str, float]], dict[str, dict[str, np.ndarray]], dict[str, str]]:
-    """Return d ln quantity / d ln key of a model of a sink, of rises for temperatures, by key and quantity.
-
-    First in the steady state, then at ``times`` (s) of its traces; at last the reasons why keys have none.
-    """
-    keys = list(numbers(sink))
-
-    def followed(at: np.ndarray | None) -> Followed:
-        return follow(model, sink, keys, at, lambda _: None, lambda other: make_question(other, fem3d))
-
-    rest, over_time = followed(None), None
-    course: dict[str, dict[str, np.ndarray]] = {}
-    steady = {
-        key: {name: float(slope) / one.steady[name].value for name, slope in slopes.items() if one.steady[name].value}
-        for key, slopes in rest.slopes.items()
-    }
-    if times is not None and one.traces is not None:
-        every = np.union1d(times, sink.end_time)
-        over_time = followed(every)
-        for key, by_name in over_time.slopes.items():
-            room = (neighbour(sink, key, STEPS[0]).room_temperature - sink.room_temperature) / STEPS[0]
-            course[key] = {}
-            for name, slope in by_name.items():
-                thermal = name.endswith("_K")
-                rise = np.interp(every, one.traces.time, one.traces.values[name]) - sink.room_temperature * thermal
-                with np.errstate(divide="ignore", invalid="ignore"):
-                    relative = np.where(rise != 0, (slope - room * thermal) / rise, 0.0)
-                course[key][name] = np.interp(times, every, relative)
-    return {key: steady.get(key, {}) for key in keys}, course, rest.left_out | (over_time.left_out if over_time else {})
