@@ -22,7 +22,6 @@ from reduced1d import sink as reduction
 from scenes.plan import Step
 from scenes.result import Estimate, Result, Traces
 from scenes.sink import Sink
-from tests import browser
 from tests.fin import solve_fin
 
 RESISTANCE = 2663.0
@@ -151,7 +150,7 @@ def pytest_configure(config: pytest.Config) -> None:
 def pytest_runtest_setup(item: pytest.Item) -> None:
     """Skip a test whose marker ``needs`` names a program that is not on the path."""
     needed = [program for mark in item.iter_markers("needs") for program in mark.args]
-    missing = [program for program in needed if not (browser.find() if program == "browser" else shutil.which(program))]
+    missing = [program for program in needed if not shutil.which(program)]
     if missing:
         pytest.skip(f"{', '.join(missing)} not installed")
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from scenes.model import AnyScene
     from scenes.result import Result
 
-FIELD_FILES = "fem3d.pvd with its .vtu files, and fem3d.vtkhdf where VTK can"
+FIELD_FILES = "fem3d.pvd with its .vtu files"
 NO_FIGURES = "no figures were asked for"
 STEADY = "only the steady state was asked for"
 Figures = dict[str, tuple[str, str]]

@@ -23,7 +23,7 @@ from validate.cli.common import refuse
 from validate.cli.terminal import FINE, progress, show
 
 OPTIONS = {
-    "path RUN_OR_FILE": "a results folder, a .pvd, .vtu or .vtkhdf file; or a scene: its file, or bridge, sink ...",
+    "path RUN_OR_FILE": "a results folder, a .pvd or .vtu file; or a scene: its file, or bridge, sink ...",
     "--set KEY=VALUE ...": "of a scene, override a key, as often as needed",
     "--show {rise,temperature,potential,current_density,heat_source,compare}":
         "what to show first (default: rise); compare is 3D, 1D, difference",

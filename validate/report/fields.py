@@ -1,21 +1,15 @@
-"""The 3D fields as files: a .vtu for each stored time with a .pvd over them, and all of it in one VTKHDF file."""
+"""The 3D fields as files: a .vtu for each stored time, and a .pvd collection over time."""
 
 from __future__ import annotations
 
-import errno
-import pickle
-import subprocess
-import sys
-from contextlib import suppress
 from pathlib import Path
-from typing import Any, BinaryIO, cast
+from typing import Any
 
 import numpy as np
 
 from reduced1d.painted import Reduction
 from scenes.checks import FIRST_TIME
 from scenes.result import Result
-from validate.report import vtkhdf
 
 _TYPES = {"tetra": 10, "hexahedron": 12, "tetra10": 24, "hexahedron20": 25, "hexahedron27": 29}
 """VTK's cell types by meshio's names."""
@@ -37,8 +31,9 @@ ARRAYS = {
 def write_fields(
     folder: Path, result: Result, accuracy: float, times: np.ndarray, ambient: float, reduction: Reduction | None = None
 ) -> list[str]:
-    """Writes fem3d_steady.vtu if there is a steady state, fem3d_<k>.vtu for each of ``times`` (s), fem3d.pvd and, where
-    VTK can, fem3d.vtkhdf; returns the files' names.
+    """Write fem3d_steady.vtu if there is a steady state, fem3d_<k>.vtu for each of ``times`` (s), and fem3d.pvd.
+
+    Returns the names of the files.
 
     Cells are triquadratic hexahedra (27 points), so many that they follow the solution to a tenth of the ``accuracy``,
     or those of the user's mesh. Arrays are those of ``ARRAYS``. Point data: temperature, rise above ``ambient`` (K),
@@ -57,7 +52,6 @@ def write_fields(
         bare.field_data[f"material_{material}"] = np.array([number], np.int32)
     moments = [*[None] * fields.has_steady, *map(float, times)]
     names = [*["fem3d_steady.vtu"] * fields.has_steady, *(f"fem3d_{k:02d}.vtu" for k in range(len(times)))]
-    at_points, at_cells = [], []
     for k, (name, time) in enumerate(zip(names, moments, strict=True)):
         snapshot, grid = cells.snapshot(k), bare.copy(deep=False)
         rise = snapshot.temperature - ambient
@@ -65,13 +59,11 @@ def write_fields(
         if reduction is not None:
             painted = reduction.rise(cells.points, time)
             point |= {"rise_1d": painted, "difference": painted - rise}
-        at_points.append({ARRAYS[array]: values for array, values in point.items()})
-        means = {ARRAYS[array]: getattr(snapshot, array) for array in ("current_density", "heat_source")}
-        at_cells.append({"material": np.asarray(cells.material, np.int32)} | means)
-        for array, values in at_points[-1].items():
-            grid.point_data[array] = values
-        for array, values in at_cells[-1].items():
-            grid.cell_data[array] = values
+        for array, values in point.items():
+            grid.point_data[ARRAYS[array]] = values
+        grid.cell_data["material"] = np.asarray(cells.material, np.int32)
+        for array in ("current_density", "heat_source"):
+            grid.cell_data[ARRAYS[array]] = getattr(snapshot, array)
         (folder / name).write_text(_as_xml(grid), encoding="utf-8")
     first = int(fields.has_steady and len(times) > 0)
     shown = [time or 0.0 for time in moments[first:]]
@@ -86,9 +78,7 @@ def write_fields(
         f"  <Collection>\n{rows}  </Collection>\n</VTKFile>\n",
         encoding="utf-8",
     )
-    field = vtkhdf.Field(points=cells.points, cells=cells.hexes, kind=kind, times=shown,
-                         at_points=at_points[first:], at_cells=at_cells[first:])  # fmt: skip
-    return ["fem3d.pvd", *names, *["fem3d.vtkhdf"] * _write_all(folder / "fem3d.vtkhdf", field)]
+    return ["fem3d.pvd", *names]
 
 
 def stored_times(end_time: float, wanted: tuple[float, ...] = ()) -> np.ndarray:
@@ -98,22 +88,6 @@ def stored_times(end_time: float, wanted: tuple[float, ...] = ()) -> np.ndarray:
     # Powers come out a rounding error off the end, which a reader would ask for by its own name.
     spaced[-1] = end_time
     return np.unique(np.concatenate([[0.0], spaced, np.asarray(wanted, dtype=float)]))
-
-
-def _write_all(path: Path, field: vtkhdf.Field) -> bool:
-    """Writes a field at all its times into one file, read back before it gets its name; False where VTK here is too
-    old. Raises OSError where it can't be written."""
-    partial, nowhere = path.with_name(f"{path.name}.part"), subprocess.DEVNULL
-    program = [sys.executable, "-P", vtkhdf.__file__, str(partial)]
-    process = subprocess.Popen(program, stdin=subprocess.PIPE, stdout=nowhere, stderr=nowhere)
-    with process, suppress(BrokenPipeError), cast("BinaryIO", process.stdin) as given:
-        pickle.dump(field, given, protocol=5)
-    if process.returncode == vtkhdf.TOO_OLD:
-        return False
-    if process.returncode:
-        raise OSError(errno.EIO, "VTK did not write it whole", str(path))
-    partial.replace(path)
-    return True
 
 
 def _as_xml(grid: Any) -> str:

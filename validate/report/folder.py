@@ -18,7 +18,7 @@ RUN = Content(
     "a run of this program", "output", "--out",
     re.compile(
         r"scene\.png|summary\.json|(traces|sensitivities)\.csv|(figure\w+|islands|islands_runs|left_out|why|sensitivity"
-        r"|shielding|validation)\.(png|svg)|fem3d\.(pvd|vtkhdf(\.part)?)|fem3d_\w+\.vtu|report\.html"
+        r"|shielding|validation)\.(png|svg)|fem3d\.(pvd|vtkhdf)|fem3d_\w+\.vtu|report\.html"
     ),
     "summary.json", ("schema", "plan"), (PICTURE,),
 )  # fmt: skip

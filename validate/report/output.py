@@ -102,7 +102,7 @@ def write(outcome: Outcome[Any], folder: Path, renderer: Renderer, progress: Pro
 
     summary = document(outcome)
     with progress.stage("files"):
-        write_report(folder / "report.html", outcome, summary, field)
+        write_report(folder / "report.html", outcome, summary)
         write_document(folder / "summary.json", summary)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import json
 import math
 import time
 from collections import Counter
@@ -18,7 +17,6 @@ from compare.processes import processors
 from scenes.errors import SceneError
 from scenes.formats import quantity
 from scenes.sink import Sink
-from validate.report.figures import PARTS
 from validate.sweep.design import Design, base, listed, parse
 from validate.sweep.point import Job, Scope, Work, checked
 from validate.sweep.store import SUMMARY, Store
@@ -31,19 +29,12 @@ if TYPE_CHECKING:
     from validate.sweep.mapping import Map
 
 
-MOST = 40_000  # Points that the page shows; of more it shows an even choice.
 _CAPTIONS = {
     "figure_map": "Where the reduction is within the tolerance, and which assumption is to blame where it is not.",
     "figure_lines": "Differences from 3D over the varied key, with their errors; grey is within the tolerance.",
     "figure_pairs": "Every pair of keys; the largest differences on top.",
     "figure_indices": "How much of the difference's variance each key explains.",
 }
-_STYLE = """
-.verdict { font-size: 1.35rem; }
-.hover canvas { width: 100%; height: 30rem; max-width: 60rem; border: 1px solid var(--line); cursor: crosshair; }
-.hover .choose { display: flex; flex-wrap: wrap; gap: 0.3rem 1.2rem; }
-.hover .said { min-height: 3rem; white-space: pre-wrap; font-variant-numeric: tabular-nums; }
-"""
 
 
 def run(
@@ -153,7 +144,7 @@ def _provenance() -> dict[str, Any]:
 
 
 def _page(folder: Path, points: Table, document: Mapping[str, Any]) -> str:
-    """report.html: the sentence, the points to hover over, the figures from ``folder``, and what was asked."""
+    """Return report.html: the sentence, the counts of verdicts, the figures from ``folder``, and the request."""
     from compare.report.table import html_section as section
     from compare.report.table import html_table as table
     from compare.report.table import html_text as text
@@ -161,8 +152,6 @@ def _page(folder: Path, points: Table, document: Mapping[str, Any]) -> str:
     from validate.report.html.page import values
 
     name = points.job.base.name
-    script = Path(__file__).with_name("hover.js").read_text(encoding="utf-8")
-    data = json.dumps(_data(points), separators=(",", ":")).replace("</", "<\\/")
     counts, said = document["counts"], document["sentence"]
     verdicts = ("agrees", "differs", "unresolved")
     rows = [
@@ -175,54 +164,16 @@ def _page(folder: Path, points: Table, document: Mapping[str, Any]) -> str:
         for key, axis in document["asked"]["vary"].items()
     }
 
-    def listed(items: Mapping[str, Any]) -> str:
+    def in_columns(items: Mapping[str, Any]) -> str:
         return f'<div class="columns">{values(items)}</div>'
 
     parts = [
-        section(
-            "Points",
-            '<div class="hover"><p class="choose"></p><canvas></canvas>',
-            '<p class="said">Point at a place to read it.</p></div>',
-        ),
         section("Checks", table(("check", *verdicts), rows, (1, 2, 3)) if rows else ""),
         page.figures(folder, document, _CAPTIONS),
-        section("Asked", listed({"scene": name, "varied": varied, **settings})),
-        section("Versions and counts", listed({"counts": counts, **document["provenance"]})),
+        section("Request", in_columns({"scene": name, "varied": varied, **settings})),
+        section("Versions and counts", in_columns({"counts": counts, **document["provenance"]})),
     ]
-    scripts = f'<script type="application/json" id="rows">{data}</script>\n<script>\n{script}</script>'
-    return page.whole(name, f'<p class="verdict">{text(said[0].upper() + said[1:])}.</p>', parts, scripts, _STYLE)
-
-
-def _data(table: Table) -> dict[str, Any]:
-    """What the page draws: keys, values with errors, words, each a column over the points or the cells."""
-    design, scope, columns = table.job.design, table.job.scope, table.columns
-    names = {f"{scope.check}_verdict": "verdict", "blame": "to blame", "too_hot": "too hot", "status": "status"}
-    numbers = table.series()
-    for reduction in scope.reductions[1:]:
-        numbers |= {f"{reduction}_{name}": given for name, given in table.series(reduction).items()}
-    if table.map:
-        columns, names = table.map, {"verdict": "verdict", "blame": "to blame", "too_hot": "too hot", "how": "how"}
-        numbers = {scope.check: (columns["difference"], columns["error"])}
-    size = design.count
-    some = np.unique(np.linspace(0, size - 1, min(size, MOST)).round().astype(int))
-
-    def column(values: np.ndarray) -> list[Any]:
-        if values.dtype == object:
-            return [str(value) for value in values[some]]
-        return [float(f"{value:.6g}") if np.isfinite(value) else None for value in values[some]]
-
-    words = {word: columns[name] for name, word in names.items() if name in columns}
-    return {
-        "keys": {key: column(values) for key, values in (table.map or table.keys).items() if key in design.keys},
-        "units": table.units,
-        "log": [axis.key for axis in design.axes if axis.log],
-        "relative": table.relative,
-        "values": {name: [column(value), column(error)] for name, (value, error) in numbers.items()},
-        "words": {name: column(given) for name, given in words.items() if given.dtype == object},
-        "tolerances": table.tolerances,
-        "cells": list(design.shape) if table.map else None,
-        "colours": PARTS,
-    }
+    return page.whole(name, f'<p class="verdict">{text(said[0].upper() + said[1:])}.</p>', parts)
 
 
 def sweep(

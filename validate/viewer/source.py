@@ -13,8 +13,8 @@ from reduced1d.painted import Reduction, of_run
 from scenes.errors import SceneError, quoted, reason
 from validate.report.fields import ARRAYS
 
-SINGLE = (".vtu", ".vtk", ".vtkhdf", ".hdf")
-"""Files that hold one field (VTKHDF also several)."""
+SINGLE = (".vtu", ".vtk")
+"""Files that hold one field."""
 
 
 @dataclass
@@ -101,17 +101,16 @@ def find(path: Path) -> Source:
         hint = "run again with --fields" if (path / "summary.json").exists() else "give a run's folder"
         raise SceneError(f"{quoted(path)} has no fields (fem3d.pvd){nearby}: {hint}")
     folder = path.parent
-    name = folder.name if path.name in ("fem3d.pvd", "fem3d_steady.vtu", "fem3d.vtkhdf") else path.name
+    name = folder.name if path.name in ("fem3d.pvd", "fem3d_steady.vtu") else path.name
     if path.suffix == ".pvd":
         files = _collection(path)
         # A collection of the steady state alone calls it time 0.
         alone = [file.name for _, file in files] == ["fem3d_steady.vtu"]
         times = tuple(None if alone else time for time, _ in files)
-        return Source(name, times, of_run(folder), lambda k: _grid(files[k][1], 0))
+        return Source(name, times, of_run(folder), lambda k: _grid(files[k][1]))
     if path.suffix not in SINGLE:
         raise SceneError(f"{quoted(path)} is no file of a field: give a folder, .pvd, {', '.join(SINGLE)}")
-    times = _hdf_times(path) if path.suffix in (".vtkhdf", ".hdf") else ()
-    return Source(name, times or (_time_of(path),), of_run(folder), lambda k: _grid(path, k))
+    return Source(name, (_time_of(path),), of_run(folder), lambda _: _grid(path))
 
 
 def _collection(path: Path) -> list[tuple[float, Path]]:
@@ -135,33 +134,11 @@ def _time_of(path: Path) -> float | None:
     return next((time for time, file in _collection(collection) if file.name == path.name), None)
 
 
-def _hdf_times(path: Path) -> tuple[float, ...]:
-    from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline as Pipeline
-
-    return tuple(_hdf(path).GetOutputInformation(0).Get(Pipeline.TIME_STEPS()) or ())
-
-
-def _hdf(path: Path) -> Any:
-    from vtkmodules.vtkIOHDF import vtkHDFReader
-
-    reader = vtkHDFReader()
-    if not reader.CanReadFile(str(path)):
-        raise SceneError(f"{quoted(path)} is not a VTKHDF file")
-    reader.SetFileName(str(path))
-    reader.UpdateInformation()
-    return reader
-
-
-def _grid(path: Path, step: int) -> Any:
+def _grid(path: Path) -> Any:
     import pyvista as pv
 
     if not path.exists():
         raise SceneError(f"{quoted(path)} is listed but does not exist")
-    if path.suffix in (".vtkhdf", ".hdf"):
-        reader = _hdf(path)
-        reader.SetStep(step)
-        reader.Update()
-        return pv.wrap(reader.GetOutput()).copy()
     try:
         data = pv.read(path)
     except Exception as error:  # whatever a reader of a broken file may raise

@@ -201,27 +201,6 @@ def test_fields_open_in_pyvista() -> None:
     assert 0 < early.point_data["rise_1d_K"].max() < 0.1 * summary["peak_rise_K"]["value"]
 
 
-def test_all_times_in_one_vtkhdf_file() -> None:
-    """Each step of the one file against the .vtu of that time."""
-    hdf = pytest.importorskip("vtkmodules.vtkIOHDF", reason="VTK here is too old to write it")
-    import pyvista
-
-    sink("--fields")
-    reader = hdf.vtkHDFReader()
-    reader.SetFileName("results/sink-1V-fields/fem3d.vtkhdf")
-    reader.UpdateInformation()
-    times = pyvista.get_reader("results/sink-1V-fields/fem3d.pvd").time_values
-    assert reader.GetNumberOfSteps() == len(times)
-    for step in (0, 5, len(times) - 1):
-        reader.SetStep(step)
-        reader.Update()
-        one, same = pyvista.wrap(reader.GetOutput()), pyvista.read(f"results/sink-1V-fields/fem3d_{step:02d}.vtu")
-        assert (one.point_data["rise_K"] == same.point_data["rise_K"]).all()
-        assert (one.cells == same.cells).all()
-        # The file keeps times in single precision.
-        assert reader.GetTimeValue() == pytest.approx(times[step], rel=1e-6)
-
-
 @pytest.mark.long
 def test_figures_without_opengl(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     """Where nothing can be rendered there are four figures all the same, and the plan says which is not as planned."""

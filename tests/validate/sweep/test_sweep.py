@@ -19,7 +19,6 @@ import pytest
 
 from compare.worker import pool
 from scenes.loading import builtin_text
-from tests import browser
 from tests.validate.report.test_figures import inside
 from validate.cli import main
 from validate.cli.arguments import parse
@@ -179,27 +178,6 @@ def test_a_finished_sweep_solves_nothing_and_another_is_refused(
     assert "is within 5 % of 3D in the steady peak in 0 of 6 designs; it fails first where" in said
     assert main([*SWEEP[:-2], "--out", str(undisturbed)]) == 2
     assert "holds another sweep (its vary differs)" in capsys.readouterr().err
-
-
-@pytest.mark.long
-@pytest.mark.needs("browser")
-def test_the_page_reads_out_the_point_under_the_pointer(undisturbed: Path) -> None:
-    drawn = [word for word in SWEEP if word != "--no-figures"]
-    assert main([*drawn, "--quiet", "--out", str(undisturbed)]) == 0
-    assert (undisturbed / "figure_map.png").stat().st_size > 10_000
-    with browser.Browser() as page:
-        page.open(undisturbed / "report.html", 1000)
-        point = """(() => { const c = document.querySelector(".hover canvas"), r = c.getBoundingClientRect();
-            c.dispatchEvent(new PointerEvent("pointermove", {clientX: r.left + r.width - 50, clientY: r.top + 50}));
-            return document.querySelector(".said").textContent; })()"""
-        said = page.run(point)
-        assert page.errors == []
-        assert page.run("document.documentElement.scrollWidth") == 1000
-    # The upper right corner is the last point of the table.
-    row = table(undisturbed)[-1]
-    assert said.startswith("sink.width 140 um, anchor.oxide_thickness 2 um\nfig4 ")
-    assert float(said.split()[7]) == pytest.approx(100 * row["fig4_difference"], rel=0.01)
-    assert f"verdict: {row['fig4_verdict']}" in said
 
 
 @pytest.mark.long

@@ -24,7 +24,6 @@ from compare.report.table import html_section as section
 from compare.report.table import html_text as text
 from compare.verdict import contrary
 from scenes.formats import percent, quantity, with_error
-from validate.report.figures.render import Field
 
 _HERE = Path(__file__).parent
 _STYLE = Style(page=True)
@@ -51,25 +50,28 @@ _UNITS = {
 Document = Mapping[str, Any]
 
 
-def write_report(path: Path, outcome: Outcome[Any], document: Document, field: Field | None = None) -> None:
-    """Writes the page about a run into its folder, where its figures are already; ``document`` is the summary,
-    ``field`` what the scene that can be turned shows."""
+def write_report(path: Path, outcome: Outcome[Any], document: Document) -> None:
+    """Write the page about a run into its folder, which has its figures; ``document`` is the summary."""
     kind, against = kind_of(outcome.scene), contrary(outcome.checks, outcome.scene)
     said, parts = " ".join(kind.report.headline(outcome, against, _STYLE).split()), sections(outcome, against, _STYLE)
     title = kind.title(outcome.scene)
-    path.write_text(page(path.parent, title, said, parts, document, field), encoding="utf-8")
+    path.write_text(page(path.parent, title, said, parts, document), encoding="utf-8")
 
 
-def page(
-    folder: Path, title: str, said: str, sections: Iterable[Section], document: Document, field: Field | None
-) -> str:  # fmt: skip
-    """The page as text; figures are read from ``folder``."""
-    shown, data = _field(folder, field)
+def page(folder: Path, title: str, said: str, sections: Iterable[Section], document: Document) -> str:
+    """Return the page as text; figures are read from ``folder``."""
     steps = [[step["step"], step["state"], step["reason"]] for step in document.get("plan", ())]
     plan = Section("Plan", [Table(("step", "state", "why"), steps, "<<<")] if steps else [])
     sections_html = [part.html() for part in (*sections, _errors(document), _energy(document), plan)]
-    parts = [shown, figures(folder, document), *sections_html, _mesh(document), _scene(document), _provenance(document)]
-    parts = [part for part in parts if part]
+    parts = [
+        _field(folder),
+        figures(folder, document),
+        *sections_html,
+        _mesh(document),
+        _scene(document),
+        _provenance(document),
+    ]
+    parts = [part for part in (*parts, _provenance(document)) if part]
     answer = str(document.get("answer") or said)
     counted = said.removeprefix(answer).strip()
     links = (
@@ -82,22 +84,14 @@ def page(
         "\n".join(f'<p class="warning">{text(w)}.</p>' for w in document.get("warnings") or ()),
         f"<nav>{' '.join(links)}</nav>",
     ]
-    return whole(title, "\n".join(head), parts, f"{data}\n<script>\n{_read('scene.js')}</script>" if data else "")
+    return whole(title, "\n".join(head), parts)
 
 
-def whole(title: str, head: str, parts: Sequence[str], script: str, style: str = "") -> str:
-    """A page of a title, what stands under it, parts and a script, with nothing outside of it; ``style`` is added."""
-    style = _read("style.css") + style
-    return _filled("page.html", title=text(title), style=style, head=head, main="\n".join(parts), script=script)
-
-
-def _filled(name: str, **given: str) -> str:
-    """A file beside this one with its $names filled in; a backslash at the end of a line there joins it to the next."""
-    return Template(_read(name).replace("\\\n", "")).substitute(given)
-
-
-def _read(name: str) -> str:
-    return (_HERE / name).read_text(encoding="utf-8")
+def whole(title: str, head: str, parts: Sequence[str]) -> str:
+    """Return a page of a title, the head below the title, and parts, in one file."""
+    template = Template((_HERE / "page.html").read_text(encoding="utf-8"))
+    style = (_HERE / "style.css").read_text(encoding="utf-8")
+    return template.substitute(title=text(title), style=style, head=head, main="\n".join(parts))
 
 
 def _tally(document: Document) -> str:
@@ -120,27 +114,13 @@ def _embedded(path: Path, alt: str) -> str:
     return f'<img src="data:image/{kind};base64,{source}" alt="{alt}">'
 
 
-def _field(folder: Path, field: Field | None) -> tuple[str, str]:
-    """The section with the picture of the field, if drawn, and over it the scene that a browser with WebGL can turn;
-    and the script's data, empty where there is no field to turn."""
+def _field(folder: Path) -> str:
+    """Return the section with the picture of the field, if there is one."""
     pictures = [path for name in _PICTURES if (path := folder / f"{name}.png").exists()]
     shown = "".join(_embedded(path, "The 3D temperature field") for path in pictures[:1])
-    picture = f'<div class="wide picture">{shown}</div>' if shown else ""
-    if field is None:
-        return section("Field", f'<figure class="field">{picture}</figure>' if picture else ""), ""
-    from validate.report.figures import table
-    from validate.report.html.surface import packed, surface
-
-    data = packed(surface(field.points, field.hexes, field.rise), table(), field.factor)
-    # No "</" may stand in a script; base64 has none, and this keeps it so whatever is added.
-    script = '<script type="application/json" id="surface">' + data.replace("</", "<\\/") + "</script>"
-    factor = math.log10(field.factor)
-    markup = _filled(
-        "field.html", label=text(field.label), top=text(quantity(float(field.rise.max()), "K", 4)), picture=picture,
-        factor=f"{factor:.4f}", most=f"{max(2.5, factor + 0.5):.2f}",
-        stated=f"\N{MULTIPLICATION SIGN}{field.factor:g}" if field.factor > 1 else "true proportions",
-    )  # fmt: skip
-    return section("Field", markup.rstrip("\n")), script
+    caption = "The 3D temperature field; `validate view` turns it where the run has --fields."
+    figure = f'<figure><div class="wide picture">{shown}</div><figcaption>{text(caption)}</figcaption></figure>'
+    return section("Field", figure if shown else "")
 
 
 def figures(folder: Path, document: Document, captions: Mapping[str, str] = _CAPTIONS) -> str:
