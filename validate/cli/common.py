@@ -197,11 +197,11 @@ def refuse(*faults: tuple[object, str]) -> None:
 def _picture(scene: Any, folder: Path) -> None:
     """Draws a scene that is not solved, where it is one of boxes."""
     from validate.folder import Folder
-    from validate.report.figures.scene_picture import save
     from validate.report.folder import PICTURE, RUN
     from validate.viewer.boxes import of_boxes
+    from validate.viewer.window import save_picture
 
-    show(f"Wrote {Folder(folder, RUN).add(PICTURE, partial(save, of_boxes(scene)))}\n")
+    show(f"Wrote {Folder(folder, RUN).add(PICTURE, partial(save_picture, of_boxes(scene)))}\n")
 
 
 def table(

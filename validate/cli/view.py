@@ -35,7 +35,7 @@ OPTIONS = {
     "--screenshot FILE": "write a picture (.png) and open no window",
     "--movie FILE": "write a film of the transient (.gif, or .mp4) and open no window",
     "--off-screen": "open no window, as on a server; needs --screenshot or --movie",
-    "--size WxH": "size of window or picture in pixels (default: 1400x800); of a scene's picture the width counts",
+    "--size WxH": "size of window or picture in pixels (default: 1400x800)",
 }  # fmt: skip
 
 
@@ -80,7 +80,7 @@ def _scene(arguments: argparse.Namespace) -> int:
     """A scene that isn't solved yet: its picture, or a window with it."""
     from scenes.loading import document, known_names, load, says_nothing, type_of_file
     from validate.viewer.boxes import of_boxes, parts
-    from validate.viewer.window import start
+    from validate.viewer.window import save_picture, start
 
     values = vars(arguments)
     for name in ("show", "time", "exaggerate", "clip", "probe", "edges", "movie"):
@@ -93,9 +93,7 @@ def _scene(arguments: argparse.Namespace) -> int:
     steady = ["run.steady=true"] if type_of_file(content) is None and not said else []
     size, scene = _size(arguments.size or "1400x800"), of_boxes(load(arguments.path, [*steady, *arguments.set]))
     if arguments.screenshot:
-        from validate.report.figures.scene_picture import save
-
-        save(scene, Path(arguments.screenshot), size[0])
+        save_picture(scene, Path(arguments.screenshot), (size[0], size[1]))
         show(f"Wrote {arguments.screenshot}")
         return FINE
     with progress() as say:

@@ -1,28 +1,103 @@
-"""A scene that isn't solved yet, to look at from all sides: boxes, boundaries and probes with their names, stretched as
-in its picture (`validate.report.figures.axonometry`), so that thin films are seen."""
+"""A scene before a solve, drawn by pyvista: boxes, boundaries, electrodes and probes with their names.
+
+Each axis is stretched so that nothing is too thin to be seen: as a whole by a round factor, and between two
+neighbouring faces of boxes to a least width.
+"""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from math import inf
 from typing import Any
 
 import numpy as np
 
+from compare.report.checks import with_mu
+from scenes import physics
 from scenes.errors import SceneError
 from scenes.formats import cut
-from scenes.model import Boundary, Box, Probe, Scene
-from validate.report.figures import INK
+from scenes.free.grid import grid_of
+from scenes.free.tables import CONDITIONS, CURRENT_CONTACT, HEAT_CONTACT, HEAT_SOURCE, SERIES
+from scenes.functions import Surroundings, Varying
+from scenes.kinds import KELVIN, Quantity
+from scenes.laws import Law
+from scenes.model import Boundary, Box, Material, Probe, Scene, Schedule, Value, values
+from scenes.units import THERMAL_CONDUCTIVITY
+from validate.report.figures import INK, PARTS
 from validate.report.figures.labels import Label, columns, spread
 
 Part = dict[str, Any]
+"""What the window draws of a part: corners, colours, opacity and name, as plain JSON types."""
 SOLID = {Box: 1.0, Boundary: 0.35, Probe: 0.0}
 """Opacity of the faces of each kind of part."""
 NAME_HIGH, NAME_WIDE, CHARACTERS = 19, 8.2, 42
 """Names in the window: pixels from one to the next, pixels of a character, the most characters."""
+MOST = 120
+"""Names that fit beside the scene; the title counts the others."""
+SLENDER, THIN, SHARE = 0.08, 0.02, 0.35
+"""Least extent of an axis and least gap between faces, over the longest extent; share of the extent for all gaps."""
+ROUND = (1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0)
+"""Factors by which an axis is stretched, times powers of ten."""
+BOUNDARY = {
+    "temperature": "#b3261e", "heat_flux": "#b35c00", "convection": "#00677f", "radiation": "#8a2a5b",
+    "voltage": "#6a1fb0",
+}  # fmt: skip
+PROBE = "#1a7a2e"
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Map from coordinates of a scene (m) to the drawing.
+
+    Attributes
+    ----------
+    axes : which of x, y, z goes to the right, away and up
+    planes : faces of boxes (m) along each of these, ascending in the drawing
+    drawn : their places in the drawing, over the longest horizontal extent
+    factors : by which each axis is stretched as a whole
+    thickened : whether any gap is wider beyond that
+    """
+
+    axes: tuple[int, int, int]
+    planes: tuple[np.ndarray, ...]
+    drawn: tuple[np.ndarray, ...]
+    factors: tuple[float, ...]
+    thickened: bool
+
+    def __call__(self, points: np.ndarray) -> np.ndarray:
+        """Return the places (n, 3) of points (n, 3); points outside of the scene go to its rim."""
+        places = []
+        for axis, planes, drawn in zip(self.axes, self.planes, self.drawn, strict=True):
+            order = np.argsort(planes)
+            places.append(np.interp(points[:, axis], planes[order], drawn[order]))
+        return np.column_stack(places)
+
+
+def stretch(scene: Scene) -> Stretch:
+    """Choose the stretch of a scene that was checked."""
+    all_planes = grid_of(replace(scene, boundaries=(), probes=())).planes
+    extents = [float(np.ptp(planes)) for planes in all_planes]
+    along = 0 if extents[0] >= extents[1] else 1
+    # With y to the right it is -x that goes away, so that the three stay a right-handed system.
+    axes, signs = ((0, 1, 2), (1, 1, 1)) if along == 0 else ((1, 0, 2), (1, -1, 1))
+    length = extents[along]
+    planes, drawn, factors, thickened = [], [], [], False
+    for axis, sign in zip(axes, signs, strict=True):
+        at = all_planes[axis][::sign]
+        wanted = SLENDER * length / extents[axis]
+        power = 10.0 ** max(np.floor(np.log10(wanted)), 0.0)
+        factor = float(next(r * power for r in ROUND if r * power >= 0.999 * wanted))
+        gaps = np.abs(np.diff(at)) * factor
+        least = min(THIN, SHARE / len(gaps)) * length
+        thickened |= bool((gaps < 0.98 * least).any())
+        planes.append(at)
+        drawn.append(np.concatenate([[0.0], np.cumsum(np.maximum(gaps, least))]) / length)
+        factors.append(factor)
+    return Stretch(axes, tuple(planes), tuple(drawn), tuple(factors), thickened)
 
 
 def of_boxes(scene: Any) -> Scene:
-    """A scene of any kind as boxes; SceneError for one on a mesh."""
+    """Return a scene of any kind as boxes; SceneError for one on a mesh."""
     if getattr(scene, "parts", "") == "bodies":
         raise SceneError(
             f"{scene.name} is on a mesh, and pictures are of boxes: look at {scene.file} in the program that made it"
@@ -31,30 +106,109 @@ def of_boxes(scene: Any) -> Scene:
 
 
 def parts(scene: Scene) -> dict[str, Any]:
-    """What the window draws, as plain JSON types: ``parts`` with corners and colours, how solid they are, and their
-    names; which ``axes`` go to the right, away and up; and the ``title``."""
+    """Return the request for the window: ``parts``, a ``legend`` of materials, the ``axes`` and the ``title``."""
     from matplotlib.colors import to_rgb
 
-    from validate.report.figures.axonometry import drawing
-    from validate.report.figures.scene_picture import colours, labels_of, title
-
-    view, fill = drawing(scene), colours(scene)
-    items: tuple[Box | Boundary | Probe, ...] = (*scene.boxes, *scene.boundaries, *scene.probes)
+    view, names = stretch(scene), dict.fromkeys(material.name for material in physics.materials(scene))
+    # Pale, so that lines and sheets stand out.
+    pale = (0.45 + 0.55 * np.array([to_rgb(PARTS[n % len(PARTS)]) for n in range(len(names))])).tolist()
+    fill = dict(zip(names, pale, strict=True))
+    items: list[tuple[Any, str, str]] = [(box, _box_name(box), INK) for box in scene.boxes]
+    items += [(b, f"{b.name}: {_condition(b)}", BOUNDARY[b.kind]) for b in scene.boundaries]
+    items += [(probe, _probe_name(probe), PROBE) for probe in scene.probes]
     given = []
-    for label, item in zip(labels_of(scene, view), items, strict=True):
-        corners = view.stretched(np.array([item.lower, item.upper]))
-        colour = fill[item.material.name] if isinstance(item, Box) else to_rgb(label.colour)
+    for item, name, ink in items:
+        corners = view(np.array([item.lower, item.upper]))
+        colour = fill[item.material.name] if isinstance(item, Box) else list(to_rgb(ink))
         given.append({
-            "lower": corners.min(axis=0).tolist(), "upper": corners.max(axis=0).tolist(), "colour": list(colour),
-            "solid": SOLID[type(item)], "name": label.text, "ink": label.colour,
+            "lower": corners.min(axis=0).tolist(), "upper": corners.max(axis=0).tolist(), "colour": colour,
+            "solid": SOLID[type(item)], "name": name, "ink": ink,
+        })  # fmt: skip
+    boxes = {box.name: box for box in scene.boxes}
+    for contact in scene.contacts:
+        one, other = (boxes[name] for name in contact.between)
+        middle = view(np.array([np.maximum(one.lower, other.lower), np.minimum(one.upper, other.upper)])).mean(axis=0)
+        heat, current = contact.thermal_resistance, contact.electrical_resistance
+        shown = [kind.show(value) for kind, value in ((HEAT_CONTACT, heat), (CURRENT_CONTACT, current)) if value]
+        given.append({
+            "lower": middle.tolist(), "upper": middle.tolist(), "colour": [], "solid": 0.0, "ink": INK,
+            "name": f"{contact.name}: {', '.join(shown) or 'perfect'}",
         })  # fmt: skip
     signs = ["" if planes[-1] > planes[0] else "-" for planes in view.planes]
     axes = [sign + "xyz"[axis] for sign, axis in zip(signs, view.axes, strict=True)]
-    return {"parts": given, "axes": axes, "title": title(scene, view)}
+    legend = [[_material(scene, m), fill[m.name]] for m in {m.name: m for m in physics.materials(scene)}.values()]
+    return {"parts": given, "legend": legend, "axes": axes, "title": title(scene, view)}
+
+
+def title(scene: Scene, view: Stretch) -> str:
+    """Name the scene, count its parts, and state how much larger than in proportion it is drawn."""
+    stretched = [
+        f"{'xyz'[axis]} {factor:g} times" for axis, factor in zip(view.axes, view.factors, strict=True) if factor != 1
+    ]
+    said = [f"{', '.join(stretched)} as large"] * bool(stretched) + ["thin parts thicker"] * view.thickened
+    drawn = f" (drawn with {' and '.join(said)})" if said else ""
+    given = {"box": scene.boxes, "boundary": scene.boundaries, "probe": scene.probes}
+    many = {"box": "boxes", "boundary": "boundaries", "probe": "probes"}
+    counts = ", ".join(f"{len(items)} {one if len(items) == 1 else many[one]}" for one, items in given.items())
+    return f"{scene.name}: {counts}{drawn}"
+
+
+def _box_name(box: Box) -> str:
+    source = _value(box.heat_source, HEAT_SOURCE.quantity) if any(values(box.heat_source)) else ""
+    material = box.material.name if box.material.name != box.name else ""
+    more = ", ".join(filter(None, (material, source)))
+    return f"{box.name} ({more})" if more else box.name
+
+
+def _probe_name(probe: Probe) -> str:
+    reading = _reading(probe)
+    return reading if probe.name == reading else f"{probe.name}: {reading}"
+
+
+def _material(scene: Scene, material: Material) -> str:
+    if not physics.heat(scene):
+        return material.name
+    return f"{material.name}, {THERMAL_CONDUCTIVITY.show(material.thermal_conductivity)}"
+
+
+def _condition(boundary: Boundary) -> str:
+    kind = CONDITIONS[boundary.key]
+    behind = f" behind {SERIES.show(boundary.series_resistance)}" if 0 < boundary.series_resistance < inf else ""
+    if boundary.contact_resistance:
+        assert isinstance(kind, Varying)
+        given, per_area = (
+            (boundary.value, CURRENT_CONTACT) if boundary.kind == "voltage" else (boundary.ambient, HEAT_CONTACT)
+        )
+        behind += f" behind {per_area.show(boundary.contact_resistance)}"
+        return _value(given, kind.quantity) + behind
+    if isinstance(kind, Surroundings):
+        what = "emissivity " * (kind.name == "emissivity")
+        if isinstance(boundary.value, Law):
+            shown = cut((kind.law or kind.quantity).show(boundary.value), CHARACTERS // 2)
+        else:
+            shown = _value(boundary.value, kind.quantity)
+        return f"{what}{shown} to {_value(boundary.ambient, KELVIN)}"
+    assert isinstance(kind, Varying)
+    return _value(boundary.value, kind.quantity) + behind
+
+
+def _value(value: Value, kind: Quantity) -> str:
+    """A value, or the range of one that varies in time."""
+    ends = dict.fromkeys((min(value.values), max(value.values)) if isinstance(value, Schedule) else (value,))
+    shown = [kind.dimension.show(float(f"{end:.5g}")) for end in ends]
+    text = f"{' to '.join(shown)} over time" if len(shown) > 1 else shown[0]
+    return with_mu(text)
+
+
+def _reading(probe: Probe) -> str:
+    what = probe.quantity.replace("_", " ")
+    if probe.lower == probe.upper or probe.quantity in ("heat_flow", "current"):
+        return what
+    return f"{probe.reduce} {what}"
 
 
 def show(request: dict[str, Any]) -> None:
-    """The window, or a picture of it: the mouse turns it, and the names stay beside it."""
+    """Open the window or write its picture; names stay beside the scene however it is turned."""
     import pyvista as pv
 
     plotter: Any = pv.Plotter(off_screen=request["off_screen"], window_size=request["size"])
@@ -78,8 +232,13 @@ def show(request: dict[str, Any]) -> None:
     plotter.enable_parallel_projection()
     plotter.view_vector((0.35, -0.8, 0.5), viewup=(0, 0, 1))
     # The names take a part of the width on either side.
-    plotter.camera.zoom(0.85)
-    names = Names(plotter, request["parts"])
+    plotter.camera.zoom(1.1)
+    if request["legend"]:
+        plotter.add_legend(
+            [list(entry) for entry in request["legend"]], bcolor=None, face="rectangle", loc="lower center",
+            size=(0.3, 0.028 * len(request["legend"])),
+        )  # fmt: skip
+    names = Names(plotter, request["parts"][:MOST])
     plotter.renderer.AddObserver("StartEvent", lambda *_: names.lay_out())
     if request["off_screen"]:
         plotter.screenshot(request["screenshot"])
@@ -88,7 +247,7 @@ def show(request: dict[str, Any]) -> None:
 
 
 class Names:
-    """Names of parts in two columns of a window, with lines to the parts' middles, however they are turned."""
+    """Names of parts in two columns of a window, with lines to the middles of the parts."""
 
     def __init__(self, plotter: Any, parts: list[Part]) -> None:
         from matplotlib.colors import to_rgb
@@ -109,7 +268,7 @@ class Names:
             self.lines.append(mapper)
 
     def lay_out(self) -> None:
-        """Puts the names beside the scene as it is turned now."""
+        """Place the names for the current camera."""
         import pyvista as pv
 
         renderer, (wide, high) = self.plotter.renderer, self.plotter.window_size

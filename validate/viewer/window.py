@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from scenes.errors import SceneError, quoted
+from scenes.model import Scene
 from validate.report.figures import table
 from validate.viewer.source import find, present
 from validate.viewer.state import KEYS, QUANTITIES, View
@@ -91,6 +92,14 @@ def start(request: dict[str, Any], progress: Callable[[str], None]) -> list[str]
             "rendering; the run's files are whole, and its report.html shows the field without it"
         )
     return notes
+
+
+def save_picture(scene: Scene, path: Path, size: tuple[int, int] = (1430, 900)) -> None:
+    """Draw a scene that was checked to a file of so many pixels. Raises NoGraphicsError."""
+    from validate.viewer.boxes import parts
+
+    drawing = {"off_screen": True, "screenshot": str(path), "movie": None, "size": list(size)}
+    start({**drawing, **parts(scene)}, lambda _: None)
 
 
 def _why(status: int, said: str) -> str:
