@@ -29,12 +29,12 @@ CONDUCTOR = Following(Quantity(d.RESISTIVITY, 1e-9, 1e6))
 CONDUCTIVITY = Following(Quantity(d.ELECTRICAL_CONDUCTIVITY, 1e-6, 1e9))
 # A resistivity that is given for the oxide (the paper's Table 1 has 10e12 ohm m) is accepted and then left out: no
 # current is modelled there, which is right only for an insulator.
-INSULATOR = Insulator(Quantity(
+INSULATOR = Insulator(
     replace(d.RESISTIVITY, example="1e13 ohm m"), 1e6, 1e30, word="insulator",
     note=", for no current is modelled in this material",
-))  # fmt: skip
+)  # fmt: skip
 # The substrate's may be any: the oxide keeps the current from it.
-UNREACHED = Insulator(Quantity(d.RESISTIVITY, 1e-9, 1e30, word="insulator"))
+UNREACHED = Insulator(d.RESISTIVITY, 1e-9, 1e30, word="insulator")
 GAIN = Quantity(d.VOLTAGE, 0.0, 1e6)
 VOLTAGE = Quantity(d.VOLTAGE, 1e-4, 1e3, signed=True, note=" (at 0 V nothing heats and no relative error is defined)")
 

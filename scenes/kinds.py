@@ -153,24 +153,11 @@ class Count(Kind):
         return int(value)
 
 
-@dataclass(frozen=True)
-class Insulator(Kind):
+class Insulator(Quantity):
     """A resistivity that is checked and then left out, for a material that the model takes for an insulator."""
 
-    quantity: Quantity
-
-    @property
-    def form(self) -> str:
-        return self.quantity.form
-
     def read(self, path: str, given: object) -> None:
-        self.quantity.read(path, given)
-
-    def write(self, value: Any) -> Any:
-        return self.quantity.write(value)
-
-    def show(self, value: Any) -> str:
-        return self.quantity.show(value)
+        super().read(path, given)
 
 
 @dataclass(frozen=True)
