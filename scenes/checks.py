@@ -80,15 +80,14 @@ DEVICE_CHECKS = (*DEVICE_TOLERANCES, *DEVICE_3D_TOLERANCES, *DEVICE_ARRAY_TOLERA
 
 
 def tolerances(known: tuple[str, ...] = (*SINK_CHECKS, *SLOPE_TOLERANCES)) -> Numbers:
-    """A table of relative tolerances by check id; only those that a scene declares."""
+    """Return the kind of a table of relative tolerances by check id."""
     example = f"a table of tolerances such as {{{known[0] if known else 'middle'} = 0.02}}"
     return Numbers(Quantity(NUMBER, 1e-15, 100.0), known, "check", example)
 
 
 @dataclass(frozen=True)
 class Differing(Kind):
-    """A list of the checks that are expected to differ, each once; one text with commas between is a list as well.
-    ``word`` is what a file says for ``None``, nothing declared."""
+    """A list of checks that are expected to differ, each once, or one text with commas; ``word`` declares nothing."""
 
     known: tuple[str, ...] = SINK_CHECKS
     word: str = "undeclared"

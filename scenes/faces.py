@@ -20,7 +20,7 @@ COLDEST = 1.0  # K: laws are evaluated no lower, as states on the way to the sol
 
 
 def flux(boundary: Any, temperature: np.ndarray) -> np.ndarray:
-    """What leaves by such a boundary at temperatures (K) of its face, in W/m2."""
+    """Return the heat flux (W/m2) out of a boundary at temperatures (K) of its face."""
     t, ambient = np.maximum(temperature, COLDEST), float(boundary.ambient)
     if boundary.kind == "radiation":
         # Straight on below the coldest temperature, so that the flux keeps to its slope.
@@ -31,13 +31,13 @@ def flux(boundary: Any, temperature: np.ndarray) -> np.ndarray:
 
 
 def coefficient(boundary: Any, temperature: np.ndarray) -> np.ndarray:
-    """The part of the flux's derivative that is above zero, in W/(m2 K): 4 eps sigma T^3, or h(T)."""
+    """Return the positive part of the flux's derivative, in W/(m2 K): 4 eps sigma T^3, or h(T)."""
     t = np.maximum(temperature, COLDEST)
     return 4 * boundary.value * SIGMA * (t * t * t) if boundary.kind == "radiation" else boundary.value(t)
 
 
 def beyond(boundary: Any, temperature: np.ndarray) -> np.ndarray | None:
-    """The other part of the derivative, h'(T) (T - T_a), which may be below zero; None of radiation."""
+    """Return the other part of the derivative, h'(T) (T - T_a), of either sign; None for radiation."""
     if boundary.kind == "radiation":
         return None
     t = np.maximum(temperature, COLDEST)
@@ -45,13 +45,13 @@ def beyond(boundary: Any, temperature: np.ndarray) -> np.ndarray | None:
 
 
 def slope(boundary: Any, temperature: np.ndarray) -> np.ndarray:
-    """The whole derivative of the flux, in W/(m2 K)."""
+    """Return the derivative of the flux, in W/(m2 K)."""
     rest = beyond(boundary, temperature)
     return coefficient(boundary, temperature) + (0.0 if rest is None else rest)
 
 
 def towards(boundary: Any, other: Any, temperature: np.ndarray) -> np.ndarray:
-    """First-order change of the flux (W/m2) from a boundary to another that differs in its numbers."""
+    """Return the first-order change of the flux (W/m2) from a boundary to another that differs in its numbers."""
     t, ambient = np.maximum(temperature, COLDEST), float(boundary.ambient)
     warmer = float(other.ambient) - ambient
     if boundary.kind == "radiation":
@@ -62,7 +62,7 @@ def towards(boundary: Any, other: Any, temperature: np.ndarray) -> np.ndarray:
 
 
 def secant(boundary: Any, start: float, rise: np.ndarray) -> np.ndarray:
-    """What the flux grows by from a temperature (K) to a ``rise`` above it, over that rise, in W/(m2 K)."""
+    """Return the growth of the flux from a temperature (K) to a ``rise`` above it, over the rise, in W/(m2 K)."""
     t = np.maximum(start + rise, COLDEST)
     if boundary.kind == "radiation":
         return boundary.value * SIGMA * (t + start) * (t * t + start**2)

@@ -18,16 +18,21 @@ _DEEP = re.compile(rf"(?<![\w-])(?:{_PART}[ \t]*+\.[ \t]*+){{{DEEPEST}}}")
 
 
 def check_regular(path: Path, called: str) -> None:
-    """Refuses, ``called`` so in the message, a pipe, a device or a socket, of which nobody knows when it ends. Raises
-    SceneError, and OSError where there is nothing of that name."""
+    """Refuse a pipe, a device or a socket, ``called`` so in the message.
+
+    Raises SceneError, and OSError for a missing file.
+    """
     mode = path.stat().st_mode
     if not (S_ISREG(mode) or S_ISDIR(mode)):
         raise SceneError(f"{called} is a pipe or a device: save what it holds as a file, and give that")
 
 
 def contents(path: Path, most: int, called: str, instead: str) -> bytes:
-    """The bytes of a file. Raises SceneError, with what to give ``instead``, for one of more than ``most`` MB and for
-    what is no file; OSError where it cannot be read."""
+    """Return the bytes of a file.
+
+    Raises SceneError for a file above ``most`` MB, with the advice ``instead``, or for no regular file; OSError where
+    reading fails.
+    """
     check_regular(path, called)
     with path.open("rb") as file:
         data = file.read(most * 1_000_000 + 1)
@@ -37,7 +42,7 @@ def contents(path: Path, most: int, called: str, instead: str) -> bytes:
 
 
 def parsed(text: str) -> dict[str, Any]:
-    """The document of a TOML text. ValueError, RecursionError; SceneError for keys of over `DEEPEST` parts."""
+    """Parse a TOML text. Raises ValueError, RecursionError; SceneError for keys of over `DEEPEST` parts."""
     if deep := _DEEP.search(text):
         line = text.count("\n", 0, deep.start()) + 1
         raise SceneError(f"line {line} has more than {DEEPEST} names joined by dots: no key of a scene is that long")

@@ -1,4 +1,4 @@
-"""Resistances that probes ask for: of which electrode each is, and which other one its potential counts from."""
+"""Resistances of probes: the electrode of each, and the other electrode of its conductor."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ Pair = tuple[Any, Any]
 
 
 def pairs(scene: AnyScene, conductors: Iterable[Collection[str]]) -> dict[str, Pair]:
-    """For each probe of a resistance, by its name, the electrode and the other one.
+    """Return the electrode and the other one for each probe of a resistance, by its name.
 
-    ``conductors``: the names of the electrodes of each conductor. Raises SceneError for a probe on no electrode, or on
-    one whose conductor has none or several others, or through which no current passes for some time.
+    ``conductors``: the names of the electrodes of each conductor. Raises SceneError for a probe on no electrode, for a
+    conductor with one or several others, and where no current passes for some time.
     """
     joined = list(conductors)
     return {p.name: _pair(scene, p, joined) for p in scene.probes if p.quantity == "resistance"}
 
 
 def resistance(between: np.ndarray, current: np.ndarray, time: np.ndarray) -> np.ndarray:
-    """The resistance (ohm) at times (s) of which the voltage and the current are given; 0 where none ever passes."""
+    """Return the resistance (ohm) at times (s) with these voltages and currents; 0 without any current."""
     passing = np.abs(current) > NO_CURRENT * np.abs(current).max()
     if not passing.any():
         return np.zeros(current.shape)
@@ -89,7 +89,7 @@ def _idle(scene: AnyScene, electrode: Any, partner: Any) -> bool:
 
 
 def at(value: Value, times: np.ndarray) -> np.ndarray:
-    """(times,): a value at times (s), none of them that of a jump."""
+    """Return (times,): a value at times (s) that are no jumps."""
     if isinstance(value, Schedule):
         return np.interp(times, value.times, value.values)
     return np.full(times.shape, float(value))

@@ -1,4 +1,4 @@
-"""How well the keys of a scene are known: standard uncertainties, as given on a command line, and correlations.
+"""Standard uncertainties of the keys of a scene, as given on a command line, and their correlations.
 
 A standard uncertainty is one standard deviation (JCGM 100:2008, "GUM", 2.3.1); it is kept relative to the value.
 """
@@ -24,8 +24,8 @@ _FORM = "give KEY=5%, KEY=0.1um in the key's own unit, or materials for the scen
 
 @dataclass(frozen=True)
 class Uncertain:
-    """``relative`` standard uncertainties by key, ``correlations`` by pairs of keys (in the order of the former), and
-    what was ``given``, in words."""
+    """``relative`` standard uncertainties by key, ``correlations`` by pairs of keys (in this order), and the options as
+    ``given``."""
 
     relative: dict[str, float]
     correlations: dict[tuple[str, str], float] = field(default_factory=dict)
@@ -44,8 +44,10 @@ class Uncertain:
 
 
 def read(scene: object, given: Sequence[str], correlated: Sequence[str] = ()) -> Uncertain:
-    """What ``--uncertain`` and ``--correlated`` say of a scene; a later one wins. Raises SceneError for what is no
-    uncertainty, for a key that is unknown or has no number, and for correlations that can't be."""
+    """Read ``--uncertain`` and ``--correlated``; a later one wins.
+
+    Raises SceneError for an invalid uncertainty, a key without a number, and impossible correlations.
+    """
     values, relative = numbers(scene), dict[str, float]()
     for text in given:
         if text.strip() == MATERIALS:
@@ -86,7 +88,7 @@ def read(scene: object, given: Sequence[str], correlated: Sequence[str] = ()) ->
 
 
 def path_of(scene: object, key: str, known: Mapping[str, float], option: str) -> str:
-    """The full name of a key that has a number other than zero; its end is enough where no other such key has it."""
+    """Return the full name of a key with a nonzero number, from an unambiguous end of the name."""
     ends = [path for path in known if path == key or path.endswith(f".{key}")]
     if len(ends) == 1:
         return ends[0]

@@ -1,5 +1,4 @@
-"""Whether a scene can be solved: every value within its bounds, and the sizes fitting together; and which key is likely
-why its numerics failed."""
+"""Check a parametric scene: bounds of values, fitting sizes; and find the key that likely made its numerics fail."""
 
 from __future__ import annotations
 
@@ -27,11 +26,11 @@ _ROOM = {"environment.convection_coefficient": 1e3, "environment.gap_gas_conduct
 
 
 def check(scene: T) -> T:
-    """The scene itself, wherever it comes from: a file, an override or Python.
+    """Check a scene from a file, an override or Python, and return it.
 
     Raises SceneError for a value of the wrong type or out of bounds, an oxide that does not lie under its pad, an
-    island longer than a span, and a film whose resistivity would not be positive at room temperature; of a device also
-    for what its controllers could not work with. A beam wider than its pads is fine.
+    island longer than a span, a film whose resistivity is not positive at room temperature, and device settings that
+    its controllers cannot work with. A beam wider than its pads is fine.
     """
     schema = type_of(scene).schema
     for path, written in schema.write(scene).items():
@@ -183,8 +182,8 @@ _CHECKS: dict[str, Callable[[Any], None]] = {"sink": _check_sink, "device": _che
 
 
 def cause(scene: object, instead: str = "") -> str:
-    """What to append to the sentence of a numerical failure, with ``instead`` after it: which key is likely why, the
-    one that is farthest from the built-in scene's, how far it is out and what to do. Nothing where none is far out."""
+    """Return the end of the sentence on a numerical failure: the key farthest from its built-in value, and advice; ""
+    where no key is far out."""
     extreme = farthest(scene)
     return extreme and (
         f"; {extreme[0]} than in the built-in {type_of(scene).name}, and so is likely beyond what double precision "
@@ -193,8 +192,7 @@ def cause(scene: object, instead: str = "") -> str:
 
 
 def farthest(scene: object) -> tuple[str, str] | Literal[""]:
-    """How many times more or less than in the built-in scene the key is that is farthest out, and what it is there.
-    Nothing where none is far out."""
+    """Return the deviation of the key that is farthest from its built-in value, and this value; "" where none is."""
     kind = type_of(scene)
     deviations = []
     for path, key in kind.schema.paths.items():

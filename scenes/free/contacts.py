@@ -1,4 +1,4 @@
-"""Where the contacts of a scene are on a grid of its boxes, and the refusal of those that can't be."""
+"""The faces of contacts on a grid of the scene's boxes, and the refusal of impossible contacts."""
 
 from __future__ import annotations
 
@@ -31,14 +31,16 @@ def resistances(scene: Scene) -> np.ndarray:
 
 
 def across(owner: np.ndarray, axis: int, between: np.ndarray) -> np.ndarray:
-    """(one less along the axis, which comes first): what a table by two boxes' numbers (boxes + 1, boxes + 1) has for
-    the faces between neighbouring cells of these owners."""
+    """Return the entries of a table (boxes + 1, boxes + 1) at the faces between neighbouring cells of these owners.
+
+    The result is one shorter along the axis, which comes first.
+    """
     owners = np.moveaxis(owner, axis, 0)
     return between[owners[:-1], owners[1:]]
 
 
 def check(grid: Grid) -> None:
-    """Refuses contacts as `refuse` does, and temperatures and voltages that lie on one."""
+    """Refuse impossible contacts, and temperatures and voltages that lie on one."""
     scene = grid.scene
     insulators = {box.name for box in scene.boxes if box.material.resistivity is None}
     refuse(scene.contacts, ("box", "boxes"), [box.name for box in scene.boxes], lambda c: area(grid, c) > 0, insulators)
@@ -53,8 +55,8 @@ def refuse(
     touch: Callable[[Contact], bool],
     insulators: Collection[str],
 ) -> None:
-    """Refuses contacts of parts that aren't there, by the ``names`` of these and what they are ``called`` (one, many),
-    of one with itself, of the same two twice, of two that don't ``touch``, of a current with an insulator."""
+    """Refuse contacts of unknown parts, of one part with itself, of the same two parts twice, of parts that don't
+    ``touch``, and of a current with an insulator. ``called`` is the word for one part and for many."""
     taken, (part, parts) = dict[frozenset[str], str](), called
     for contact in given:
         label = f"contact {quoted(contact.name)}"
@@ -101,7 +103,7 @@ def _check_boundary(grid: Grid, boundary: Boundary) -> None:
 
 
 def on_one(boundary: Boundary | GroupBoundary, contact: Contact, place: str) -> str:
-    """Why a boundary can't lie on a contact."""
+    """Return the sentence on a boundary that lies on a contact."""
     return (
         f"boundary {quoted(boundary.name)}.{boundary.kind} lies on contact {quoted(contact.name)}, where nothing says "
         f"on which side of it: give {place} elsewhere, or leave the contact out"
@@ -109,7 +111,7 @@ def on_one(boundary: Boundary | GroupBoundary, contact: Contact, place: str) -> 
 
 
 def area(grid: Grid, contact: Contact) -> float:
-    """The area (m2) of a contact."""
+    """Return the area (m2) of a contact."""
     numbers = [number for number, box in enumerate(grid.scene.boxes) if box.name in contact.between]
     table = np.zeros((len(grid.scene.boxes) + 1,) * 2)
     table[np.ix_(numbers, numbers)] = 1.0 - np.eye(len(numbers))
@@ -121,7 +123,7 @@ def area(grid: Grid, contact: Contact) -> float:
 
 
 def touched(grid: Grid, probe: Probe) -> Contact | None:
-    """A contact that a probe of a temperature, or a potential, lies on: at which that jumps."""
+    """Return a contact at which the quantity of a probe jumps, or None."""
     kind = ELECTRIC if probe.quantity == "potential" else THERMAL
     owners, table = grid.cells(probe.lower, probe.upper), resistances(grid.scene)[kind]
     for axis in grid.flat(probe.lower, probe.upper):

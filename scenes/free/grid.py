@@ -93,9 +93,11 @@ class Grid:
         return min(first, len(planes) - 1), max(last, 0)
 
     def cells(self, lower: Point, upper: Point, values: np.ndarray | None = None) -> np.ndarray:
-        """The owners of the cells that touch a box of any dimension: those inside it along the axes along which it
-        extends, those on either side (VOID beyond the grid) along the others. ``values`` of the cells stand for the
-        numbers of their owners (and 0 beyond the grid)."""
+        """Return the owners of the cells that touch a box of any dimension.
+
+        Along the axes along which the box extends the cells lie inside, along the others on either side (VOID beyond
+        the grid). ``values`` of the cells replace the numbers of their owners (0 beyond the grid).
+        """
         window = []
         for axis in range(3):
             first, last = self.span(axis, lower[axis], upper[axis])
@@ -111,8 +113,10 @@ class Grid:
         return tuple(d for d in range(3) if upper[d] - lower[d] <= self.small[d])
 
     def sheet(self, item: Boundary | Probe, values: np.ndarray | None = None) -> Sheet | None:
-        """A flat box, without faces where it misses the grid; ``None`` for what is not flat. ``values`` of the cells
-        stand for the numbers of their owners."""
+        """Return a flat box, without faces where it misses the grid; ``None`` for a box that is not flat.
+
+        ``values`` of the cells replace the numbers of their owners.
+        """
         flat = self.flat(item.lower, item.upper)
         if len(flat) != 1:
             return None
@@ -196,7 +200,7 @@ class Grid:
 
     @cached_property
     def fixed(self) -> np.ndarray:
-        """(cells): those of conductors that an electrode touches; the potential of any other is not determined."""
+        """(cells): the cells of conductors that an electrode touches; any other potential is undetermined."""
         labels, voltages = self.electrified()
         return np.isin(labels, list(voltages))
 
@@ -227,7 +231,7 @@ def planes_of(scene: Scene, axis: int) -> list[float]:
 
 
 def distinct(coordinates: Sequence[float], small: float) -> list[float]:
-    """Coordinates in order, without those that are hardly apart from another."""
+    """Return coordinates in order, without near duplicates."""
     kept: list[float] = []
     for c in sorted(coordinates):
         if not kept or c - kept[-1] > small:
@@ -236,7 +240,7 @@ def distinct(coordinates: Sequence[float], small: float) -> list[float]:
 
 
 def cut(grid: Grid) -> str:
-    """Where insulating boxes cut the current between electrodes of different voltages, in words; else ""."""
+    """Return a sentence on insulating boxes between electrodes of different voltages, or ""."""
     labels, voltages = grid.electrified()
     insulating = grid.parts(grid.solid & ~grid.conducting)
     touched: dict[int, set[int]] = {}

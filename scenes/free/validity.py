@@ -20,11 +20,10 @@ T = TypeVar("T", Box, Boundary, Probe)
 
 
 def check(scene: Scene) -> Scene:
-    """The scene with corners that differ by rounding made equal, and flat boxes cut to the extent of the solid.
+    """Return the scene with nearly equal corners made equal, and flat boxes cut to the extent of the solid.
 
-    Raises SceneError for boxes without volume or entirely covered by later ones; boundaries that are not flat, or that
-    touch nothing they could act on, or that contradict each other; probes of what is not there; parts that are left
-    floating, and what nothing drives. Lengths below 1e-9 of the extent count as nothing.
+    Raises SceneError for boxes without volume or covered by later ones; boundaries that are not flat, that have nothing
+    to act on, or that contradict each other; probes outside the solid; floating parts, and scenes at rest.
     """
     _check_extents(scene)
     grid = grid_of(scene)
@@ -77,7 +76,7 @@ def _check_boundaries(grid: Grid) -> None:
 
 
 def _check_probe(grid: Grid, probe: Probe) -> None:
-    """Refuses a probe outside the solid or the conductors, and a flow over what is not flat."""
+    """Refuse a probe outside the solid or the conductors, and a flow through a box that is not flat."""
     for axis in range(3):
         if probe.upper[axis] < probe.lower[axis]:
             _refuse_extent("probe", probe, "a negative", axis)
@@ -110,7 +109,7 @@ def _check_probe(grid: Grid, probe: Probe) -> None:
 
 
 def _check_side(grid: Grid, probe: Probe) -> None:
-    """Refuses a probe on a contact that doesn't say on which side, and one of a box that isn't all there."""
+    """Refuse a probe on a contact without a side, and a probe outside of its boxes."""
     names = [box.name for box in grid.scene.boxes]
     if not probe.boxes:
         if contact := contacts.touched(grid, probe):
@@ -176,8 +175,10 @@ def _check_flow(grid: Grid, probe: Probe) -> None:
 
 
 def _refuse_infinite(grid: Grid, probe: Probe, sheet: Sheet) -> None:
-    """Where two fixed temperatures meet at an edge, heat flows like one over the distance: without bound through one of
-    them, or through a section that ends there; what passes both together is finite."""
+    """Refuse a flow past the edge at which two fixed temperatures meet, which is infinite.
+
+    Near the edge the flux grows like one over the distance; the flow through both boundaries together is finite.
+    """
     crossing = sheet.edges(sheet.beside(grid.solid))
     earlier: list[tuple[Boundary, tuple[np.ndarray, np.ndarray]]] = []
     for a in (b for b in grid.scene.boundaries if b.kind == "temperature"):
@@ -237,15 +238,15 @@ def _check_parts(grid: Grid) -> None:
 
 
 def _nearly(grid: Grid) -> str:
-    """What to append where a part may be alone by mistake: the first two boxes that nearly touch."""
+    """The end of a sentence on a lonely part: the first two boxes that nearly touch."""
     from scenes.free.structure import gaps
 
     return "".join(f"; {sentence}" for sentence in gaps(grid)[:1])
 
 
 def tidy(grid: Grid) -> Scene:
-    """The same scene with every corner that is within rounding of a plane of the grid on it, and none beyond the
-    extent of the solid. What has been checked on the grid holds for it, and tidying it again changes nothing."""
+    """Return the scene with its corners on the planes of the grid, where they are within rounding, and none beyond the
+    solid. A tidy scene stays as it is."""
 
     def coordinate(axis: int, c: float) -> float:
         planes = grid.planes[axis]

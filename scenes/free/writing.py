@@ -1,4 +1,4 @@
-"""From a free scene to a document of SI numbers and plain JSON types that reads back equal, and to a TOML file."""
+"""Write a free scene as a document of SI numbers and plain JSON types that reads back equal, or as a TOML file."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from scenes.physics import HEAT_KEYS
 
 
 def as_dict(scene: m.AnyScene) -> dict[str, Any]:
-    """What a file of the scene would say; what nothing is said about by default is left out."""
+    """Return the document of a scene without its default values."""
     run: dict[str, Any] = {"steady": True} if scene.steady else {"end_time": scene.end_time}
     if scene.output_times and not scene.steady:
         run["output_times"] = list(scene.output_times)
