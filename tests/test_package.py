@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 ROOT = Path(__file__).parents[1]
-PACKAGES = ("scenes", "meshes", "statespace", "fem3d", "reduced1d", "compare", "validate")
+PACKAGES = ("scenes", "meshes", "statespace", "fem3d", "reduced1d", "compare", "benchmarks", "validate")
 
 
 needs_setuptools = pytest.mark.skipif(

@@ -3,8 +3,7 @@
 Heat:      rho c dT/dt = div(k grad T) + |J|^2 / sigma,   k dT/dn + h (T - T_air) = 0 on cooled faces,
 Current:   div(sigma grad phi) = 0,                       J = -sigma grad phi,   sigma = 1 / resistivity(T).
 
-Each function takes the coefficient of an element as ``w.<name>`` (per quadrature point). The second path
-(`validate.verify.reference`) stands on them alone.
+Each function takes the coefficient of an element as ``w.<name>`` (per quadrature point).
 """
 
 from __future__ import annotations

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks.walls import Layer, step_response
 from fem3d.runs.scene import solve
 from fem3d.spaces.domain import boxes
 from meshes import connected, singular
@@ -17,7 +18,6 @@ from scenes.free import as_dict, check, from_dict
 from scenes.laws import PowerLaw
 from scenes.model import Boundary, Box, Contact, Material, Probe, Scene
 from tests.fem3d.contact_second_path import rim_by_quadrilaterals
-from validate.verify.series import Layer, step_response
 
 LENGTH, SIDE, K, CAPACITY = 1e-3, 0.2e-3, 2.0, 3e6
 RESISTANCE = 5e-4  # m2 K/W: as much as the length of a slab

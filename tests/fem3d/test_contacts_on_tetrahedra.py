@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks.walls import Layer, step_response
 from fem3d.adaptivity import cellwise, mesh_file
 from fem3d.problems import conductors
 from fem3d.problems.assembly import assemble
@@ -27,7 +28,6 @@ from scenes.result import Estimate, Result
 from tests.fem3d.sharp_edges import exponents, halved
 from tests.fem3d.test_contacts import CAPACITY, CASES, LENGTH, RESISTANCE, SIDE, _rim, exact, pair, with_law
 from tests.meshes.grouped import boxes
-from validate.verify.series import Layer, step_response
 
 CELLS = ("tetra", "tetra10", "hexahedron", "hexahedron27")
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks.random_boxes import draw
 from fem3d.adaptivity import estimator, goal_errors, goal_parts, nested, reach
 from fem3d.adaptivity.estimator import SLOWEST, Contributions, Estimator
 from fem3d.problems import conductors
@@ -21,7 +22,6 @@ from scenes.model import Box, Probe
 from scenes.sink import SILICON
 from tests.fem3d import bar, bar_grid, end, grid_of, problem, silicon, whole
 from tests.fem3d.test_forms import three_materials
-from validate.stress.random_scenes import draw
 
 DEGREES = np.arange(3, 9)
 UNIT = Box("box", SILICON, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0))

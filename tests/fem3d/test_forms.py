@@ -14,7 +14,6 @@ from meshes.grid import Grid
 from scenes.model import Box, Material
 from scenes.sink import Sink
 from tests.fem3d import off, plain_grid, problem
-from validate.verify import reference
 
 STUFF = Material("stuff", 1.0, 1.0, 1.0)
 BOXES = (Box("a", STUFF, (0, 0, 0), (3, 2.5, 0.8)), Box("b", STUFF, (3, 0, 0), (4, 2, 0.8)))
@@ -149,9 +148,3 @@ def test_a_uniform_rise_drives_no_heat_but_to_the_air():
 def heat_capacity(scene):
     """J/K of disjoint boxes."""
     return sum(b.material.heat_capacity * np.prod(np.subtract(b.upper, b.lower)) for b in scene.boxes)
-
-
-def test_the_second_path_takes_one_degree_only():
-    scene = Sink().scene()
-    with pytest.raises(ValueError, match="one degree, 1 or 2, everywhere"):
-        reference.assemble(scene, plain_grid(scene, 3))

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks import random_plates
 from fem3d.adaptivity import estimator, later
 from fem3d.adaptivity.effectivity import AS_IT_IS, CAUTION, Told
 from fem3d.adaptivity.estimator import AWAY, EXPECTED, LATER, Contributions, Estimator
@@ -17,7 +18,6 @@ from fem3d.adaptivity.loop import Search
 from fem3d.runs import scene as runs
 from scenes.model import Boundary, Box, Material, Probe, Scene
 from tests.fem3d.meander import meander
-from validate.stress import random_plates
 
 WIDTH, ARM = 1e-5, 4  # m; in widths
 EXACT = 1.0 / (2 * ARM + 1 - 2 * np.log(2) / np.pi)  # of an L one thick and a conductor of its width, of 1 V

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks import invariants, random_laws
 from fem3d.problems import following
 from fem3d.problems.current import Conductor
 from fem3d.runs import sink as sinks
@@ -19,7 +20,6 @@ from scenes.model import Schedule
 from scenes.sink import SILICON, Sink
 from tests.fem3d import grid_of, problem
 from tests.meshes.grouped.test_scenes import on_mesh
-from validate.stress import invariants, random_effects
 
 LENGTH, COLD, K, RHO = 1e-4, 300.0, 130.0, 1e-5
 POWER = {"value": K, "at": COLD, "exponent": -1.3}
@@ -268,8 +268,8 @@ def test_the_coldest_temperature_is_that_of_what_a_scene_is_next_to():
 def test_where_a_coarse_mesh_swings_far_below_what_is_coldest_its_state_is_found(monkeypatch):
     """A film that a flux enters by an edge: 29,000 K hot there, as a power of -0.35 has it, and down to -1,000 K on the
     first meshes, whose equations have no solution where the law is followed to 1 K."""
-    drawn = random_effects.draw(3023)
-    assert invariants.honest(drawn, invariants.solve(drawn.scene), 3.0) <= 1.0
+    drawn = random_laws.draw(3023)
+    assert invariants.compared(drawn, invariants.solve(drawn.scene), 3.0)[0] <= 1.0
     monkeypatch.setattr(following, "SWING", 0.0)
     with pytest.raises(RunawayError, match="need not be a runaway"):
         invariants.solve(drawn.scene)
@@ -278,7 +278,7 @@ def test_where_a_coarse_mesh_swings_far_below_what_is_coldest_its_state_is_found
 @pytest.mark.long
 def test_a_resistivity_that_falls_to_zero_runs_away(monkeypatch):
     """Not by a fold: a line of -0.0033 per kelvin ends 304 K above the cold end, in one box of two in series."""
-    scene = random_effects.draw(3064).scene
+    scene = random_laws.draw(3064).scene
     with pytest.raises(RunawayError, match="thermal runaway"):
         solve(scene)
     monkeypatch.setattr(physics, "may_run_away", lambda *_: False)
@@ -390,7 +390,7 @@ def of_sink(law, volts=1.0, **given):
     ],
 )
 def test_the_sink_is_as_hot_as_the_second_path_has_it(law, volts, peak):
-    """Rises (K) of `validate.verify.newton` on grids refined until these digits stay."""
+    """Rises (K) of the second path on grids refined until these digits stay."""
     found = sinks.solve(of_sink(law, volts), STEADY).steady["peak_rise_K"]
     held(found, peak, 1e-3 * peak)
     twin = sinks.solve(of_sink(law, 1.003 * volts), STEADY).steady["peak_rise_K"]
@@ -442,5 +442,5 @@ def test_a_current_has_the_error_of_its_quadrature_where_a_resistivity_bends(tol
     """Where the table of a heater bends its current changes by 3e-5 with a finer quadrature, its rise by 4e-6."""
     if not told:
         monkeypatch.setattr(newton.Newton, "missed", lambda self, point, better: 4e-6)
-    current = solve(random_effects.draw(3287).scene).steady["into plus"]
+    current = solve(random_laws.draw(3287).scene).steady["into plus"]
     assert (abs(current.value - 2.668247) < current.error) is told  # of a solve to 3e-5, known to 4e-7

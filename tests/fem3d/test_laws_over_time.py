@@ -2,15 +2,12 @@
 on scikit-fem's own elements, closed forms, and what is known of constant properties and of the steady state."""
 
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
 from fem3d.adaptivity.law_response import Rounds
-from fem3d.problems import conductors
-from fem3d.results import outputs
 from fem3d.runs import sink as sinks
 from fem3d.runs.scene import solve
 from fem3d.solution import between_states
@@ -21,9 +18,8 @@ from scenes.free import from_dict
 from scenes.laws import PowerLaw, Table
 from scenes.sink import SILICON
 from tests.fem3d import bar as plain_bar
-from tests.fem3d import bar_grid, end, problem, whole
+from tests.fem3d import bar_grid, end, problem
 from tests.fem3d.test_laws import COLD, FALLING, LENGTH, POWER, RHO, K, bar, of_sink
-from validate.verify import newton, newton_scene
 
 CAPACITY = {"density": 2330.0, "specific_heat": 700.0}
 SLOWEST = LENGTH**2 * 2330.0 * 700.0 / (np.pi**2 * K)
@@ -71,40 +67,6 @@ def test_a_heated_bar_is_as_hot_as_kirchhoff_s_variable_has_it(law, twin, accura
     assert np.abs(at(found, "at", times) - exact).max() <= error
     assert np.abs(at(found, "at", times) - lines(replace(law, **twin), source, times)).max() > error
     assert found.details["transient_imbalance"] < 1e-4
-
-
-def second_path(scene, grid, times, pieces):
-    """(times, 2): the mean rise and the current of a bar, by Newton's method on scikit-fem's elements."""
-    basis, owner, order = newton_scene.base(scene, grid)
-    problem = newton_scene.problem(scene, basis, owner, order)
-    steps = np.arange(1, pieces + 1) / pieces
-    instants = np.concatenate([[0.0], *(a + (b - a) * steps for a, b in pairwise([0.0, *times]))])
-    found = []
-    for i, (state, _) in enumerate(newton.transient(problem, instants)):
-        if i and i % pieces == 0:
-            mean = newton_scene.readings(scene, basis, state)["mean"]
-            found.append([mean - 293.0, newton.current(problem, state, problem.electrodes[0])])
-    return np.array(found)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("exponent", [1.0, -0.5])
-def test_the_second_path_has_the_same_course_on_the_same_mesh(exponent):
-    """Conductivity and resistivity follow the temperature; the second path's steps are of order 3."""
-    law = PowerLaw(SILICON.resistivity, 293.0, exponent)
-    material = replace(SILICON, thermal_conductivity=FALLING, resistivity=law, temperature_coefficient=0.0)
-    ends = [end(s, kind, value) for s, volts in ((0, 6.0), (1, 0.0))
-            for kind, value in (("voltage", volts), ("temperature", 293.0))]  # fmt: skip
-    scene = plain_bar(material, *ends)
-    grid, times = bar_grid(scene, 8, 1), 2e-5 * 2.0 ** np.arange(5)
-    heat = problem(scene, grid)
-    rounds = Rounds(heat, conductors.find(heat), None, 1e-4, float(times[-1]), 2e-5, 1e-4)
-    out = outputs.of_transient(rounds.run().last, whole(scene), times)
-    ours = np.column_stack([out["probe:mean"], out["current:voltage-0"]])
-    assert ours[-1, 0] > 50.0
-    coarse, fine = (np.abs(second_path(scene, grid, times, n) / ours - 1).max() for n in (1, 2))
-    assert fine < 2e-4
-    assert coarse > 4 * fine
 
 
 @pytest.mark.long

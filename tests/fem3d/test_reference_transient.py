@@ -1,8 +1,6 @@
-"""Krylov fields with exponential steps against full-order implicit stepping on the same mesh."""
+"""Krylov fields of a transient, and the current patterns on its way."""
 
 from dataclasses import replace
-from functools import cache
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -10,71 +8,15 @@ import pytest
 from fem3d.results import outputs
 from fem3d.solution.reduced import orthonormal
 from meshes import grading, symmetry
-from scenes.sink import SILICON, Sink
-from tests.fem3d import krylov, march, plain_grid, silicon, state_on, steady_on
-from tests.fem3d.second_path import quantities
-from validate.verify import reference
+from scenes.sink import Sink
+from tests.fem3d import krylov, march, steady_on
 
-OCTAVES = 9
-QUANTITIES = ("peak", "end", "mean")
-SINKS = [
-    Sink(),
-    Sink(voltage=2.0, electrodes="pad-edge", convection_coefficient=300.0, silicon=silicon(-5e-4)),
-    Sink(voltage=8.0, silicon=silicon(0.0), substrate_thickness=2e-5, substrate_length=1.4e-3, substrate_width=2e-4),
-]
-
-
-def times(pieces):
-    """Intervals that double in length from 10 us on, in equal steps."""
-    edges = np.concatenate([[0.0], 1e-5 * 2.0 ** np.arange(OCTAVES)])
-    steps = np.arange(1, pieces + 1) / pieces
-    return np.concatenate([[0.0], *(a + (b - a) * steps for a, b in pairwise(edges))])
-
-
-def grid_of(sink):
-    return plain_grid(symmetry.reduce(sink.scene()).scene, degree=1)
-
-
-@cache
-def stepped(sink, pieces):
-    """(OCTAVES, 4): peak, end and mean rise and current at the ends of the intervals."""
-    part = symmetry.reduce(sink.scene())
-    full = reference.assemble(part.scene, grid_of(sink))
-    marched = reference.transient(full, times(pieces))[pieces::pieces]
-    found = [quantities(sink, part, full, *state) for state in marched]
-    return np.array([[*(q[f"{name}_rise_K"] for name in QUANTITIES), q["current_A"]] for q in found], dtype=float)
+TIMES = 1e-5 * 2.0 ** np.arange(9)
 
 
 def read(answer, part):
-    out = outputs.of_transient(answer, part, times(1)[1:])
-    return np.stack([*(out[f"probe:{name}"] for name in QUANTITIES), out["current:electrode-0"]], axis=1)
-
-
-def exponential(sink, grid, fields=20):
-    """(OCTAVES, 4) the same in the reduced space, and (4,) the steady values."""
-    part = symmetry.reduce(sink.scene())
-    state, values = state_on(sink, grid, part)
-    space = krylov(state, fields)
-    answer = march(state, space, times(1)[-1], 1e-9)
-    scale = [*(values[f"{name}_rise_K"] for name in QUANTITIES), values["current_A"]]
-    return read(answer, part), np.abs(np.array(scale, dtype=float))
-
-
-@pytest.mark.long
-@pytest.mark.parametrize(("sink", "pieces"), list(zip(SINKS, (1, 2, 1), strict=True)))
-def test_agrees_within_the_error_of_the_stepping_which_falls_at_its_order(sink, pieces):
-    ours, scale = exponential(sink, grid_of(sink))
-    coarse, fine = (np.abs((stepped(sink, n) - ours) / scale).max() for n in (pieces, 2 * pieces))
-    assert fine < 2e-4 * (2 / pieces) ** 3
-    assert 2.6 < np.log2(coarse / fine) < 3.4  # the method's order is 3
-
-
-@pytest.mark.long
-def test_a_heat_capacity_off_by_a_part_in_a_hundred_is_seen():
-    sink = SINKS[1]
-    twin = replace(sink, silicon=replace(sink.silicon, specific_heat=1.01 * SILICON.specific_heat))
-    ours, scale = exponential(twin, grid_of(twin))
-    assert np.abs((stepped(sink, 4) - ours) / scale).max() > 1e-3
+    out = outputs.of_transient(answer, part, TIMES)
+    return np.stack([*(out[f"probe:{name}"] for name in ("peak", "end", "mean")), out["current:electrode-0"]], axis=1)
 
 
 def first_grid(scene, accuracy):

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks.random_boxes import draw
 from fem3d.adaptivity import goal_errors, loop, nested, reach
 from fem3d.adaptivity.estimator import Estimator
 from fem3d.runs import probe_quantities
@@ -13,7 +14,6 @@ from fem3d.spaces.domain import boxes as domain_of
 from meshes import grading, symmetry
 from scenes.errors import NumericsError
 from scenes.model import Boundary, Box, Material, Probe, Scene
-from validate.stress.random_scenes import draw
 
 SIDE = 1e-5
 

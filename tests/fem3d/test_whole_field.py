@@ -6,6 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks import invariants
+from benchmarks.random_boxes import draw
 from fem3d.adaptivity import field_error, goal_errors, loop, nested
 from fem3d.adaptivity.estimator import Estimator
 from fem3d.runs import probe_quantities
@@ -15,8 +17,6 @@ from fem3d.spaces.domain import boxes
 from meshes import grading, symmetry
 from meshes.grid import Grid
 from scenes.model import Boundary, Box, Material, Probe, Scene
-from validate.stress import invariants
-from validate.stress.random_scenes import draw
 
 WIDE, THIN = 1e-4, 5e-7
 

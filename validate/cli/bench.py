@@ -1,6 +1,6 @@
-"""Run time against error on the default sink and device: this toolkit's whole runs and its solver on a
-given mesh, the 1D reductions, scikit-fem and, where installed, NGSolve; growth with the
-unknowns; what each skip of the plan saves; start-up. Takes half an hour; --quick a minute.
+"""Run time against error on the default sink and device: this toolkit's whole runs, the 1D reductions,
+scikit-fem and, where installed, NGSolve; growth with the unknowns; what each skip of the plan
+saves; start-up. Takes half an hour; --quick a minute.
 
 examples:
   validate bench --quick
@@ -15,11 +15,15 @@ from __future__ import annotations
 import argparse
 import json
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from scenes.errors import SceneError
 from validate.cli import common
-from validate.cli.terminal import FINE, progress, show
+from validate.cli.terminal import FINE, progress, show, style
+
+if TYPE_CHECKING:
+    from benchmarks.page import Part
+    from compare.report.table import Table
 
 ROUNDS, QUICK_ROUNDS = 3, 1  # Defaults of --rounds, without and with --quick.
 FOLDER = Path("results/bench")  # Where plots go if no page is written.
@@ -44,9 +48,10 @@ def run(arguments: argparse.Namespace) -> int:
     for file in files:
         if not file.parent.is_dir():
             raise SceneError(f'"{file}" can\'t be written: there is no folder "{file.parent}"')
-    from validate.bench import page
-    from validate.bench.work import PARTS
-    from validate.bench.work import run as measure
+    from benchmarks import page
+    from benchmarks.bench import PARTS
+    from benchmarks.bench import run as measure
+    from compare.report.table import Section
     from validate.report.summary import as_json, write_document
 
     wanted = [*arguments.part, *["start-up"] * arguments.start_up]
@@ -55,23 +60,69 @@ def run(arguments: argparse.Namespace) -> int:
     with progress() as say:
         measurements = measure(wanted, rounds, arguments.quick, say, earlier)
     folder = FOLDER if page_file is None else page_file.parent / "figures"
-    drawn = {part: folder / f"benchmark-{part}.png" for part in page.WORK if part in measurements}
+    sections = page.sections(measurements)
+    drawn = {part: folder / f"benchmark-{part}.png" for part in ("transient", "steady") if part in measurements}
     for part, path in drawn.items():
         folder.mkdir(parents=True, exist_ok=True)
-        page.draw(part, measurements[part], path)
+        _draw(sections[part][0], measurements[part], path)
     if numbers is not None:
         write_document(numbers, as_json(measurements))
     if page_file is not None:
-        linked = {part: f"figures/{path.name}" for part, path in drawn.items()}
-        page_file.write_text(page.markdown(measurements, linked), encoding="utf-8")
+        lines = ["# Run time against error", "", *_markdown(page.preface(measurements))]
+        for name, (title, content) in sections.items():
+            lines += [f"## {title}", "", *_markdown(content)]
+            lines += [f"![{name}](figures/{drawn[name].name})", ""] if name in drawn else []
+        page_file.write_text("\n".join(lines).rstrip() + "\n", encoding="utf-8")
     written = ", ".join(map(str, [*files, *drawn.values()]))
-    show(page.text(measurements) + (f"\n\nWrote {written}" if written else ""))
+    texts = [
+        Section(title, [_part(item) for item in content[:2]]).text(style()) for title, content in sections.values()
+    ]
+    show("\n\n".join(texts) + (f"\n\nWrote {written}" if written else ""))
     return FINE
+
+
+def _part(part: Part) -> str | Table:
+    from compare.report.table import Row, Table
+
+    if isinstance(part, str):
+        return part
+    heads, rows = part
+    # A row that is shorter than the heads has a failure in place of its numbers.
+    return Table(heads, [row if len(row) == len(heads) else Row([row[0]], below=row[1]) for row in rows])
+
+
+def _markdown(parts: list[Part]) -> list[str]:
+    shown = [_part(part) for part in parts]
+    return [line for part in shown for line in ([part, ""] if isinstance(part, str) else part.markdown())]
+
+
+def _draw(title: str, measurements: dict[str, Any], path: Path) -> None:
+    """Draw time over error, both logarithmic; a line joins the entries of a tool, reductions have a mark each."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    from benchmarks.bench import REDUCTION, TOOLS
+    from validate.report.figures import drawing
+
+    rows = [row for row in measurements["rows"] if not row["failure"]]
+    with drawing.style():
+        figure = drawing.new_figure(7.2, 4.6, f"{title}: time against error", ())
+        axes = figure.add_subplot()
+        for tool, colour, marker in zip(TOOLS, ("#8b1a1a", "#f0a030", "#3a86c8"), "oDs", strict=True):
+            points = [(row["error"], row["median_s"]) for row in rows if row["tool"] == tool]
+            if points:
+                axes.plot(*zip(*points, strict=True), marker=marker, color=colour, label=tool, linewidth=1.2)
+        for row, marker in zip((row for row in rows if row["tool"] == REDUCTION), "x+sDov", strict=False):
+            axes.plot(row["error"], row["median_s"], marker, color="#222222", fillstyle="none", label=row["label"])
+        axes.set(xscale="log", yscale="log", xlabel="error, relative", ylabel="processor time, s (start-up apart)")
+        axes.invert_xaxis()
+        axes.legend(fontsize=8, ncols=2)
+        FigureCanvasAgg(figure)
+        figure.savefig(path, dpi=drawing.DPI)
 
 
 def _earlier(names: list[str]) -> dict[str, Any]:
     """What earlier runs wrote; SceneError where a file is not one of theirs."""
-    from validate.bench.work import SCHEMA
+    from benchmarks.bench import SCHEMA
 
     measurements: dict[str, Any] = {}
     for name in names:

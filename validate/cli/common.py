@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 from compare.options import FREE, TABLE, Option, check, folder_name, of_kind, read, settings, whole
 from compare.report.table import WIDTH, Style
@@ -17,12 +17,11 @@ from scenes.errors import SceneError, quoted, reason
 from validate.cli.terminal import BAD_INPUT, DIFFERS, FINE, INTERRUPTED, NUMERICS, complain, progress, show, style
 
 if TYPE_CHECKING:
+    from benchmarks.rows import Row
     from compare.outcome import Outcome
     from compare.verdict import Check
     from scenes.plan import Step
-    from validate.report.verdicts import Report
 
-R = TypeVar("R")
 _OF_RUNS = {option.flag: option.help for option in TABLE if isinstance(option.help, str)}
 _SHARED = _OF_RUNS | {
     "--steady": "the steady state only, no transient",
@@ -205,28 +204,29 @@ def _picture(scene: Any, folder: Path) -> None:
 
 
 def table(
-    arguments: argparse.Namespace, report: Report[R], rows: Callable[..., Sequence[R]], more: str = ""
-) -> Sequence[R]:  # fmt: skip
-    """The rows of a table, which a number of processes find, printed in the form that was asked for, of those that
-    ``report`` has, and written as a page, which says ``more``; SceneError where that can't be done."""
+    arguments: argparse.Namespace, title: str, about: str, find: Callable[..., Sequence[Row]], more: str = ""
+) -> Sequence[Row]:  # fmt: skip
+    """Find the rows of a table with a number of processes, print them in the form that was asked for, write the page,
+    and return the rows. Raises SceneError where the page can't be written."""
     from compare.processes import processors
+    from validate.report import verdicts
     from validate.report.summary import provenance
 
     jobs = processors() if arguments.jobs is None else whole("--jobs", arguments.jobs, 1, 256)
     started = time.perf_counter()
     with progress() as say:
-        answers = rows(jobs, say)
+        rows = find(jobs, say)
     seconds = time.perf_counter() - started
     if arguments.markdown is not None:
-        page = report.markdown(answers, provenance(), more).rstrip("\n") + "\n"
+        page = verdicts.markdown(rows, title, about, provenance(), more).rstrip("\n") + "\n"
         try:
             Path(arguments.markdown).write_text(page, encoding="utf-8")
         except OSError as error:
             raise SceneError(f"--markdown {quoted(arguments.markdown)} can't be written: {reason(error)}") from None
     if arguments.json:
-        show(json.dumps(report.document(answers, provenance(), seconds), indent=1, allow_nan=False))
+        show(json.dumps(verdicts.document(rows, provenance(), seconds), indent=1, allow_nan=False))
     elif arguments.quiet:
-        show(report.headline(answers))
+        show(verdicts.headline(rows))
     else:
-        show(f"{report.text(answers, style())}\n\n{seconds:.0f} s")
-    return answers
+        show(f"{verdicts.text(rows, style())}\n\n{seconds:.0f} s")
+    return rows

@@ -1,6 +1,6 @@
-"""Test numerical stability and robustness: time steps from 1 ns to 1 s, thin layers and long beams,
-contrasts up to 1e8, thermal runaway, steps, ramps and square waves, accuracies, explicit coupling, and
-random scenes held to invariants. What breaks is a row that says so.
+"""Test numerical stability and robustness: time steps, thin layers and long beams, contrasts up to 1e8, thermal
+runaway, steps, ramps and square waves, accuracies, explicit coupling, bars of random laws near their
+limit, and random scenes held to invariants. What breaks is a row that says so.
 
 examples:
   validate stress --quick
@@ -18,19 +18,26 @@ from validate.cli import common
 from validate.cli.terminal import DIFFERS, FINE
 
 OPTIONS = {
-    "--quick": "fewer of each kind, in less than two minutes",
-    "--scenes N": "how many random scenes (default 200, with --quick 24)",
+    "--quick": "fewer of each kind",
+    "--scenes N": "how many random scenes, half of them the hold-out (default 200, with --quick 24)",
     "--seed N": "the first random scene's seed (default 0)",
     **common.OF_A_TABLE,
 }
+ABOUT = """\
+The table of one run of `validate stress`, which wrote this page. Most rows have the worst of several numbers beside its
+limit. "As predicted" marks methods that are here for comparison only: Crank-Nicolson rings, explicit Euler blows up.
+A finer solution of a random scene is ten times finer, of a plate four times, with laws of the temperature three times;
+its own error bound counts too. Scenes of the *hold-out* have seeds from 1,000,000 on: no constant of the solver is ever
+tuned to them.
+"""
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from validate.stress.report import TABLE, broken
-    from validate.stress.sweep import QUICK_SCENES, run
+    from benchmarks.stress import QUICK_SCENES, run
 
     default = str(QUICK_SCENES if arguments.quick else 200)
     scenes = common.whole("--scenes", arguments.scenes or default, 1, 1_000_000)
     seed = common.whole("--seed", arguments.seed or "0", 0, 2**31)
-    rows = common.table(arguments, TABLE, partial(run, arguments.quick, scenes, seed), f" Seed {seed}.")
-    return DIFFERS if broken(rows) else FINE
+    find = partial(run, arguments.quick, scenes, seed)
+    rows = common.table(arguments, "Numerical stability and robustness", ABOUT, find, f" Seed {seed}.")
+    return DIFFERS if any(row.verdict == "differs" for row in rows) else FINE

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Sequence
 from importlib.util import find_spec
 from itertools import chain
 from typing import NamedTuple
 
+from benchmarks.rows import Row, failed
 from compare.worker import map_tasks
-from validate.verify import corner, exact, orders, published, second_path, surroundings
+from fem3d.runs.sink import solve
+from scenes.sink import OF_A_SINK, Sink
+from validate.verify import beam, corner, exact, orders, orders_in_time, published, surroundings
 from validate.verify.manufactured import conduction, heating, joule
-from validate.verify.report import Row, skipped
 
 
 class Case(NamedTuple):
@@ -22,14 +23,24 @@ class Case(NamedTuple):
     run: Callable[[], Iterator[Row]]
 
 
-def _second_code() -> Iterator[Row]:
-    """The sink by NGSolve; a skipped row where it isn't installed."""
-    if find_spec("ngsolve") is None:
-        why = "NGSolve is not installed: pip install 'heated-microstructure-validation[ngsolve]'"
-        return iter([skipped("second code", "the sink at 1 V, steady", why)])
-    from validate.verify import ngsolve_sink
+NGSOLVE_ORDERS, NGSOLVE_MESH = (3, 4), (1e-6, 3.0)
+ACCURACY = 1e-4  # of this toolkit beside NGSolve
 
-    return ngsolve_sink.rows()
+
+def second_code() -> Iterator[Row]:
+    """The sink by NGSolve at two orders, whose difference is its error; a skipped row where it isn't installed."""
+    case, note = "the sink at 1 V, steady", "not installed: pip install 'heated-microstructure-validation[ngsolve]'"
+    if find_spec("ngsolve") is None:
+        return iter([Row("second paths", case, note=f"NGSolve is {note}", skipped=True)])
+    from benchmarks.ngsolve_sink import steady_quantities
+
+    found = solve(Sink(accuracy=ACCURACY), transient=False).steady
+    lower, higher = (steady_quantities(Sink(), order, *NGSOLVE_MESH) for order in NGSOLVE_ORDERS)
+    return iter([
+        Row("second paths", case, name, found[key].value, higher[key], found[key].error + abs(higher[key] - lower[key]),
+            unit, settled=2 * ACCURACY * abs(higher[key]), note="NGSolve, uniform current density")
+        for key, _, unit, name in OF_A_SINK.values()
+    ])  # fmt: skip
 
 
 ONE_K, LAYERS = (2.0, 2.0), (1.5, 3.0)  # W/(m K)
@@ -47,12 +58,12 @@ CASES = (
     Case("orders", "bricks, k in layers", lambda: orders.bricks(conduction(LAYERS), 1, 2, 3, 4, 5, 6)),
     Case("orders", "hexahedra, transient", lambda: orders.hexahedra(heating(LAYERS, CAPACITIES), 1, 2)),
     Case("orders", "L-shaped conductor, tetrahedra", corner.rows),
-    Case("orders", "exponential collocation", orders.exponential_collocation),
-    Case("orders", "SDIRK", lambda: orders.diagonally_implicit(heating(LAYERS, CAPACITIES))),
-    Case("orders", "Runge-Kutta", orders.runge_kutta),
-    Case("orders", "Crank-Nicolson", orders.layer),
-    Case("orders", "partitioned scheme", orders.partitioned),
-    Case("orders", "device", orders.device_estimate),
+    Case("orders", "exponential collocation", orders_in_time.exponential_collocation),
+    Case("orders", "SDIRK", lambda: orders_in_time.diagonally_implicit(heating(LAYERS, CAPACITIES))),
+    Case("orders", "Runge-Kutta", orders_in_time.runge_kutta),
+    Case("orders", "Crank-Nicolson", orders_in_time.layer),
+    Case("orders", "partitioned scheme", orders_in_time.partitioned),
+    Case("orders", "device", orders_in_time.device_estimate),
     Case("exact", "slab, step", exact.slab_step),
     Case("exact", "slab, film", exact.slab_film),
     Case("exact", "heated slab", exact.heated_slab),
@@ -76,8 +87,8 @@ CASES = (
     Case("published", "ISO 10211 case 2", published.iso_case_2),
     Case("published", "ISO 10211 case 3", published.iso_case_3),
     Case("published", "ISO 10211 case 4", published.iso_case_4),
-    Case("second", "Newton on hexahedra", second_path.rows),
-    Case("second", "NGSolve", _second_code),
+    Case("second", "Newton on hexahedra", beam.rows),
+    Case("second", "NGSolve", second_code),
 )  # fmt: skip
 
 
@@ -89,8 +100,7 @@ def perform(number: int) -> list[Row]:
         for row in case.run():
             rows.append(row)
     except Exception as error:
-        said = f"ended with {type(error).__name__}: {error}"
-        rows.append(Row(case.family, case.name, "whole case", "", math.nan, math.nan, math.nan, note=said))
+        rows.append(failed(case.family, case.name, error))
     return rows
 
 

@@ -13,13 +13,14 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.rows import Row
 from fem3d.adaptivity.loop import Search, Verdict
 from fem3d.adaptivity.tetrahedra import Tetrahedra
 from fem3d.runs import scene as scene_run
 from scenes.model import Boundary, Box, Material, Probe, Scene
-from validate.verify.report import Row, observed_order, order_row
+from validate.verify.expected import observed_order, order_row
 
-FAMILY, CASE = "order in space", "L-shaped conductor, tetrahedra of degree 3"
+FAMILY, CASE = "observed orders of convergence in space", "L-shaped conductor, tetrahedra of degree 3"
 WIDTH, ARM = 1e-5, 4  # m; in widths
 UNIFORM, LOCAL = 4_000, 10_000  # unknowns from which on a mesh is the last: some 1 s and 4 s
 FIRST = 1_000  # unknowns from which on local refinement is local: on fewer cells all others follow

@@ -12,22 +12,23 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.special import ellipj, ellipk
 
+from benchmarks import bars
+from benchmarks.bars import ENDS, LENGTH, MIDDLE, ROOM, SLOW, cold_electrodes
+from benchmarks.extremes import heated_middle
+from benchmarks.random_boxes import face
+from benchmarks.rows import Row
+from benchmarks.walls import HELD, INVERSION, Layer, step_response
 from scenes.model import Boundary, Box, Material, Point, Probe, Scene, Schedule, Value
 from scenes.sink import OXIDE, SILICON
 from validate.verify import series
-from validate.verify.manufactured import face
-from validate.verify.report import ACCURACY, Expected, Row, rows
-from validate.verify.series import HELD, INVERSION, Layer, step_response
+from validate.verify.expected import ACCURACY, Expected, rows
 
-FAMILY = "exact"
-ROOM, LENGTH = 293.0, 1e-3
+FAMILY = "exact solutions"
 ONE = Layer(LENGTH, SILICON.thermal_conductivity, SILICON.heat_capacity)
-SLOW = LENGTH**2 * SILICON.heat_capacity / SILICON.thermal_conductivity  # s: L^2/alpha
-WIDTH, DEPTH = 20e-6, 2e-6  # m: the section along x and z
+WIDTH, _, DEPTH = BAR = bars.SIZE
 TIMES = tuple((SLOW * np.array([0.005, 0.02, 0.1, 0.4, 1.0])).tolist())
 INSTANTS = np.array(TIMES)
 NUMBERS = INSTANTS * 4 / SLOW  # alpha t/l^2 of half the length
-MIDDLE = Probe("middle", (WIDTH / 2, LENGTH / 2, DEPTH / 2), (WIDTH / 2, LENGTH / 2, DEPTH / 2))
 
 
 def slab_step() -> Iterator[Row]:
@@ -53,11 +54,11 @@ def heated_slab() -> Iterator[Row]:
     """A slab with heat inside, from t = 0 on or for a while, between faces held cold."""
     peak, faces = 20.0, _both("temperature", ROOM)
     q, stop = peak * 8 * SILICON.thermal_conductivity / LENGTH**2, 0.1 * SLOW
-    rise = series.heated_middle(NUMBERS)
+    rise = heated_middle(NUMBERS)
     yield from _slab("heated slab", faces, {"middle": rise}, peak, "Carslaw and Jaeger 3.14", heat_source=q)
     pulse = Schedule((0.0, stop, stop, 2 * SLOW), (q, q, 0.0, 0.0))
     late = np.maximum(INSTANTS - stop, 0.0)
-    rise = rise - np.where(late > 0, series.heated_middle(late * 4 / SLOW), 0.0)
+    rise = rise - np.where(late > 0, heated_middle(late * 4 / SLOW), 0.0)
     yield from _slab("slab heated for a while", faces, {"middle": rise}, peak,
                      "Carslaw and Jaeger 3.14, superposed", heat_source=pulse)  # fmt: skip
 
@@ -199,10 +200,6 @@ def brick() -> Iterator[Row]:
     ], "product of series; the brick of Code_Aster's test TTLV301 (V4.25.301)")  # fmt: skip
 
 
-BAR = (WIDTH, LENGTH, DEPTH)
-ENDS = [((0.0, y, 0.0), (WIDTH, y, DEPTH)) for y in (0.0, LENGTH)]
-
-
 def joule_bar() -> Iterator[Row]:
     """A bar heated by its own current, its resistivity rising, constant or falling with temperature."""
     probes = (
@@ -223,14 +220,7 @@ def joule_bar() -> Iterator[Row]:
 def bar(volts: Value, coefficient: float, probes: tuple[Probe, ...]) -> Scene:
     """The steady state of a bar of silicon with some temperature coefficient (1/K) between cold electrodes."""
     material = replace(SILICON, temperature_coefficient=coefficient)
-    box, boundaries = Box("bar", material, (0.0, 0.0, 0.0), BAR), cold_electrodes(ENDS, volts)
-    return Scene("bar", (box,), boundaries, probes, accuracy=ACCURACY, steady=True)
-
-
-def cold_electrodes(ends: Sequence[tuple[Point, Point]], volts: Value) -> tuple[Boundary, ...]:
-    """Two ends at room temperature, the first at a voltage and the other grounded."""
-    cold = (Boundary(f"cold {i}", "temperature", *at, ROOM) for i, at in enumerate(ends))
-    return (*cold, Boundary("plus", "voltage", *ends[0], volts), Boundary("minus", "voltage", *ends[1], 0.0))
+    return bars.bar(material, volts, probes, ACCURACY)
 
 
 def heated_bar(material: Material, length: float, area: float, volts: float) -> tuple[float, float, float]:

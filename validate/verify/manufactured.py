@@ -16,7 +16,8 @@ from typing import Any
 import numpy as np
 from scipy.optimize import brentq
 
-from scenes.model import Boundary, Box, Material, Point, Scene
+from benchmarks.random_boxes import face
+from scenes.model import Boundary, Box, Material, Scene
 
 SIZE = (1.0, 0.8, 0.6)
 LAYER = 0.25  # m: the height at which the second layer begins
@@ -78,7 +79,7 @@ def norms(name: str, weights: Any, values: Any, slopes: Any, exact: Field, point
 
 
 def layered(lower: Any, upper: Any) -> Callable[[Any], Any]:
-    """What has one value in each layer, as a function of z."""
+    """Return a function of z with one value in each layer."""
     return lambda z: np.where(np.real(z) < LAYER, lower, upper)
 
 
@@ -241,10 +242,3 @@ def _scene(materials: list[Material], kinds: dict[tuple[int, int], Any], electro
             # The voltages are only there to be replaced by those of the manufactured potential.
             faces.append(Boundary(f"electrode {'xyz'[d]}{side}", "voltage", *at, float(2 * d + side)))
     return Scene("manufactured", boxes, tuple(faces), ())
-
-
-def face(lower: Point, upper: Point, axis: int, side: int) -> tuple[Point, Point]:
-    """The flat box of a brick's lower (0) or upper (1) face along an axis."""
-    low, high = list(lower), list(upper)
-    low[axis] = high[axis] = (lower, upper)[side][axis]
-    return (low[0], low[1], low[2]), (high[0], high[1], high[2])

@@ -1,11 +1,11 @@
-"""The second path for properties that follow the temperature, contacts, radiation and given currents: Newton's method
-on scikit-fem's own hexahedra, for temperature T (K) and potential phi (V) at once. For all functions v and w
+"""The second path: Newton's method on scikit-fem's own hexahedra, for temperature T (K) and potential phi (V) at once.
+
+For all functions v and w
 
     int rho c(T) dT/dt v + k(T) grad T . grad v - sigma(T) |grad phi|^2 v + q_face(T) v = int heat source v,
     int sigma(T) grad phi . grad w = 0,
 
-with jumps of both across contacts, where half the heat of the current enters either side. Here is nothing of `fem3d`:
-its nested spaces, fields and factors are what this is to check. For verification: slow.
+with jumps of both across contacts, where half the heat of the current enters either side. Nothing of `fem3d` is used.
 """
 
 from __future__ import annotations
@@ -20,63 +20,47 @@ from scipy.constants import Stefan_Boltzmann
 from scipy.sparse import bmat, coo_matrix, csc_matrix, csr_matrix, diags
 from scipy.sparse.linalg import splu
 
+from benchmarks import sdirk
+from scenes import laws
 from scenes.errors import NumericsError
-from validate.verify.methods import METHODS
+from scenes.laws import Property
 
 Law = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
-"""What follows the temperature (K), and its slope (per K)."""
+"""A property or a flux at temperatures (K), and its derivative (per K)."""
 SETTLED = 1e-12  # of the largest rise: the change that ends Newton's iterations
 LONGEST = 0.5  # largest relative change of a temperature in one iteration
-MOST = 60
+MOST = 60  # iterations
 
 
-def constant(value: float) -> Law:
-    return lambda T: (np.full_like(T, value), np.zeros_like(T))
+def law(given: Property, factor: float = 1.0) -> Law:
+    """Return a property along one axis as a function of the temperature, times a number."""
+    if laws.varies(given):
+        return lambda T: (factor * given(T), factor * given.slope(T))
+    return lambda T: (np.full_like(T, factor * given), np.zeros_like(T))
 
 
 def linear(value: float, coefficient: float, at: float) -> Law:
-    """value (1 + coefficient (T - at))."""
+    """Return value (1 + coefficient (T - at))."""
     return lambda T: (value * (1 + coefficient * (T - at)), np.full_like(T, value * coefficient))
 
 
-def power(value: float, at: float, exponent: float) -> Law:
-    """value (T / at)^exponent."""
-    return lambda T: (value * (T / at) ** exponent, value * exponent / at * (T / at) ** (exponent - 1))
-
-
-def table(temperatures: Any, values: Any) -> Law:
-    """Linear between points, constant outside."""
-    slopes = np.r_[0.0, np.diff(values) / np.diff(temperatures), 0.0]
-    return lambda T: (np.interp(T, temperatures, values), slopes[np.searchsorted(temperatures, T)])
-
-
-def inverse(law: Law) -> Law:
-    """One over a law."""
-
-    def inverted(T: Any) -> Any:
-        value, slope = law(T)
-        return 1 / value, -slope / value**2
-
-    return inverted
-
-
 def cooled(coefficient: float, ambient: float) -> Law:
-    """The flux (W/m2) out of a face with a film."""
+    """Return the flux (W/m2) out of a face with a film."""
     return lambda T: (coefficient * (T - ambient), np.full_like(T, coefficient))
 
 
 def radiating(emissivity: float, ambient: float) -> Law:
-    """The flux (W/m2) that a grey face radiates into a large room."""
+    """Return the flux (W/m2) that a grey face radiates into a large room."""
     factor = emissivity * Stefan_Boltzmann
     return lambda T: (factor * (T**4 - ambient**4), 4 * factor * T**3)
 
 
 class On:
     """scikit-fem's functions on some cells or facets: values (cells, functions, points), slopes (axes, cells,
-    functions, points) and quadrature weights (cells, points), for sums over cells at once."""
+    functions, points), quadrature weights (cells, points) and places (axes, cells, points)."""
 
     def __init__(self, basis: Any) -> None:
-        self.weights, self.nodes = basis.dx, basis.element_dofs.T
+        self.weights, self.nodes, self.places = basis.dx, basis.element_dofs.T, basis.global_coordinates().value
         shape = self.weights.shape
         self.values = np.stack([np.broadcast_to(np.asarray(f), shape) for (f,) in basis.basis], axis=1)
         self.slopes = np.stack([np.broadcast_to(f.grad, (3, *shape)) for (f,) in basis.basis], axis=2)
@@ -143,10 +127,11 @@ class Contact:
 
 @dataclass(frozen=True, eq=False)
 class Electrode:
-    """``nodes`` of one potential: a ``voltage`` (V), perhaps behind ``series`` (ohm), or a ``current`` (A) in."""
+    """``nodes`` of one potential: a ``voltage`` (V, one for all or each) behind ``series`` (ohm), or a ``current``
+    (A) into the solid."""
 
     nodes: np.ndarray
-    voltage: float = 0.0
+    voltage: Any = 0.0
     series: float = 0.0
     current: float | None = None
 
@@ -173,8 +158,18 @@ class Blocks:
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """A scene as the second path has it, of so many nodes (``size``), at first at the temperature ``start`` (K);
-    ``held`` are nodes and their temperatures (K), ``faces`` facets and the flux (W/m2) that leaves there."""
+    """The discrete problem of a scene.
+
+    Attributes
+    ----------
+    size : number of nodes
+    start : initial temperature (K)
+    parts : cells by material
+    held : nodes and their given temperature (K)
+    faces : facets and the flux (W/m2) that leaves there
+    electrodes, contacts : as in the scene
+    load : (nodes,) further heat (W), or 0
+    """
 
     size: int
     start: float
@@ -183,6 +178,7 @@ class Problem:
     faces: tuple[tuple[On, Law], ...] = ()
     electrodes: tuple[Electrode, ...] = ()
     contacts: tuple[Contact, ...] = ()
+    load: Any = 0.0
 
     @cached_property
     def free(self) -> np.ndarray:
@@ -194,7 +190,7 @@ class Problem:
     def unknown(self) -> csr_matrix:
         """(nodes, unknowns): what each unknown potential adds: electrodes that have one, then nodes that conduct."""
         electrodes = np.concatenate([e.nodes for e in self.electrodes] or [np.empty(0, int)])
-        conducting = [np.unique(p.on.nodes) for p in self.parts if p.resistivity]
+        conducting = [np.unique(p.on.nodes) for p in self.parts if p.resistivity and self.electrodes]
         inner = np.setdiff1d(np.concatenate(conducting or [np.empty(0, int)]), electrodes)
         groups = [e.nodes for e in self.floating] + [np.array([node]) for node in inner]
         rows = np.concatenate(groups or [np.empty(0, int)])
@@ -217,7 +213,7 @@ class Problem:
     def assembled(self, state: State, rate: np.ndarray, by_rate: float) -> Blocks:
         """The residuals at a state and a rate (K/s), which changes by ``by_rate`` (1/s) times the temperature."""
         size = self.size
-        heat, current = np.zeros((2, size))
+        heat, current = np.zeros(size) - self.load, np.zeros(size)
         tt, tp, pt, pp = (csr_matrix((size, size)) for _ in range(4))
         for part in self.parts:
             on, at = part.on, part.on.value(state.temperature)
@@ -289,7 +285,8 @@ class Problem:
             T[free] += step * dT
             y = y + step * dy
             rise = float(np.abs(T - self.start).max())
-            if step == 1 and np.abs(dT).max(initial=0.0) <= tolerance * max(rise, 1e-6):
+            rounding = 4 * np.finfo(float).eps * float(np.abs(T).max())
+            if step == 1 and np.abs(dT).max(initial=0.0) <= max(tolerance * rise, rounding):
                 return State(T, given + P @ y)
         raise NumericsError("Newton's iterations of the second path don't settle")
 
@@ -314,24 +311,21 @@ def steady(problem: Problem, pieces: int = 1) -> State:
     return state
 
 
-def transient(problem: Problem, times: np.ndarray, order: int = 3) -> Iterator[tuple[State, np.ndarray]]:
-    """The state and its rate (nodes,) (K/s) at each of some times (s, from 0), each interval being one step of the
-    diagonally implicit method of some order. Raises NumericsError."""
-    method = METHODS[order]
-    gamma, state = method[0][0], problem.rest
-    rate = np.zeros(problem.size)
+def transient(problem: Problem, times: np.ndarray) -> Iterator[tuple[State, np.ndarray]]:
+    """Yield the state and its rate (nodes,) (K/s) at each of some times (s, from 0), each interval being one step of
+    the diagonally implicit method of `sdirk`. Raises NumericsError."""
+    state, rate = problem.rest, np.zeros(problem.size)
     for nodes, value in problem.held:
         state.temperature[nodes] = value
     yield state, rate
     for length in np.diff(times):
-        begin = state.temperature
+        begin, by_rate = state.temperature, 1 / (sdirk.GAMMA * length)
         rates: list[np.ndarray] = []
-        for weights in method:
+        for weights in sdirk.TABLEAU:
             start = begin + length * sum((w * r for w, r in zip(weights, rates, strict=False)), 0 * begin)
-            by_rate = 1 / (gamma * length)
             state = problem.solve(state, before=start, by_rate=by_rate)
-            rate = by_rate * (state.temperature - start)
-            rate[np.setdiff1d(np.arange(len(rate)), problem.free)] = 0.0
+            rate = np.zeros(problem.size)
+            rate[problem.free] = by_rate * (state.temperature - start)[problem.free]
             rates.append(rate)
         yield state, rate
 

@@ -17,13 +17,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from benchmarks.rows import Row
+from benchmarks.walls import Layer
 from scenes.model import Boundary, Box, Material, Point, Probe, Scene, Schedule
 from validate.verify import series
 from validate.verify.exact import end, wall
-from validate.verify.report import ACCURACY, Expected, Row, rows
-from validate.verify.series import Layer
+from validate.verify.expected import ACCURACY, Expected, rows
 
-FAMILY = "published"
+FAMILY = "published benchmarks"
 ZERO = 273.15  # K: 0 degrees Celsius
 NAFEMS = "The Standard NAFEMS Benchmarks, rev. 3, 1990"
 ISO = "ISO 10211:2017, annex C"
@@ -106,9 +107,9 @@ def iso_case_1() -> Iterator[Row]:
 
 
 def worst(candidates: list[Row], quantity: str, note: str) -> Row:
-    """Of several rows the one that is furthest off in terms of its error, renamed."""
-    chosen = max(candidates, key=lambda row: abs(row.difference) / row.error)
-    return replace(chosen, quantity=quantity, note=note, count=len(candidates))
+    """Return the row whose difference is largest beside its bound, renamed."""
+    chosen = max(candidates, key=lambda row: abs(row.difference) / row.bound)
+    return replace(chosen, quantity=quantity, note=note)
 
 
 def iso_case_2() -> Iterator[Row]:
@@ -192,8 +193,8 @@ def iso_case_3() -> Iterator[Row]:
     compared = list(rows(FAMILY, case, scene, expected))
     for name, value in printed.items():
         mine = [row for row in compared if row.quantity.startswith(name)]
-        yield Row(FAMILY, case, f"heat through {name}", "W", value, sum(row.computed for row in mine),
-                  sum(row.error for row in mine) + 0.01 * abs(value), note=ISO)  # fmt: skip
+        yield Row(FAMILY, case, f"heat through {name}", sum(row.found for row in mine), value,
+                  sum(row.bound for row in mine) + 0.01 * abs(value), "W", note=ISO)  # fmt: skip
     yield from compared[len(boundaries) :]
 
 

@@ -1,82 +1,145 @@
-"""Scenes with everything that both paths know, solved by Newton's method on scikit-fem's own hexahedra too: a silicon
-beam whose conductivity and resistivity follow the temperature, on an oxide foot behind a contact, below a cap that
-radiates; driven by a given current.
-
-The second path's own error is bounded by what halving its intervals changed: next to an edge it falls by 2^(4/3) from
-one mesh to the next, so that 0.7 of that change is left.
-"""
+"""Scenes on the second path: the problem that `newton` solves, on hexahedra of degree 1 or 2, and its readings."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from itertools import pairwise
+import math
+from typing import Any
 
 import numpy as np
+from skfem import Basis, ElementHex1, ElementHexS2, FacetBasis, LinearForm, MeshHex
 
-from meshes.connected import scene_planes
 from meshes.grid import Grid
-from scenes.laws import PowerLaw, Table
-from scenes.model import Boundary, Box, Contact, Material, Probe, Scene
-from validate.verify import newton, newton_scene
-from validate.verify.report import Expected, Row
-from validate.verify.report import rows as solved
-
-FAMILY, CASE = "second code", "silicon on a foot: laws, contact, radiation, given current"
-ROOM, CURRENT = 293.0, 35e-3  # K, A: rises of some 350 K
-ACCURACY = 1e-3  # of the solver: the second path is known less well
-LENGTH, WIDTH, THICKNESS, FOOT = 40e-6, 10e-6, 4e-6, 10e-6  # m
-# Of the length between two planes: along x and z intervals next to edges are short.
-GRADED, EVEN = np.array([0.0, 0.12, 0.88, 1.0]), np.array([0.0, 1.0])
+from scenes import laws
+from scenes.laws import Property
+from scenes.model import Boundary, Contact, Material, Probe, Scene, Schedule, Value
+from validate.verify import newton, split
+from validate.verify.newton import Electrode, Law, On, Part, Problem, State
 
 
-def beam() -> Scene:
-    """The scene. The foot's underside and the beam's far end are cold."""
-    silicon = Material(
-        "silicon", PowerLaw(130.0, 293.0, -1.3), 2330.0, 712.0, Table((293.0, 500.0, 900.0), (6e-5, 7e-5, 9e-5))
+def hexahedra(grid: Grid) -> tuple[MeshHex, np.ndarray]:
+    """Return the cells of the solid as scikit-fem's mesh, and the number of the box (cells,) that owns each."""
+    cells, shape = np.argwhere(grid.solid), tuple(len(b) for b in grid.breaks)
+    corners = cells[:, None] + MeshHex().p.T.astype(int)  # one cell: scikit-fem's order of the corners
+    used, local = np.unique(np.ravel_multi_index(tuple(np.moveaxis(corners, -1, 0)), shape), return_inverse=True)
+    points = np.array([b[i] for b, i in zip(grid.breaks, np.unravel_index(used, shape), strict=True)])
+    return MeshHex(points, local.reshape(corners.shape[:-1]).T), grid.owner[tuple(cells.T)]
+
+
+def base(scene: Scene, grid: Grid, finer: int = 0) -> tuple[Basis, np.ndarray, int]:
+    """Return the functions on the cells of a grid, the box that owns each cell, and the order of the quadrature: one
+    Gauss point more than the degree along each axis, as the bricks have, or ``finer`` by so much. Nodes of contacts
+    are there twice. Raises ValueError for a grid of several degrees, or of one above 2."""
+    degrees = set(np.concatenate(grid.degrees).tolist())
+    if degrees not in ({1}, {2}):
+        raise ValueError(f"the second path takes one degree, 1 or 2, everywhere, not {sorted(degrees)}")
+    mesh, owner = hexahedra(grid)
+    if scene.contacts:
+        mesh = split.split(mesh, owner, [_pair(scene, contact) for contact in scene.contacts])
+    (degree,) = degrees
+    order = 2 * degree + 1 + finer
+    return Basis(mesh, (ElementHex1(), ElementHexS2())[degree - 1], intorder=order), owner, order
+
+
+def problem(scene: Scene, basis: Basis, owner: np.ndarray, order: int) -> Problem:
+    """Return the problem of a scene with constant values (else ValueError) on a `base`."""
+    parts = []
+    for number, box in enumerate(scene.boxes):
+        cells = np.flatnonzero(owner == number)
+        if len(cells):
+            m = box.material
+            conductivity = _along(m.thermal_conductivity)
+            on, source = On(basis.with_elements(cells)), constant(box.heat_source)
+            parts.append(Part(on, conductivity, newton.law(m.specific_heat, m.density), resistivity(m), source))
+    held, faces, electrodes = [], [], []
+    for boundary in scene.boundaries:
+        value = constant(boundary.value)
+        if boundary.kind == "temperature":
+            held.append((nodes(basis, boundary), value))
+        elif boundary.kind == "voltage":
+            series, where = boundary.series_resistance, nodes(basis, boundary)
+            given = Electrode(where, current=value) if series == math.inf else Electrode(where, value, series)
+            electrodes.append(given)
+        else:
+            leaving = {
+                "heat_flux": lambda value, _: newton.law(-value), "convection": newton.cooled,
+                "radiation": newton.radiating,
+            }[boundary.kind]  # fmt: skip
+            faces.append((exposed(basis, boundary, order), leaving(value, constant(boundary.ambient))))
+    contacts = tuple(
+        split.contact(basis, owner, _pair(scene, c), order, c.thermal_resistance, c.electrical_resistance or None)
+        for c in scene.contacts
     )
-    oxide, gold = Material("oxide", 1.38, 2200.0, 703.0), Material("cap", (200.0, 100.0, 20.0), 3000.0, 700.0)
-    low, high = (0.0, 0.0, 0.0), (LENGTH, WIDTH, THICKNESS)
-    near, far = (low, (0.0, WIDTH, THICKNESS)), ((LENGTH, 0.0, 0.0), high)
-    cap = (0.5 * LENGTH, 0.0, THICKNESS), (0.75 * LENGTH, WIDTH / 2, 1.5 * THICKNESS)
-    foot = (0.0, 0.0, -THICKNESS), (FOOT, WIDTH, 0.0)
-    boxes = (Box("beam", silicon, low, high), Box("foot", oxide, *foot), Box("cap", gold, *cap))
-    boundaries = (
-        Boundary("cold foot", "temperature", foot[0], (FOOT, WIDTH, -THICKNESS), ROOM),
-        Boundary("cold end", "temperature", *far, ROOM),
-        Boundary("top", "radiation", (cap[0][0], 0.0, cap[1][2]), cap[1], 0.9, ROOM),
-        Boundary("plus", "voltage", *near, CURRENT, series_resistance=np.inf),
-        Boundary("minus", "voltage", *far, 0.0),
+    return Problem(
+        basis.N, scene.initial_temperature, tuple(parts), tuple(held), tuple(faces), tuple(electrodes), contacts
     )
-    probes = (
-        Probe("beam", low, high), Probe("cap", *cap), Probe("foot", *foot),
-        Probe("potential of plus", *near, "potential"),
-    )  # fmt: skip
-    contacts = (Contact("bond", ("beam", "foot"), 1e-6),)
-    return Scene("beam", boxes, boundaries, probes, ROOM, accuracy=ACCURACY, steady=True, contacts=contacts)
 
 
-def rows() -> Iterator[Row]:
-    """What both find."""
-    scene = beam()
-    coarse, fine = (readings(scene, halvings) for halvings in (0, 1))
-    rise = max(abs(fine[p.name] - ROOM) for p in scene.probes if p.quantity == "temperature")
-    expected = []
-    for probe in scene.probes:
-        value, unsure = fine[probe.name], abs(fine[probe.name] - coarse[probe.name])
-        unit, scale = ("K", rise) if probe.quantity == "temperature" else ("V", value)
-        expected.append(Expected(probe.name, unit, value, scale, unsure, settled=ACCURACY))
-    yield from solved(FAMILY, CASE, scene, expected, "Newton's method on scikit-fem's hexahedra")
+def _pair(scene: Scene, contact: Contact) -> split.Pair:
+    names = [box.name for box in scene.boxes]
+    return frozenset(names.index(name) for name in contact.between)
 
 
-def readings(scene: Scene, halvings: int) -> dict[str, float]:
-    """What the second path reads, its intervals halved so many times."""
-    breaks = []
-    for axis, parts in enumerate((GRADED, EVEN, GRADED)):
-        for _ in range(halvings):
-            parts = np.sort(np.concatenate([parts, (parts[1:] + parts[:-1]) / 2]))
-        planes = pairwise(scene_planes(scene, axis))
-        breaks.append(np.unique(np.concatenate([a + (b - a) * parts for a, b in planes])))
-    grid = Grid(tuple(breaks), tuple(np.full(len(b) - 1, 2) for b in breaks), scene.boxes)
-    basis, owner, order = newton_scene.base(scene, grid)
-    state = newton.steady(newton_scene.problem(scene, basis, owner, order), 4)
-    return newton_scene.readings(scene, basis, state)
+def _along(given: Property) -> tuple[Law, Law, Law]:
+    x, y, z = (newton.law(each) for each in laws.along(given))
+    return x, y, z
+
+
+def resistivity(material: Material) -> tuple[Law, Law, Law] | None:
+    """Return the resistivity along x, y and z; None for an insulator."""
+    if material.resistivity is None:
+        return None
+    a, at = material.temperature_coefficient, material.reference_temperature
+    x, y, z = (
+        newton.law(each) if laws.varies(each) else newton.linear(each, a, at)
+        for each in laws.along(material.resistivity)
+    )
+    return x, y, z
+
+
+def constant(value: Value) -> float:
+    """Return a value that doesn't vary in time; raise ValueError for one that does."""
+    if isinstance(value, Schedule):
+        raise ValueError("the second path takes values that don't vary in time")
+    return value
+
+
+def facets(mesh: MeshHex, where: Boundary | Probe) -> np.ndarray:
+    """Return the facets in a flat box."""
+    middle, small = mesh.p[:, mesh.facets].mean(axis=1).T, 1e-9 * np.ptp(mesh.p)
+    inside = (middle > np.array(where.lower) - small) & (middle < np.array(where.upper) + small)
+    return np.flatnonzero(inside.all(axis=1))
+
+
+def nodes(basis: Basis, where: Boundary) -> np.ndarray:
+    """Return the nodes in a flat box."""
+    return np.asarray(basis.get_dofs(facets=facets(basis.mesh, where)).flatten())
+
+
+def exposed(basis: Basis, boundary: Boundary, order: int) -> On:
+    """Return the functions on the part of a flat box that is surface."""
+    outer = np.intersect1d(facets(basis.mesh, boundary), basis.mesh.boundary_facets())
+    return On(FacetBasis(basis.mesh, basis.elem, facets=outer, intorder=order))
+
+
+@LinearForm
+def integral(v: Any, w: Any) -> Any:
+    """Return the integrand of the integral of each function."""
+    return v
+
+
+def mean(basis: Basis, probe: Probe) -> np.ndarray:
+    """Return the weights (nodes,) of the mean over a point, a flat box or a volume."""
+    if probe.lower == probe.upper:
+        return np.asarray(basis.probes(np.array(probe.lower)[:, None]).todense())[0]
+    if any(a == b for a, b in zip(probe.lower, probe.upper, strict=True)):
+        part = FacetBasis(basis.mesh, basis.elem, facets=facets(basis.mesh, probe), intorder=5)
+    else:
+        middle = basis.mesh.p[:, basis.mesh.t].mean(axis=1).T
+        part = basis.with_elements(np.flatnonzero(((middle > probe.lower) & (middle < probe.upper)).all(axis=1)))
+    return np.asarray(integral.assemble(part)) / float(part.dx.sum())
+
+
+def readings(scene: Scene, basis: Basis, state: State) -> dict[str, float]:
+    """Return the means that probes read: temperatures (K) and potentials (V)."""
+    fields = {"temperature": state.temperature, "potential": state.potential}
+    return {p.name: float(mean(basis, p) @ fields[p.quantity]) for p in scene.probes if p.quantity in fields}

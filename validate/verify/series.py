@@ -1,29 +1,15 @@
-"""Closed solutions of conduction problems (Carslaw and Jaeger, Conduction of Heat in Solids, 2nd ed.): series, and
-transients of walls of any layers in the Laplace domain, inverted on Talbot's contour.
-
-With A = sqrt(s/alpha), a layer takes the admittance Y = q/T at its far face to that at its near face,
-Y_near = k A (Y_far + k A tanh(A d)) / (k A + Y_far tanh(A d)), and T_far/T_near = 1/(cosh(A d) + Y_far/(k A) sinh(A d))
-(3.7 there). Inversion: Abate and Valko, Int. J. Numer. Meth. Eng. 60, 2004, 979; with 22 points good to rounding where
-the series are, which is tested.
-"""
+"""Series of conduction problems (Carslaw and Jaeger, Conduction of Heat in Solids, 2nd ed.)."""
 
 from __future__ import annotations
-
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any, Literal
 
 import numpy as np
 from scipy.optimize import brentq
 
 TERMS = 400
-POINTS = 22
-INVERSION = 1e-11  # of the step: a bound of the inversion's error, with room
-HELD = 1e30  # W/(m2 K): a film that holds its face at the ambient temperature
 
 
 def cooling(position: np.ndarray | float, number: float) -> np.ndarray:
-    """The part of a step that isn't reached yet at ``position`` (-1 to 1) in a slab whose faces have taken it at once;
+    """Return the missing part of a step at ``position`` (-1 to 1) in a slab whose faces have taken it at once;
     ``number`` is the Fourier number alpha t/l^2 of the half thickness (3.3, eq 8)."""
     n = np.arange(TERMS)
     a = (2 * n + 1) * np.pi / 2
@@ -46,17 +32,10 @@ def film_roots(biot: float, count: int) -> np.ndarray:
 
 
 def film_cooling(position: float, biot: float, number: float) -> float:
-    """As `cooling`, with the step behind films: ``biot`` is h l/k (3.11, eq 10)."""
+    """Return `cooling` by films: ``biot`` is h l/k (3.11, eq 10)."""
     b = film_roots(biot, 60)
     terms = 2 * biot / ((b**2 + biot**2 + biot) * np.cos(b)) * np.exp(-(b**2) * number) * np.cos(b * position)
     return float(terms.sum())
-
-
-def heated_middle(number: np.ndarray) -> np.ndarray:
-    """The rise in the middle of a slab with heat q between faces held cold, over q l^2/(2 k) (3.14, eq 7)."""
-    n = np.arange(TERMS)
-    a = (2 * n + 1) * np.pi / 2
-    return 1 - 4 * ((-1.0) ** n / a**3 * np.exp(-np.multiply.outer(number, a**2))).sum(axis=-1)
 
 
 def sine_driven(fraction: float, diffusion_time: float, omega: float, time: float) -> float:
@@ -72,7 +51,7 @@ def sine_driven(fraction: float, diffusion_time: float, omega: float, time: floa
 
 
 def ramped(fraction: float, diffusion_time: float, times: np.ndarray, values: np.ndarray, time: float) -> float:
-    """As `sine_driven`, for a far face that follows straight lines from the first of some ``times`` (s) on."""
+    """Return `sine_driven` for a far face that follows straight lines from the first of some ``times`` (s) on."""
     n = np.arange(1, 4 * TERMS + 1)
     rate = n**2 * np.pi**2 / diffusion_time
     lag = np.zeros(len(n))
@@ -106,52 +85,3 @@ def convective_rectangle(
         return ((1 + h) * e + (1 - h) * shrink) / 2
 
     return float((start * np.cos(b * x) * falling(height - y) / falling(height)).sum())
-
-
-@dataclass(frozen=True)
-class Layer:
-    """Thickness (m), conductivity (W/(m K)), heat capacity (J/(m3 K))."""
-
-    thickness: float
-    conductivity: float
-    heat_capacity: float
-
-
-def step_response(
-    layers: Sequence[Layer], drive: Literal["temperature", "flux", "film"], size: float, far: float, times: np.ndarray,
-    coefficient: float = 0.0,
-) -> np.ndarray:  # fmt: skip
-    """(times, layers + 1): the rise (K) at the faces of the layers, near to far, after a step at the near face.
-
-    The step is of its temperature (K), of the flux into it (W/m2), or of the ambient (K) behind a film of some
-    ``coefficient`` (W/(m2 K)). ``far`` is the coefficient of the film at the far face towards no rise: 0 adiabatic,
-    HELD held.
-    """
-
-    def transform(s: Any) -> Any:
-        a = [np.sqrt(s * layer.heat_capacity / layer.conductivity) for layer in layers]
-        admittance, ratios = complex(far), []
-        for layer, root in zip(reversed(layers), reversed(a), strict=True):
-            characteristic, tanh = layer.conductivity * root, np.tanh(root * layer.thickness)
-            d = root * layer.thickness
-            ratios.append(1 / (np.cosh(d) + admittance / characteristic * np.sinh(d)))
-            admittance = characteristic * (admittance + characteristic * tanh) / (characteristic + admittance * tanh)
-        near = {
-            "temperature": size / s, "flux": size / (s * admittance),
-            "film": size / s * coefficient / (coefficient + admittance),
-        }[drive]  # fmt: skip
-        return near * np.cumprod([1.0, *reversed(ratios)])
-
-    return np.array([_invert(transform, float(t)) for t in times])
-
-
-def _invert(transform: Any, time: float) -> np.ndarray:
-    theta = np.arange(1, POINTS) * np.pi / POINTS
-    r = 2 * POINTS / (5 * time)
-    total = 0.5 * np.exp(r * time) * transform(r)
-    for angle in theta:
-        cot = 1 / np.tan(angle)
-        s = r * angle * (cot + 1j)
-        slope = 1 + 1j * (angle + (angle * cot - 1) * cot)
-        total = total + np.exp(time * s) * transform(s) * slope
-    return np.asarray((r / POINTS * total).real)

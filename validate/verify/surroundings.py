@@ -12,6 +12,9 @@ import numpy as np
 from scipy.constants import Stefan_Boltzmann as STEFAN_BOLTZMANN
 from scipy.optimize import brentq
 
+from benchmarks.random_boxes import face
+from benchmarks.rows import Row
+from benchmarks.walls import Layer
 from reduced1d.spreading import plate_resistance
 from scenes.laws import PowerLaw, Table
 from scenes.model import Boundary, Box, Material, Probe, Scene
@@ -31,9 +34,7 @@ from validate.verify.exact import (
     heated_bar,
     wall,
 )
-from validate.verify.manufactured import face
-from validate.verify.report import ACCURACY, Expected, Row, rows
-from validate.verify.series import Layer
+from validate.verify.expected import ACCURACY, Expected, rows
 
 
 def contact_at_a_face() -> Iterator[Row]:

@@ -7,21 +7,24 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks.rows import Row, at_most, failed
+from benchmarks.walls import HELD, Layer, step_response
 from compare.report.table import Style
 from scenes.sink import SILICON, Sink
 from tests.fin import solve_fin
 from validate.cli import main
-from validate.verify import cases, exact, manufactured, orders, published, report, series
-from validate.verify.report import Row, observed_order, order_row, skipped
-from validate.verify.series import HELD, Layer, step_response
+from validate.report import verdicts
+from validate.verify import cases, exact, manufactured, orders, published, series
+from validate.verify.expected import observed_order, order_row
 
-GOOD = Row("exact", "slab", "middle", "K", 300.0, 300.001, 0.002, 0.01)
-FAR = Row("exact", "slab", "mean", "K", 300.0, 300.003, 0.002, 0.01, "a source")
-VAGUE = Row("exact", "bar", "mean", "K", 300.0, 300.001, 0.02, 0.01)
-ROWS = [order_row("order in space", "bricks", "rise, L2", 3, 2.95), GOOD, FAR, VAGUE, skipped("second code", "x", "no")]
+GOOD = Row("exact", "slab", "middle", 300.001, 300.0, 0.002, "K", settled=0.01)
+FAR = replace(GOOD, quantity="mean", found=300.003, note="a source")
+VAGUE = replace(GOOD, case="bar", bound=0.02)
+SKIPPED = Row("second", "x", note="no", skipped=True)
+ROWS = [order_row("orders", "bricks", "rise, L2", 3, 2.95), GOOD, FAR, VAGUE, SKIPPED]
 
 
-def test_a_row_agrees_within_its_error_if_that_is_small_enough():
+def test_a_row_agrees_within_its_bound_if_that_is_small_enough():
     assert [row.verdict for row in ROWS] == ["agrees", "agrees", "differs", "unresolved", "skipped"]
     assert order_row("", "", "", 3, 2.89).verdict == "differs"
     assert [order_row("", "", "", 3, order, at_least=True).verdict for order in (2.89, 2.91, 4)] == [
@@ -29,7 +32,9 @@ def test_a_row_agrees_within_its_error_if_that_is_small_enough():
         *["agrees"] * 2,
     ]
     assert order_row("", "", "", 3, math.nan, at_least=True).verdict == "differs"
-    assert Row("", "", "", "", 1.0, math.nan, 1.0).verdict == "differs"
+    assert [at_most("", "", "", found, 1.0).verdict for found in (1.0, 1.1, math.nan)] == ["agrees", *["differs"] * 2]
+    assert replace(at_most("", "", "", 2.0, 1.0), foreign=True).verdict == "as predicted"
+    assert failed("", "", ValueError("no luck")).verdict == "differs"
 
 
 def test_orders_are_those_of_powers():
@@ -37,15 +42,18 @@ def test_orders_are_those_of_powers():
     assert math.isnan(observed_order([1.0, 0.0], 2.0))
 
 
-def test_the_table_says_what_differs_and_why():
-    text = report.TABLE.text(ROWS, Style())
+def test_the_table_prints_the_tolerance_of_every_row():
+    text = verdicts.text(ROWS, Style())
     assert text.startswith("2 of 4 rows agree, 1 differ, 1 unresolved, 1 skipped.")
     assert "differs: a source" in text
-    assert "exceeds 1.0e-02" in text
+    assert "only within 2.0e-02, not 1.0e-02" in text
     assert max(map(len, text.splitlines())) <= 80
-    page = report.TABLE.markdown(ROWS, {"numpy": "1"})
-    assert page.count("\n| slab |") == 2
-    found = json.loads(json.dumps(report.TABLE.document(ROWS, {}, 1.0), allow_nan=False))
+    page = verdicts.markdown(ROWS, "a title", "about", {"numpy": "1"})
+    assert "| bricks | order of rise, L2 | 2.95 | 3 | 0.1 | agrees |  |" in page
+    assert "| slab | middle (K) | 300.001 | 300 | 0.002 |" in page
+    above = verdicts.markdown([order_row("o", "c", "x", 4 / 3, 1.456, at_least=True)], "", "", {})
+    assert "| 1.456 | at least 1.333 | 0.1 | agrees |" in above
+    found = json.loads(json.dumps(verdicts.document(ROWS, {}, 1.0), allow_nan=False))
     assert found["counts"]["differs"] == 1
     assert found["rows"][1]["difference"] == pytest.approx(0.001)
 

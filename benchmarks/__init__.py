@@ -1,0 +1,1 @@
+"""Robustness and run time: the tables of `validate stress` and `validate bench`."""

@@ -1,0 +1,120 @@
+"""A bar between cold electrodes: its scene, and the closed forms of its steady state for any law.
+
+With k(T), rho(T) and both ends at T0 and V apart, k rho dT integrates to V^2/8 from T0 to the peak, whatever the laws
+(Kohlrausch 1900). Where the integral over all temperatures is finite, the square root of 8 times that is the largest
+voltage that has a steady state.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import pairwise, product
+
+import numpy as np
+from scipy.integrate import quad
+from scipy.optimize import brentq
+
+from benchmarks.rows import Row, at_most
+from compare.processes import TimeIsUpError, limited
+from fem3d.runs.scene import solve
+from scenes.errors import NumericsError
+from scenes.laws import Law, PowerLaw, Table
+from scenes.model import Boundary, Box, Material, Point, Probe, Scene, Value
+from scenes.sink import SILICON
+
+ROOM = 293.0  # K
+WIDTH, LENGTH, DEPTH = SIZE = (20e-6, 1e-3, 2e-6)  # m
+ENDS: list[tuple[Point, Point]] = [((0.0, y, 0.0), (WIDTH, y, DEPTH)) for y in (0.0, LENGTH)]
+MIDDLE = Probe("middle", (WIDTH / 2, LENGTH / 2, DEPTH / 2), (WIDTH / 2, LENGTH / 2, DEPTH / 2))
+SLOW = LENGTH**2 * SILICON.heat_capacity / SILICON.thermal_conductivity  # s: diffusion time of the length
+HOTTEST = 2000.0  # K: peak of a bar that has no limit
+FRACTIONS = (0.5, 0.9, 0.99)  # of the limit
+ACCURACY, LIMIT = 1e-3, 60  # LIMIT: s of computing for one bar
+CONDUCTIVITY = 130.0  # W/(m K), of `SILICON`
+GROUP = "bars of random laws against the closed form"
+
+
+def bar(material: Material, volts: Value, probes: tuple[Probe, ...] = (MIDDLE,), accuracy: float = ACCURACY) -> Scene:
+    """Return the steady scene of a bar."""
+    boundaries = cold_electrodes(ENDS, volts)
+    box = Box("bar", material, (0.0, 0.0, 0.0), SIZE)
+    return Scene("bar", (box,), boundaries, probes, ROOM, accuracy=accuracy, steady=True)
+
+
+def cold_electrodes(ends: Sequence[tuple[Point, Point]], volts: Value) -> tuple[Boundary, ...]:
+    """Return two ends at room temperature, the first at a voltage and the other grounded."""
+    cold = (Boundary(f"cold {i}", "temperature", *at, ROOM) for i, at in enumerate(ends))
+    return (*cold, Boundary("plus", "voltage", *ends[0], volts), Boundary("minus", "voltage", *ends[1], 0.0))
+
+
+def random_resistivity(rng: np.random.Generator) -> Law:
+    """Draw a law that rises or falls: a power, or a table that is monotone.
+
+    A power between -2.5 and -1 has a limit too, but at 0.99 of that a peak of many thousand kelvin.
+    """
+    falls = rng.random() < 0.5
+    if rng.random() < 0.5:
+        return PowerLaw(6e-5, ROOM, float(rng.uniform(-6.0, -2.5) if falls else rng.uniform(0.0, 2.0)))
+    temperatures = np.sort(rng.uniform(ROOM, 1200.0, int(rng.integers(2, 6))))
+    exponents = (-1.0 if falls else 1.0) * rng.uniform(0.2, 3.0, len(temperatures))
+    values = 6e-5 * np.exp(np.cumsum(exponents * np.diff(np.log([ROOM, *temperatures]))))
+    return Table(tuple(temperatures.tolist()), tuple(values.tolist()))
+
+
+def heat(law: Law, conductivity: float, peak: float) -> float:
+    """Return the integral (V^2) of k rho dT from room temperature to a peak (K), piece by piece of a table."""
+    bends = [t for t in getattr(law, "temperatures", ()) if ROOM < t < peak]
+    points = [ROOM, *bends, peak]
+    return conductivity * sum(quad(law, a, b, epsrel=1e-12)[0] for a, b in pairwise(points))
+
+
+def limit(law: Law, conductivity: float) -> float:
+    """Return the largest voltage (V) that has a steady state; infinite where the integral of rho has no end."""
+    if not isinstance(law, PowerLaw) or law.exponent >= -1:
+        return np.inf
+    return float(np.sqrt(-8 * conductivity * law(ROOM) * ROOM / (1 + law.exponent)))
+
+
+def peak(law: Law, conductivity: float, volts: float) -> float:
+    """Return the largest temperature (K) at a voltage below the limit."""
+    goal, top = volts**2 / 8, 2 * ROOM
+    while heat(law, conductivity, top) < goal:
+        top *= 2
+    return float(brentq(lambda t: heat(law, conductivity, t) - goal, ROOM, top, xtol=1e-9))
+
+
+def rows(quick: bool, seed: int) -> Iterator[Row]:
+    """Compare the peaks of bars of random laws with the closed form, steady and at the end of a transient."""
+    solvers = {"steady": _steady, "over time": _at_the_end}
+    seeds = range(seed, seed + (2 if quick else 12))
+    for (way, solver), fraction in product(solvers.items(), FRACTIONS):
+        ratios, denied = list[tuple[float, str]](), list[str]()
+        for number in seeds:
+            law = random_resistivity(np.random.default_rng([number, 8]))
+            most = min(limit(law, CONDUCTIVITY), float(np.sqrt(8 * heat(law, CONDUCTIVITY, HOTTEST))) / FRACTIONS[-1])
+            exact = peak(law, CONDUCTIVITY, fraction * most)
+            scene = bar(replace(SILICON, resistivity=law, temperature_coefficient=0.0), fraction * most)
+            try:
+                with limited(LIMIT):
+                    temperature, error = solver(scene)
+            except (NumericsError, TimeIsUpError) as wrong:
+                denied.append(f"seed {number}, {law}: {wrong or 'out of time'}")
+            else:
+                ratios.append((abs(temperature - exact) / (error + 1e-9 * exact), f"worst: seed {number}, {law}"))
+        worst, where = max(ratios, default=(0.0, ""))
+        case = f"{len(seeds)} laws, {way}, at {fraction:g} of the limit"
+        yield at_most(GROUP, case, "true error of the peak over its bound", worst, 1.0, where)
+        yield at_most(GROUP, case, "steady states that are denied", len(denied), 0, "; ".join(denied[:2]))
+
+
+def _steady(scene: Scene) -> tuple[float, float]:
+    found = solve(scene).steady["middle"]
+    return found.value, found.error
+
+
+def _at_the_end(scene: Scene) -> tuple[float, float]:
+    """The temperature at a time that is long beside the slowest mode, also near a limit."""
+    end = 20 * SLOW
+    result = solve(replace(scene, steady=False, end_time=end, output_times=(end,)))
+    return float(result.over_time.values["middle"][-1]), result.over_time.errors["middle"]

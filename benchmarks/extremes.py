@@ -1,0 +1,171 @@
+"""The sink at its extremes: sizes, conductivities, accuracies and voltages, every error bound against a finer solution;
+and a bar between cold ends under steps, ramps and square waves of the voltage."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from benchmarks import bars
+from benchmarks.rows import Row, at_most
+from fem3d.runs.scene import solve as solve_scene
+from fem3d.runs.sink import solve as solve_sink
+from scenes.errors import RunawayError
+from scenes.model import Scene, Schedule, Value
+from scenes.result import Result
+from scenes.sink import SILICON, Sink
+
+ACCURACY, FINER = 1e-3, 2e-4
+BALANCE = 1e-8  # of the power: heat that may be missing
+CONTRASTED = 1e-6  # the same where entries of the matrix differ by 1e8, so that their sums lose that many digits
+TRUE = "true error over the error bound"
+
+
+def steady(sink: Sink) -> Result:
+    """Solve the steady state of a sink."""
+    return solve_sink(sink, transient=False)
+
+
+def violation(result: Result, finer: Result) -> tuple[float, str]:
+    """Return the largest distance of two results over their error bounds, and its quantity."""
+    return max(
+        (abs(e.value - finer.steady[name].value) / (e.error + finer.steady[name].error), name)
+        for name, e in result.steady.items()
+    )
+
+
+def imbalance(result: Result) -> float:
+    """Return the heat that is missing, over the power."""
+    return float(result.details["energy_imbalance"])
+
+
+def silicon(coefficient: float, voltage: float = 1.0) -> Sink:
+    """Return the sink with another temperature coefficient (1/K)."""
+    return Sink(accuracy=ACCURACY, voltage=voltage, silicon=replace(SILICON, temperature_coefficient=coefficient))
+
+
+def families(quick: bool) -> Iterator[Row]:
+    """Solve sinks from one extreme to the other; the worst error bound and the worst heat balance of each family."""
+    insulated = silicon(0.0)
+
+    def contrast(r: float) -> Sink:
+        return replace(insulated, oxide=replace(insulated.oxide, thermal_conductivity=130.0 / r))
+
+    for group, case, low, high, count, sink_of, balance in (
+        ("aspect ratios", "thickness of the oxide in m", 20e-9, 20e-6, 7,
+         lambda t: replace(Sink(), oxide_thickness=t), BALANCE),
+        ("aspect ratios", "length of the beam in m", 10e-6, 10e-3, 7, lambda y: replace(Sink(), length=y), BALANCE),
+        ("contrasts", "conductivity of silicon over oxide", 1e-8, 1e8, 9, contrast, CONTRASTED),
+    ):  # fmt: skip
+        violations, balances = [], []
+        values = np.geomspace(low, high, 2 if quick else count)
+        for value in values:
+            coarse, fine = (steady(replace(sink_of(float(value)), accuracy=a)) for a in (ACCURACY, FINER))
+            worst, quantity = violation(coarse, fine)
+            violations.append((worst, f"at {value:.3g}, {quantity}"))
+            balances.append((imbalance(coarse), f"at {value:.3g}"))
+        case = f"{case}, {low:g} to {high:g}, {len(values)} sinks"
+        yield _worst(group, case, TRUE, violations, 1.0)
+        yield _worst(group, case, "heat balance", balances, balance)
+
+
+def _worst(group: str, case: str, quantity: str, numbers: list[tuple[float, str]], limit: float) -> Row:
+    worst, note = max(numbers)
+    return at_most(group, case, quantity, worst, limit, note)
+
+
+def accuracies(quick: bool) -> Iterator[Row]:
+    """Compare the delivered accuracy with the requested one; the finest solution is the truth for the others."""
+    finest = 1e-5 if quick else 1e-6
+    best = steady(Sink(accuracy=finest))
+    for accuracy in (1e-1, 1e-3) if quick else (1e-1, 1e-2, 1e-3, 1e-4, 1e-5):
+        result = steady(Sink(accuracy=accuracy))
+        worst, quantity = violation(result, best)
+        case = f"the sink, accuracy {accuracy:g}, {result.details['unknowns']} unknowns"
+        yield at_most("accuracies", case, TRUE, worst, 1.0, quantity)
+        stated = max(e.error / abs(e.value) for e in result.steady.values()) / accuracy
+        yield at_most("accuracies", case, "error bound over the accuracy", stated, 1.0)
+
+
+def runaway(quick: bool) -> Iterator[Row]:
+    """Raise the voltage to thermal runaway with a negative coefficient, and far with a positive one."""
+    for coefficient in (-5e-4,) if quick else (-5e-4, -2e-3, -1e-4):
+        sink = silicon(coefficient)
+        limit = _limit(sink)
+        below = steady(replace(sink, voltage=0.999 * limit))
+        case = f"TCR {coefficient:g} 1/K, limit of {limit:.5g} V"
+        yield at_most("voltages", case, "heat balance at 99.9 % of the limit", imbalance(below), BALANCE)
+        again = _limit(replace(sink, voltage=1.001 * limit))
+        yield Row("voltages", case, "the limit from 1.001 times, over that from 3 times", again / limit, 1.0, ACCURACY)
+    for volts in (1e-6, 100.0):
+        result = steady(silicon(2e-3, volts))
+        note = f"peak rise {result.steady['peak_rise_K'].value:.4g} K"
+        yield at_most("voltages", f"TCR 0.002 1/K, {volts:g} V", "heat balance", imbalance(result), BALANCE, note)
+
+
+def _limit(sink: Sink) -> float:
+    """The voltage of runaway (V) that is named at the first voltage beyond it, from the sink's own in steps of 3."""
+    volts = sink.voltage
+    for _ in range(40):
+        try:
+            steady(replace(sink, voltage=volts))
+        except RunawayError as error:
+            return error.limit
+        volts *= 3
+    raise ArithmeticError("no runaway up to 1e19 V")
+
+
+VOLTS, SLOW = 2.0, bars.SLOW / 4  # SLOW: the diffusion time of half the bar's length
+
+
+def drives(quick: bool) -> Iterator[Row]:
+    """Drive a bar by a voltage in steps, in ramps and as a square wave."""
+    yield _against_series("step", VOLTS, [(0.0, 1.0)], 4 * SLOW)
+    for hertz, count in ((1e4, 5),) if quick else ((1e3, 10), (1e4, 20)):
+        half = 0.5 / hertz
+        edges = [(i * half, 1.0 - 2.0 * (i % 2)) for i in range(2 * count)]
+        times = [t for start, _ in edges for t in (start, start + half)]
+        values = [VOLTS * (sign > 0) for _, sign in edges for _ in (0, 1)]
+        wave = Schedule(tuple(times), tuple(values))
+        yield _against_series(f"square wave of {hertz:g} Hz", wave, edges, 2 * count * half)
+    ramp = Schedule((0.0, SLOW, 2 * SLOW), (0.0, VOLTS, -VOLTS))
+    for coefficient in (-5e-4, 5e-4):
+        scene = _bar(ramp, coefficient, 2 * SLOW)
+        result, finer = solve_scene(scene), solve_scene(replace(scene, accuracy=ACCURACY / 10))
+        (a, error), (b, other) = (_middle(scene, r) for r in (result, finer))
+        case = f"ramp up and down through zero, TCR {coefficient:g} 1/K"
+        yield at_most("drives", case, TRUE, float(np.abs(a - b).max()) / (error + other), 1.0)
+        yield at_most("drives", case, "heat balance", imbalance(result), 10 * ACCURACY)
+
+
+def _against_series(name: str, voltage: Value, edges: list[tuple[float, float]], end: float) -> Row:
+    """The middle of a bar without a temperature coefficient, against the superposed series of its steps."""
+    scene = _bar(voltage, 0.0, end)
+    found, error = _middle(scene, solve_scene(scene))
+    assert isinstance(SILICON.resistivity, float)
+    peak = VOLTS**2 / (8 * bars.CONDUCTIVITY * SILICON.resistivity)
+    expected = np.full(len(found), bars.ROOM)
+    for start, size in edges:
+        since = np.array(scene.output_times) - start
+        expected += size * peak * np.where(since > 0, heated_middle(np.maximum(since, 0.0) / SLOW), 0.0)
+    return at_most("drives", f"{name}, bar of 1 mm", TRUE, float(np.abs(found - expected).max()) / error, 1.0)
+
+
+def heated_middle(number: np.ndarray) -> np.ndarray:
+    """Return the rise in the middle of a slab with heat q between faces held cold, over q l^2/(2 k), at Fourier numbers
+    of the half thickness l (Carslaw and Jaeger, Conduction of Heat in Solids, 2nd ed., 3.14, eq 7)."""
+    n = np.arange(400)
+    a = (2 * n + 1) * np.pi / 2
+    return 1 - 4 * ((-1.0) ** n / a**3 * np.exp(-np.multiply.outer(number, a**2))).sum(axis=-1)
+
+
+def _bar(voltage: Value, coefficient: float, end: float) -> Scene:
+    scene = bars.bar(replace(SILICON, temperature_coefficient=coefficient), voltage)
+    return replace(scene, end_time=end, steady=False, output_times=tuple((end * np.linspace(0.02, 1.0, 50)).tolist()))
+
+
+def _middle(scene: Scene, result: Result) -> tuple[np.ndarray, float]:
+    traces = result.over_time
+    return np.interp(scene.output_times, traces.time, traces.values["middle"]), traces.errors["middle"]

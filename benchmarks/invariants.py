@@ -1,0 +1,223 @@
+"""Laws that every scene keeps, whatever its shape; each function returns the violation over the error bounds, at most 1
+where the law holds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import replace
+from types import MappingProxyType
+from typing import NamedTuple
+
+import numpy as np
+
+from benchmarks.random_boxes import AT_PLUS, ROOM, Drawn, changed
+from fem3d.runs.scene import solve
+from scenes.model import Material, Point, Probe
+from scenes.result import Result
+
+KINDS = {"into plus": "current", "into minus": "current", AT_PLUS: "potential"}  # of readings that are no heat flow
+Test = Callable[[Drawn, Result], float]
+
+ROUNDING = 1e-7  # of the largest value of a kind: rounding errors of badly conditioned scenes
+BALANCE = 1e-6  # of all heat that passes: the largest heat that may be missing
+SAME = 1e-6  # of the end time: rows closer than this are before and after a jump
+OVER_TIME = 10.0  # times the accuracy: imbalance of a transient, which the solver doesn't control
+
+
+def energy(drawn: Drawn, result: Result) -> float:
+    """The heat of the boundaries, the current and the sources adds up to nothing; over time the run measures that.
+
+    All current leaves at "minus": an electrode inside has no probe.
+    """
+    if result.traces is not None:
+        return float(result.details["energy_imbalance"]) / (OVER_TIME * drawn.scene.accuracy)
+    scene, error = drawn.scene, 0.0
+    volts = {b.name: float(b.value) for b in scene.boundaries if b.kind == "voltage"}  # type: ignore[arg-type]
+    if AT_PLUS in result.steady:
+        volts["plus"] = result.steady[AT_PLUS].value
+        error += abs(result.steady[AT_PLUS].error * result.steady["into minus"].value)
+    heats = [
+        float(box.heat_source) * float(np.prod(np.subtract(box.upper, box.lower)))  # type: ignore[arg-type]
+        for box in scene.boxes
+    ]
+    for b in scene.boundaries:
+        if b.name != "plus":
+            factor = volts["minus"] - volts["plus"] if b.kind == "voltage" else 1.0
+            heats.append(factor * result.steady[f"into {b.name}"].value)
+            error += abs(factor) * result.steady[f"into {b.name}"].error
+    return abs(sum(heats)) / (error + BALANCE * sum(map(abs, heats)))
+
+
+def never_colder(_: Drawn, result: Result) -> float:
+    """No reported temperature is below that of the surroundings while the scene is heated."""
+    means = [mean for name, mean in result.steady.items() if name.startswith("mean")]
+    return max(max(ROOM - mean.value, 0.0) / (mean.error + 1e-12 * ROOM) for mean in means)
+
+
+def undershoot(_: Drawn, result: Result) -> float:
+    """The field falls below the surroundings by no more than its own error bound: polynomials swing beside a steep
+    decay."""
+    field, off = result.details["fields"].steady, result.details.get("field_error", np.inf)
+    return float(max(ROOM - field.min(), 0.0) / (off * np.ptp(field) + 1e-12 * ROOM))
+
+
+def ordered(_: Drawn, result: Result) -> float:
+    """Means lie between the coldest and the hottest place."""
+    field = result.details["fields"].steady
+    worst = 0.0
+    for name, mean in result.steady.items():
+        if name.startswith("mean"):
+            beyond = max(field.min() - mean.value, mean.value - field.max(), 0.0)
+            worst = max(worst, float(beyond / (mean.error + 1e-12 * ROOM)))
+    return worst
+
+
+def mirrored(drawn: Drawn, result: Result) -> float:
+    """Mirrored in x, and with the axes turned round, the scene has the same temperatures and flows."""
+    far = max(box.upper[0] for box in drawn.scene.boxes)
+
+    def turn(lower: Point, upper: Point) -> tuple[Point, Point]:
+        return (lower[1], lower[2], far - upper[0]), (upper[1], upper[2], far - lower[0])
+
+    return _largest(_distances(result, solve(changed(drawn.scene, move=turn)), times=drawn.scene.output_times))
+
+
+def rescaled(drawn: Drawn, result: Result) -> float:
+    """A thousand times the lengths with k, h, rho c, sources and fluxes to match has the same temperatures: the answer
+    doesn't depend on the unit of length."""
+    s = 1e3
+
+    def material(m: Material) -> Material:
+        resistivity = None if m.resistivity is None else m.resistivity * s
+        return replace(m, thermal_conductivity=m.thermal_conductivity / s, resistivity=resistivity)
+
+    def move(lower: Point, upper: Point) -> tuple[Point, Point]:
+        x, y, z, far_x, far_y, far_z = (s * c for c in (*lower, *upper))
+        return (x, y, z), (far_x, far_y, far_z)
+
+    factors = {"heat_source": s**-3, "heat_flux": s**-2, "convection": s**-2}
+    return _largest(_distances(result, solve(changed(drawn.scene, factors, material, move))))
+
+
+def swapped(drawn: Drawn, result: Result) -> float:
+    """With the voltages swapped the currents change their sign, and nothing else does."""
+    volts = {b.name: b.value for b in drawn.scene.boundaries if b.kind == "voltage"}
+    if not volts:
+        return 0.0
+    other = {"plus": volts["minus"], "minus": volts["plus"]}
+    boundaries = tuple(replace(b, value=other[b.name]) if b.name in other else b for b in drawn.scene.boundaries)
+    turned = solve(replace(drawn.scene, boundaries=boundaries))
+    return _largest(_distances(result, turned, {"current": -1.0, "potential": -1.0}))
+
+
+def squared(drawn: Drawn, _: Result) -> float:
+    """Without temperature coefficients twice the voltage and four times the other heat make four times the rises."""
+    scene = changed(drawn.scene, material=lambda m: replace(m, temperature_coefficient=0.0))
+    stronger = changed(scene, {"heat_source": 4.0, "voltage": 2.0, "heat_flux": 4.0})
+    factors = {"rise": 4.0, "flow": 4.0, "current": 2.0, "potential": 2.0}
+    return _largest(_distances(solve(scene), solve(stronger), factors))
+
+
+def reciprocal(drawn: Drawn, _: Result) -> float:
+    """A watt in one box warms another by as much as a watt there warms the one."""
+    boxes = drawn.scene.boxes
+    first, last = boxes[0], boxes[-1]
+    rises = []
+    for source, seen in ((first, last), (last, first)):
+        volume = float(np.prod(np.subtract(source.upper, source.lower)))
+        heated = tuple(replace(b, heat_source=1e-3 / volume if b is source else 0.0) for b in boxes)
+        cooled = tuple(b for b in drawn.scene.boundaries if b.kind in ("temperature", "convection"))
+        probes = (Probe("seen", seen.lower, seen.upper),)
+        rises.append(solve(replace(drawn.scene, boxes=heated, boundaries=cooled, probes=probes)).steady["seen"])
+    one, two = rises
+    return abs(one.value - two.value) / (one.error + two.error + ROUNDING * abs(one.value - ROOM) + 1e-12 * ROOM)
+
+
+def compared(drawn: Drawn, result: Result, times: float) -> tuple[float, float]:
+    """Return the violation of the error bounds by a solution that is so many times finer, and the smallest error bound
+    over true error of a reading; infinite where all are off by rounding alone."""
+    finer = solve(replace(drawn.scene, accuracy=drawn.scene.accuracy / times))
+    times_s = (*drawn.scene.output_times, *_between_rows(result))
+    distances = list(_distances(result, finer, times=times_s))
+    off = [d for d in distances if d.apart > d.rounding and d.other < d.stated]
+    return _largest(distances), min((d.stated / d.apart for d in off), default=np.inf)
+
+
+def _between_rows(result: Result) -> tuple[float, ...]:
+    """The times (s) half way between the rows of traces, where straight lines are off most, but for soon after a jump
+    of whatever drives the scene: there only rows are compared."""
+    if result.traces is None:
+        return ()
+    time, since = result.traces.time, result.traces.since
+    middles = (time[1:] + time[:-1]) / 2
+    jumps = np.append(0.0, time[:-1][np.diff(time) <= SAME * time[-1]])
+    before = jumps[np.searchsorted(jumps, middles, side="right") - 1]
+    return tuple(middles[middles >= before + since].tolist())
+
+
+ALWAYS: dict[str, Test] = {
+    "energy closes": energy, "nothing reported is colder than its surroundings": never_colder,
+    "means within extremes": ordered, "field away from the probes": undershoot,
+}  # fmt: skip
+OVER_TIME_ALWAYS: dict[str, Test] = {"energy closes over time": energy}
+IN_TURN: dict[str, Test] = {
+    "mirrored and turned": mirrored, "another unit of length": rescaled, "voltages swapped": swapped,
+    "scales with V^2": squared, "reciprocity of power": reciprocal,
+}  # fmt: skip
+
+
+def of_boxes(drawn: Drawn) -> dict[str, Test]:
+    """Return all invariants of boxes that need no further solution, and by turns one that does."""
+    if not drawn.scene.steady:
+        return OVER_TIME_ALWAYS | {"traces mirrored and turned": mirrored}
+    turn = list(IN_TURN)[drawn.seed % len(IN_TURN)]
+    return ALWAYS | {turn: IN_TURN[turn]}
+
+
+def of_laws(drawn: Drawn) -> dict[str, Test]:
+    """Return the invariants of scenes with laws."""
+    return ALWAYS if drawn.scene.steady else OVER_TIME_ALWAYS
+
+
+def of_plates(drawn: Drawn) -> dict[str, Test]:
+    """Return the invariants of plates."""
+    colder = "nothing reported is colder than its surroundings"
+    return {colder: never_colder} if drawn.scene.steady else OVER_TIME_ALWAYS
+
+
+class _Distance(NamedTuple):
+    """The difference of two numbers, their error bounds, and the difference that rounding makes."""
+
+    apart: float
+    stated: float
+    other: float
+    rounding: float
+
+
+def _largest(distances: Iterable[_Distance]) -> float:
+    return max(float(d.apart / (d.stated + d.other + d.rounding + 1e-300)) for d in distances)
+
+
+def _distances(
+    one: Result, two: Result, factors: Mapping[str, float] = MappingProxyType({}), times: tuple[float, ...] = ()
+) -> Iterator[_Distance]:
+    """Yield the distance of each number, the first result's multiplied by a factor for its kind; of traces at times."""
+    mine, theirs = _numbers(one, times), _numbers(two, times)
+    largest: dict[str, float] = {}
+    pairs = []
+    for name, (a, error) in mine.items():
+        b, other = theirs[name]
+        kind = "rise" if name.startswith("mean") else KINDS.get(name, "flow")
+        off, factor = ROOM * (kind == "rise"), factors.get(kind, 1.0)
+        largest[kind] = max(largest.get(kind, 0.0), float(np.abs(b - off).max()))
+        pairs.append((kind, float(np.abs(factor * (a - off) - (b - off)).max()), abs(factor) * error, other))
+    for kind, apart, error, other in pairs:
+        yield _Distance(apart, error, other, ROUNDING * largest[kind] + 1e-12 * ROOM * (kind == "rise"))
+
+
+def _numbers(result: Result, times: tuple[float, ...]) -> dict[str, tuple[np.ndarray, float]]:
+    """The steady values, or those of the traces at some times, with their error bounds."""
+    if result.traces is None:
+        return {name: (np.array(e.value), e.error) for name, e in result.steady.items()}
+    at, traces = result.traces.time, result.traces
+    return {name: (np.interp(times, at, v), traces.errors[name]) for name, v in traces.values.items()}

@@ -1,0 +1,127 @@
+"""Run time and memory of entries, each in processes of its own and in turns, so that other work on the machine falls on
+all alike.
+
+``python -m benchmarks.measure SPECIFICATION`` is such a process and prints a line of JSON. The first of several solves
+warms up and does not count. Times are of the processor, in seconds.
+"""
+
+from __future__ import annotations
+
+import gc
+import json
+import os
+import statistics
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import _lru_cache_wrapper
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from compare.processes import ONE_THREAD
+
+TIME_LIMIT = 900.0  # s
+PATIENCE, MOST = 1.0, 5  # s and times that a process repeats its solve
+LONG = 20.0  # s: entries that take longer are measured once
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A program (``tool``) with settings (``label`` in words), the module that prepares it and the options for that."""
+
+    tool: str
+    label: str
+    module: str
+    options: dict[str, Any] = field(default_factory=dict)
+
+
+class EntryError(ArithmeticError):
+    """An entry did not come to an end; the message tells which and why."""
+
+
+def once(entry: Entry, patience: float = 0.0) -> dict[str, Any]:
+    """Return the numbers and times of one process; raise EntryError where it failed or took too long."""
+    given = {"module": entry.module, "options": entry.options, "launched": time.time(), "patience": patience}
+    command = [sys.executable, "-m", "benchmarks.measure", json.dumps(given)]
+    try:
+        done = subprocess.run(
+            command, capture_output=True, encoding="utf-8", timeout=TIME_LIMIT, env=os.environ | ONE_THREAD, check=False
+        )
+    except subprocess.TimeoutExpired:
+        raise EntryError(f"{entry.tool} ({entry.label}) took more than {TIME_LIMIT:g} s") from None
+    if done.returncode:
+        last = (done.stderr.strip() or "no message").splitlines()[-1]
+        raise EntryError(f"{entry.tool} ({entry.label}) failed: {last}")
+    measurement: dict[str, Any] = json.loads(done.stdout.strip().splitlines()[-1])
+    return measurement
+
+
+def in_turns(
+    entries: Sequence[Entry], rounds: int, progress: Callable[[str], None], patience: float
+) -> list[dict[str, Any]]:  # fmt: skip
+    """Measure every entry some times, one after another; return for each its numbers, or its ``failure``."""
+    results: list[list[dict[str, Any]]] = [[] for _ in entries]
+    rows = [{"tool": entry.tool, "label": entry.label, "failure": ""} for entry in entries]
+    for turn in range(rounds):
+        for entry, row, measurements in zip(entries, rows, results, strict=True):
+            if row["failure"] or (measurements and min(measurements[0]["seconds"]) > LONG):
+                continue
+            progress(f"round {turn + 1} of {rounds}: {entry.tool}, {entry.label}")
+            try:
+                measurements.append(once(entry, patience))
+            except EntryError as error:
+                row["failure"] = str(error)
+    return [row if row["failure"] else row | _summary(each) for row, each in zip(rows, results, strict=True)]
+
+
+def _summary(measurements: list[dict[str, Any]]) -> dict[str, Any]:
+    seconds = [s for one in measurements for s in one["seconds"]]
+    return measurements[-1] | {
+        "median_s": statistics.median(seconds), "fastest_s": min(seconds), "slowest_s": max(seconds),
+        "solves": len(seconds), "start_up_s": statistics.median(one["start_up_s"] for one in measurements),
+        "peak_MB": max(one["peak_MB"] for one in measurements),
+    }  # fmt: skip
+
+
+def work(argument: str) -> dict[str, Any]:
+    """Run the entry of a specification."""
+    given = json.loads(argument)
+    module = import_module(f"benchmarks.{given['module']}")
+    start_up = time.time() - given["launched"]
+    solve, read = module.prepare(given["options"])
+    end = time.perf_counter() + given["patience"]
+    seconds: list[float] = []
+    while len(seconds) <= MOST and (not seconds or time.perf_counter() < end):
+        _forget()
+        started = time.process_time()
+        answer = solve()
+        seconds.append(time.process_time() - started)
+    return {"start_up_s": start_up, "seconds": seconds[1:] or seconds, "peak_MB": peak_memory(), **read(answer)}
+
+
+def _forget() -> None:
+    """Empty all caches: a repeated solve must not find the results of an earlier one."""
+    for cache in [item for item in gc.get_objects() if isinstance(item, _lru_cache_wrapper)]:
+        cache.cache_clear()
+
+
+def peak_memory() -> float:
+    """Return the largest resident size of this process so far (MB).
+
+    Linux counts the memory of the parent in ru_maxrss, but not in VmHWM.
+    """
+    status = Path("/proc/self/status")
+    if status.exists():
+        line = next(line for line in status.read_text(encoding="utf-8").splitlines() if line.startswith("VmHWM"))
+        return int(line.split()[1]) / 1024
+    import resource
+
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak / (1024 * 1024 if sys.platform == "darwin" else 1024)
+
+
+if __name__ == "__main__":
+    print(json.dumps(work(sys.argv[1])))

@@ -1,0 +1,166 @@
+"""All tests of robustness, in order; the last are random scenes, each solved in a process under a time limit, held to
+the invariants of its kind and solved again more finely."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from functools import partial
+
+import numpy as np
+
+from benchmarks import (
+    bars,
+    compact_models,
+    extremes,
+    invariants,
+    random_boxes,
+    random_laws,
+    random_plates,
+    time_steps,
+)
+from benchmarks.random_boxes import Drawn
+from benchmarks.rows import Row, at_most, failed
+from compare.processes import TimeIsUpError, limited
+from compare.worker import DIED, map_tasks
+from scenes.errors import ConvergenceError, NumericsError
+
+QUICK_SCENES = 24
+HOLD_OUT = 1_000_000  # the first seed of scenes on which no constant is ever tuned
+LIMIT, PATIENCE = 60, 20  # s of computing that a scene may take, and times that by the clock
+SOON = 1.0  # s in which a scene that is out of reach should be refused
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of random scene: its name, one of how many scenes is of this kind, and how many times finer each is solved
+    again. Tetrahedra don't reach a tenth of 1e-2 within their unknowns, and scenes with laws take too long for that;
+    the error bound of the finer solution is added to the allowed distance."""
+
+    name: str
+    share: int
+    finer: float
+    draw: Callable[[int], Drawn]
+    tests: Callable[[Drawn], dict[str, invariants.Test]]
+
+
+KINDS = {
+    "boxes": Kind("random scenes", 1, 10.0, random_boxes.draw, invariants.of_boxes),
+    "laws": Kind("random scenes with laws, contacts, radiation and given currents", 6, 3.0, random_laws.draw,
+                 invariants.of_laws),
+    "plates": Kind("random plates with 10 to 60 boxes", 24, 4.0, random_plates.draw, invariants.of_plates),
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """The outcome of one scene: its violations by invariant, how it ended ("" where it was solved) and why, the seconds
+    and unknowns, and the error bound over the true error (None without a finer solution)."""
+
+    seed: int
+    violations: dict[str, float] = field(default_factory=dict)
+    ended: str = ""
+    why: str = ""
+    seconds: float = 0.0
+    unknowns: int = 0
+    padding: float | None = None
+
+
+def examine(seed: int, kind: str, limit: int = LIMIT) -> Outcome:
+    """Solve the scene of a seed, hold it to its invariants, and its error bounds to a finer solution."""
+    started, violations = time.process_time(), dict[str, float]()
+    padding, unknowns, ended, why = None, 0, "", ""
+    try:
+        with limited(limit, PATIENCE * limit):
+            # Drawing a scene with laws solves it with numbers first.
+            drawn = KINDS[kind].draw(seed)
+            result = invariants.solve(drawn.scene)
+            unknowns = int(result.details["unknowns"])
+            for name, test in KINDS[kind].tests(drawn).items():
+                violations[name] = test(drawn, result)
+    except TimeIsUpError:
+        ended = "out of time"
+    except Exception as error:
+        ended, why = "error", f"{type(error).__name__}: {error}"
+        if isinstance(error, NumericsError) and not isinstance(error, ConvergenceError):
+            ended, why = "refused by name", str(error)
+    seconds = time.process_time() - started
+    if not ended:
+        try:
+            with limited(limit, PATIENCE * limit):
+                violation, padding = invariants.compared(drawn, result, KINDS[kind].finer)
+                violations[f"{'errors' if drawn.scene.steady else 'traces'} honoured by a finer solve"] = violation
+        except (TimeIsUpError, NumericsError):
+            pass  # an accuracy that is out of reach or takes too long, but not the one that was asked for
+    return Outcome(seed, violations, ended, why, seconds, unknowns, padding)
+
+
+def sweep(first: int, count: int, jobs: int, progress: Callable[[str], None], kind: str) -> list[Outcome]:
+    """Return the outcomes of ``count`` seeds from ``first`` on, by some processes."""
+    outcomes: list[Outcome] = []
+    died = partial(Outcome, ended="error", why=DIED)
+    for _, outcome in map_tasks(partial(examine, kind=kind), range(first, first + count), jobs, died):
+        outcomes.append(outcome)
+        progress(f"{len(outcomes)} of {count} {KINDS[kind].name}")
+    return sorted(outcomes, key=lambda outcome: outcome.seed)
+
+
+def rows(outcomes: list[Outcome], group: str) -> Iterator[Row]:
+    """Yield a row for each invariant, with its worst scene, and rows for how scenes ended."""
+    count, first = len(outcomes), min(o.seed for o in outcomes)
+    scenes = f"{count} scenes, seeds {first} to {first + count - 1}"
+    for name in dict.fromkeys(name for o in outcomes for name in o.violations):
+        values = {o.seed: o.violations[name] for o in outcomes if name in o.violations}
+        broken = [seed for seed, value in values.items() if not value <= 1.0]
+        worst = broken[0] if broken else max(values, key=values.__getitem__)
+        note = f"violated by {len(broken)} of {len(values)}: seeds {_listed(broken)}" if broken else f"seed {worst}"
+        case = f"{name}, {len(values)} of {scenes}"
+        yield at_most(group, case, "largest violation over the error bounds", values[worst], 1.0, note)
+    for ended in ("error", "out of time", "refused by name"):
+        seeds = [o for o in outcomes if o.ended == ended]
+        note = f"seed {seeds[0].seed}: {seeds[0].why}" if seeds else ""
+        # A scene may run away, and an accuracy may be out of reach: a sentence tells so.
+        yield at_most(group, f"{ended}, {scenes}", "scenes", len(seeds), count * (ended == "refused by name"), note)
+    late = [o.seed for o in outcomes if o.ended == "refused by name" and o.seconds > SOON]
+    yield at_most(group, f"refused after more than {SOON:g} s, {scenes}", "scenes", len(late), count, _listed(late))
+    slowest = max(outcomes, key=lambda o: o.seconds)
+    yield at_most(group, f"slowest with its invariants, {scenes}", "seconds", slowest.seconds, LIMIT + 5,
+                  f"seed {slowest.seed}, {slowest.unknowns} unknowns")  # fmt: skip
+    paddings = [o.padding for o in outcomes if o.padding is not None and np.isfinite(o.padding)]
+    if paddings:
+        lower, median, upper = np.quantile(paddings, (0.25, 0.5, 0.75))
+        yield at_most(group, f"error bound over true error of the worst reading, {len(paddings)} of {scenes}",
+                      "median", float(median), np.inf, f"quartiles {lower:.3g} and {upper:.3g}")  # fmt: skip
+
+
+def _listed(seeds: list[int]) -> str:
+    return ", ".join(map(str, seeds[:8]))
+
+
+def run(quick: bool, scenes: int, seed: int, jobs: int, progress: Callable[[str], None]) -> list[Row]:
+    """Return all rows; of ``scenes`` random boxes and a share of the other kinds one half has ordinary seeds, the other
+    those of the hold-out. ``quick`` takes fewer of everything else."""
+    parts: dict[str, Callable[[], Iterator[Row]]] = {
+        "time steps": time_steps.rows,
+        "explicit coupling": lambda: time_steps.coupling(quick),
+        "aspect ratios and contrasts": lambda: extremes.families(quick),
+        "voltages": lambda: extremes.runaway(quick),
+        "bars of random laws": lambda: bars.rows(quick, seed),
+        "drives": lambda: extremes.drives(quick),
+        "accuracies": lambda: extremes.accuracies(quick),
+        "compact models": lambda: compact_models.rows(quick, seed),
+    }
+    table: list[Row] = []
+    for name, part in parts.items():
+        progress(name)
+        try:
+            for row in part():
+                table.append(row)
+        except Exception as error:
+            table.append(failed(name, name, error))
+    for name, kind in KINDS.items():
+        count = -(-scenes // (2 * kind.share))
+        for start, group in ((seed, kind.name), (HOLD_OUT + seed, f"{kind.name}, hold-out")):
+            table += rows(sweep(start, count, jobs, progress, name), group)
+    return table

@@ -1,0 +1,188 @@
+"""Random scenes, their invariants and the table; each invariant sees the fault that it is there for."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from benchmarks import invariants, random_boxes, random_laws, stress, time_steps
+from benchmarks.random_boxes import ROOM, Drawn, draw
+from reduced1d.device.lumped import lump
+from reduced1d.device.paper import stability_limit
+from scenes.device import Device
+from scenes.model import Boundary, Box, Material, Probe, Scene, Schedule
+
+METAL = Material("metal", 100.0, 1000.0, 1000.0, 1e-6, 1e-3)
+
+
+@settings(max_examples=60, deadline=None, derandomize=True)
+@given(st.integers(0, 10**6))
+def test_random_scenes_are_heated_cooled_and_reproducible(seed):
+    drawn = draw(seed)
+    assert drawn == draw(seed)
+    kinds = {b.kind for b in drawn.scene.boundaries}
+    assert "temperature" in kinds
+    assert drawn.heats
+    assert ("voltage" in kinds) == ("current" in drawn.heats)
+    for box in drawn.scene.boxes:
+        assert all(low < high for low, high in zip(box.lower, box.upper, strict=True))
+    for b in drawn.scene.boundaries:
+        assert sum(low == high for low, high in zip(b.lower, b.upper, strict=True)) == 1
+
+
+def test_all_kinds_of_scenes_are_drawn():
+    scenes = [draw(seed).scene for seed in range(100)]
+    names = [{b.name for b in s.boundaries} for s in scenes]
+    assert sum(not s.steady for s in scenes) == 15
+    assert any({"film", "back"} <= n for n in names)
+    assert any(
+        "plus" in n and "into plus" not in {p.name for p in s.probes} for n, s in zip(names, scenes, strict=True)
+    )
+    assert any(len({b.material for b in s.boxes if b.material.resistivity}) == 2 for s in scenes)
+    for steady in (True, False):
+        falling = [any(b.material.temperature_coefficient < 0 for b in s.boxes) for s in scenes if s.steady == steady]
+        assert 0 < sum(falling) < len(falling) / 2
+
+
+def bar(**changes):
+    """A small heated bar with the probes of a random scene."""
+    low, high = (0.0, 0.0, 0.0), (1e-5, 4e-5, 1e-6)
+    ends = [((0.0, y, 0.0), (1e-5, y, 1e-6)) for y in (0.0, 4e-5)]
+    boundaries = (
+        Boundary("cold", "temperature", *ends[0], ROOM), Boundary("plus", "voltage", *ends[0], 0.05),
+        Boundary("minus", "voltage", *ends[1], 0.0), Boundary("flux", "heat_flux", *ends[1], 1e6),
+    )  # fmt: skip
+    probes = [Probe("mean 0", low, high)]
+    probes += [
+        Probe(f"into {b.name}", b.lower, b.upper, "current" if b.kind == "voltage" else "heat_flow") for b in boundaries
+    ]
+    box = Box("bar", METAL, low, high, 1e12)
+    return Drawn(0, replace(Scene("bar", (box,), boundaries, tuple(probes), ROOM, steady=True), **changes), ())
+
+
+@pytest.mark.long
+def test_a_bar_keeps_every_invariant():
+    drawn = bar()
+    found = invariants.solve(drawn.scene)
+    for name, test in (invariants.ALWAYS | invariants.IN_TURN).items():
+        assert test(drawn, found) <= 1.0, name
+    violation, padding = invariants.compared(drawn, found, 10.0)
+    assert violation <= 1.0 < padding
+    # Half of the error stated is half of the padding.
+    less = replace(found, steady={n: replace(e, error=e.error / 2) for n, e in found.steady.items()})
+    assert invariants.compared(drawn, less, 10.0)[1] == pytest.approx(padding / 2)
+
+
+def test_invariants_see_what_they_are_there_for():
+    drawn = bar()
+    found = invariants.solve(drawn.scene)
+    stronger = replace(drawn.scene, boxes=(replace(drawn.scene.boxes[0], heat_source=1.01e12),))
+    # The results of another scene: neither the balance nor any comparison holds.
+    assert invariants.energy(Drawn(0, stronger, ()), found) > 1
+    assert invariants.mirrored(Drawn(0, stronger, ()), found) > 1
+    assert invariants.compared(Drawn(0, stronger, ()), found, 10.0)[0] > 1
+    cooled = replace(drawn.scene, boxes=(replace(drawn.scene.boxes[0], heat_source=-3e13),))
+    assert invariants.never_colder(drawn, invariants.solve(cooled)) > 1
+    assert invariants.undershoot(drawn, invariants.solve(cooled)) > 1
+
+
+@pytest.mark.long
+def test_invariants_over_time_see_what_they_are_there_for():
+    """A step of what heats the bar and of what cools it; the traces of another scene, and a balance that is off."""
+    hot, cold = Schedule((0.0, 3e-6, 3e-6), (1e12, 1e12, -2e12)), Schedule((0.0, 5e-6, 5e-6), (ROOM, ROOM, ROOM + 5))
+    steady = bar().scene
+    boundaries = (replace(steady.boundaries[0], value=cold), steady.boundaries[3])
+    scene = replace(
+        steady, steady=False, accuracy=1e-2, end_time=1e-5, output_times=(2e-6, 6e-6, 1e-5), boundaries=boundaries,
+        boxes=(replace(steady.boxes[0], heat_source=hot),), probes=(*steady.probes[:2], steady.probes[4]),
+    )  # fmt: skip
+    drawn = Drawn(0, scene, ())
+    found = invariants.solve(scene)
+    assert list(invariants.of_boxes(drawn)) == ["energy closes over time", "traces mirrored and turned"]
+    assert invariants.energy(drawn, found) <= 1
+    assert invariants.compared(drawn, found, 10.0)[0] <= 1
+    later = replace(boundaries[0], value=replace(cold, times=(0.0, 5.5e-6, 5.5e-6)))
+    assert invariants.compared(Drawn(0, replace(scene, boundaries=(later, *boundaries[1:])), ()), found, 10.0)[0] > 1
+    off = replace(found, details=found.details | {"energy_imbalance": 0.2})
+    assert invariants.energy(drawn, off) > 1
+
+
+def test_random_scenes_have_contacts_faces_that_radiate_and_given_currents():
+    """A scene of all three keeps its balance, of which another current is no part."""
+    drawn = random_laws.draw(17)
+    scene, plus = drawn.scene, next(b for b in drawn.scene.boundaries if b.name == "plus")
+    assert drawn == random_laws.draw(17)
+    assert scene.contacts
+    assert plus.key == "current"
+    assert [b.kind for b in scene.boundaries if b.name == "radiant"] == ["radiation"]
+    found = invariants.solve(scene)
+    assert invariants.energy(drawn, found) <= 1
+    volts = found.steady[random_boxes.AT_PLUS]
+    stronger = {random_boxes.AT_PLUS: replace(volts, value=1.01 * volts.value)}
+    assert invariants.energy(drawn, replace(found, steady=found.steady | stronger)) > 1
+
+
+@pytest.mark.long
+def test_a_scene_that_takes_too_long_or_fails_is_an_outcome(monkeypatch):
+    def slow(scene):
+        while True:
+            np.linalg.eigvalsh(np.eye(50))
+
+    monkeypatch.setattr(invariants, "solve", slow)
+    assert stress.examine(1, "boxes", limit=1).ended == "out of time"
+
+    def broken(scene):
+        raise ValueError("no luck")
+
+    monkeypatch.setattr(invariants, "solve", broken)
+    assert stress.examine(1, "boxes").why == "ValueError: no luck"
+    outcomes = [stress.Outcome(0, {"energy closes": 0.5}, padding=7.0),
+                stress.Outcome(1, ended="error", why="ValueError: no luck"),
+                stress.Outcome(2, {"energy closes": float("nan")}, padding=4.0),
+                stress.Outcome(4, ended="refused by name", seconds=2.0)]  # fmt: skip
+    rows = list(stress.rows(outcomes, "a group"))
+    (energy,) = [row for row in rows if row.case.startswith("energy closes")]
+    (error,) = [row for row in rows if row.case.startswith("error,")]
+    assert energy.verdict == error.verdict == "differs"
+    assert energy.note == "violated by 1 of 2: seeds 2"
+    assert "no luck" in error.note
+    (padding,) = [row for row in rows if row.case.startswith("error bound over")]
+    assert padding.found == 5.5
+
+
+@pytest.mark.parametrize("kind", stress.KINDS)
+def test_a_scene_of_each_kind_keeps_its_invariants_and_its_errors_hold(kind):
+    seed = {"boxes": 3, "laws": 4, "plates": 4}[kind]
+    drawn = stress.KINDS[kind].draw(seed)
+    assert drawn == stress.KINDS[kind].draw(seed)
+    outcome = stress.examine(seed, kind)
+    assert outcome.ended == ""
+    assert {*stress.KINDS[kind].tests(drawn)} <= {*outcome.violations}
+    assert any("honoured by a finer solve" in name for name in outcome.violations)
+    assert max(outcome.violations.values()) <= 1.0
+
+
+def test_scenes_of_the_hold_out_are_reported_apart(monkeypatch):
+    monkeypatch.setattr(stress, "examine", lambda seed, kind: stress.Outcome(seed, {"energy closes": 0.5}))
+    for part in ("time_steps", "extremes", "bars", "compact_models"):
+        for name in ("rows", "coupling", "families", "runaway", "drives", "accuracies"):
+            monkeypatch.setattr(getattr(stress, part), name, lambda *_: iter(()), raising=False)
+    rows = stress.run(True, 4, 0, 1, lambda _: None)
+    cases = {row.group: row.case for row in rows if row.case.startswith("energy")}
+    assert "seeds 0 to 1" in cases["random scenes"]
+    assert "seeds 1000000 to 1000001" in cases["random scenes, hold-out"]
+
+
+def test_only_methods_that_are_not_l_stable_ring():
+    verdicts = {row.case.split(",")[0]: row.verdict for row in time_steps.rows()}
+    assert verdicts["exponential collocation"] == verdicts["SDIRK of order 4 (second path)"] == "agrees"
+    assert verdicts["Crank-Nicolson"] == "as predicted"
+
+
+def test_the_predicted_limit_of_the_explicit_coupling_is_where_a_simulation_starts_to_grow():
+    device = Device()
+    limit, scheme = stability_limit(device), time_steps.PaperScheme()
+    assert not time_steps.grows(lump(device), 0.98 * limit, scheme)
+    assert time_steps.grows(lump(device), 1.02 * limit, scheme)

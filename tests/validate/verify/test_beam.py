@@ -1,0 +1,21 @@
+"""A scene of everything that both paths know."""
+
+from dataclasses import replace
+
+import pytest
+
+from fem3d.runs.scene import solve
+from scenes.laws import PowerLaw
+from validate.verify import beam
+
+
+@pytest.mark.long
+def test_both_paths_find_the_same_and_another_law_is_caught():
+    """What halving its intervals changes bounds the second path's error; so it holds of its coarser mesh too."""
+    rows = list(beam.rows())
+    assert {row.verdict for row in rows} == {"agrees"}
+    scene = beam.beam()
+    silicon, *others = scene.boxes
+    twin = replace(silicon.material, thermal_conductivity=PowerLaw(130.0, 293.0, -1.25))
+    found = solve(replace(scene, boxes=(replace(silicon, material=twin), *others))).steady
+    assert abs(found["beam"].value - rows[0].expected) > 3 * rows[0].bound

@@ -1,0 +1,164 @@
+"""The second path against closed forms."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from meshes import symmetry
+from scenes.laws import PowerLaw
+from scenes.model import Contact
+from scenes.sink import SILICON, Sink
+from tests.fem3d import BAR, bar, bar_grid, end, kirchhoff, plain_grid
+from validate.verify import newton, second_path, split
+
+ROOM = 293.0
+PLAIN = replace(SILICON, temperature_coefficient=0.0)
+FALLING = PowerLaw(130.0, 293.0, -1.3)
+
+
+def curve(law):
+    return lambda T: law(np.asarray(T, dtype=float))[0]
+
+
+def of_bar(boundaries, conductivity, intervals=16, heat_source=0.0, material=PLAIN, planes=()):
+    """A bar along y with a conductivity, and its problem on a mesh with some planes (m) besides equal intervals."""
+    scene = bar(material, *boundaries, heat_source=heat_source)
+    grid = bar_grid(scene, intervals, 2)
+    y = np.union1d(grid.breaks[1], planes)
+    degrees = (grid.degrees[0], np.full(len(y) - 1, 2), grid.degrees[2])
+    grid = grid.with_axes((grid.breaks[0], y, grid.breaks[2]), degrees)
+    basis, *of = second_path.base(scene, grid, 4)
+    found = second_path.problem(scene, basis, *of)
+    places = basis.doflocs[1]
+    return replace(found, parts=tuple(replace(part, conductivity=(conductivity,) * 3) for part in found.parts)), places
+
+
+def at(places, state, y):
+    """The temperature (K) at a place along the bar, of nodes at some places."""
+    place = np.abs(places - y)
+    assert place.min() < 1e-9 * BAR[1]
+    return state.temperature[place.argmin()]
+
+
+def test_a_bar_between_temperatures_has_a_straight_kirchhoff_variable():
+    law = newton.law(FALLING)
+    problem, places = of_bar([end(0, "temperature", ROOM), end(1, "temperature", 600.0)], law, 8)
+    found = at(places, newton.steady(problem), BAR[1] / 8)
+    # On a line, corners of elements have no error but that of the quadrature, and Newton's.
+    assert abs(found - kirchhoff.along_bar(curve(law), ROOM, 600.0, 1 / 8)) < 1e-9
+    twin = newton.law(PowerLaw(130.0, 293.0, -1.3 * (1 + 1e-9)))
+    assert abs(found - kirchhoff.along_bar(curve(twin), ROOM, 600.0, 1 / 8)) > 1e-9
+
+
+@pytest.mark.parametrize("coefficient", [0.0, 5e-4])
+def test_the_hottest_place_of_a_conductor_is_kohlrausch_s(coefficient):
+    law, volts = newton.law(FALLING), 5.0
+    material = replace(SILICON, temperature_coefficient=coefficient)
+    rho = newton.linear(6e-5, coefficient, ROOM)
+    expected = kirchhoff.hottest(lambda T: curve(law)(T) * curve(rho)(T), ROOM, volts, 5000.0)
+    errors = []
+    for intervals in (8, 16):
+        ends = [end(side, kind, value) for side, given in ((0, volts), (1, 0.0))
+                for kind, value in (("voltage", given), ("temperature", ROOM))]  # fmt: skip
+        problem, places = of_bar(ends, law, intervals, material=material)
+        errors.append(abs(at(places, newton.steady(problem, 4), BAR[1] / 2) - expected))
+    assert errors[1] < 2e-6 * (expected - ROOM)
+    assert errors[0] > 10 * errors[1]  # quadratic elements are of order 4 at their corners
+
+
+@pytest.mark.long
+def test_a_given_current_and_a_series_resistance_make_the_state_of_the_voltage():
+    cold = [end(0, "temperature", ROOM), end(1, "temperature", ROOM)]
+    ends = [*cold, end(0, "voltage", 5.0), end(1, "voltage", 0.0)]
+    driven, _ = of_bar(ends, newton.law(FALLING), 8, material=SILICON)
+    state = newton.steady(driven, 4)
+    plus, ground = driven.electrodes
+    current = newton.current(driven, state, plus)
+    behind = replace(plus, voltage=5.0 + 100.0 * current, series=100.0)
+    for other in (replace(plus, current=current), behind):
+        same = newton.steady(replace(driven, electrodes=(other, ground)), 4)
+        assert np.abs(same.temperature - state.temperature).max() < 1e-9 * (state.temperature.max() - ROOM)
+        assert np.abs(same.potential - state.potential).max() < 1e-9 * 5.0
+
+
+def test_radiation_between_given_temperatures():
+    problem, places = of_bar([end(0, "temperature", 1400.0), end(1, "heat_flux", 0.0)], newton.law(130.0), 1)
+    ((face, _),) = problem.faces
+    problem = replace(problem, faces=((face, newton.radiating(0.8, ROOM)),))
+    expected = kirchhoff.radiating_slab(130.0, BAR[1], 1400.0, 0.8, ROOM)
+    assert abs(at(places, newton.steady(problem), BAR[1]) - expected) < 1e-9 * (1400.0 - expected)
+
+
+@pytest.mark.long
+def test_a_transient_against_the_method_of_lines_of_the_kirchhoff_variable():
+    law, source, times = newton.law(FALLING), 1e11, [1e-4, 1e-3]
+    warms = newton.law(PowerLaw(2330.0 * 712.0, 293.0, 0.3))
+    expected = kirchhoff.heating_bar(curve(law), curve(warms), ROOM, source, BAR[1], times)
+    problem, places = of_bar([end(0, "temperature", ROOM), end(1, "temperature", ROOM)], law, 8, source)
+    problem = replace(problem, parts=tuple(replace(part, capacity=warms) for part in problem.parts))
+    errors = []
+    for steps in (2, 4):
+        instants = np.r_[0.0, np.cumsum(np.repeat(np.diff([0.0, *times]) / steps, steps))]
+        states = [state for state, _ in newton.transient(problem, instants)][steps::steps]
+        errors.append(np.abs([at(places, state, BAR[1] / 2) for state in states] - expected))
+    rise = expected - ROOM
+    assert (errors[1] < 1e-4 * rise).all()
+    assert errors[0][1] > 6 * errors[1][1]  # of order 3 in time, later on
+    plain = replace(problem, parts=tuple(replace(p, capacity=newton.law(2330.0 * 712.0)) for p in problem.parts))
+    states = [state for state, _ in newton.transient(plain, np.linspace(0.0, times[0], 5))]
+    assert abs(at(places, states[-1], BAR[1] / 2) - expected[0]) > 1e-3 * rise[0]
+
+
+def halves(resistance, electrical=None, **material):
+    """Two halves of a bar, hot at one end and cold at the other, with a contact between; and places of the nodes."""
+    ends = [end(0, "temperature", 400.0), end(1, "temperature", ROOM)]
+    if electrical is not None:
+        ends += [end(0, "voltage", 1.0), end(1, "voltage", 0.0)]
+    scene = bar(replace(PLAIN, **material), *ends)
+    (whole,) = scene.boxes
+    half = BAR[1] / 2
+    boxes = (replace(whole, name="a", upper=(BAR[0], half, BAR[2])),
+             replace(whole, name="b", lower=(0.0, half, 0.0)))  # fmt: skip
+    scene = replace(scene, boxes=boxes, contacts=(Contact("c", ("a", "b"), resistance, electrical or 0.0),))
+    basis, *owner_order = second_path.base(scene, bar_grid(scene, 3, 2))
+    return second_path.problem(scene, basis, *owner_order), basis.doflocs[1]
+
+
+def test_the_temperature_jumps_across_a_contact_by_the_flux_times_its_resistance():
+    resistance = 3e-6
+    problem, places = halves(resistance)
+    state = newton.steady(problem)
+    flux = (400.0 - ROOM) / (BAR[1] / 130.0 + resistance)
+    sides = np.unique(np.round(state.temperature[np.abs(places - BAR[1] / 2) < 1e-12], 6))
+    assert len(sides) == 2
+    assert sides[1] - sides[0] == pytest.approx(flux * resistance, rel=1e-6)  # rounded at the sixth digit
+    assert sides[0] - ROOM == pytest.approx(flux * BAR[1] / 2 / 130.0, rel=1e-6)
+
+
+def test_a_contact_s_own_heat_enters_either_side():
+    electrical, k, rho = 1e-8, 130.0, 6e-5
+    problem, places = halves(1e-6, electrical)
+    state = newton.steady(problem)
+    density = 1.0 / (rho * BAR[1] + electrical)
+    plus = problem.electrodes[0]
+    assert newton.current(problem, state, plus) == pytest.approx(density * BAR[0] * BAR[2], rel=1e-9)
+    # Each half: its own heat, and what enters at the contact; the temperatures of both sides a and b by resistances.
+    r, q = BAR[1] / 2 / k, density**2 * rho * BAR[1] / 2
+    hot, cold = 400.0 + q * r / 2, ROOM + q * r / 2
+    own = density**2 * electrical / 2
+    a, b = np.linalg.solve([[1 / r + 1e6, -1e6], [-1e6, 1 / r + 1e6]], [hot / r + own, cold / r + own])
+    sides = np.unique(np.round(state.temperature[np.abs(places - BAR[1] / 2) < 1e-12], 6))
+    assert sides == pytest.approx([b, a], abs=1e-6)
+
+
+def test_a_contact_inside_a_larger_body_keeps_its_edge_whole():
+    scene = Sink().scene()
+    part = symmetry.reduce(scene).scene
+    basis, owner, _ = second_path.base(part, plain_grid(part, 1))
+    names = [box.name for box in part.boxes]
+    pair = frozenset((names.index("beam"), names.index("pad-0")))
+    # The whole end of the beam touches the pad, whose nodes around it stay in common: only the beam's own part.
+    cells = split.split(basis.mesh, owner, [pair])
+    assert cells.p.shape[1] > basis.mesh.p.shape[1]
+    assert cells.t.shape == basis.mesh.t.shape

@@ -1,1 +1,0 @@
-"""Run time against error: `validate bench`. Entries run in processes of their own, in turns, at one scene."""

@@ -1,1 +1,0 @@
-"""Numerical stability and robustness, by `validate stress`: extremes, drives, time steps, and random scenes."""
