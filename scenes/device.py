@@ -23,7 +23,7 @@ class Control:
 
     Sample k happens at ``k * sample_time``: each resistance is measured, its voltage is raised by ``gain`` times the
     normalised error and held until the next sample. ``allow_negative_voltage`` takes eq 21 literally; otherwise a
-    voltage stops at zero. ``ground_resistance`` (ohm) is that of the lead to ground that both currents share, so that
+    voltage stops at zero. ``ground_resistance`` (ohm) belongs to the lead to ground that both currents share, so that
     it is in both measured resistances.
     """
 
@@ -85,7 +85,7 @@ class Device:
         """The device without its controllers as boxes, conditions and probes: 1 V across the sink from the start on,
         across the sensor from the first sample after it on, and the outer temperature's step.
 
-        The voltages are half of that above and below zero, for then the middle is a plane of symmetry of both films.
+        The voltages are +0.5 and -0.5 V, so that the middle is a plane of symmetry of both films.
         """
         sink, half = self.sink, self.sink.width / 2
         base, boxes, height = sink.scene(), [], sink.thickness

@@ -13,11 +13,11 @@ _MOST = 4  # Names that a list in a message has at most.
 
 
 class SceneError(ValueError):
-    """Bad input: the message is one line that names the key, the value and what is allowed."""
+    """Bad input: the message is one line with the key, the value and the allowed values."""
 
 
 class NumericsError(ArithmeticError):
-    """The numerics failed; the message says why."""
+    """Failed numerics; the message gives the reason."""
 
 
 class TooLargeError(NumericsError):
@@ -93,7 +93,7 @@ def columns(stream: TextIO, most: int) -> int:
 
 
 def nearest(word: str, known: Iterable[str]) -> str | None:
-    """Return the known word that is spelled most like this one; ``None`` where none shares most of its letters."""
+    """Return the nearest word in spelling; ``None`` where no word shares most letters."""
     import difflib
 
     by_case = {k.lower(): k for k in known}
@@ -108,7 +108,7 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
 
 
 def unknown(said: str, name: object, known: Iterable[str]) -> SceneError:
-    """Return the error for a name that is not among the known ones, with the nearest of these."""
+    """Return the error for an unknown name, with the valid and the nearest ones."""
     names = list(known)
     hint = did_you_mean(name, names) if isinstance(name, str) else ""
     return SceneError(f"{said} {quoted(name)}: give {', '.join(map(quoted, names[:20])) or 'none'}{hint}")

@@ -51,7 +51,7 @@ class Column:
         return Column(factor, min(places, 6), shown)
 
     def show(self, value: float) -> str:
-        """A value without its unit; zero is added so that what rounds to zero has no sign."""
+        """A value without its unit; zero is added so that a rounded zero has no sign."""
         return f"{round(value * self.factor, self.places) + 0.0:.{self.places}f}"
 
     def show_error(self, error: float) -> str:
@@ -77,7 +77,7 @@ def signed(value: float, unit: str, digits: int = 3) -> str:
 
 
 def span(start: float, end: float) -> str:
-    """From a time to another (s), in one unit: "0.19 - 0.33 ms"; the one time where they are the same."""
+    """From a time to another (s), in one unit: "0.19 - 0.33 ms"; a single time where both are equal."""
     factor, _ = scale(end, "s")
     return quantity(end, "s", 2) if start == end else f"{_significant(start * factor, 2)} - {quantity(end, 's', 2)}"
 

@@ -1,8 +1,8 @@
 """The kinds of value that a key of a scene may take: how each is read and checked, written back, shown and described.
 
-``read`` turns what stands in a file into the value of a scene or raises SceneError, ``write`` turns the value into SI
-numbers and plain JSON types that ``read`` takes, ``show`` is for a person, and ``form`` describes what a file may give,
-in refusals and in the table of keys. ``path`` is the key's full name, such as "sink.width".
+``read`` turns the content of a file into the value of a scene or raises SceneError, ``write`` turns the value into SI
+numbers and plain JSON types that ``read`` takes, ``show`` is for a person, and ``form`` describes the values that a
+file may give, in refusals and in the table of keys. ``path`` is the key's full name, such as "sink.width".
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ UNITS_OF_LENGTH = (1e-12, 1e6)  # m, of a mesh file: from a picometre to a thous
 
 
 class Kind:
-    """A kind of value; ``word`` is what a file says for ``None``, where that is allowed."""
+    """A kind of value; ``word`` stands for ``None`` in a file, where ``None`` is allowed."""
 
     word: str | None = None
 
     @property
     def form(self) -> str:
-        """What a file may give."""
+        """The values that a file may give, in words."""
         raise NotImplementedError
 
     def read(self, path: str, given: object) -> Any:
@@ -260,7 +260,7 @@ class Numbers(Kind):
 
 
 def known_name(path: str, name: object, known: tuple[str, ...], called: str) -> str:
-    """Return a known name; raises SceneError, whose list has one of the checks of a row's many."""
+    """Return a valid name; raises SceneError, which lists one of the many checks of a row."""
     if isinstance(name, str) and name in known:
         return name
     hint = did_you_mean(name, known) if isinstance(name, str) else ""
@@ -284,7 +284,7 @@ class Place(Kind):
 
 @dataclass(frozen=True)
 class Items(Kind):
-    """A list of values of one kind; ``called`` says of what, ``example`` is one, and ``count`` says how many."""
+    """A list of values of one kind, ``called`` so; ``example`` is one list, and ``count`` its length, if fixed."""
 
     member: Kind
     called: str

@@ -92,7 +92,7 @@ class Material:
         return laws.varies(self.resistivity) or bool(self.resistivity and self.temperature_coefficient)
 
     def law(self, key: str) -> Property | laws.Line:
-        """Return the law of a property; of the resistivity the one along x, a temperature coefficient as a line."""
+        """Return the law of a property; for the resistivity along x, a temperature coefficient as a line."""
         given = getattr(self, key)
         if key != "resistivity" or given is None:
             return given
@@ -173,7 +173,7 @@ class Boundary:
 
     @property
     def key(self) -> str:
-        """What a file calls the condition."""
+        """The key of the condition in a file."""
         return key_of(self)
 
 
@@ -351,7 +351,7 @@ class GroupBoundary:
 
     @property
     def key(self) -> str:
-        """What a file calls the condition."""
+        """The key of the condition in a file."""
         return key_of(self)
 
 

@@ -17,7 +17,7 @@ class Step:
 
 
 def step(name: str, does: str, skipped: str = "") -> Step:
-    """Make a line: skipped for the reason given, or else done, and what it does."""
+    """Make a line: skipped for a reason, or else done, with its purpose."""
     return Step(name, "skipped", skipped) if skipped else Step(name, "done", does)
 
 

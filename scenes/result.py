@@ -1,4 +1,4 @@
-"""The answer of a model to a scene: the one type that every model hands to the comparison."""
+"""The answer of a model to a scene: one type for every model."""
 
 from __future__ import annotations
 
@@ -41,10 +41,10 @@ class Traces:
 
 @dataclass(frozen=True)
 class Result:
-    """A model's steady state, its traces over time (``None`` where not asked for) and remarks on the run.
+    """A model's steady state, its traces over time (``None`` for a steady run) and remarks on the run.
 
     Steady keys are those of summary.json (``peak_rise_K``, ``current_A`` ...), trace keys those of traces.csv without
-    the model's name (``peak_K``, ``current_A`` ...). ``details`` holds what only some models have (unknowns, steps,
+    the model's name (``peak_K``, ``current_A`` ...). ``details`` holds quantities of some models (unknowns, steps,
     energy imbalance, profiles, fields).
     """
 

@@ -1,6 +1,6 @@
 """A schema: the table of the keys of one type of scene file, which reads and writes files and applies overrides.
 
-Overrides are those of a command line: "sink.width=20um", for an item of a table by its name "boundary.left.voltage=2",
+Overrides come from a command line: "sink.width=20um", for an item of a table by its name "boundary.left.voltage=2",
 and for one coordinate of a point "box.arm.upper.x=9um". A *path* is a key's full name: "materials.silicon.density". A
 *flat* scene maps paths to the raw content of the file, and the name of a repeated table, "box", to the list of its
 items; its *values* map the same names to the content that was read. Any file may have "parameters"
@@ -73,7 +73,7 @@ class Schema:
     """The keys of one type of scene in the order of writing, and the keys of repeated tables (``lists``).
 
     ``required`` are the keys without a default of each table. ``called`` names the type in messages, ``example`` is a
-    setting. Among keys that end alike the one in the ``main`` section wins.
+    setting. Among keys that end alike the key in the ``main`` section wins.
     """
 
     keys: tuple[Key, ...]
@@ -170,7 +170,7 @@ class Schema:
         return {path: self.paths[path].kind.write(value) for path, value in values.items() if path not in left_out}
 
     def unknown(self, path: str, given: object) -> SceneError:
-        """Return the error for a path that is neither a key nor a section, with the nearest known one."""
+        """Return the error for a path that is neither a key nor a section, with the nearest one."""
         section = path
         while section not in self.sections:
             section = section.rpartition(".")[0]
@@ -197,7 +197,7 @@ class Schema:
 
 
 def _hint(key: str, known: Iterable[str]) -> str:
-    """The end of a message, with the known key for a common name, or the nearest in spelling."""
+    """The end of a message, with the key for a common name, or the nearest in spelling."""
     said = _MEANT.get(key.lower(), "")
     return f": give {said}" if any(said.startswith(name) for name in known) else did_you_mean(key, known)
 

@@ -70,12 +70,12 @@ class Sink:
     of ``spans`` follow each other along y, each of that ``length`` and at about that ``voltage``; between two of them
     the beam goes on over an island of oxide, with ``None`` as long as the anchors' oxide. The oxide stands on room
     temperature where ``substrate_thickness`` is ``None``, else on a plate of that thickness, centred under it, which
-    is at room temperature at its bottom and adiabatic elsewhere. ``contact_resistance`` (m2 K/W) is that of a contact
+    is at room temperature at its bottom and adiabatic elsewhere. ``contact_resistance`` (m2 K/W) belongs to a contact
     at both faces of each block of oxide, ``None`` where these are perfect. ``gap_gas_conductivity`` in W/(m K) is of a
     gas that fills the gap, as high as the oxide, under beam and bare pads. With an ``emissivity`` all bare faces of
     beam and pads radiate to room temperature. ``tolerances`` holds
     those that are declared, by check id; ``expected_to_differ`` is ``None`` where nothing is declared about it.
-    ``uncertainties`` are relative and standard, by key: what is typical of the materials.
+    ``uncertainties`` are relative and standard, by key, typical for the materials.
     """
 
     kind: ClassVar[str] = "sink"
@@ -258,7 +258,7 @@ def _boxes(sink: Sink, count: int) -> tuple[Box, ...]:
 
 
 def _contacts(sink: Sink, boxes: tuple[Box, ...]) -> tuple[Contact, ...]:
-    """Those of the blocks of oxide with the silicon above and, where there is one, the substrate below."""
+    """The contacts of the blocks of oxide with the silicon above and, where there is one, the substrate below."""
     if not sink.contact_resistance:
         return ()
     contacts = []
@@ -341,7 +341,7 @@ def _bare(part: Box, axis: int, side: int, others: list[Box]) -> bool:
 
 
 def _probes(sink: Sink, boxes: tuple[Box, ...], count: int) -> tuple[Probe, ...]:
-    """What is read off a row of ``count`` spans: "end", and of one span "peak" and "mean"; of more, for each span of
+    """The probes of a row of ``count`` spans: "end", and of one span "peak" and "mean"; of more, for each span of
     the lower half, "span<k>_" with "peak", the largest along the middle of its underside, "middle" and "mean"."""
     spans = [b for b in boxes if b.name.startswith(("beam", "span"))]
     end = Probe("end", *face(spans[0], 1, 0))

@@ -119,7 +119,7 @@ def _run_as(scene: T, other: Any) -> T:
 
 
 def _rebuilt(scene: Any, name: str, factor: float) -> Any:
-    """What the file of a scene says with a parameter multiplied by a factor."""
+    """The scene of the file with a parameter multiplied by a factor."""
     flat = scene.parameters.moved({name: scene.parameters.values[name] * factor})
     if is_free(scene):
         from scenes import free
@@ -174,7 +174,7 @@ class Number:
 
 
 def every_number(scene: Any) -> dict[str, Number]:
-    """Return the numbers of any scene by their keys, those that are made of parameters and zeros among them."""
+    """Return the numbers of any scene by their keys, zeros and keys made of parameters included."""
     return of_free(scene) if is_free(scene) else _of_parametric(scene)
 
 

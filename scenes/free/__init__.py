@@ -29,13 +29,13 @@ def built(flat: Mapping[str, Any], schema: Schema, name: str, folder: str) -> An
 
 
 def rebuilt(scene: AnyScene, flat: Mapping[str, Any]) -> AnyScene:
-    """What a flat scene says, of the kind and in the folder of another; raises SceneError."""
+    """Return the scene of a flat one, of the kind and in the folder of another; raises SceneError."""
     folder = getattr(scene, "folder", "") or (scene.model.folder if scene.model else "")
     return built(flat, schema_of_scene(scene), scene.name, folder)
 
 
 def check(scene: Scene) -> Scene:
-    """What `scenes.free.validity.check` makes of a scene of boxes; raises SceneError."""
+    """Return `scenes.free.validity.check` of a scene of boxes; raises SceneError."""
     from scenes.free import validity
 
     return validity.check(scene)
@@ -46,5 +46,5 @@ def schema_of_scene(scene: AnyScene) -> Schema:
 
 
 def schema_of(given: Mapping[str, Any]) -> Schema:
-    """What a document may say: a [mesh] makes the difference."""
+    """Return the schema of a document, by its [mesh]."""
     return ON_MESH if "mesh" in given else BOXES

@@ -1,4 +1,4 @@
-"""From the values of a file to the scene; refuses what a file leaves out or says twice."""
+"""Build a scene from the values of a file; refuse missing and contradictory values."""
 
 from __future__ import annotations
 
@@ -233,8 +233,8 @@ def _reading(item: Item) -> dict[str, Any]:
 
 
 def _region(item: Item, parts: Mapping[str, tuple[str, ...]], several: str) -> tuple[str, ...] | None:
-    """The boxes or volume groups over which a probe without a place is read: the listed ones, those of a material, or
-    all; None for a probe with a place. ``parts`` are those of each material."""
+    """The boxes or volume groups of a probe without a place: a list, all of a material, or all; None for a probe with a
+    place. ``parts`` are the names for each material."""
     given = item.values
     places = [key for key in ("at", "lower", "upper", "group", "box", "side") if key in given]
     regions = [key for key in (several, "material") if key in given]

@@ -30,7 +30,7 @@ class Acting:
 
 
 def check_conditions(acting: Sequence[Acting], place: str) -> None:
-    """Refuse conditions that act on nothing or contradict each other; ``place`` is what a file gives for one."""
+    """Refuse conditions that act on nothing or contradict each other; ``place`` is the word for a place in a file."""
     for each in acting:
         b, name = each.boundary, f"boundary {quoted(each.boundary.name)}"
         if not len(each.faces) and b.kind == "voltage":
@@ -82,7 +82,7 @@ def _check_electrodes(electrodes: Sequence[Acting]) -> None:
 
 
 def _behind(boundary: Boundary | GroupBoundary) -> str:
-    """What a sentence says of a temperature behind a contact resistance, which is a film."""
+    """The words for a temperature behind a contact resistance, which is a film."""
     return "" if boundary.key == boundary.kind else " behind a contact_resistance"
 
 

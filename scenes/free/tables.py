@@ -1,6 +1,6 @@
 """The tables that the file of a free scene may have, and the keys of each.
 
-The bounds are wide, for textbook cases have round numbers that nothing real has; what lies outside is a slip of the
+The bounds are wide, for textbook cases have unreal round numbers; a value outside is a slip of the
 unit.
 """
 
