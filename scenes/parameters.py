@@ -200,9 +200,16 @@ class Parameters:
         return {**self.flat, SECTION: {**table, **given}}
 
 
+def _si_unit(given: object) -> str:
+    """Return the unit of a text "0.1 V" where it is an SI unit without a prefix; else nothing."""
+    found = re.fullmatch(r"\s*[-+]?[\d.]+(?:[eE][-+]?\d+)?\s*([^\W\d].*)", given) if isinstance(given, str) else None
+    return found[1] if found and quantity(f"1 {found[1]}")[0] == 1 else ""
+
+
 def put(table: object, name: str, value: object) -> dict[str, object]:
     """Return the table with another value of one of its parameters, read as in a file.
 
+    A plain number takes the unit of the file where that is an SI unit without a prefix, 0.2 in place of "0.1 V".
     Raises SceneError for an unknown parameter, and for another kind of quantity."""
     names = Names({} if table is None else table)
     path = f"{SECTION}.{printable(name)}"
@@ -215,6 +222,8 @@ def put(table: object, name: str, value: object) -> dict[str, object]:
         other = _measure(value, names)
     except UnitError as error:
         raise SceneError(f"{path} = {quoted(value)} {error}: {_FORM}") from None
+    if other.powers == PLAIN != powers and (unit := _si_unit(table[name])):
+        return {**table, name: f"{value} {unit}"}
     if other.powers != powers:
         raise SceneError(f"{path} = {quoted(value)} is {called(other.powers)}, not {called(powers)}: {_FORM}")
     return {**table, name: value}

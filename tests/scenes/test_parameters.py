@@ -213,6 +213,12 @@ def test_a_long_row_of_parameters_in_order_is_fine() -> None:
     assert float(Names(row)["x1000"].value) == 1001e-6
 
 
+def test_plain_number_takes_the_unit_of_the_file_in_si(bar: Path) -> None:
+    one, other = (load_free(bar, [f"parameters.U={given}"]) for given in ("0.3", "0.3 V"))
+    assert one.boundaries == other.boundaries
+    assert one != load_free(bar)
+
+
 @pytest.mark.parametrize(("settings", "said"), [
     (["parameters.x=3um"], 'parameters.x = "3um" sets nothing of this scene: it has L, w, half, n, rho, T0, U'),
     (["parameters.w=3 K"], "is a temperature, not a length"), (["parameters.w=1e999"], "not a finite number"),
