@@ -60,7 +60,7 @@ class On:
     functions, points), quadrature weights (cells, points) and places (axes, cells, points)."""
 
     def __init__(self, basis: Any) -> None:
-        self.weights, self.nodes, self.places = basis.dx, basis.element_dofs.T, basis.global_coordinates().value
+        self.weights, self.nodes, self.places = basis.dx, basis.element_dofs.T, np.asarray(basis.global_coordinates())
         shape = self.weights.shape
         self.values = np.stack([np.broadcast_to(np.asarray(f), shape) for (f,) in basis.basis], axis=1)
         self.slopes = np.stack([np.broadcast_to(f.grad, (3, *shape)) for (f,) in basis.basis], axis=2)
