@@ -22,6 +22,8 @@ from scenes.units import LENGTH, PLAIN, TEMPERATURE, TIME, Dimension, UnitError,
 MOST_TIMES = 10_000  # output times: each is a row of traces.csv
 UNITS_OF_LENGTH = (1e-12, 1e6)  # m, of a mesh file: from a picometre to a thousand kilometres
 
+_MEMORY = re.compile(r"\s*(\d+\.?\d*(?:e\+?\d+)?)\s*(kB|MB|GB|TB)?\s*", re.ASCII)
+
 
 class Kind:
     """A kind of value; ``word`` stands for ``None`` in a file, where ``None`` is allowed."""
@@ -153,6 +155,26 @@ class Count(Kind):
         return int(value)
 
 
+@dataclass(frozen=True)
+class Memory(Kind):
+    """A size of memory in bytes: a number, or text such as "8 GB"."""
+
+    @property
+    def form(self) -> str:
+        return 'a number of bytes or text such as "8 GB"'
+
+    def read(self, path: str, given: object) -> float:
+        match = _MEMORY.fullmatch(str(given))
+        size = float(match[1]) * 1e3 ** ["", "kB", "MB", "GB", "TB"].index(match[2] or "") if match else math.nan
+        if isinstance(given, bool) or not 1e8 <= size <= 1e15:
+            raise SceneError(f"{path} = {quoted(given)} is no size of memory: give {self.form}, at least 0.1 GB")
+        return size
+
+    def show(self, value: Any) -> str:
+        return "" if value is None else f"{value / 1e9:g} GB"
+
+
+@dataclass(frozen=True)
 class Insulator(Quantity):
     """A resistivity that is checked and then left out, for a material that the model takes for an insulator."""
 

@@ -284,7 +284,8 @@ class Scene(Declared):
     """A 3D scene: boxes, conditions, probes, the uniform initial temperature (K) and accuracy (-).
 
     ``steady`` selects the steady state alone, else the transient up to ``end_time`` (s) is solved and reported at
-    ``output_times`` (s). ``mesh`` is "" where the run chooses bricks or tetrahedra.
+    ``output_times`` (s). ``mesh`` is "" where the run chooses bricks or tetrahedra. ``memory`` (bytes) limits a run, None
+    by the free memory.
     """
 
     parts: ClassVar[str] = "boxes"
@@ -300,6 +301,7 @@ class Scene(Declared):
     output_times: tuple[float, ...] = ()
     contacts: tuple[Contact, ...] = ()
     mesh: Literal["", "bricks", "tetrahedra"] = ""
+    memory: float | None = None
     parameters: Parameters | None = field(default=None, compare=False, repr=False)
 
     def means(self) -> tuple[Probe, ...]:
@@ -395,6 +397,7 @@ class MeshScene(Declared):
     output_times: tuple[float, ...] = ()
     contacts: tuple[Contact, ...] = ()
     folder: str = ""
+    memory: float | None = None
     parameters: Parameters | None = field(default=None, compare=False, repr=False)
 
     def means(self) -> tuple[GroupProbe, ...]:

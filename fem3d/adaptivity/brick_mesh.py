@@ -1,8 +1,8 @@
-"""A grid of bricks as the search for an accuracy sees it (`fem3d.adaptivity.mesh.Mesh`)."""
+"""Grids of bricks, refined in degrees and layers by their error indicators."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -10,10 +10,10 @@ from typing import Any
 from fem3d.adaptivity import field_error, goal_errors, nested, reach, trace_errors
 from fem3d.adaptivity.estimator import Estimator, Spread, total, worst_of
 from fem3d.adaptivity.goal_errors import Level
+from fem3d.adaptivity.mesh import Indicators, less_accurate
 from fem3d.adaptivity.nested import Problems, Solution
 from fem3d.adaptivity.reach import not_reached
 from fem3d.adaptivity.suited import suited
-from fem3d.adaptivity.tetrahedra import less_accurate
 from fem3d.adaptivity.trace_errors import Response
 from fem3d.problems.heat import HeatProblem
 from fem3d.results.fields.fields import Fields
@@ -73,7 +73,7 @@ class Bricks:
     def _judge(self) -> Estimator:
         return Estimator.of_grid(self.grid, self.marks)
 
-    def begun(self, study: Study, with_steady: bool) -> tuple[Bricks, SteadyState | None, float | None]:
+    def begin(self, study: Study, with_steady: bool) -> tuple[Bricks, SteadyState | None, float | None]:
         grid, near, limit = self.grid, None, None
         if with_steady:
             try:
@@ -92,31 +92,29 @@ class Bricks:
             self.edges.check_power(given, self._judge)
         return given
 
-    def examined(self, study: Study, given: Problems, fine: Solution) -> Level | None:
+    def examine(self, study: Study, given: Problems, fine: Solution) -> Level | None:
         return goal_errors.examined(study, given, fine, self._judge)
 
-    def responded(
+    def respond(
         self, study: Study, given: Problems, bases: Sequence[Base], shift: float, steady: Level | None, generations: int
     ) -> Response:
         return trace_errors.respond(study, given, bases, shift, self._judge, steady, generations)
 
-    def refined(self, goals: Collection[Spread], falls: Spread | None, worst: float, enough: float) -> Bricks | None:
-        finer = self._refined(goals, falls, worst, enough)
-        return finer if reach.fits(foreseen(self.scene, finer.grid)) or not self.as_far_as_it_goes else None
-
-    def _refined(self, goals: Collection[Spread], falls: Spread | None, worst: float, enough: float) -> Bricks:
-        missing = worst_of(goals)
-        known = max(total(missing), 1e-300)
-        missing = [m * max(worst / known, 1.0) for m in missing]
+    def refine(self, indicators: Indicators, target: float) -> Bricks | None:
+        missing = worst_of(indicators.goals)
+        missing = [m * max(indicators.worst / max(total(missing), 1e-300), 1.0) for m in missing]
         if self.aim is not None:
-            # What the last degree takes away, FALLS times what it leaves, counts as error; foreseen to a factor of two.
-            share = edgewise.share_of(missing, AIM * enough / (2 * edgewise.FALLS))
-            return replace(self, grid=edgewise.finer(self.grid, missing, share, self.aim), aim=None)
-        self.edges.check(self.grid, goals, enough)
-        finer = self._finer(missing, AIM * enough, falls)
-        if finer.same(self.grid):
-            raise not_reached(self.accuracy, reach.because(self.marks))
-        return replace(self, grid=finer)
+            # The last degree's contribution, FALLS times its error, is foreseen to a factor of two.
+            share = edgewise.share_of(missing, AIM * target / (2 * edgewise.FALLS))
+            finer = replace(self, grid=edgewise.finer(self.grid, missing, share, self.aim), aim=None)
+        else:
+            self.edges.check(self.grid, indicators.goals, target)
+            finer = replace(self, grid=self._finer(missing, AIM * target, indicators.falls))
+            if finer.grid.same(self.grid):
+                raise not_reached(self.accuracy, reach.because(self.marks))
+        if self.as_far_as_it_goes and not reach.fits(self.scene, foreseen(self.scene, finer.grid)):
+            return None
+        return finer
 
     def _finer(self, missing: Spread, target: float, falls: Spread | None) -> Grid:
         if self.grid.edges:
@@ -126,7 +124,7 @@ class Bricks:
             return grading.refined(self.grid, missing, target, self.marks)
         return finer
 
-    def raised(self) -> Bricks | None:
+    def refine_all(self) -> Bricks | None:
         if self.aim is not None:
             return replace(self, grid=self.aim, aim=None)
         finer = grading.raised(self.grid)
@@ -135,11 +133,10 @@ class Bricks:
     def field_error(self, level: Level) -> float:
         return field_error.of(level)
 
-    def refined_for_field(self, level: Level) -> Bricks:
+    def refine_for_field(self, level: Level) -> Bricks:
         return replace(self, grid=field_error.refined(level, self.aim))
 
-    def on(self, scene: Scene) -> Bricks:
-        """Another scene, with the same planes, on the same grid."""
+    def with_scene(self, scene: Scene) -> Bricks:
         return replace(self, scene=scene)
 
     whole = False

@@ -13,10 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from fem3d.adaptivity import loop, reach
+from fem3d.adaptivity import reach
+from fem3d.adaptivity.adapt import adapt
 from fem3d.adaptivity.brick_mesh import LARGE, Bricks
+from fem3d.adaptivity.cell_mesh import CellMesh, fitting
 from fem3d.adaptivity.mesh import Answer, Mesh
-from fem3d.adaptivity.tetrahedra import Tetrahedra
 from fem3d.results.study import Study
 from fem3d.spaces.box_cells import BoxCells, box_cells
 from fem3d.spaces.size import Size, foreseen
@@ -34,8 +35,8 @@ TO_PERCENT, PER_DECADE = 4.0, 7.0
 
 
 @dataclass(frozen=True, eq=False)
-class OnBoxes:
-    """A scene of boxes on tetrahedra that its parts are made of."""
+class BoxLayout:
+    """A scene of boxes on tetrahedra (`meshes.columns`), and why it is not on bricks."""
 
     columns: Columns
     why: str
@@ -44,73 +45,72 @@ class OnBoxes:
 
     @property
     def scene(self) -> Scene:
-        """The scene."""
         return self.columns.scene
 
     @property
+    def name(self) -> str:
+        crowded = crowding(self.scene, connected.coarsest(self.scene).breaks)
+        return f"{crowded}: {self.cells.t.shape[1]:,} tetrahedra of the scene"
+
+    @property
     def cells(self) -> Any:
-        """scikit-fem's mesh."""
         return self.columns.mesh
 
-    def domain(self) -> BoxCells:
-        """What the boxes are made of."""
-        return box_cells(self.scene, self.cells)
+    def domain(self, degree: int) -> BoxCells:
+        return box_cells(self.scene, self.cells, degree)
 
-    def finer(self, shorter: np.ndarray, sharp: np.ndarray) -> OnBoxes:
-        """On columns that are finer there, above all beside what is sharp."""
+    def refine(self, shorter: np.ndarray, sharp: np.ndarray) -> BoxLayout:
         return replace(self, columns=self.columns.refined(shorter, sharp))
 
-    def of(self, scene: Any) -> OnBoxes:
-        """Another scene on the mesh."""
+    def with_scene(self, scene: Scene) -> BoxLayout:
         return replace(self, columns=replace(self.columns, scene=scene))
 
     def remarks(self) -> list[str]:
-        """Nothing."""
         return []
 
     def statistics(self) -> dict[str, Any]:
-        """Of which kind the cells are."""
         return {"cell_type": "tetra"}
 
-    def steps(self, levels: int | None) -> tuple[Step, ...]:
-        """The lines of the plan."""
+    def steps(self, levels: int | None, degree: int) -> tuple[Step, ...]:
         cells = self.cells.t.shape[1]
         done = "" if levels is None else f"; finer where readings missed most, {levels} times, to {cells} cells"
-        return (Step("mesh", "done", f"tetrahedra of degree 3, of the whole scene: {self.why}{done}"),)
+        return (Step("mesh", "done", f"tetrahedra of degree {degree}, of the whole scene: {self.why}{done}"),)
 
 
-def of(study: Study, whole: Study, over_time: bool = False) -> tuple[Study, Mesh]:
-    """What a scene is solved on and the study of it: of its part on bricks, of the ``whole`` on tetrahedra. Raises
-    TooLargeError where it takes too much memory on either."""
+def choose(study: Study, whole: Study, over_time: bool = False) -> tuple[Study, Mesh]:
+    """Return the mesh to begin with and its study: of the symmetric part on bricks, of the ``whole`` on tetrahedra.
+
+    Raises TooLargeError where both take too much memory.
+    """
     scene, bricks = study.part.scene, None
     if scene.mesh == "bricks":
         return study, Bricks.of(study, over_time)
     grid, free = reach.least(scene), not scene.mesh
-    if free and _suits(grid, LARGE):
+    if free and _suits(scene, grid, LARGE):
         bricks = _bricks(study, over_time)
         grid = foreseen(scene, bricks.grid)
-        if _suits(grid, LARGE):
+        if _suits(scene, grid, LARGE):
             return study, bricks
-    laid = on_tetrahedra(whole.part.scene, grid)
-    enough = factor(scene.accuracy) * laid.size.unknowns
-    if free and _suits(grid, enough):
+    tetrahedra = on_tetrahedra(whole.part.scene, grid)
+    enough = factor(scene.accuracy) * tetrahedra.size.unknowns
+    if free and _suits(scene, grid, enough):
         bricks = bricks or _bricks(study, over_time)
-        if _suits(foreseen(scene, bricks.grid), enough):
+        if _suits(scene, foreseen(scene, bricks.grid), enough):
             return study, bricks
-    if not reach.fits(laid.size):
-        raise too_large(whole.part.scene, laid.size)
-    return whole, laid
+    return whole, tetrahedra
 
 
 def solve(
     study: Study, mesh: Mesh, whole: Callable[[], Study], with_transient: bool, progress: Callable[[str], None]
 ) -> tuple[Study, Answer]:
-    """The answer on a mesh that `of` has chosen, and the study of it. Where the memory has no room for all bricks that
-    an accuracy takes, the scene is solved on tetrahedra too, and the answer of the smaller error is taken. Raises as
-    `loop.solve` does."""
+    """Return the answer on a mesh of `choose`, and its study.
+
+    Where memory has no room for all bricks that an accuracy takes, the scene is solved on tetrahedra too, and the
+    answer with the smaller error is taken. Raises as `adapt` does.
+    """
     known, left = None, np.inf
     try:
-        known = loop.solve(study, with_transient, progress, mesh, not with_transient)
+        known = adapt(study, with_transient, progress, mesh, not with_transient)
         left = 0.0 if with_transient else max(known.relative(study).values(), default=0.0)
     except TooLargeError:
         if not _may_change(mesh):
@@ -119,12 +119,10 @@ def solve(
         return study, known
     every, last = whole(), mesh if known is None else known.mesh
     assert isinstance(last, Bricks)
-    laid = replace(on_tetrahedra(every.part.scene, foreseen(last.scene, last.grid)), below=left)
     try:
-        if not reach.fits(laid.size):
-            raise too_large(every.part.scene, laid.size)
+        tetrahedra = replace(on_tetrahedra(every.part.scene, foreseen(last.scene, last.grid)), below=left)
         progress("begun anew on tetrahedra: bricks would be too many")
-        answer = loop.solve(every, with_transient, progress, laid, not with_transient)
+        answer = adapt(every, with_transient, progress, tetrahedra, not with_transient)
     except NumericsError:
         if known is None:
             raise
@@ -135,41 +133,30 @@ def solve(
 
 
 def _may_change(mesh: Mesh) -> bool:
-    """Whether tetrahedra may take the place of bricks that become too many."""
+    """Return whether tetrahedra may take the place of bricks that become too many."""
     return isinstance(mesh, Bricks) and not mesh.scene.mesh
 
 
 def _bricks(study: Study, over_time: bool) -> Bricks:
-    """Those to start with. A response over time has its rows on a grid that is fine enough alone."""
+    """Return the first bricks. A response over time has its rows on a grid that is fine enough alone."""
     return replace(Bricks.of(study, over_time), as_far_as_it_goes=not over_time)
 
 
-def _suits(grid: Size, most: float) -> bool:
-    """Whether a grid has no more than so many unknowns, and fits the memory."""
-    return grid.unknowns <= most and reach.fits(grid)
-
-
-def too_large(scene: Scene, size: Size) -> TooLargeError:
-    """What is raised where the first tetrahedra take too much memory."""
-    return TooLargeError(
-        f"the scene takes {_shown(size)} on tetrahedra, and {reach.MOST_MEMORY / 1e9:g} GB are the most; "
-        f"{crowding(scene, connected.coarsest(scene).breaks)}: let more coincide, or leave out what does not matter"
-    )
-
-
-def _shown(size: Size) -> str:
-    return f"{float(f'{size.unknowns:.2g}'):,.0f} unknowns and {size.memory / 1e9:.2g} GB"
+def _suits(scene: Scene, grid: Size, most: float) -> bool:
+    """Return whether a grid has at most so many unknowns, and fits the memory."""
+    return grid.unknowns <= most and reach.fits(scene, grid)
 
 
 def factor(accuracy: float) -> float:
-    """Times the unknowns of the first tetrahedra that an accuracy is foreseen to take."""
+    """Return the unknowns that an accuracy is foreseen to take over those of the first tetrahedra."""
     return float(TO_PERCENT * PER_DECADE ** max(np.log10(1e-2 / accuracy), 0.0))
 
 
-def on_tetrahedra(scene: Scene, grid: Size) -> Tetrahedra:
-    """The first tetrahedra of a scene that a ``grid`` of that size is not taken for."""
+def on_tetrahedra(scene: Scene, grid: Size) -> CellMesh:
+    """Return the first tetrahedra of a scene, instead of a ``grid`` of that size."""
     why = "run.mesh asks for them"
     if scene.mesh != "tetrahedra":
         crowded = crowding(scene, connected.coarsest(scene).breaks)
-        why = f"a grid of bricks would take {_shown(grid)} or more, as {crowded}"
-    return Tetrahedra(OnBoxes(Columns.of(scene), why), scene.accuracy)
+        unknowns, gigabytes = float(f"{grid.unknowns:.2g}"), grid.memory / 1e9
+        why = f"a grid of bricks would take {unknowns:,.0f} unknowns and {gigabytes:.2g} GB or more, as {crowded}"
+    return fitting(BoxLayout(Columns.of(scene), why), scene.accuracy)

@@ -45,7 +45,7 @@ def improved(study: Study, answer: Answer, level: Level, progress: Callable[[str
     best = replace(answer, field=answer.mesh.field_error(level))
     most_nodes = most(best.heat.size)
     for number in range(best.levels + 1, best.levels + 1 + MOST_LEVELS):
-        mesh = best.mesh.refined_for_field(level) if best.field > study.field else None
+        mesh = best.mesh.refine_for_field(level) if best.field > study.field else None
         if mesh is None:
             break
         try:
@@ -53,7 +53,7 @@ def improved(study: Study, answer: Answer, level: Level, progress: Callable[[str
             if problems.heat.size > most_nodes:
                 break
             fine = nested.solution(study, problems, before=nested.Before(best.fine.state))
-            finer = mesh.examined(study, problems, fine)
+            finer = mesh.examine(study, problems, fine)
         except NumericsError:
             break
         if finer is None:
@@ -101,7 +101,7 @@ def _sampled(level: Level) -> tuple[np.ndarray, np.ndarray]:
     inner = (np.arange(POINTS) + 0.5) / POINTS
     inner = 0.5 - 0.499 * np.cos(np.pi * inner)
     at = [(b[:-1, None] + np.diff(b)[:, None] * inner).ravel() for b in space.grid.breaks]
-    fields = given.heat.field(np.array([level.fine.state.rise, given.lifted(level.low.state.rise, 1)]))
+    fields = given.heat.field(np.array([level.fine.state.rise, given.lifted(level.low.state.rise, -2)]))
     fine, low = space.sample(fields, *at)
     solid = space.grid.solid.repeat(POINTS, 0).repeat(POINTS, 1).repeat(POINTS, 2)
     return np.where(solid, np.abs(fine - low), 0.0), np.where(solid, fine, 0.0)

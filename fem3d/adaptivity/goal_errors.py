@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from fem3d.adaptivity import goal_parts, later
 from fem3d.adaptivity.estimator import Contributions, Estimator, Spread, falling, total
@@ -15,6 +16,16 @@ from meshes.symmetry import Symmetry
 from scenes.errors import BeyondLawError, NumericsError
 
 Errors = dict[str, float]
+
+
+class Record(NamedTuple):
+    """Estimates of one mesh that later meshes are compared with: of each quantity the value, the estimated error,
+    the scale and the least error, in its unit."""
+
+    values: Errors
+    errors: Errors
+    scales: Errors
+    least: Errors
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +42,7 @@ class Level:
     least: on cells no error is smaller, whatever other meshes say: the deviation of the extrapolated change
         (`fem3d.adaptivity.later`) and the error of the coupled iteration.
     extrapolated: whether the fine quantities contain the expected change by later degrees.
+    record: the estimates before a correction by earlier meshes (`fem3d.adaptivity.effectivity`), on cells.
     """
 
     problems: Problems
@@ -42,6 +54,7 @@ class Level:
     falls: Spread
     least: Errors = field(default_factory=dict)
     extrapolated: bool = False
+    record: Record | None = None
 
     @property
     def relative(self) -> Errors:

@@ -35,16 +35,16 @@ def steady_parts(
     source = heat.loads[0].copy()
     if state.conductor is not None:
         source += heat.take(state.conductor.on.load(state.conductor.heating(state.density, state.density, state.rise)))
-    # Two degrees lower only the rate is asked for, which the heat of the low solution gives, at the conductivity of the
-    # fine one.
-    lowest = given.heats[0]
     nonlinear = heat.about is not None
     balanced = source + (heat.stiffness @ fine.state.rise - heat.outflow(fine.state.rise) if nonlinear else 0.0)
-    to_lowest = lowest.take(heat.field(balanced))
-    rise = lowest.lifts[0] + lowest.whole(lowest.solve_steady(to_lowest[: lowest.free]))
-    residuals = (
-        balanced - heat.stiffness @ given.lifted(rise, 0), source - heat.outflow(given.lifted(state.rise, 1))
-    )  # fmt: skip
+    residuals = [source - heat.outflow(given.lifted(state.rise, -2))]
+    if len(given.heats) > 2:
+        # Two degrees lower only the rate matters: it takes the heat of the low solution and the conductivity of the
+        # fine one.
+        lowest = given.heats[0]
+        to_lowest = lowest.take(heat.field(balanced))
+        rise = lowest.lifts[0] + lowest.whole(lowest.solve_steady(to_lowest[: lowest.free]))
+        residuals.insert(0, balanced - heat.stiffness @ given.lifted(rise, 0))
     thermal = thermal_parts(given, fine.state.rise, residuals, scales, None, duals)
     return thermal | _potentials(study, given, scales)
 
@@ -52,7 +52,7 @@ def steady_parts(
 def thermal_parts(
     given: Problems,
     rise: np.ndarray,
-    residuals: tuple[np.ndarray, ...],
+    residuals: Sequence[np.ndarray],
     scales: Mapping[str, float],
     time: float | None,
     duals: Duals,

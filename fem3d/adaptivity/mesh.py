@@ -1,15 +1,15 @@
-"""What the search for an accuracy asks of a mesh, and what it answers."""
+"""Interface of the meshes that `fem3d.adaptivity.loop.adapt` refines, and its answer."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
 from fem3d.adaptivity.estimator import Spread
-from fem3d.adaptivity.goal_errors import Level
+from fem3d.adaptivity.goal_errors import Level, Record
 from fem3d.adaptivity.nested import Problems, Solution
 from fem3d.adaptivity.trace_errors import Response
 from fem3d.problems.current import Conductor
@@ -19,64 +19,97 @@ from fem3d.results.study import Study
 from fem3d.solution.steady import SteadyState
 from fem3d.solution.transient import Base, Transient
 from meshes.symmetry import Symmetry
+from scenes.plan import Step
+
+
+class Indicators(NamedTuple):
+    """Error indicators by which a mesh is refined.
+
+    Attributes
+    ----------
+    goals: of each goal, relative to its scale.
+    falls: factor from one degree's contribution to the next (`estimator.falling`).
+    worst: the largest relative error.
+    record: estimates of the level, for the correction of later ones.
+    """
+
+    goals: Sequence[Spread]
+    falls: Spread | None
+    worst: float
+    record: Record | None = None
 
 
 class Mesh(Protocol):
-    """What a scene is solved on, as the search for an accuracy sees it: a grid of bricks
-    (`fem3d.adaptivity.brick_mesh`), tetrahedra (`fem3d.adaptivity.tetrahedra`) or hexahedra of a file
-    (`fem3d.adaptivity.mesh_file`). They differ in where errors come from
-    and in how they are refined."""
+    """A mesh of a scene with its error estimator: `Bricks`, or the tetrahedra and hexahedra of `CellMesh`."""
 
-    def begun(self, study: Study, with_steady: bool) -> tuple[Mesh, SteadyState | None, float | None]:
-        """The mesh to begin with, which may be another one that suits the properties or is cheaper; and what it knows
-        of a steady state that is asked for: a state near it, or the drive beyond which there is none (as the limit of
-        a RunawayError)."""
+    @property
+    def whole(self) -> bool:
+        """Whether the mesh is of the whole scene, not of its symmetric part."""
+
+    def begin(self, study: Study, with_steady: bool) -> tuple[Mesh, SteadyState | None, float | None]:
+        """Return the mesh to begin with, a steady state near the solution, and the limit of a runaway; None where
+        unknown."""
 
     def problems(self) -> Problems:
-        """The problems on it, in nested spaces."""
+        """Return the problems in nested spaces."""
 
-    def examined(self, study: Study, given: Problems, fine: Solution) -> Level | None:
-        """The level of a fine solution; None where a lower space has no steady state although the fine one has."""
+    def examine(self, study: Study, given: Problems, fine: Solution) -> Level | None:
+        """Bound the errors of a fine solution; None where a lower space has no steady state although the fine one
+        has."""
 
-    def responded(
+    def respond(
         self, study: Study, given: Problems, bases: Sequence[Base], shift: float, steady: Level | None, generations: int
     ) -> Response:
-        """The response of the first of ``bases``, those of the spaces from the highest on, with its errors; ``steady``
-        is the level of its steady state, where that is known, ``generations`` of fields where to start."""
+        """Return the response of the first of ``bases``, those of the spaces from the highest on, with its errors.
 
-    def refined(self, goals: Collection[Spread], falls: Spread | None, worst: float, enough: float) -> Mesh | None:
-        """Refined for what goals miss, each degree taking away less than the one before by the factors ``falls``
-        (`estimate.falling`), or for as much more as the ``worst`` error says, until that is expected to be ``enough``;
-        None where it is to be taken as it is. NumericsError where no refinement reaches that."""
+        ``steady`` is the level of its steady state, if solved; ``generations`` of Krylov fields are the first trial.
+        """
 
-    def raised(self) -> Mesh | None:
-        """A little finer everywhere, or None where that can't be."""
+    def refine(self, indicators: Indicators, target: float) -> Mesh | None:
+        """Return the mesh refined where indicators are large, aiming at the relative error ``target``.
+
+        None where the mesh cannot be refined further. Raises NumericsError where no refinement reaches the target.
+        """
+
+    def refine_all(self) -> Mesh | None:
+        """Return the mesh a little finer everywhere, or None where that is impossible."""
 
     def field_error(self, level: Level) -> float:
-        """The error of the steady field of its ``level`` where it is worst, over its largest rise."""
+        """Return the largest error of the steady field over its largest rise."""
 
-    def refined_for_field(self, level: Level) -> Mesh | None:
-        """Refined where the steady field of its ``level`` is known worst; None where nothing is refined for that."""
+    def refine_for_field(self, level: Level) -> Mesh | None:
+        """Return the mesh refined where the steady field has the largest errors; None where that is impossible."""
 
-    def on(self, scene: Any) -> Mesh:
-        """Another scene, with the same parts in the same places, on the same cells."""
+    def with_scene(self, scene: Any) -> Mesh:
+        """Return the same cells with another scene, whose parts are in the same places."""
 
     def fields(
         self, heat: HeatProblem, part: Symmetry, state: SteadyState | None, transient: Transient | None
     ) -> RunFields:
-        """The fields of a run on it."""
+        """Return the fields of a run."""
 
     def statistics(self, heat: HeatProblem) -> dict[str, Any]:
-        """What a result says of it."""
+        """Return cells, degrees and volume for a result."""
+
+    def steps(self, levels: int | None) -> tuple[Step, ...]:
+        """Return the lines of the plan; after a run with the number of its refinements."""
 
     def warnings(self, study: Study, relative: dict[str, float]) -> list[str]:
-        """What is to be said of it, and of the ``relative`` errors that it leaves."""
+        """Return warnings of the mesh and of ``relative`` errors above the accuracy."""
 
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """What the last level gives: its mesh and problem, the steady solution and its errors by name, the response over
-    time, and the error of the steady field over its largest rise (infinite where the study doesn't ask for it)."""
+    """The last level.
+
+    Attributes
+    ----------
+    mesh, heat, conductor: the mesh and the problems in its highest space.
+    steady, errors: the steady solution and the errors of its quantities, by name, in their units.
+    response: the response over time.
+    levels: how many meshes were solved.
+    field: error of the steady field over its largest rise; infinite where unknown.
+    """
 
     mesh: Mesh
     heat: HeatProblem
@@ -89,14 +122,29 @@ class Answer:
 
     @property
     def fine(self) -> Solution:
-        """The steady solution that is there."""
+        """The steady solution, which must exist."""
         assert self.steady is not None
         return self.steady
 
     def relative(self, study: Study) -> dict[str, float]:
-        """The errors of all that a study asks for, over what they are relative to."""
+        """Return all errors over their scales."""
         if self.response is not None:
             errors, scales = self.response.errors, self.response.scales
         else:
             errors, scales = self.errors, study.steady_scales(self.fine.out)
         return {name: error / scales[name] for name, error in errors.items()}
+
+
+def less_accurate(study: Study, relative: dict[str, float], reason: str) -> list[str]:
+    """Return the warning that ``relative`` errors exceed the accuracy: ``reason`` names the mesh and the remedy."""
+    over = {name: e for name, e in relative.items() if e > study.accuracy}
+    if not over:
+        return []
+    worst = max(over, key=lambda name: over[name])
+    shown = f"{over[worst]:.1g}" if over[worst] > 2 * study.accuracy else f"{over[worst]:.3g}"
+    if float(shown) <= study.accuracy:
+        shown = f"just over {shown}"
+    names = f"{len(over)} of {len(relative)} probes are" if len(over) > 1 else f'probe "{worst}" is'
+    return [
+        f"{names} less accurate than the {study.accuracy:g} asked for, {worst} with an estimated {shown}, on {reason}"
+    ]

@@ -118,11 +118,10 @@ class Problems:
         powers = [max(float(np.einsum("cn,cn->", phi, (conductor.matrix @ phi.T).T)), 1e-300) for phi in potentials[1:]]
         if space.by_cells:
             # What the power loses is the square of what the potential does.
-            before, last = (
-                [*np.abs(np.sum([current(conductor, c)(c) for c in phi - lower], axis=0) / power)]
+            return signed_parts([
+                np.abs(np.sum([current(conductor, c)(c) for c in phi - lower], axis=0) / power)
                 for (lower, phi), power in zip(pairwise(potentials), powers, strict=True)
-            )
-            return Contributions(before, last, [np.zeros_like(x) for x in last])
+            ])  # fmt: skip
         products = [
             (phi * (conductor.matrix @ lower.T).T).sum(axis=0) / power
             for (lower, phi), power in zip(pairwise(potentials), powers, strict=True)
@@ -234,7 +233,8 @@ def parts_of(
     new = [np.setdiff1d(upper, lower) for lower, upper in pairwise(free)]
     if not tested:
         products = [(dual * residual)[at] for dual, residual, at in zip(duals, residuals, new, strict=True)]
-        before, last = (space.spread(at, product) for at, product in zip(new, products, strict=True))
+        *lower, last = (space.spread(at, product) for at, product in zip(new, products, strict=True))
+        before = lower[-1] if lower else [np.zeros_like(x) for x in last]
         ratios = every_second(space, free[-1], sizes[free[-1]])
         return Contributions(before, last, ratios)
     products = []
@@ -242,5 +242,13 @@ def parts_of(
         added = np.zeros(len(dual))
         added[at] = dual[at]
         products.append(of_change(added))
-    before, last = ([*np.abs(product)] for product in products)
-    return Contributions(before, last, [np.zeros_like(x) for x in last], signed=products[-1].sum(axis=0))
+    return signed_parts(products)
+
+
+def signed_parts(products: Sequence[np.ndarray]) -> Contributions:
+    """Return the contributions of the last degrees on cells, from those (3, cells) of each; where the spaces are of
+    degrees 1 and 2 alone, nothing is known of the degree before."""
+    last = [*np.abs(products[-1])]
+    nothing = [np.zeros_like(x) for x in last]
+    before = [*np.abs(products[-2])] if len(products) > 1 else nothing
+    return Contributions(before, last, nothing, products[-1].sum(axis=0))

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
+from fem3d import memory
 from fem3d.adaptivity.estimator import Estimator, Spread
 from fem3d.adaptivity.nested import Problems
 from fem3d.spaces.size import Size, foreseen
@@ -16,7 +17,6 @@ from scenes.errors import NumericsError, TooLargeError
 from scenes.free.crowding import crowding
 from scenes.model import Scene
 
-MOST_MEMORY = 4e9  # bytes of a run: what a laptop has to spare
 ADVICE = "ask for a larger accuracy, let more planes coincide, or leave out what does not matter"
 # Cells, some 13,000 unknowns, beyond which a first grid is that of a larger accuracy, with half of the cells: it takes
 # a quarter of the time, all of which is saved where most features are seen by no quantity. Of 700 random scenes none
@@ -66,18 +66,18 @@ def check_size(scene: Scene, grid: Grid, accuracy: float, marks: Features) -> No
     _check(scene, foreseen(scene, grid), f"at an accuracy of {accuracy:g}", because(marks))
 
 
-def fits(size: Size) -> bool:
-    """Whether the memory has room for a mesh."""
-    return size.memory <= MOST_MEMORY
+def fits(scene: Scene, size: Size) -> bool:
+    """Return whether memory has room for a mesh."""
+    return size.memory <= memory.limit(scene)
 
 
 def _check(scene: Scene, size: Size, when: str, why: str = "") -> None:
-    if not fits(size):
+    if not fits(scene, size):
         unknowns, planes = float(f"{size.unknowns:.2g}"), connected.coarsest(scene).breaks
         raise TooLargeError(
             f"the scene takes {unknowns:,.0f} unknowns and {size.memory / 1e9:.3g} GB {when}, and "
-            f"{MOST_MEMORY / 1e9:g} GB are the most{why}; {crowding(scene, planes)}: let more coincide, or leave "
-            "out what does not matter"
+            f"{memory.allowed(scene)}{why}; {crowding(scene, planes)}: let more coincide, or leave out what does not "
+            "matter"
         )
 
 

@@ -186,8 +186,10 @@ def _scaled(
     by a singular edge for long. Of an even solution one of the two degrees changes nothing, so both count together."""
     scaled = {}
     for name in set(study.trace_rises) & set(parts):
-        told = (total(parts[name].last) + total(parts[name].before)) * march.scales[name]
-        factor = 2 * sum(change[name] for change in changes) / len(changes) / max(told, 1e-300)
+        before = total(parts[name].before)
+        both = (total(parts[name].last) + before) * march.scales[name]
+        count = 2 if before else 1
+        factor = count * sum(change[name] for change in changes) / len(changes) / max(both, 1e-300)
         scaled[name] = [max(factor, 1.0) * each for each in goals[name]]
     return scaled
 
@@ -267,9 +269,10 @@ def _remains(
         fine, low = rises[0][i], rises[1][i]
         # Without the lowest space, as if each degree took away as much as the last.
         lowest = rises[2][i] if len(rises) > 2 else 2 * low - fine
-        apart = [heat.stiffness @ u + heat.mass @ u / time for u in (low - lowest, fine - low)]
+        steps = (low - lowest, fine - low)[-(len(given.heats) - 1) :]
+        apart = [heat.stiffness @ u + heat.mass @ u / time for u in steps]
         duals = goal_parts.duals_of(goals, given, fine, time)
-        parts = goal_parts.thermal_parts(given, fine, tuple(apart), own_scales, time, duals)
+        parts = goal_parts.thermal_parts(given, fine, apart, own_scales, time, duals)
         smooth = {name: judge.indicators(each) for name, each in parts.items()}
         at_edges = goal_parts.at_contradictions(goals, given, fine, own_scales, time, duals, judge)
         for name, remains in goal_parts.summed(smooth, at_edges).items():

@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from fem3d.adaptivity import loop
-from fem3d.adaptivity.mesh_file import FileMesh
+from fem3d.adaptivity.adapt import adapt
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
 from fem3d.results.outputs import Outputs
@@ -28,15 +27,12 @@ def problem(
 ) -> tuple[HeatProblem, Conductor | None, Symmetry]:
     """The heat problem and the conductor with a channel for each input, where they hold ``accuracy`` for inputs that
     together make rises of the size ``rise`` (K), relative to ``scales`` or more, as such rises may cancel out in a
-    probe; and the part that is solved. On hexahedra of a file they are in the finest space."""
+    probe; and the part that is solved."""
     named = apart(scene, channels)
     start, mixed = None, _mixed(scene, channels, rise)
     if isinstance(named, MeshScene):
         part, start = scene_run.part_of(named, True), scene_run.on_file(named)
-        if isinstance(start, FileMesh):
-            given = (start.raised() or start).problems()
-            return given.heat, given.conductor, part
-        start = start.on(replace(driven(named, mixed), accuracy=accuracy))
+        start = start.with_scene(replace(driven(named, mixed), accuracy=accuracy))
     else:
         start = scene_run.start(replace(driven(named, mixed), accuracy=accuracy))[1]
         start = start if start.whole else None
@@ -54,8 +50,8 @@ def problem(
         steady_scales=largest,
         trace_scales=largest,
     )
-    mesh: Any = loop.solve(study, not scene.steady, mesh=start, with_steady=scene.steady).mesh
-    given = mesh.on(replace(part.scene, accuracy=accuracy)).problems()
+    mesh: Any = adapt(study, not scene.steady, mesh=start, with_steady=scene.steady).mesh
+    given = mesh.with_scene(replace(part.scene, accuracy=accuracy)).problems()
     return given.heat, given.conductor, part
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from fem3d.adaptivity import loop
+from fem3d.adaptivity.adapt import adapt
 from fem3d.adaptivity.mesh import Answer
 from fem3d.adaptivity.trace_errors import ROW_SHARE, Response
 from fem3d.results import outputs
@@ -41,7 +41,7 @@ def solve(scene: AnyScene, progress: Callable[[str], None] | None = None, whole:
     study, mesh = start(scene, whole)
     say = progress or (lambda _: None)
     if isinstance(scene, MeshScene):
-        answer = loop.solve(study, not scene.steady, say, mesh, scene.steady)
+        answer = adapt(study, not scene.steady, say, mesh, scene.steady)
     else:
         from fem3d.adaptivity import choice
 
@@ -79,14 +79,14 @@ def start(scene: AnyScene, whole: bool = False) -> tuple[Study, Any]:
     from fem3d.adaptivity import choice
 
     every = probe_quantities.study(scene, part_of(scene, True))
-    return choice.of(study, every, over_time=not scene.steady)
+    return choice.choose(study, every, over_time=not scene.steady)
 
 
 def on_file(scene: MeshScene) -> Any:
-    """The mesh of a scene's file (`fem3d.adaptivity.mesh_file`), which boxes do not wait for."""
-    from fem3d.adaptivity import mesh_file
+    """The mesh of a scene's file (`fem3d.adaptivity.file_mesh`), which boxes do not wait for."""
+    from fem3d.adaptivity.file_mesh import mesh_of
 
-    return mesh_file.of(readouts.to_solve(scene))
+    return mesh_of(readouts.to_solve(scene))
 
 
 def part_of(scene: AnyScene, whole: bool) -> Symmetry:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from fem3d.adaptivity import loop
+from fem3d.adaptivity.adapt import adapt
 from fem3d.adaptivity.mesh import Answer
 from fem3d.results.fields.row_fields import RowFields
 from fem3d.results.study import Study
@@ -67,7 +67,7 @@ def _answer(
         alike = replace(first, voltage=sink.voltage) == sink and transient == (before.response is not None)
         if alike and not physics.nonlinear(part.scene, transient):
             answer = rescaled.solve(studied, before, sink.voltage / first.voltage)
-    return answer or loop.solve(studied, transient, progress)
+    return answer or adapt(studied, transient, progress)
 
 
 def study(sink: Sink, count: int, part: Symmetry) -> Study:

@@ -73,8 +73,8 @@ class BoxCells(MappedDomain):
         return np.flatnonzero(inside & self.parts(probe.boxes) if probe.boxes else inside)
 
 
-def box_cells(scene: Scene, mesh: Any) -> BoxCells:
-    """The domain of a scene of boxes on scikit-fem's mesh of `meshes.columns`, or of halves of its cells."""
+def box_cells(scene: Scene, mesh: Any, degree: int = 3) -> BoxCells:
+    """Return the domain of a scene of boxes on scikit-fem's mesh of `meshes.columns`, or of halves of its cells."""
     grid = connected.coarsest(scene)
     middles = mesh.p[:, mesh.t].mean(axis=1)
     at = tuple(
@@ -82,8 +82,9 @@ def box_cells(scene: Scene, mesh: Any) -> BoxCells:
         for b, x in zip(grid.breaks, middles, strict=True)
     )
     owner = grid.owner[at]
+    space = MappedSpace(mesh, degree)
     return with_contacts(BoxCells(
-        scene, MappedSpace(mesh), owner, tuple(b.name for b in scene.boxes), tuple(b.material for b in scene.boxes),
+        scene, space, owner, tuple(b.name for b in scene.boxes), tuple(b.material for b in scene.boxes),
         heated(scene, owner), connected.live(scene)[at],
         tuple((cells[at], value) for cells, value in connected.still(scene)), connected.anchored(scene),
     ))  # fmt: skip

@@ -58,14 +58,15 @@ class Groups(MappedDomain):
         return cells if conducts else None
 
 
-def groups(placed: Placed) -> Groups:
-    """The domain of a scene on its mesh."""
+def groups(placed: Placed, degree: int = 3) -> Groups:
+    """Return the domain of a scene on its mesh, with tetrahedra of a degree."""
     scene, mesh = placed.scene, placed.mesh
     parts = mesh.parts(np.ones(mesh.count, bool))
     exits = placed.touched(parts, [b for b in scene.boundaries if is_exit(b)])
     live, still = placed.conductors
+    space = MappedSpace(mesh.mesh, degree)
     return with_contacts(Groups(
-        scene, MappedSpace(mesh.mesh), placed.body, tuple(m.name for m in placed.materials), tuple(placed.materials),
+        scene, space, placed.body, tuple(m.name for m in placed.materials), tuple(placed.materials),
         tuple((s.heat_source, mesh.volumes[s.group]) for s in scene.sources), live, still,
         len(exits) == parts.max(), placed,
     ))  # fmt: skip

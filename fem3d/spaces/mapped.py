@@ -1,10 +1,10 @@
-"""The space on the cells of scikit-fem's meshes, straight or curved: of degree 3 on tetrahedra, of degree 2 on
-hexahedra, with those of all lower degrees within.
+"""Nested polynomial spaces on the cells of scikit-fem's meshes, straight or curved.
 
-The vertex functions are those of degree 1. On a tetrahedron with barycentric coordinates l_i an edge from a to b adds
-4 l_a l_b of degree 2 and l_a l_b (l_b - l_a) of degree 3, a face 27 l_a l_b l_c of degree 3. The odd one asks for one
-direction of each edge in all of its cells, which those whose vertices are in ascending order have. On hexahedra the
-functions past the vertices are scikit-fem's of degree 2.
+Tetrahedra have degree 3, or 2 where memory is short, and hexahedra degree 2; each space contains all lower degrees. The
+vertex functions are those of degree 1. On a tetrahedron with barycentric coordinates l_i an edge from a to b adds
+4 l_a l_b of degree 2 and l_a l_b (l_b - l_a) of degree 3, a face 27 l_a l_b l_c of degree 3 (Szabo and Babuska, Finite
+Element Analysis, 1991). The odd function needs one direction of each edge in all of its cells, so vertices of cells are
+in ascending order. On hexahedra the functions past the vertices are scikit-fem's of degree 2.
 """
 
 from __future__ import annotations
@@ -31,24 +31,27 @@ AT_ONCE = 2_000  # curved cells whose matrices are made together, which bounds t
 _EDGES, _FACES = np.array(RefTet.edges), np.array(RefTet.facets)
 
 
-class ElementCubic(ElementH1):
-    """The tetrahedron of degree 3 with its hierarchical basis."""
+class ElementTetNested(ElementH1):
+    """The tetrahedron of degree 2 or 3 with a hierarchical basis."""
 
-    refdom, maxdeg = RefTet, 3
-    nodal_dofs, edge_dofs, facet_dofs, interior_dofs = 1, 2, 1, 0
-    dofnames = ("u", "u", "u", "u")
-    doflocs = np.concatenate(
-        [RefTet.p.T, RefTet.p.T[_EDGES].mean(axis=1).repeat(2, axis=0), RefTet.p.T[_FACES].mean(axis=1)]
-    )
+    refdom, nodal_dofs, interior_dofs = RefTet, 1, 0
+
+    def __init__(self, degree: int) -> None:
+        self.maxdeg, self.edge_dofs, self.facet_dofs = degree, degree - 1, degree - 2
+        edges, faces = RefTet.p.T[_EDGES].mean(axis=1), RefTet.p.T[_FACES].mean(axis=1)
+        self.doflocs = np.concatenate([RefTet.p.T, edges.repeat(degree - 1, axis=0), faces[: 4 * (degree - 2)]])
+        self.dofnames = ["u"] * (1 + self.edge_dofs + self.facet_dofs)
 
     def lbasis(self, X: np.ndarray, i: int) -> tuple[np.ndarray, np.ndarray]:
         """Value and gradient of basis function ``i`` at reference points."""
         flat = X.reshape(3, -1)
-        values, *slopes = (_values(True, flat, along)[:, i].reshape(X.shape[1:]) for along in (None, 0, 1, 2))
+        values, *slopes = (
+            _of_tetrahedron(self.maxdeg, flat, along)[:, i].reshape(X.shape[1:]) for along in (None, 0, 1, 2)
+        )
         return values, np.array(slopes)
 
 
-class ElementNested(ElementH1):
+class ElementHexNested(ElementH1):
     """The hexahedron of degree 2 with the vertex functions of degree 1."""
 
     refdom, maxdeg = RefHex, 2
@@ -60,15 +63,21 @@ class ElementNested(ElementH1):
         return (ElementHex1 if i < 8 else ElementHex2)().lbasis(X, i)
 
 
+Kind = tuple[bool, int]
+"""Whether cells are tetrahedra, and their degree."""
+
+
 class MappedSpace(Space):
-    """The space on scikit-fem's ``mesh``; the vertices of its tetrahedra are in ascending order."""
+    """The space on scikit-fem's ``mesh``, of the highest degree or a lower one on tetrahedra, whose vertices are in
+    ascending order."""
 
     by_cells = True
 
-    def __init__(self, mesh: Any) -> None:
-        self.mesh, self._simplex = mesh, len(mesh.t) == 4
-        self.p = 3 if self._simplex else 2
-        self.element = _element(self._simplex)
+    def __init__(self, mesh: Any, degree: int = 3) -> None:
+        simplex = len(mesh.t) == 4
+        self.mesh, self.p = mesh, degree if simplex else 2
+        self._kind: Kind = simplex, self.p
+        self.element = _element(self._kind)
         self.numbering = Dofs(mesh, self.element)
         self.dofs, self.size = self.numbering.element_dofs, int(self.numbering.N)
         self.entity, self.places = entities(mesh, self.numbering, mesh.doflocs[:, : mesh.nvertices])
@@ -79,7 +88,7 @@ class MappedSpace(Space):
         """(functions,): the highest degree less that of each; more than any degree for vertices."""
         depth = np.zeros(int(self.numbering.N), int)
         depth[self.numbering.nodal_dofs] = self.p + 1
-        if self._simplex:
+        if self._kind == (True, 3):
             depth[self.numbering.edge_dofs[0]] = 1
         return depth[self.origin]
 
@@ -140,35 +149,36 @@ class MappedSpace(Space):
         return csc_array(coo_array((blocks.ravel(), (rows, columns)), shape=(self.size, self.size)))
 
     def rule(self, cells: np.ndarray, more: int) -> Rule:
-        """scikit-fem's, of twice the degree of the mass matrix, one more for a coefficient on hexahedra, and two more
-        for each point."""
-        return _rule(self._simplex, _order(self._simplex) + 2 * more)
+        """scikit-fem's rule of `_order`, and two orders more for each point."""
+        return _rule(self._kind, _order(self._kind) + 2 * more)
 
     def side(self, number: int, more: int = 0) -> Side:
-        return _side(self._simplex, number, more)
+        return _side(self._kind, number, more)
 
     def jacobian(self, cells: np.ndarray, X: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         mapping = self.mesh.mapping()
         return mapping.invDF(X, tind=cells), np.abs(mapping.detDF(X, tind=cells))
 
     def at(self, X: np.ndarray) -> np.ndarray:
-        return _values(self._simplex, X)
+        return _values(self._kind, X)
 
 
-def _order(simplex: bool) -> int:
-    return 6 if simplex else 5
+def _order(kind: Kind) -> int:
+    """Return the order of quadrature: that of the mass matrix; on hexahedra one more for a coefficient."""
+    simplex, degree = kind
+    return 2 * degree if simplex else 5
 
 
 @lru_cache
-def _element(simplex: bool) -> ElementH1:
-    return ElementCubic() if simplex else ElementNested()
+def _element(kind: Kind) -> ElementH1:
+    return ElementTetNested(kind[1]) if kind[0] else ElementHexNested()
 
 
 @lru_cache
 def _coefficients() -> np.ndarray:
     """(monomials, functions of a hexahedron), from the values on a lattice: scikit-fem's own formulas take a
     millisecond for every few points."""
-    X, element = np.stack(np.meshgrid(*3 * [[0.0, 0.5, 1.0]])).reshape(3, -1), _element(False)
+    X, element = np.stack(np.meshgrid(*3 * [[0.0, 0.5, 1.0]])).reshape(3, -1), _element((False, 2))
     values = [element.lbasis(X, i)[0] * np.ones(X.shape[1]) for i in range(len(element.doflocs))]
     return np.linalg.solve(_monomials(X), np.array(values).T)
 
@@ -181,9 +191,12 @@ def _monomials(X: np.ndarray, along: int | None = None) -> np.ndarray:
     return np.einsum("pi,pj,pk->pijk", *powers).reshape(X.shape[1], -1)
 
 
-def _values(simplex: bool, X: np.ndarray, along: int | None = None) -> np.ndarray:
-    if not simplex:
-        return _monomials(X, along) @ _coefficients()
+def _values(kind: Kind, X: np.ndarray, along: int | None = None) -> np.ndarray:
+    """(points, functions): values at reference points (3, points), or slopes along an axis."""
+    return _of_tetrahedron(kind[1], X, along) if kind[0] else _monomials(X, along) @ _coefficients()
+
+
+def _of_tetrahedron(degree: int, X: np.ndarray, along: int | None) -> np.ndarray:
     corner = np.stack([1 - X.sum(axis=0), *X])
     slope = np.zeros(4) if along is None else np.array([-1.0, *np.eye(3)[along]])
 
@@ -195,14 +208,15 @@ def _values(simplex: bool, X: np.ndarray, along: int | None = None) -> np.ndarra
 
     values = [product(a) for a in range(4)]
     for a, b in _EDGES.tolist():
-        values += [4 * product(a, b), product(a, b, b) - product(a, a, b)]
-    return np.array([*values, *(27 * product(*face) for face in _FACES.tolist())]).T
+        values += [4 * product(a, b), product(a, b, b) - product(a, a, b)][: degree - 1]
+    faces = _FACES.tolist() if degree == 3 else []
+    return np.array([*values, *(27 * product(*face) for face in faces)]).T
 
 
 @lru_cache
-def _rule(simplex: bool, order: int) -> Rule:
-    points, weights = _collapsed(order) if simplex else get_quadrature(_element(simplex).refdom, order)
-    return rule(points, weights, partial(_values, simplex))
+def _rule(kind: Kind, order: int) -> Rule:
+    points, weights = _collapsed(order) if kind[0] else get_quadrature(RefHex, order)
+    return rule(points, weights, partial(_values, kind))
 
 
 def _collapsed(order: int, axes: int = 3) -> tuple[np.ndarray, np.ndarray]:
@@ -222,7 +236,7 @@ def _collapsed(order: int, axes: int = 3) -> tuple[np.ndarray, np.ndarray]:
 
 
 @lru_cache
-def _side(simplex: bool, number: int, more: int) -> Side:
-    reference, order = _element(simplex).refdom, _order(simplex) + 2 * more
-    points = _collapsed(order, 2) if simplex else get_quadrature(reference.brefdom, order)
-    return side(reference, number, points, partial(_values, simplex))
+def _side(kind: Kind, number: int, more: int) -> Side:
+    reference, order = _element(kind).refdom, _order(kind) + 2 * more
+    points = _collapsed(order, 2) if kind[0] else get_quadrature(reference.brefdom, order)
+    return side(reference, number, points, partial(_values, kind))

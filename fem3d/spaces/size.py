@@ -32,7 +32,7 @@ PER_FACTOR = 12.4  # bytes for each entry of the factors in the highest space: 8
 # The same of tetrahedra, whose joins are counted too large, most of all where most of a mesh is a film: what a meander
 # with pads, stacks with vias, pads on a chip and a bulky mesh from Gmsh take, from 58,000 to 146,000 unknowns and 0.5
 # to 3.6 GB, is foreseen 1.07 to 1.7 times too large, and never too small.
-PER_ENTRY_OF_TETRAHEDRA, PER_FACTOR_OF_TETRAHEDRA = 90.0, 5.0
+PER_ENTRY_OF_CELLS, PER_FACTOR_OF_CELLS = 90.0, 5.0
 
 
 @dataclass(frozen=True)
@@ -76,17 +76,21 @@ def foreseen(scene: Scene, grid: Grid) -> Size:
     return Size(int(cells), int(unknowns), join, of_matrices, factors, float(memory))
 
 
-def of_tetrahedra(mesh: Any, live: float) -> Size:
-    """The size of the space of degree 3 on a mesh of tetrahedra; current passes the part ``live`` (0 to 1) of it."""
+def of_cells(mesh: Any, degree: int, live: float) -> Size:
+    """Foresee the size of the space of a degree on scikit-fem's mesh; current passes the part ``live`` (0 to 1)."""
     low, high = (extreme(mesh.p[:, mesh.t], axis=1) for extreme in (np.min, np.max))
     middle = np.median((low + high) / 2, axis=1)[:, None]
-    cells = mesh.t.shape[1]
+    cells, facets = mesh.t.shape[1], mesh.facets.shape[1]
     across = float(((low <= middle) & (high > middle)).sum(axis=1).min())
-    edges, facets = mesh.nvertices + mesh.facets.shape[1] - cells - 1, mesh.facets.shape[1]  # Euler's count
-    unknowns = mesh.nvertices + 2 * edges + facets
-    join, entries = unknowns * across / cells, 400.0 * cells
+    edges = mesh.nvertices + facets - cells - 1  # Euler's count
+    if len(mesh.t) == 4:
+        unknowns = mesh.nvertices + (degree - 1) * edges + (degree - 2) * facets
+        of_cell = (degree + 1) * (degree + 2) * (degree + 3) // 6
+    else:
+        unknowns, of_cell = mesh.nvertices + edges + facets + cells, 27
+    join, entries = unknowns * across / cells, float(of_cell**2 * cells)
     factors = factor_entries(unknowns, join)
-    memory = START_UP + PER_ENTRY_OF_TETRAHEDRA * entries + (1 + live) * PER_FACTOR_OF_TETRAHEDRA * factors
+    memory = START_UP + PER_ENTRY_OF_CELLS * entries + (1 + live) * PER_FACTOR_OF_CELLS * factors
     return Size(cells, int(unknowns), join, entries, factors, memory)
 
 

@@ -65,6 +65,7 @@ _SCENE_AND_RUN = (
     Key("run.end_time", "end_time", k.Quantity(d.TIME, 1e-12, 1e9)),
     Key("run.output_times", "output_times", k.OUTPUT_TIMES),
     Key("run.accuracy", "accuracy", ACCURACY),
+    Key("run.memory", "memory", k.Memory(), physical=False),
     Key("model.file", "model.file", k.MODEL_FILE, physical=False),
     Key("model.parameters", "model.parameters", _NAMED, physical=False),
     Key("model.outputs", "model.outputs", _NAMED_TEXTS, physical=False),

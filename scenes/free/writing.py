@@ -51,6 +51,8 @@ def as_dict(scene: m.AnyScene) -> dict[str, Any]:
         ]
     if isinstance(scene, m.Scene) and scene.mesh:
         run["mesh"] = scene.mesh
+    if scene.memory:
+        run["memory"] = scene.memory
     document |= {"run": {**run, "accuracy": scene.accuracy}}
     if scene.model is not None:
         model = scene.model

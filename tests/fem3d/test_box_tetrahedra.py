@@ -131,11 +131,11 @@ def test_what_no_grid_suits_is_solved_on_tetrahedra_and_the_plan_says_why() -> N
 
 
 def test_what_is_asked_for_is_taken() -> None:
-    few, many = heated(), check(plate(10))
+    few, many = heated(), replace(check(plate(10)), memory=1e9)
     assert runs.start(replace(few, mesh="tetrahedra"))[1].whole
     assert not runs.start(replace(few, mesh="bricks"))[1].whole
-    with pytest.raises(NumericsError, match="4 GB are the most"):
-        runs.solve(replace(check(plate(20)), mesh="bricks"))
+    with pytest.raises(NumericsError, match=r"run\.memory allows 1 GB"):
+        runs.solve(replace(check(plate(20)), mesh="bricks", memory=1e9))
     assert runs.start(many)[1].whole
     found = as_dict(replace(few, mesh="tetrahedra"))
     assert found["run"]["mesh"] == "tetrahedra"
@@ -145,10 +145,9 @@ def test_what_is_asked_for_is_taken() -> None:
         from_dict(found)
 
 
-def test_tetrahedra_that_take_too_much_memory_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(reach, "MOST_MEMORY", 8e7)
-    with pytest.raises(NumericsError, match=r"on tetrahedra, and 0\.08 GB are the most; boxes, boundaries and probes"):
-        runs.solve(replace(heated(), mesh="tetrahedra"))
+def test_tetrahedra_that_take_too_much_memory_are_refused() -> None:
+    with pytest.raises(NumericsError, match=r"degree 2, .* run\.memory allows 0\.1 GB; set run\.memory"):
+        runs.solve(replace(check(plate(40)), mesh="tetrahedra", memory=1e8))
 
 
 def test_bricks_that_become_too_many_give_way_to_tetrahedra(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -178,12 +177,11 @@ def test_where_memory_ends_bricks_the_better_answer_is_taken(
         factor = 1.0 if self.mesh.whole else worse  # type: ignore[attr-defined]
         return {name: factor * error for name, error in relative(self, study).items()}
 
-    monkeypatch.setattr(reach, "MOST_MEMORY", 4e8)
     monkeypatch.setattr(Answer, "relative", larger)
-    result = runs.solve(replace(heated(), accuracy=1e-6), said.append)
+    result = runs.solve(replace(heated(), accuracy=1e-6, memory=4e8), said.append)
     assert any("begun anew on tetrahedra" in line for line in said)
     assert result.details["mesh"].get("cell_type") == kind
-    why = "as many tetrahedra" if kind else "as many bricks as the memory has room for"
+    why = "tetrahedra of degree 3" if kind else "as many bricks as the memory has room for"
     assert any(why in warning for warning in result.details["warnings"])
     assert off(solved("bricks"), result) < 1.0
 
@@ -213,22 +211,11 @@ def test_bricks_over_time_that_become_too_many_give_way_to_tetrahedra(monkeypatc
 
 
 def test_what_an_accuracy_out_of_reach_leaves_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("fem3d.adaptivity.tetrahedra.MOST_UNKNOWNS", 1_000)
+    monkeypatch.setattr("fem3d.adaptivity.cell_mesh.MOST_UNKNOWNS", 1_000)
     result = runs.solve(replace(heated(), mesh="tetrahedra", accuracy=1e-5))
     assert any("less accurate than the 1e-05 asked for" in w for w in result.details["warnings"])
     assert not any("inf%" in w for w in result.details["warnings"])
     assert off(solved("bricks"), result) < 1.0
-
-
-def test_a_first_mesh_with_little_room_is_refined_once_and_no_more(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The second mesh tells how far the first one's estimates are too large; two fifths more cells are little else."""
-    scene = replace(heated(), mesh="tetrahedra", accuracy=1e-5)
-    first = runs.start(scene)[1].size.unknowns
-    for room, levels in ((1.4, 2), (1.2, 1)):
-        monkeypatch.setattr("fem3d.adaptivity.tetrahedra.MOST_UNKNOWNS", int(room * first))
-        result = runs.solve(scene)
-        assert result.details["levels"] == levels
-        assert off(solved("bricks"), result) < 1.0
 
 
 @pytest.mark.long

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from benchmarks.walls import Layer, step_response
-from fem3d.adaptivity import cellwise, mesh_file
+from fem3d.adaptivity import cellwise
+from fem3d.adaptivity.file_mesh import mesh_of
 from fem3d.problems import conductors
 from fem3d.problems.assembly import assemble
 from fem3d.runs.scene import solve
@@ -243,5 +244,5 @@ def test_what_a_mesh_file_cannot_mean_is_refused_in_a_sentence(case: str, tmp_pa
         for key in [key for key, value in item.items() if value is None]:
             del item[key]
     with pytest.raises(SceneError) as refused:
-        mesh_file.of(from_dict(document, folder=str(tmp_path)))
+        mesh_of(from_dict(document, folder=str(tmp_path)))
     assert words in str(refused.value)

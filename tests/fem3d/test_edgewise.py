@@ -45,7 +45,7 @@ def close():
 def rough_and_first():
     study, mesh = scene_run.start(bridge())
     assert isinstance(mesh, Bricks)
-    return study, mesh.begun(study, False)[0], mesh
+    return study, mesh.begin(study, False)[0], mesh
 
 
 @pytest.mark.long
@@ -62,7 +62,7 @@ def test_a_block_takes_few_of_the_unknowns_that_the_planes_of_what_is_on_it_make
 def test_errors_see_what_rough_degrees_leave_out():
     study, rough, _ = rough_and_first()
     given = rough.problems()
-    level = rough.examined(study, given, nested.solution(study, given))
+    level = rough.examine(study, given, nested.solution(study, given))
     assert level is not None
     for name, truth in close().items():
         value = level.fine.quantities[name]

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fem3d.adaptivity import loop
+from fem3d.adaptivity.adapt import adapt
 from fem3d.results import outputs
 from fem3d.runs import sink_quantities
 from meshes import symmetry
@@ -91,7 +91,7 @@ def test_a_bar_of_pads_of_its_own_width_is_a_fin_behind_a_known_resistance():
         oxide_thickness=4e-3, convection_coefficient=0.0, oxide=replace(OXIDE, thermal_conductivity=130.0),
     )  # fmt: skip
     resistance = 4e-3 / (130.0 * pad * width)
-    answer = loop.solve(sink_quantities.study(sink, symmetry.reduce(sink.scene())), False)
+    answer = adapt(sink_quantities.study(sink, symmetry.reduce(sink.scene())), False)
     # What the turn from beam to oxide adds is of the order of the beam's thickness over the oxide's.
     fin = solve_fin(sink, resistance)
     assert off(answer.fine.quantities["peak_rise_K"], fin.peak_rise) < 2e-3

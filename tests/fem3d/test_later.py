@@ -11,13 +11,14 @@ import pytest
 
 from benchmarks import random_plates
 from fem3d.adaptivity import estimator, later
-from fem3d.adaptivity.effectivity import AS_IT_IS, CAUTION, Told
+from fem3d.adaptivity.adapt import Search
+from fem3d.adaptivity.effectivity import AS_IT_IS, CAUTION
 from fem3d.adaptivity.estimator import AWAY, EXPECTED, LATER, Contributions, Estimator
 from fem3d.adaptivity.goal_errors import Level
-from fem3d.adaptivity.loop import Search
 from fem3d.runs import scene as runs
 from scenes.model import Boundary, Box, Material, Probe, Scene
 from tests.fem3d.meander import meander
+from tests.fem3d.test_effectivity import Search as Meshes
 
 WIDTH, ARM = 1e-5, 4  # m; in widths
 EXACT = 1.0 / (2 * ARM + 1 - 2 * np.log(2) / np.pi)  # of an L one thick and a conductor of its width, of 1 V
@@ -49,7 +50,7 @@ def currents(extrapolated: bool, levels: int = 5) -> list[tuple[float, float]]:
         assert verdict.answer is not None
         current = float(verdict.answer.fine.quantities["current"])
         series.append((abs(current / EXACT - 1), verdict.answer.errors["current"] / EXACT))
-        mesh = mesh.refined(verdict.goals, verdict.falls, verdict.worst, search.enough)
+        mesh = mesh.refine(verdict.indicators, search.enough)
     return series
 
 
@@ -74,7 +75,7 @@ def level(values: dict[str, float], estimates: dict[str, float], least: dict[str
 
 
 def test_what_is_doubtful_is_stated_once_a_second_mesh_agrees() -> None:
-    told = Told()
+    told = Meshes()
     first = told.corrected(level({"a": 1.00, "b": 2.00}, {"a": 0.6, "b": 0.4}, {"a": 0.1, "b": 0.05}))
     assert first.errors == pytest.approx({"a": AS_IT_IS * 0.6, "b": AS_IT_IS * 0.4})
     assert first.goals["a"][0].sum() == pytest.approx(AS_IT_IS * 0.6)
@@ -84,7 +85,7 @@ def test_what_is_doubtful_is_stated_once_a_second_mesh_agrees() -> None:
 
 
 def test_a_reading_that_moves_by_more_than_is_doubtful_makes_all_less_certain() -> None:
-    told = Told()
+    told = Meshes()
     told.corrected(level({"a": 1.0, "b": 2.0}, {"a": 0.6, "b": 0.6}, {"a": 0.1, "b": 0.05}))
     after = told.corrected(level({"a": 1.03, "b": 2.15}, {"a": 0.3, "b": 0.3}, {"a": 0.05, "b": 0.025}))
     twice = 0.15 / (0.05 + 0.025)

@@ -7,7 +7,8 @@ from typing import Any
 
 import pytest
 
-from fem3d.adaptivity import loop, nested
+from fem3d.adaptivity import nested
+from fem3d.adaptivity.adapt import MOST_LEVELS, adapt
 from scenes.errors import NumericsError, RunawayError, RunawayInTimeError
 
 ACCURACY = 1e-2
@@ -25,10 +26,10 @@ class Meshes:
             heat=SimpleNamespace(size=10 * 2**self.number), conductor=None, follows=False, told=self.told[self.number]
         )
 
-    def begun(self, study: Any, with_steady: bool) -> tuple[Meshes, None, None]:
+    def begin(self, study: Any, with_steady: bool) -> tuple[Meshes, None, None]:
         return self, None, None
 
-    def examined(self, study: Any, given: Any, fine: Any) -> Any:
+    def examine(self, study: Any, given: Any, fine: Any) -> Any:
         error = self.told[self.number]
         return error and SimpleNamespace(
             worst=error,
@@ -36,6 +37,7 @@ class Meshes:
             errors={"probe": error},
             goals={"probe": []},
             falls=None,
+            record=None,
             fine=fine,
             low=fine,
         )
@@ -44,11 +46,11 @@ class Meshes:
         last = self.number + 1 == len(self.told)
         return None if last else Meshes(self.told, self.number + 1, (*self.way, how))
 
-    def raised(self) -> Meshes | None:
+    def refine_all(self) -> Meshes | None:
         return self._next("raised")
 
-    def refined(self, goals: Any, falls: Any, worst: float, enough: float) -> Meshes | None:
-        assert worst == self.told[self.number] > enough
+    def refine(self, indicators: Any, target: float) -> Meshes | None:
+        assert indicators.worst == self.told[self.number] > target
         return self._next("refined")
 
 
@@ -65,7 +67,7 @@ def _told(monkeypatch: pytest.MonkeyPatch) -> None:
 def solved(told: list[Any], voltage: float = 1.0) -> Any:
     study: Any = SimpleNamespace(accuracy=ACCURACY, field=None, voltage=voltage)
     mesh: Any = Meshes(told)
-    return loop.solve(study, False, mesh=mesh)
+    return adapt(study, False, mesh=mesh)
 
 
 def fold(limit: float) -> RunawayError:
@@ -117,7 +119,7 @@ def test_no_mesh_is_left() -> None:
         solved([None])
     # An error that falls by a twentieth from level to level, too slowly to end.
     with pytest.raises(NumericsError, match=r"isn't reached in this scene$"):
-        solved([0.5 * 0.95**n for n in range(loop.MOST_LEVELS)])
+        solved([0.5 * 0.95**n for n in range(MOST_LEVELS)])
 
 
 def test_an_error_that_does_not_fall_is_named() -> None:

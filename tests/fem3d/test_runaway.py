@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fem3d.adaptivity import loop
+from fem3d.adaptivity.adapt import adapt
 from fem3d.runs import sink_quantities
 from meshes import symmetry
 from scenes.errors import NumericsError, RunawayError
@@ -16,7 +16,7 @@ from tests.fin import fin_runaway_voltage
 
 def solved(sink):
     sink = replace(sink, accuracy=1e-2)
-    return loop.solve(sink_quantities.study(sink, symmetry.reduce(sink.scene())), False).fine.quantities
+    return adapt(sink_quantities.study(sink, symmetry.reduce(sink.scene())), False).fine.quantities
 
 
 def limit(sink):
@@ -108,7 +108,7 @@ def test_a_resistance_that_rises_thousands_of_times_does_not_run_away_at_a_volta
 )
 def test_a_transient_whose_heating_damps_itself_ends_in_the_steady_state(sink):
     """Hotter conductors take less of the power, whatever happens on the way."""
-    answer = loop.solve(sink_quantities.study(sink, symmetry.reduce(sink.scene())), True)
+    answer = adapt(sink_quantities.study(sink, symmetry.reduce(sink.scene())), True)
     rise = answer.response.traces["peak_K"][-1] - sink.room_temperature
     error = answer.response.errors["peak_K"] + answer.errors["peak_rise_K"]
     assert abs(rise - answer.fine.quantities["peak_rise_K"]) <= error < 2e-2 * rise

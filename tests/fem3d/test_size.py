@@ -85,23 +85,21 @@ def test_the_factors_are_foreseen_to_a_factor_of_two(pads: int) -> None:
 )
 def test_too_many_planes_are_refused(pads: int, when: str) -> None:
     """20 pads took 5.8 GB before they were refused, 50 were killed at 23.6 GB."""
-    scene = check(plate(pads))
+    scene = replace(check(plate(pads)), memory=4e9)
     with pytest.raises(NumericsError) as refused:
         runs.solve(replace(scene, mesh="bricks"))
     said = str(refused.value)
     assert when in said
-    assert "GB are the most" in said
+    assert "run.memory allows 4 GB" in said
     assert f'{4 * pads} of these are used once, most by "pad-0"' in said
 
 
-def test_what_fits_is_solved_and_what_does_not_quite_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_fits_is_solved_and_what_does_not_quite_is_refused() -> None:
     scene = replace(plate(1), mesh="bricks")
     size = foreseen(scene, reach.first_grid(scene, 1e-2, grading.features(scene)))
-    monkeypatch.setattr(reach, "MOST_MEMORY", 1.01 * size.memory)
-    assert runs.solve(scene, whole=True).details["unknowns"] > 0
-    monkeypatch.setattr(reach, "MOST_MEMORY", 0.99 * size.memory)
+    assert runs.solve(replace(scene, memory=1.01 * size.memory), whole=True).details["unknowns"] > 0
     with pytest.raises(NumericsError, match=r"at an accuracy of 0\.01"):
-        runs.solve(scene, whole=True)
+        runs.solve(replace(scene, memory=0.99 * size.memory), whole=True)
 
 
 def test_potentials_take_memory_of_their_own() -> None:

@@ -8,7 +8,8 @@ import pytest
 
 from benchmarks import invariants
 from benchmarks.random_boxes import draw
-from fem3d.adaptivity import field_error, goal_errors, loop, nested
+from fem3d.adaptivity import field_error, goal_errors, nested
+from fem3d.adaptivity.adapt import adapt
 from fem3d.adaptivity.estimator import Estimator
 from fem3d.runs import probe_quantities
 from fem3d.runs.scene import clipped, solve
@@ -79,8 +80,8 @@ def test_samples_of_many_intervals_take_memory_in_proportion():
 
 def test_a_field_that_swings_where_no_probe_sees_it_is_refined(plate):
     study = study_of(plate)
-    probes_alone = loop.solve(replace(study, field=None), False).fine.state
-    found = loop.solve(study, False)
+    probes_alone = adapt(replace(study, field=None), False).fine.state
+    found = adapt(study, False)
     assert found.field <= study.field
     state = found.fine.state
     # Against cells of a degree so high that their error doesn't count.

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from benchmarks.rows import Row
-from fem3d.adaptivity.loop import Search
+from fem3d.adaptivity.adapt import Search
 from fem3d.runs import scene as scene_run
 from scenes.model import Boundary, Box, Material, Probe, Scene
 from validate.verify.expected import observed_order, order_row
@@ -56,5 +56,5 @@ def levels(most: int) -> list[tuple[int, float]]:
         assert verdict.answer.steady is not None
         current = float(verdict.answer.steady.quantities["current"])
         levels.append((verdict.answer.heat.size, abs(current / exact - 1)))
-        mesh = mesh.refined(verdict.goals, verdict.falls, verdict.worst, search.enough)
+        mesh = mesh.refine(verdict.indicators, search.enough)
     return levels

@@ -16,7 +16,7 @@ from fem3d.adaptivity import field_error, nested, reach, transient_base
 from fem3d.adaptivity.brick_mesh import Bricks
 from fem3d.adaptivity.estimator import Spread
 from fem3d.adaptivity.goal_errors import Level
-from fem3d.adaptivity.mesh import Answer, Mesh
+from fem3d.adaptivity.mesh import Answer, Indicators, Mesh
 from fem3d.adaptivity.nested import Before, Problems, Solution
 from fem3d.adaptivity.reach import not_reached
 from fem3d.adaptivity.trace_errors import ROW_SHARE, Response
@@ -49,12 +49,13 @@ class Verdict(NamedTuple):
     beyond: BeyondLawError | None = None
 
     @property
-    def worst(self) -> float:
-        """The largest relative error."""
-        return max(self.relative.values(), default=np.inf)
+    def indicators(self) -> Indicators:
+        """The indicators to refine by."""
+        worst = max(self.relative.values(), default=np.inf)
+        return Indicators(self.goals, self.falls, worst, self.level.record if self.level else None)
 
 
-def solve(
+def adapt(
     study: Study,
     with_transient: bool,
     progress: Progress = lambda _: None,
@@ -69,7 +70,7 @@ def solve(
     """
     search, falling = Search(study, with_steady, with_transient, progress), reach.Falling(study.accuracy)
     mesh = mesh or Bricks.of(study, over_time=not with_steady)
-    mesh, search.near, search.limit = mesh.begun(study, with_steady)
+    mesh, search.near, search.limit = mesh.begin(study, with_steady)
     for number in range(1, MOST_LEVELS):
         verdict = search.judge(mesh, number)
         if verdict.action == "accept":
@@ -81,11 +82,11 @@ def solve(
         if verdict.action == "refine":
             assert verdict.answer is not None
             falling.check(verdict.answer.heat.size, verdict.relative)
-            finer = mesh.refined(verdict.goals, verdict.falls, verdict.worst, search.enough)
+            finer = mesh.refine(verdict.indicators, search.enough)
         elif verdict.action == "runaway" and search.confirms(verdict.runaway):
             finer = None
         else:
-            finer = mesh.raised()
+            finer = mesh.refine_all()
         if finer is None:
             if failure := verdict.runaway or verdict.beyond:
                 raise failure
@@ -157,7 +158,7 @@ class Search:
             return Verdict("accept", answer, level)
         goals = [*(response.goals if response else ()), *(level.goals.values() if level else ())]
         falls = response.falls if response else level.falls if level else None
-        return Verdict("refine", answer, goals=goals, falls=falls, relative=relative)
+        return Verdict("refine", answer, level, goals=goals, falls=falls, relative=relative)
 
     def _by_rough_quadratures(self, level: Level) -> bool:
         """Whether a mesh is fine enough for the accuracy, and the quadrature of laws on it is not."""
@@ -172,7 +173,7 @@ class Search:
         # Of a linear problem nobody asks for it, and it holds the factors of its mesh.
         if given.follows:
             self.near = fine.state
-        return given, fine, mesh.examined(self.study, given, fine)
+        return given, fine, mesh.examine(self.study, given, fine)
 
     def _respond(self, mesh: Mesh, problems: Problems, level: Level | None) -> Response:
         """The response on a mesh, in fields about its steady state; where that isn't asked for, about what the slowest
@@ -182,13 +183,13 @@ class Search:
             self.progress("transient")
             shift = transient.shift(transient.time_constant(level.fine.state), study.earliest)
             bases = [Base.of_steady(solution.state) for solution in (level.fine, level.low)]
-            return mesh.responded(study, problems, bases, shift, level, self.generations)
+            return mesh.respond(study, problems, bases, shift, level, self.generations)
         shift = transient.shift(min(study.end, self.slowest), study.earliest)
         bare = [Base.bare(*pair) for pair in zip(problems.heats, problems.conductors, strict=True)][::-1]
         linear = not bare[0].follows
         bases = transient_base.nested(problems, shift, study.end, study.accuracy) if linear else bare
         bases[0] = replace(bases[0], before=self.before, error=self.error)
-        response = mesh.responded(study, problems, bases, shift, None, self.generations)
+        response = mesh.respond(study, problems, bases, shift, None, self.generations)
         self.slowest, self.generations = response.slowest, response.generations
         self.before, self.error = None if linear else response.transient, max(response.relative.values())
         return response

@@ -1,0 +1,290 @@
+"""Meshes of tetrahedra, refined by their error indicators, and of hexahedra, refined everywhere.
+
+The spaces are of degrees 1 to 3 on tetrahedra, 1 and 2 on hexahedra and where memory is short. Nothing but edges tells
+where a solution on such cells is singular, so the estimator assumes the slowest rate (`fem3d.adaptivity.estimator`) and
+corrects its bounds by earlier meshes (`fem3d.adaptivity.effectivity`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
+from typing import Any, Protocol
+
+import numpy as np
+
+from fem3d import memory
+from fem3d.adaptivity import effectivity, field_error, goal_errors, nested, trace_errors
+from fem3d.adaptivity.estimator import Estimator, worst_of
+from fem3d.adaptivity.goal_errors import Level, Record
+from fem3d.adaptivity.mesh import Indicators, less_accurate
+from fem3d.adaptivity.nested import Problems, Solution
+from fem3d.adaptivity.trace_errors import Response
+from fem3d.problems.heat import HeatProblem
+from fem3d.results.fields.mesh_fields import MeshFields
+from fem3d.results.study import Study
+from fem3d.solution.steady import SteadyState
+from fem3d.solution.transient import Base, Transient
+from fem3d.spaces import edge_exponents
+from fem3d.spaces.domain import Domain
+from fem3d.spaces.size import START_UP, Size, of_cells
+from meshes import grading
+from meshes.symmetry import Symmetry
+from scenes.errors import TooLargeError
+from scenes.model import AnyScene
+from scenes.plan import Step
+
+AIM = 0.7  # of the target: estimates foresee the next error to a factor
+# Unknowns up to which a mesh is refined unless run.memory is given: about a minute of one processor, for a transient
+# and for a steady state. A mesh that has more is solved as it is.
+FEWER, MOST_UNKNOWNS = 60_000, 150_000
+LEAST_GROWTH = 1.5  # a finer mesh with less than this factor times the unknowns changes little
+MOST_GROWTH = 3.0  # times the cells of a level that the next one may have
+# A cell is halved along the longest axes, to half of the longest, of those along which indicator times size is at least
+# this fraction of the largest: across an edge both are larger than along it, where cells may stay long.
+VARIES, SHORTER = 0.05, 0.5
+# Bisection goes on in neighbours until no node hangs: so many sets of cells are tried, the first of which would take
+# this part of the room alone.
+TRIALS, FIRST = 5, 0.25
+MARKED = 0.9  # part of all indicators that the refined cells hold
+
+
+class Layout(Protocol):
+    """A scene on the cells of a mesh: `choice.BoxLayout` for boxes, `file_mesh.FileLayout` for a file."""
+
+    advice: str
+    """What to do where the accuracy is not reached, in words."""
+
+    @property
+    def scene(self) -> Any:
+        """The scene."""
+
+    @property
+    def name(self) -> str:
+        """The cells, for a message."""
+
+    @property
+    def cells(self) -> Any:
+        """scikit-fem's mesh."""
+
+    def domain(self, degree: int) -> Domain:
+        """Return the cells and facets with materials and conditions, for elements of a degree."""
+
+    def refine(self, shorter: np.ndarray, sharp: np.ndarray) -> Layout:
+        """Return the layout with cells cut that are to be ``shorter`` along an axis (3, cells).
+
+        Vertices are ``sharp`` (3, vertices) where an edge along an axis ends at which gradients are infinite.
+        """
+
+    def with_scene(self, scene: Any) -> Layout:
+        """Return the same cells with another scene."""
+
+    def remarks(self) -> list[str]:
+        """Return warnings of the cells."""
+
+    def steps(self, levels: int | None, degree: int) -> tuple[Step, ...]:
+        """Return the lines of the plan; after a run with the number of its refinements."""
+
+    def statistics(self) -> dict[str, Any]:
+        """Return what a result says of the cells."""
+
+
+@dataclass(frozen=True, eq=False)
+class CellMesh:
+    """A scene on tetrahedra or hexahedra.
+
+    Attributes
+    ----------
+    layout: the cells with their parts and conditions.
+    accuracy: the largest relative error.
+    degree: the highest degree of the elements.
+    levels: how many times the mesh was refined.
+    history: estimates of earlier levels, which correct later ones.
+    convergence: unknowns and largest relative errors of earlier levels.
+    below: no refinement is made that is foreseen to leave more than this error, which another mesh leaves.
+    """
+
+    layout: Layout
+    accuracy: float
+    degree: int = 3
+    levels: int = 0
+    history: tuple[Record, ...] = ()
+    convergence: tuple[tuple[int, float], ...] = ()
+    below: float = np.inf
+
+    whole = True
+
+    @property
+    def scene(self) -> AnyScene:
+        """The scene."""
+        scene: AnyScene = self.layout.scene
+        return scene
+
+    @cached_property
+    def domain(self) -> Domain:
+        """The scene on the mesh."""
+        return self.layout.domain(self.degree)
+
+    @cached_property
+    def size(self) -> Size:
+        """Cells, unknowns and memory."""
+        return of_cells(self.layout.cells, self.degree, float(self.domain.live.mean()))
+
+    @property
+    def simplex(self) -> bool:
+        """Whether cells are tetrahedra."""
+        return len(self.layout.cells.t) == 4
+
+    @property
+    def _room(self) -> float:
+        """The factor by which the unknowns may grow, by memory, and unless run.memory is given by time."""
+        # Factors grow like n^(4/3) in three dimensions (George, SIAM J. Numer. Anal. 10, 1973).
+        room = (memory.limit(self.scene) - START_UP) / (self.size.memory - START_UP)
+        most = MOST_UNKNOWNS if self.scene.steady else FEWER
+        return float(min(np.inf if self.scene.memory else most / self.size.unknowns, max(room, 0.0) ** (3 / 4)))
+
+    @property
+    def _last(self) -> bool:
+        """Whether the mesh is refined no more."""
+        return self._room < (LEAST_GROWTH if self.simplex else 8.0)
+
+    def problems(self) -> Problems:
+        """Return the problems of degrees 1 to `degree`."""
+        return nested.problems(self.domain, self.accuracy)
+
+    @cached_property
+    def _at_vertices(self) -> np.ndarray:
+        """(2, 3, vertices): the exponents of edges, for heat and for current."""
+        return edge_exponents.at_vertices(self.domain)
+
+    @cached_property
+    def _estimator(self) -> Estimator:
+        exponents = edge_exponents.of_cells(self.layout.cells, self._at_vertices) if self.simplex else None
+        return Estimator.of_cells(exponents, self.size.cells, self.degree)
+
+    def examine(self, study: Study, given: Problems, fine: Solution) -> Level | None:
+        level = goal_errors.examined(study, given, fine, self._estimator)
+        if level is None:
+            return None
+        level = effectivity.corrected(level, self.history)
+        return replace(level, errors=goal_errors.as_balanced(study, level.errors, fine, level.scales))
+
+    def respond(
+        self, study: Study, given: Problems, bases: Sequence[Base], shift: float, steady: Level | None, generations: int
+    ) -> Response:
+        estimator, last = self._estimator, self._last
+        return trace_errors.respond(study, given, bases, shift, estimator, steady, generations, as_it_is=last)
+
+    def begin(self, study: Study, with_steady: bool) -> tuple[CellMesh, None, None]:
+        return self, None, None
+
+    def refine(self, indicators: Indicators, target: float) -> CellMesh | None:
+        """Cut cells with more than their share, those with most first, as far as there is room."""
+        record = () if indicators.record is None else (indicators.record,)
+        convergence = (*self.convergence, (self.size.unknowns, indicators.worst))
+        if self._last or self._foreseen(convergence) > self.below:
+            return None
+        start = replace(self, history=(*self.history, *record), convergence=convergence)
+        if not self.simplex:
+            return start.refine_all()
+        by_axis = np.array(worst_of(indicators.goals))
+        missing = by_axis.sum(axis=0)
+        missing *= max(indicators.worst / max(float(missing.sum()), 1e-300), 1.0)
+        too_much = missing > grading.share_of(missing, AIM * target)
+        shorter = self._longest(by_axis) & too_much
+        order = np.argsort(-missing)
+        order = order[: np.searchsorted(np.cumsum(missing[order]), MARKED * missing.sum()) + 1]
+        order = order[too_much[order]]
+        room, best = min(self._room, MOST_GROWTH) - 1, None
+        alone = np.cumsum(2.0 ** shorter.sum(axis=0)[order] - 1) / shorter.shape[1]
+        count = min(int(np.searchsorted(alone, FIRST * room)) + 1, len(order))
+        for _ in range(TRIALS):
+            if not count:
+                break
+            marked = np.zeros_like(shorter)
+            marked[:, order[:count]] = shorter[:, order[:count]]
+            finer = start._cut(marked)
+            growth = finer.layout.cells.t.shape[1] / self.layout.cells.t.shape[1] - 1
+            best = finer if growth <= room or (best is None and growth <= self._room - 1) else best
+            if growth <= room and (growth >= room / 2 or count == len(order)):
+                break
+            count = min(max(int(0.9 * count * room / growth), 1), len(order) if growth < room else count - 1)
+        return best
+
+    def _foreseen(self, levels: tuple[tuple[int, float], ...]) -> float:
+        """Return the largest error after the last refinement, if it falls with the unknowns as it fell between two of
+        the last three levels; zero before there are three."""
+        rates = [np.log(e / f) / np.log(m / n) for (n, e), (m, f) in pairwise(levels[-3:])]
+        return 0.0 if len(rates) < 2 else float(levels[-1][1] * self._room ** -max(rates))
+
+    def refine_all(self) -> CellMesh | None:
+        return None if self._last else self._cut(self._longest())
+
+    def _longest(self, by_axis: np.ndarray | None = None) -> np.ndarray:
+        """(3, cells): along which axes to halve each cell, for indicators along each (3, cells)."""
+        size: np.ndarray = np.ptp(self.layout.cells.p[:, self.layout.cells.t], axis=1)
+        if by_axis is not None:
+            varies = by_axis * size
+            size[varies < VARIES * varies.max(axis=0)] = 0.0
+        return size > SHORTER * size.max(axis=0)
+
+    def _cut(self, shorter: np.ndarray) -> CellMesh:
+        sharp = self._at_vertices.min(axis=0) < 1 if self.simplex else np.zeros(0, bool)
+        return replace(self, layout=self.layout.refine(shorter, sharp), levels=self.levels + 1)
+
+    def field_error(self, level: Level) -> float:
+        return field_error.relative(*self._sampled(level))
+
+    def refine_for_field(self, level: Level) -> CellMesh | None:
+        gaps, _ = self._sampled(level)
+        worst = gaps.max(axis=1)
+        return None if self._last else self._cut(self._longest() & (worst >= field_error.CAUSES * worst.max()))
+
+    def _sampled(self, level: Level) -> tuple[np.ndarray, np.ndarray]:
+        """(cells, points) twice: the difference of the two highest degrees in each cell, and the fine field."""
+        given, on = level.problems, self.domain.space.on(np.arange(self.size.cells))
+        fine = on.value(given.heat.field(level.fine.state.rise))
+        return np.abs(fine - on.value(given.heat.field(given.lifted(level.low.state.rise, -2)))), fine
+
+    def steps(self, levels: int | None) -> tuple[Step, ...]:
+        return self.layout.steps(levels, self.degree)
+
+    def fields(
+        self, heat: HeatProblem, part: Symmetry, state: SteadyState | None, transient: Transient | None
+    ) -> MeshFields:
+        return MeshFields(heat, state, transient)
+
+    def with_scene(self, scene: Any) -> CellMesh:
+        return CellMesh(self.layout.with_scene(scene), scene.accuracy, self.degree, self.levels)
+
+    def statistics(self, heat: HeatProblem) -> dict[str, Any]:
+        weights = heat.domain.space.on(np.arange(self.size.cells)).weights
+        return {
+            "cells": self.size.cells, "nodes": heat.size, "refined": self.levels > 0, "lowest_degree": self.degree,
+            "highest_degree": self.degree, "volume_m3": float(weights.sum()), **self.layout.statistics(),
+        }  # fmt: skip
+
+    def warnings(self, study: Study, relative: dict[str, float]) -> list[str]:
+        cells = "tetrahedra" if self.simplex else "hexahedra"
+        why = f"{self.size.cells:,} {cells} of degree {self.degree}; {self.layout.advice}"
+        short = self.simplex and self.degree < 3
+        remark = f"elements of degree 2, for degree 3 takes more memory: {memory.allowed(self.scene)}"
+        return [*less_accurate(study, relative, why), *[remark] * short, *self.layout.remarks()]
+
+
+def fitting(layout: Layout, accuracy: float) -> CellMesh:
+    """Return the mesh of a layout with the highest degree that memory has room for: 3 or 2 on tetrahedra.
+
+    Raises TooLargeError where degree 2 does not fit.
+    """
+    most = memory.limit(layout.scene)
+    for degree in (3, 2):
+        mesh = CellMesh(layout, accuracy, degree if len(layout.cells.t) == 4 else 2)
+        if mesh.size.memory <= most:
+            return mesh
+    raise TooLargeError(
+        f"{layout.name} take {mesh.size.memory / 1e9:.2g} GB with elements of degree 2, the lowest with an error "
+        f"estimate, and {memory.allowed(layout.scene)}; set run.memory, or use a machine with more memory"
+    )
