@@ -15,8 +15,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from fem3d import memory
-from fem3d.adaptivity import effectivity, field_error, goal_errors, nested, trace_errors
+from fem3d.adaptivity import effectivity, field_error, goal_errors, memory, nested, trace_errors
 from fem3d.adaptivity.estimator import Estimator, worst_of
 from fem3d.adaptivity.goal_errors import Level, Record
 from fem3d.adaptivity.mesh import Indicators, less_accurate

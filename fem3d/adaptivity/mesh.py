@@ -1,4 +1,4 @@
-"""Interface of the meshes that `fem3d.adaptivity.loop.adapt` refines, and its answer."""
+"""Interface of the meshes that `fem3d.adaptivity.adapt.adapt` refines, and its answer."""
 
 from __future__ import annotations
 

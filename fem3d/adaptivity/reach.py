@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from fem3d import memory
+from fem3d.adaptivity import memory
 from fem3d.adaptivity.estimator import Estimator, Spread
 from fem3d.adaptivity.nested import Problems
 from fem3d.spaces.size import Size, foreseen
