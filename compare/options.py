@@ -229,6 +229,8 @@ TABLE = (
         DEVICE: "accuracy of the temperatures, relative to the set rise; with --3d that of the 3D model",
         FREE: "relative accuracy of every probe (default 1e-3 or the scene's)",
     }, sets="run.accuracy"),
+    Option("--memory M", "the most memory that 3D may take, such as 8GB (default: the memory that is free)", (FREE,),
+           sets="run.memory"),
     Option("--voltage V", 'voltage across the electrodes: 1, 2V or "500 mV"; for --set drive.voltage=V', (SINK,),
            sets="drive.voltage"),
     Option("--end-time T", "over time from the start to T, such as 2ms, whatever the scene says of it", (FREE,),

@@ -21,13 +21,19 @@ class Estimate:
 class Traces:
     """Quantities over time: ``values[name]`` has one entry per entry of ``time`` (s); ``errors[name]`` bounds the
     numerical error of all that are `sure`, in the unit of the values: from ``since`` (s) on, and that long after each
-    of the ``jumps`` (s) of a given temperature (of a sink from 10 us on)."""
+    of the ``jumps`` (s) of a given temperature (of a sink from 10 us on); ``early`` bounds them at all other times,
+    where known."""
 
     time: np.ndarray
     values: dict[str, np.ndarray]
     errors: dict[str, float]
     since: float = 0.0
     jumps: tuple[float, ...] = ()
+    early: dict[str, float] = field(default_factory=dict)
+
+    def error_at(self, name: str, times: np.ndarray) -> np.ndarray:
+        """Return (n,) the error bound of a quantity at some ``times`` (n,), in s; infinite where none is known."""
+        return np.where(self.sure(times), self.errors[name], self.early.get(name, np.inf))
 
     def sure(self, times: np.ndarray) -> np.ndarray:
         """(n,): at which of some ``times`` (n,), in s, the errors hold. Between two jumps that are close to one

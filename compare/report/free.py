@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from importlib import import_module
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -74,26 +74,33 @@ def _answer(probe: Probe | GroupProbe, result: Result, style: Style) -> str:
     if result.traces is None:
         return said
     values, error = result.traces.values[probe.name], result.traces.errors[probe.name]
-    i = int(np.argmax(np.abs(values) * result.traces.sure(result.traces.time)))
-    if abs(values[i]) <= abs(values[-1]) + 2 * error:
+    least, largest = _extremes(result.traces, probe.name)
+    most = max(least, largest, key=lambda extreme: abs(extreme.value))
+    if abs(most.value) <= abs(values[-1]) + 2 * error:
         return said
-    most, at = quantity(float(values[i]), UNITS[probe.quantity]), quantity(float(result.traces.time[i]), "s", 3)
-    return f"{said} (at most {most}, at {at})"
+    shown = quantity(most.value, UNITS[probe.quantity])
+    if most.error > error:
+        number, bound, unit, _, _ = with_error(most.value, most.error, UNITS[probe.quantity])
+        shown = f"{number} {style.plus_minus} {bound} {unit}"
+    return f"{said} (at most {shown}, at {quantity(most.time, 's', 3)})"
 
 
 def _probes(outcome: Outcome[AnyScene], style: Style) -> Section:
-    """Of every probe the steady value, or the last one with the range that it passes through where its errors hold."""
+    """Of every probe the steady value, or the last one with its extremes over time."""
     result, rows, said = outcome.solved, [], []
     for probe in outcome.scene.probes:
         cells = [cut(probe.name, _NAME)]
         if result.traces is None:
             cells.append(value_text(probe, result, style))
         else:
-            values, column = _sure(result.traces, probe.name), _column(probe, result.traces)
+            last, column = float(result.traces.values[probe.name][-1]), _column(probe, result.traces)
             few = replace(column, places=min(column.places, 3))
             error = column.show_error(result.traces.errors[probe.name])
-            cells.append(f"{column.show(float(values[-1]))} {style.plus_minus} {error} {column.unit}")
-            cells += [f"{few.show(float(v))} {few.unit}" for v in (values.min(), values.max())]
+            cells.append(f"{column.show(last)} {style.plus_minus} {error} {column.unit}")
+            for value, bound, _ in _extremes(result.traces, probe.name):
+                wide = bound > result.traces.errors[probe.name]
+                own = f" {style.plus_minus} {few.show_error(bound)}" * wide
+                cells.append(f"{few.show(value)}{own} {few.unit}")
         rows.append(cells)
     title, heads = "Steady state", ["probe", "steady state"]
     if result.traces is not None:
@@ -101,18 +108,41 @@ def _probes(outcome: Outcome[AnyScene], style: Style) -> Section:
         if result.traces.since:
             again = ", and that long after each jump of a given temperature" * bool(result.traces.jumps)
             start = quantity(result.traces.since, "s", 3)
-            said.append(f"The errors hold from {start} on{again}; least and largest are of these times.")
+            said.append(f"The errors hold from {start} on{again}; earlier extremes have their own.")
     if off := result.details.get("field_error"):
         said.append(f"The field is known to {off:.2g} of its largest rise, at its worst place.")
     return Section(title, [Table(heads, rows), *said], headed=False)
 
 
-def _sure(traces: Traces, name: str) -> np.ndarray:
-    return traces.values[name][traces.sure(traces.time)]
+class Extreme(NamedTuple):
+    """The least or the largest value of a trace, with its error bound, and when it is (s)."""
+
+    value: float
+    error: float
+    time: float
+
+
+def _extremes(traces: Traces, name: str) -> tuple[Extreme, Extreme]:
+    """Return the least and the largest value over all times at which an error bound is known."""
+    errors = traces.error_at(name, traces.time)
+    known = np.flatnonzero(np.isfinite(errors))
+    values = traces.values[name][known]
+    at = known[[values.argmin(), values.argmax()]].tolist()
+    least, largest = (Extreme(float(traces.values[name][i]), float(errors[i]), float(traces.time[i])) for i in at)
+    return least, largest
+
+
+def _range(traces: Traces, name: str) -> dict[str, float]:
+    """Return the last value and the extremes with their errors, for summary.json."""
+    least, largest = _extremes(traces, name)
+    return {
+        "end": float(traces.values[name][-1]), "least": least.value, "least_error": least.error,
+        "largest": largest.value, "largest_error": largest.error,
+    }  # fmt: skip
 
 
 def _column(probe: Probe | GroupProbe, traces: Traces) -> Column:
-    largest = float(np.abs(_sure(traces, probe.name)).max())
+    largest = float(np.abs(traces.values[probe.name][traces.sure(traces.time)]).max())
     return Column.of(largest, traces.errors[probe.name], UNITS[probe.quantity])
 
 
@@ -157,10 +187,7 @@ def document(outcome: Outcome[AnyScene]) -> dict[str, Any]:
             "runs_away": outcome.runs_away or None,
             "time_s": times,
             "values": {probe.name: at(traces, probe.name, times) for probe in scene.probes},
-            "range": {
-                name: {"end": values[-1], "least": values.min(), "largest": values.max()}
-                for name, values in ((name, _sure(traces, name)) for name in traces.values)
-            },
+            "range": {name: _range(traces, name) for name in traces.values},
         }
     judged = [check_document(check) for check in outcome.checks]
     if reduced1d is None:

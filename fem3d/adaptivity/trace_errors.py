@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
@@ -11,7 +11,18 @@ import numpy as np
 from fem3d.adaptivity import goal_errors, goal_parts
 from fem3d.adaptivity.estimator import Contributions, Estimator, Spread, total
 from fem3d.adaptivity.goal_errors import Level
-from fem3d.adaptivity.marched import SPACE_SHARE, TIME_SHARE, Marched, beside, by_laws, distance, marched, spread
+from fem3d.adaptivity.marched import (
+    KNOTS,
+    SOONEST,
+    SPACE_SHARE,
+    TIME_SHARE,
+    Marched,
+    beside,
+    by_laws,
+    distance,
+    marched,
+    spread,
+)
 from fem3d.adaptivity.nested import Problems
 from fem3d.results import outputs, probes, trace_times
 from fem3d.results.outputs import Outputs
@@ -32,6 +43,7 @@ ROUGHEST, TIGHTER, ROUNDS_SHARE = 1.0, 0.1, 0.3
 FURTHER = 2.0
 ALIKE = 4.0  # factor on what rounds should leave, more than which they have failed
 BENDS = 12  # times at which the bends of a law are looked for
+EARLY_TIMES = 10  # times after a jump, before the earliest of interest, at which responses are compared
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +65,7 @@ class Response:
     relative: dict[str, float] = field(default_factory=dict)  # errors without the rows' own, over their scales
     scales: dict[str, float] = field(default_factory=dict)  # what they are relative to
     between: float = 0.0  # the largest relative error of straight lines between rows
+    early: dict[str, float] = field(default_factory=dict)  # errors before the earliest time of interest, if wanted
 
     @property
     def slowest(self) -> float:
@@ -83,7 +96,7 @@ def respond(
     start = accuracy if steady is not None or as_it_is else min(bases[0].error, ROUGHEST)
     march = marched(study, bases[0], shift, steady_out, generations, start if start > 2 * accuracy else accuracy)
     while True:
-        errors, goals, falls = _judged(study, given, bases, shift, judge, steady_errors, march)
+        errors, goals, falls, lesser = _judged(study, given, bases, shift, judge, steady_errors, march)
         if march.rounds is None or march.rounds.accuracy <= accuracy:
             break
         of_space = max((errors[n] - march.gaps[n]) / march.scales[n] for n in errors)
@@ -99,7 +112,11 @@ def respond(
         tighter = TIGHTER * march.rounds.accuracy
         march.rounds.tighter(tighter if tighter > 2 * accuracy else accuracy)
         march = by_laws(study, march.rounds, steady_out, march.checked)
-    return concluded(study, march, errors, goals, falls, as_it_is)
+    response = concluded(study, march, errors, goals, falls, as_it_is)
+    if not (study.from_start and response.accepted):
+        return response
+    early = _early(study, march, lesser[0])
+    return replace(response, early={name: error + early[name] for name, error in response.errors.items()})
 
 
 def _judged(
@@ -110,17 +127,17 @@ def _judged(
     judge: Estimator,
     steady_errors: Mapping[str, float],
     march: Marched,
-) -> tuple[dict[str, float], list[Spread], Spread]:
-    """The errors of a response, what its goals miss, and how that falls; arguments as of `respond`."""
+) -> tuple[dict[str, float], list[Spread], Spread, Sequence[Transient]]:
+    """The errors of a response, what its goals miss, how that falls, and the responses of the lower spaces; arguments
+    as of `respond`."""
     if march.rounds is not None and march.rounds.hot is not None:
         given = given.about(march.rounds.hot)
         times = spread(march.checked, BENDS)
         judge = judge.bending(given.bent(given.heat.field(march.answer.rises(march.checked[times]))))
     # One space's factors at a time: these have made all their fields.
     bases[0].heat.let_go()
-    changes, goals, parts = _by_lower(
-        study, given, judge, march, [beside(study, base, shift, march) for base in bases[1:]]
-    )
+    lesser = [beside(study, base, shift, march) for base in bases[1:]]
+    changes, goals, parts = _by_lower(study, given, judge, march, lesser)
     if march.rounds is not None and _lacking(study, march, changes[0], goals):
         lesser = [beside(study, base, shift, march, corrected=True) for base in bases[1:]]
         changes, goals, parts = _by_lower(study, given, judge, march, lesser)
@@ -133,7 +150,23 @@ def _judged(
     electric = {n: 0.0 if steady_errors else total(joule.get(n, power)) for n in march.scales}
     errors = _errors(study, march, changed, goals, electric, steady_errors)
     goals = {"power": power} | goal_errors.with_current(goals, joule, power)
-    return errors, [*goals.values()], goal_errors.how_fast(given, goals, parts, of_joule)
+    return errors, [*goals.values()], goal_errors.how_fast(given, goals, parts, of_joule), lesser
+
+
+def _early(study: Study, march: Marched, low: Transient) -> dict[str, float]:
+    """Estimate the errors of traces before the earliest time of interest, after the start and after each jump: what the
+    last degree and the last Krylov fields change there, each twice, as no rate is known."""
+    first, inputs = min(study.earliest, study.end), march.answer.base.heat.inputs
+    knots = inputs.knots(study.end)
+    jumps = np.append(0.0, knots[np.any(inputs.jumps(knots), axis=1)])
+    since = np.append(0.0, np.geomspace(SOONEST * first, first, EARLY_TIMES))
+    times = np.unique(np.minimum((jumps[spread(jumps, KNOTS), None] + since).ravel(), study.end))
+    fewer = transient.march(
+        march.answer.base, march.reduced, study.end, 10 * TIME_SHARE * study.accuracy, march.reduced.states // 4
+    )
+    fine, *others = (study.traces(outputs.of_transient(t, study.part, times)) for t in (march.answer, low, fewer))
+    apart = [distance(fine, other) for other in others]
+    return {name: 2 * sum(each[name] for each in apart) for name in fine}
 
 
 def _by_lower(

@@ -25,6 +25,7 @@ class Study:
     ``field``: the largest error of the steady field at any point, over its largest rise, that needs no finer mesh; None
     where nobody looks at the field. Times in s: the ``end``, the ``earliest`` from which on
     traces hold their accuracy, and ``instants`` that must be among the rows. ``voltage`` names the drive in messages.
+    ``from_start``: whether errors before ``earliest`` are wanted, too.
     """
 
     part: Symmetry
@@ -44,3 +45,4 @@ class Study:
     trace_scales: Callable[[Outputs], dict[str, float]]
     field: float | None = None
     extrapolated: bool = True
+    from_start: bool = False

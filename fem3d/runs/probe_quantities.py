@@ -41,7 +41,7 @@ def study(scene: AnyScene, part: Symmetry) -> Study:
         goals=goals, trace_goals=goals, rises=thermal, trace_rises=thermal, ratios={},
         steady=lambda out: values(scene, out, pairs), traces=lambda out: values(scene, out, pairs),
         steady_scales=lambda out: scales(scene, out, pairs), trace_scales=lambda out: scales(scene, out, pairs),
-        field=FIELD if isinstance(scene, Scene) else None,
+        field=FIELD if isinstance(scene, Scene) else None, from_start=True,
     )  # fmt: skip
 
 

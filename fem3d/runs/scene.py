@@ -65,7 +65,7 @@ def solve(scene: AnyScene, progress: Callable[[str], None] | None = None, whole:
     details["warnings"] += on.warnings(study, answer.relative(study))
     if response is not None:
         jumps = tuple(answer.heat.jumps(study.end).tolist())
-        traces = Traces(response.times, response.traces, response.errors, study.earliest, jumps)
+        traces = Traces(response.times, response.traces, response.errors, study.earliest, jumps, response.early)
         return Result("fem3d", {}, traces, details)
     values = answer.fine.quantities
     return Result("fem3d", {n: Estimate(float(v), errors[n]) for n, v in values.items()}, None, details)

@@ -1,10 +1,13 @@
 """A wire between cold ends, whose mirror plane a probe of its potential keeps from being used: every second degree
 changes nothing, and errors over time are known all the same."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from fem3d.runs.scene import solve
+from scenes.loading import load_free
 from scenes.model import Boundary, Box, Material, Probe, Scene
 
 LENGTH, SIDE, CURRENT = 2e-4, 2e-6, 0.02
@@ -36,3 +39,16 @@ def test_a_trace_whose_last_degree_changes_nothing_is_known_to_its_error(accurac
     found = traces.values["middle"][traces.time >= 2e-6]
     # An even solution on a mesh of degree 7 is off by 150 times what its last degree, of odd functions, changes.
     assert np.abs(found - exact).max() <= traces.errors["middle"] < 10 * accuracy * np.ptp(exact)
+
+
+def test_largest_current_is_the_inrush_at_the_start() -> None:
+    """The cold conductor carries most; its error is bounded at t = 0, before the errors of traces hold."""
+    scene = replace(load_free("hotplate"), end_time=1e-3, output_times=(1e-3,), accuracy=1e-2)
+    close = solve(replace(scene, accuracy=1e-3)).over_time
+    traces = solve(scene).over_time
+    assert traces.values["current"].argmax() == 0
+    assert traces.values["current"][0] == pytest.approx(2 / 44)
+    for name in traces.values:
+        times = close.time[(close.time > 0) & (close.time < traces.since)]
+        apart = np.abs(np.subtract(*(np.interp(times, each.time, each.values[name]) for each in (traces, close))))
+        assert (apart <= traces.error_at(name, times) + close.error_at(name, times)).all(), name

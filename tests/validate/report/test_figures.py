@@ -124,4 +124,4 @@ def test_time_is_logarithmic_where_a_rise_is_over_before_it_is_seen(constant: fl
     since = Traces(time, dict.fromkeys(names, values), dict.fromkeys(names, 1e-3), since=2e-5)
     for traces, said in ((found.over_time, False), (since, True)):
         figure = trace_figure.draw(Outcome(scene, Options(), {"fem3d": replace(found, traces=traces)}))
-        assert ("lines begin, 20 µs after the start" in figure.texts[-1].get_text()) == said
+        assert ("larger until 20 µs after the start" in figure.texts[-1].get_text()) == said

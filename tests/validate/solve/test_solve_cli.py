@@ -61,9 +61,11 @@ def test_transient_has_a_column_per_probe_by_its_name(capsys: pytest.CaptureFixt
     assert found["transient"]["errors"]["plate"] == 2e-3
     assert found["transient"]["accurate_from_s"] == 4e-6
     text = capsys.readouterr().out
-    assert "The errors hold from 4.00 us on; least and largest are of these times." in text
-    # What is 18 K before that is no result, neither the least nor the largest.
-    assert found["transient"]["range"]["plate"] == {"end": 2.0, "least": 1.0, "largest": 2.0}
+    assert "The errors hold from 4.00 us on; earlier extremes have their own." in text
+    # Without an error bound for earlier times -18 K is no result.
+    assert found["transient"]["range"]["plate"] == {
+        "end": 2.0, "least": 1.0, "least_error": 2e-3, "largest": 2.0, "largest_error": 2e-3
+    }  # fmt: skip
     assert re.search(r"plate +2.0000 ± 0.0020 K +1.000 K +2.000 K", text)
     assert "at most" not in text
 
@@ -182,7 +184,7 @@ def test_the_report_of_a_transient_says_from_when_on_its_errors_hold_and_where_i
     assert "The errors hold from 4.00 us on" in said
     assert "time heater plate current heat to the left 1 ms 1.0000 K" in said
     assert summary("results/hotplate")["fem3d"]["transient"]["range"]["plate"] == {
-        "end": 2.0, "least": 1.0, "largest": 2.0
+        "end": 2.0, "least": 1.0, "least_error": 2e-3, "largest": 2.0, "largest_error": 2e-3
     }  # fmt: skip
 
 

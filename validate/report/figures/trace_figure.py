@@ -24,15 +24,17 @@ _SEEN = 0.01  # A change below this part of a trace's range can't be seen.
 
 
 def draw(outcome: Outcome[AnyScene]) -> Figure:
-    """Every probe where its errors hold, with a band for them, a model's dotted and a user's data as dots beside it, on
-    a common axis of time: a logarithmic one where a trace has done half of all it does in the first twentieth of the
-    run, and nothing that drives the scene changes later."""
+    """Draw every probe from the start on, with a band for its errors, a model's dotted, a user's data as dots.
+
+    The axis of time is logarithmic where a trace has done half of all it does in the first twentieth of the run, and
+    nothing that drives the scene changes later.
+    """
     scene, traces = outcome.scene, outcome.solved.over_time
     model = outcome.reduced1d
     model_traces = None if model is None else model.traces
     first = _first(scene, traces)
     times = np.geomspace(first, scene.end_time, 400) if first else traces.time
-    sure = traces.sure(times)
+    bounds = {name: traces.error_at(name, times) for name in traces.values}
     panels = [q for q in UNITS if any(probe.quantity == q for probe in scene.probes)]
     height = 1.1 + _PANEL * len(panels)
     figure = new_figure(9.5, height, f"{scene.name}: probes against time", [], left=0.9, bottom=0.8)
@@ -47,10 +49,11 @@ def draw(outcome: Outcome[AnyScene]) -> Figure:
         for number, probe in enumerate(probes):
             values = traces.values[probe]
             # Rows are few where a straight line over time does, which a logarithmic axis bends.
-            drawn = np.where(sure, per * (smooth(traces.time, values, times) if first else values), np.nan)
+            course, bound = smooth(traces.time, values, times) if first else values, bounds[probe] * per
+            drawn = np.where(np.isfinite(bound), per * course, np.nan)
             colour, dash = _COLOURS[number % len(_COLOURS)], _DASHES[number // len(_COLOURS) % len(_DASHES)]
             ax.plot(times * factor, drawn, color=colour, ls=dash, label=cut(probe, MOST_NAME))
-            band(ax, times * factor, drawn, traces.errors[probe] * per, colour)
+            band(ax, times * factor, drawn, bound, colour)
             if data is not None and probe in data.values:
                 label = None if number else cut(data.name, MOST_NAME)
                 ax.plot(data.time * factor, data.values[probe] * per, ".", color=colour, ms=5, zorder=1, label=label)
@@ -72,9 +75,9 @@ def draw(outcome: Outcome[AnyScene]) -> Figure:
     axes[-1].set_xlim(first * factor, scene.end_time * factor)
     listed = ", ".join(cut(probe, MOST_NAME) for probe in wider[:3]) + (" and more" if len(wider) > 3 else "")
     note = f"is shaded where it is wider than the line: {listed}" if wider else "is narrower than the lines"
-    if not sure.all():
+    if not traces.sure(times).all():
         starts = "the start and each jump of a given temperature" if traces.jumps else "the start"
-        note += f"; it holds, and lines begin, {quantity(traces.since, 's', 2)} after {starts}"
+        note += f"; it is larger until {quantity(traces.since, 's', 2)} after {starts}"
     figure.text(0.5, 0.12 / height, with_mu(f"the estimated error of the 3D traces {note}"), ha="center", fontsize=9)
     return figure
 
