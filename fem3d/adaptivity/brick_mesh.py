@@ -55,7 +55,6 @@ class Bricks:
     grid: Grid
     accuracy: float
     marks: Features
-    edges: reach.Edges
     aim: Grid | None = None
     as_far_as_it_goes: bool = False
 
@@ -67,10 +66,10 @@ class Bricks:
         marks = grading.features(scene)
         grid = reach.first_grid(scene, accuracy, marks)
         grid = diffusion.graded(grid, scene, study.earliest) if over_time else grid
-        return Bricks(scene, grid, accuracy, marks, reach.Edges(accuracy, marks))
+        return Bricks(scene, grid, accuracy, marks)
 
     @cached_property
-    def _judge(self) -> Estimator:
+    def _estimator(self) -> Estimator:
         return Estimator.of_grid(self.grid, self.marks)
 
     def begin(self, study: Study, with_steady: bool) -> tuple[Bricks, SteadyState | None, float | None]:
@@ -88,17 +87,19 @@ class Bricks:
     def problems(self) -> Problems:
         reach.check_size(self.scene, self.grid, self.accuracy, self.marks)
         given = nested.problems(boxes(self.scene, self.grid), self.accuracy)
-        if self.aim is None:
-            self.edges.check_power(given, self._judge)
+        if self.aim is None and any(p.quantity == "current" for p in self.scene.probes):
+            # The power of the cold conductor shows before anything else is solved.
+            power = self._estimator.indicators(given.electric_parts)
+            reach.check_edges(self.grid, self.marks, [power], self.accuracy)
         return given
 
     def examine(self, study: Study, given: Problems, fine: Solution) -> Level | None:
-        return goal_errors.examined(study, given, fine, self._judge)
+        return goal_errors.examined(study, given, fine, self._estimator)
 
     def respond(
         self, study: Study, given: Problems, bases: Sequence[Base], shift: float, steady: Level | None, generations: int
     ) -> Response:
-        return trace_errors.respond(study, given, bases, shift, self._judge, steady, generations)
+        return trace_errors.respond(study, given, bases, shift, self._estimator, steady, generations)
 
     def refine(self, indicators: Indicators, target: float) -> Bricks | None:
         missing = worst_of(indicators.goals)
@@ -108,7 +109,7 @@ class Bricks:
             share = edgewise.share_of(missing, AIM * target / (2 * edgewise.FALLS))
             finer = replace(self, grid=edgewise.finer(self.grid, missing, share, self.aim), aim=None)
         else:
-            self.edges.check(self.grid, indicators.goals, target)
+            reach.check_edges(self.grid, self.marks, indicators.goals, target)
             finer = replace(self, grid=self._finer(missing, AIM * target, indicators.falls))
             if finer.grid.same(self.grid):
                 raise not_reached(self.accuracy, reach.because(self.marks))

@@ -7,8 +7,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from fem3d.adaptivity import memory
-from fem3d.adaptivity.estimator import Estimator, Spread
-from fem3d.adaptivity.nested import Problems
+from fem3d.adaptivity.estimator import Spread
 from fem3d.spaces.size import Size, foreseen
 from meshes import connected, edgewise, grading
 from meshes.grading import Features
@@ -25,9 +24,8 @@ MANY = 1_000
 COARSEST = 1e-2  # accuracy from which on a first grid has the fewest layers
 HARDLY = 0.25  # edges of a smaller exponent take more layers than lengths leave room for
 LAYER = 0.1  # layers shorter than this fraction of the narrowest length of a scene see their edge alone
-# The shortest layers at edges may leave this fraction of the error that is allowed. `validate stress --scenes 160`
-# counts what is refused for it: no scene that it solves keeps more; were only a tenth left for all other errors, cells
-# would grow without end.
+# The shortest layers may leave this part of the allowed error: solved random scenes keep no more, and with only
+# a tenth for all other errors cells would grow without end.
 KEPT = 0.75
 # Where errors fall most slowly a decade takes 20 times the unknowns (`fem3d.adaptivity.choice`): 8 times as many leave
 # a fifth. Where they leave more than 0.9 nothing falls, and something else than the mesh is wrong.
@@ -81,60 +79,34 @@ def _check(scene: Scene, size: Size, when: str, why: str = "") -> None:
         )
 
 
-class Edges:
-    """Whether singular edges leave an accuracy within reach: told level by level."""
+def check_edges(grid: Grid, marks: Features, goals: Iterable[Spread], accuracy: float) -> None:
+    """Raise NumericsError where edges put an accuracy out of reach.
 
-    def __init__(self, accuracy: float, marks: Features) -> None:
-        self._accuracy, self._marks = accuracy, marks
-        self._before = np.inf
-
-    def check_power(self, given: Problems, judge: Estimator) -> None:
-        """Raises NumericsError where no current will be known well enough, which the potential of the cold conductor
-        tells before anything else is solved."""
-        read = any(p.quantity == "current" for p in given.domain.scene.probes)
-        if read and self._kept(given.bricks.grid, judge.indicators(given.electric_parts))[0] > self._accuracy:
-            raise self._out_of_reach()
-
-    def check(self, grid: Grid, goals: Iterable[Spread], enough: float) -> None:
-        """Raises NumericsError where the shortest layers would leave more than `KEPT` of ``enough`` of what edges cause
-        in one of some goals, which miss so much on the intervals of a grid: an edge's error falls with the length of
-        its layer to the power of twice its exponent, whatever else is refined.
-
-        That holds of layers far shorter than everything else. What longer ones miss need not be their edge's: it may
-        fall from level to level, until they are cut to layers as short as that, as it fell since the level before.
-        """
-        of_short, of_all = np.array([self._kept(grid, missing) for missing in goals]).max(axis=0, initial=0.0).tolist()
-        falls = min(of_all / self._before, 1.0)
-        if max(of_short, of_all * falls ** self._levels(grid)) > KEPT * enough:
-            raise self._out_of_reach()
-        self._before = max(of_all, 1e-300)
-
-    def _kept(self, grid: Grid, missing: Spread) -> tuple[float, float]:
-        """What the shortest layers at the edges would leave of what is missing: of short layers, and of all."""
-        asymptotic, shortest, of_short, of_all = _asymptotic(grid, self._marks), grading.shortest_of(grid), 0.0, 0.0
-        for breaks, near, missed in zip(
-            grid.breaks, self._marks.near(grid), edgewise.by_interval(missing), strict=True
-        ):
+    The error of an edge of exponent s falls with the length of its layer to the power 2 s, whatever else is refined:
+    the shortest possible layers leave a known part of the indicators of layers that are short enough to see their edge
+    alone.
+    """
+    shortest, longest, kept = grading.shortest_of(grid), LAYER * _narrowest(grid, marks), 0.0
+    for goal in goals:
+        left = 0.0
+        for breaks, near, indicator in zip(grid.breaks, marks.near(grid), edgewise.by_interval(goal), strict=True):
             s, lengths = np.minimum(near[:-1], near[1:]), np.diff(breaks)
-            at = np.isfinite(s)
-            kept = missed[at] * np.minimum(shortest / lengths[at], 1.0) ** (2 * s[at])
-            of_short += float(kept[lengths[at] < asymptotic].sum())
-            of_all += float(kept.sum())
-        return of_short, of_all
+            at = np.isfinite(s) & (lengths < longest)
+            left += float((indicator[at] * np.minimum(shortest / lengths[at], 1.0) ** (2 * s[at])).sum())
+        kept = max(kept, left)
+    if kept > KEPT * accuracy:
+        raise not_reached(accuracy, because(marks))
 
-    def _levels(self, grid: Grid) -> int:
-        """How many levels it takes until all layers at edges are short: those of low degree are raised first."""
-        asymptotic, most = _asymptotic(grid, self._marks), 0
-        for breaks, near, degrees in zip(grid.breaks, self._marks.near(grid), grid.degrees, strict=True):
-            lengths = np.diff(breaks)
-            long = np.isfinite(np.minimum(near[:-1], near[1:])) & (lengths >= asymptotic)
-            layers = np.log(lengths[long] / asymptotic) / -np.log(grading.RATIO)
-            raised = np.maximum(grading.LEAST_AT_EDGE - degrees[long], 0)
-            most = max(most, int((raised + np.floor(layers / grading.AT_ONCE) + 1).max(initial=0)))
-        return most
 
-    def _out_of_reach(self) -> NumericsError:
-        return NumericsError(f"an accuracy of {self._accuracy:g} isn't reached in this scene" + because(self._marks))
+def _narrowest(grid: Grid, marks: Features) -> float:
+    """Return the least distance (m) of two planes of the scene along any axis, without slivers; the largest where a
+    thousand planes leave nothing else."""
+    narrowest = []
+    for breaks, inner in zip(grid.breaks, marks.planes, strict=True):
+        gaps = np.diff(sorted({*inner, float(breaks[0]), float(breaks[-1])}))
+        wide = gaps[gaps > grading.SLIVER * (breaks[-1] - breaks[0])]
+        narrowest.append(float(wide.min() if len(wide) else gaps.max()))
+    return min(narrowest)
 
 
 class Falling:
@@ -155,22 +127,6 @@ class Falling:
                 f"{self._levels[smaller[-1]][0]:,} to {unknowns:,} unknowns",
             )
         self._levels.append((unknowns, worst))
-
-
-def _asymptotic(grid: Grid, marks: Features) -> float:
-    """The length (m) below which a layer sees its edge alone."""
-    return LAYER * _narrowest(grid, marks)
-
-
-def _narrowest(grid: Grid, marks: Features) -> float:
-    """The least distance (m) of two planes of the scene along any axis, without slivers; the largest where a thousand
-    planes leave nothing else."""
-    narrowest = []
-    for breaks, inner in zip(grid.breaks, marks.planes, strict=True):
-        gaps = np.diff(sorted({*inner, float(breaks[0]), float(breaks[-1])}))
-        wide = gaps[gaps > grading.SLIVER * (breaks[-1] - breaks[0])]
-        narrowest.append(float(wide.min() if len(wide) else gaps.max()))
-    return min(narrowest)
 
 
 def not_reached(accuracy: float, because: str = "") -> NumericsError:
