@@ -33,7 +33,7 @@ LAYERS = 75.0
 FINE = 3e-5  # accuracy from which on the tails of constrictions count (`validate bench`: levels at 3e-5 and 1e-5)
 AT_ONCE = 3  # layers that an interval is cut into in one step, at most: a coarse grid's error isn't its edges' alone
 # Degrees by which a layer at an edge may have fewer than the next larger one, over the exponent: both take away alike,
-# RATIO^(2 s) a layer, and rho^-2 a degree beside a singular end, as in fem3d.adaptivity.estimate.
+# RATIO^(2 s) a layer, and rho^-2 a degree beside a singular end, as in fem3d.adaptivity.estimator.
 FALL = -np.log(RATIO) / np.log((1 + np.sqrt(RATIO)) / (1 - np.sqrt(RATIO)))
 MEASURED = 6  # degree from which on the last two degrees took away as those that follow will
 AT_MOST = 2  # degrees that an interval gains at once: three of them add as many unknowns as another interval
