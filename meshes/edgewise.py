@@ -1,6 +1,7 @@
-"""Degrees edge by edge: a plane of a grid crosses the whole scene, and few of the cells that it makes need its degrees.
+"""Polynomial degrees that differ from edge to edge.
 
-Along each axis a function of an edge has the edge's own degree, one of a face or a cell the highest of its edges.
+A plane of a grid crosses the whole scene, and few of its cells need its degrees. Along each axis a function of an edge
+has the edge's own degree, a function of a face or a cell the highest degree of its edges.
 """
 
 from __future__ import annotations
@@ -14,22 +15,23 @@ from meshes import grading
 from meshes.grading import Features
 from meshes.grid import Grid
 
-# About how much less each degree takes away of what an edge misses than the one before: what is foreseen by it is
-# estimated on the next grid.
+# Factor by which the error indicator of an edge is expected to fall per degree; the next grid estimates it anew.
 FALLS = 10.0
 
 
 def of_degree(grid: Grid, degree: int) -> Grid:
-    """A grid with all edges of one degree."""
+    """Return the grid with all edges of one degree."""
     planes = [len(b) for b in grid.breaks]
     edges = [np.full([n - (e == d) for e, n in enumerate(planes)], degree) for d in range(3)]
     return replace(grid, degrees=tuple(np.full_like(p, degree) for p in grid.degrees), edges=tuple(edges))
 
 
 def entities(edges: np.ndarray, d: int) -> np.ndarray:
-    """(2 nx + 1, 2 ny + 1, 2 nz + 1): what edges along an axis (intervals along it, planes across the others) have,
-    told of everything that extends along it, edges, faces and cells: the largest of its edges; zero elsewhere. Along
-    each axis even places are planes, odd ones intervals."""
+    """Return (2 nx + 1, 2 ny + 1, 2 nz + 1) the largest value of the edges of each edge, face and cell along an axis.
+
+    ``edges`` (intervals along the axis, planes across the others) are values of edges; the result is zero where nothing
+    extends along the axis. Along each axis even places are planes, odd places intervals.
+    """
     everywhere = np.zeros([2 * n + (1 if e == d else -1) for e, n in enumerate(edges.shape)], edges.dtype)
     everywhere[tuple(slice(int(e == d), None, 2) for e in range(3))] = edges
     for e in {0, 1, 2} - {d}:
@@ -39,7 +41,7 @@ def entities(edges: np.ndarray, d: int) -> np.ndarray:
 
 
 def pooled(grid: Grid, spread: Sequence[np.ndarray]) -> list[np.ndarray]:
-    """Per axis (degrees, intervals): what is told of edges, of all those of one degree on an interval together."""
+    """Return per axis (degrees, intervals) the sums of values of edges of one degree on an interval."""
     shapes = [(int(p.max()) + 1, len(p)) for p in grid.degrees]
     return [
         np.bincount(pool.ravel(), each.ravel(), shape[0] * shape[1]).reshape(shape)
@@ -48,19 +50,18 @@ def pooled(grid: Grid, spread: Sequence[np.ndarray]) -> list[np.ndarray]:
 
 
 def shared(grid: Grid, sums: Sequence[np.ndarray], spread: Sequence[np.ndarray]) -> list[np.ndarray]:
-    """Of edges, what is told of those of one degree on an interval together (as `pooled`): in proportion to a
-    ``spread``."""
+    """Distribute sums of `pooled` to the edges in proportion to a ``spread``."""
     each = zip(_pools(grid), sums, pooled(grid, spread), spread, strict=True)
     return [part * (whole / np.maximum(total, 1e-300)).ravel()[pool] for pool, whole, total, part in each]
 
 
 def by_interval(spread: Sequence[np.ndarray]) -> list[np.ndarray]:
-    """Per axis (intervals,): what is told of intervals, or of their edges, together."""
+    """Return per axis (intervals,) the values of intervals, or the sums over their edges."""
     return [m if m.ndim == 1 else m.sum(axis=tuple({0, 1, 2} - {d})) for d, m in enumerate(spread)]
 
 
 def of_cells(values: np.ndarray) -> list[np.ndarray]:
-    """Per axis the largest of values (nx, ny, nz) around each edge along it, none of them negative."""
+    """Return per axis the largest of values (nx, ny, nz), none negative, of the cells around each edge."""
     around = []
     for d in range(3):
         largest = values
@@ -72,13 +73,13 @@ def of_cells(values: np.ndarray) -> list[np.ndarray]:
 
 
 def share_of(missing: Sequence[np.ndarray], target: float) -> float:
-    """What edges that miss more are to be brought to, so that all together miss a target."""
+    """Return the level to which larger indicators must fall, so that the sum of all is the target."""
     return grading.share_of(np.concatenate([m.ravel() for m in missing]), target)
 
 
 def finer(grid: Grid, missing: Sequence[np.ndarray], share: float, other: Grid) -> Grid:
-    """The cells of an ``other`` grid, at most its degrees, and on edges those of this one and so many more until what
-    each misses (``missing``) is expected to be its ``share``."""
+    """Return the cells of an ``other`` grid with the degrees of this one, raised until the indicator of each edge
+    (``missing``) is expected to be its ``share``, at most to the degrees of the other grid."""
     places = [_places(old, new) for old, new in zip(grid.breaks, other.breaks, strict=True)]
     edges = []
     for d, (degrees, missed, highest) in enumerate(zip(grid.edges, missing, other.degrees, strict=True)):
@@ -90,32 +91,31 @@ def finer(grid: Grid, missing: Sequence[np.ndarray], share: float, other: Grid) 
 
 
 def refined(grid: Grid, missing: Sequence[np.ndarray], target: float, marks: Features) -> Grid:
-    """As `grading.refined`, for what is missing edge by edge: an interval for what its edges of the highest degree on
-    it miss, all others up to that degree."""
+    """Refine like `grading.refined` by indicators of edges: an interval by its edges of the highest degree there, all
+    other edges up to this degree."""
     share = share_of(missing, target)
     at_top = by_interval([
         np.where((e == _along(d, p)) & (m > share), m, 0.0)
         for d, (e, p, m) in enumerate(zip(grid.edges, grid.degrees, missing, strict=True))
     ])  # fmt: skip
-    # Where these miss less than the target, some of them are refined all the same, or nothing might be.
+    # Where the indicators at the top are below the target, some intervals are refined all the same.
     most = min(target, 0.5 * sum(float(m.sum()) for m in at_top))
     return finer(grid, missing, share, grading.refined(grid, at_top, most, marks))
 
 
 def _pools(grid: Grid) -> list[np.ndarray]:
-    """Per axis where in `pooled` each edge is."""
+    """Return per axis the place of each edge in `pooled`."""
     each = enumerate(zip(grid.edges, grid.degrees, strict=True))
     return [edges * len(p) + _along(d, np.arange(len(p))) for d, (edges, p) in each]
 
 
 def _along(d: int, values: np.ndarray) -> np.ndarray:
-    """Values of intervals as those of the edges along an axis."""
+    """Reshape values of intervals for the edges along an axis."""
     return values.reshape([-1 if e == d else 1 for e in range(3)])
 
 
 def _places(old: np.ndarray, new: np.ndarray) -> np.ndarray:
-    """(2 n + 1,): the place among old breakpoints and intervals, as `entities` counts them, of each of the new ones,
-    which come between."""
+    """Return (2 n + 1,) the place of each new breakpoint and interval among the old ones, as `entities` counts them."""
     points = np.empty(2 * len(new) - 1)
     points[::2], points[1::2] = new, (new[1:] + new[:-1]) / 2
     places: np.ndarray = np.searchsorted(old, points) + np.searchsorted(old, points, side="right") - 1

@@ -1,4 +1,4 @@
-"""Where the intervals of a grid of bricks lie: the first grid of a scene, and its refinement by what each one misses.
+"""Place the intervals of a grid of bricks: the first grid of a scene, and its refinement by error indicators.
 
 Solutions are smooth but near some planes of each axis, the *features*, where a box begins or ends inside the solid.
 Towards these, intervals shrink geometrically; where an edge in the plane is singular they go on shrinking, elsewhere
@@ -22,27 +22,31 @@ from scenes.model import Scene
 # Ratio of neighbouring intervals towards a feature; 0.15 is optimal for corner singularities (Gui and Babuska).
 RATIO = 0.15
 HIGHEST_DEGREE = 8
-LEAST_AT_EDGE = 4  # functions of facets begin at degree 4: below it no estimate sees what an edge leaves
+LEAST_AT_EDGE = 4  # functions of facets begin at degree 4: below it no estimate sees the error of an edge
 SLIVER = 1e-3  # planes closer than this fraction of the extent set no length
 SHORTEST = 1e-9  # intervals are not refined below this fraction of the largest extent
 # An interval between two features that is longer than this times the narrowest extent has two bends of its own.
 LONG = 4.0
-# In the first grid the energy at singular edges may miss this factor times the accuracy (`validate stress`:
-# "constants").
+# In the first grid the energy at singular edges may miss this factor times the accuracy; on random scenes 25 and 225
+# take as many unknowns within 15 %.
 LAYERS = 75.0
 FINE = 3e-5  # accuracy from which on the tails of constrictions count (`validate bench`: levels at 3e-5 and 1e-5)
-AT_ONCE = 3  # layers that an interval is cut into in one step, at most: a coarse grid's error isn't its edges' alone
-# Degrees by which a layer at an edge may have fewer than the next larger one, over the exponent: both take away alike,
-# RATIO^(2 s) a layer, and rho^-2 a degree beside a singular end, as in fem3d.adaptivity.estimator.
+# Degrees by which a layer at an edge may have fewer than the next larger one, over the exponent: a layer reduces the
+# error by RATIO^(2 s), a degree beside a singular end by rho^-2 (`fem3d.adaptivity.estimator`).
 FALL = -np.log(RATIO) / np.log((1 + np.sqrt(RATIO)) / (1 - np.sqrt(RATIO)))
-MEASURED = 6  # degree from which on the last two degrees took away as those that follow will
-AT_MOST = 2  # degrees that an interval gains at once: three of them add as many unknowns as another interval
+MEASURED = 6  # degree from which on the contributions of the last two degrees foresee the next ones
+AT_MOST = 2  # degrees that an interval gains at once: three add as many unknowns as another interval
 
 
 @dataclass(frozen=True)
 class Features:
-    """Per axis, coordinates (m) of the planes inside the solid, and of those that are singular the exponents
-    (`meshes.singular.edges`)."""
+    """Planes of a scene at which its solution is not smooth.
+
+    Attributes
+    ----------
+    planes: per axis the coordinates (m) of all planes inside the solid.
+    exponents: per axis the exponent of each singular plane by its coordinate (`meshes.singular.edges`).
+    """
 
     planes: tuple[frozenset[float], ...]
     exponents: tuple[dict[float, float], ...]
@@ -53,28 +57,28 @@ class Features:
         return min((s for by_plane in self.exponents for s in by_plane.values()), default=1.0)
 
     def near(self, grid: Grid) -> list[np.ndarray]:
-        """Per axis (breakpoints,): the exponent of a singular plane there, infinite elsewhere."""
+        """Return per axis (breakpoints,) the exponent of a singular plane there, infinite elsewhere."""
         return [grid.marked(d, by_plane, np.inf) for d, by_plane in enumerate(self.exponents)]
 
 
 def features(scene: Scene) -> Features:
-    """The features of a scene."""
+    """Return the features of a scene."""
     planes = tuple(frozenset(connected.scene_planes(scene, d)[1:-1]) for d in range(3))
     return Features(planes, tuple(singular.edges(scene)))
 
 
 def first_grid(scene: Scene, accuracy: float, marks: Features) -> Grid:
-    """The grid with which the search for an accuracy starts. Every plane of the scene is a breakpoint.
+    """Return the grid to begin with for an accuracy. Every plane of the scene is a breakpoint.
 
     Intervals at a feature are no longer than half of its reach, the length over which a constriction there spreads, and
     at a singular edge of exponent s so short that their energy, which falls with the length to the power 2 s, suits the
     accuracy. Where both ends of a long one are features it is cut in the middle, as it would be by a mirror. At a high
-    accuracy what a constriction spreads beyond that counts too, and is told apart from the smooth rest. A layer that is
-    at most half as thick as what changes at it is wide is thin: it is crossed by one interval of low degree.
+    accuracy a constriction counts beyond its reach, too, and is separated from the smooth rest. A layer at most half as
+    thick as the features at it are wide is thin: one interval of low degree crosses it.
     """
     planes = [np.array(connected.scene_planes(scene, d)) for d in range(3)]
     thin, reaches = _reaches(scene, planes)
-    # One degree for each further half digit or so: about what a first grid was found to need (docs/benchmark.md).
+    # About one degree for each further half digit (docs/benchmark.md).
     degree = 4 if accuracy > 3e-4 else 5 if accuracy > FINE else 6 if accuracy > FINE / 2 else 7
     across = 2 if accuracy > 3e-3 else 3 if accuracy > FINE else 4
     breaks, degrees = [], []
@@ -97,8 +101,11 @@ def first_grid(scene: Scene, accuracy: float, marks: Features) -> Grid:
 
 
 def _reaches(scene: Scene, planes: list[np.ndarray]) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """Per axis which layers are thin, and (planes,) the reach of each plane (m): the least extent, along any axis, of
-    what changes there, but for thin layers and slivers; the least of all where that is nothing."""
+    """Return per axis which layers are thin, and (planes,) the reach of each plane (m).
+
+    The reach is the least extent, along any axis, of the features there except thin layers and slivers, or the least
+    reach of any plane where there are none.
+    """
     gaps, faces = [np.diff(p) for p in planes], _faces(scene)
 
     def across(d: int, thin: list[np.ndarray]) -> np.ndarray:
@@ -175,8 +182,8 @@ def _graded(a: float, b: float, at_a: float | None, at_b: float | None) -> list[
 
 
 def _beyond_reach(a: float, b: float, inner: list[float], reach: float, graded: list[float]) -> list[float]:
-    """Breakpoints inside (a, b), with one more in each interval that is longer than four times a reach: two of them
-    away from that end of it which is next to the nearer of the ``graded`` ends."""
+    """Return breakpoints inside (a, b), with one more in each interval longer than four times a reach: two reaches away
+    from the end that is next to the nearer of the ``graded`` ends."""
     cuts = []
     for low, high in pairwise([a, *inner, b]):
         if high - low > 4 * reach:
@@ -206,10 +213,17 @@ def refined(
     marks: Features,
     falls: Sequence[np.ndarray] | None = None,
 ) -> Grid:
-    """The grid with intervals refined until what each misses (``missing``, per axis) is expected to be its share of a
-    ``target``, of which those that can't be take theirs first: towards a singular plane cut in layers, elsewhere by
-    degrees, or halved where more than `AT_MOST` would be needed. ``falls``: the factor by which each degree takes away
-    less than the one before; where nobody measured that, one is tried after the other up to the highest."""
+    """Return the grid refined until the indicator of each interval is expected to be its share of a target.
+
+    Intervals towards a singular plane are cut in layers; others gain degrees, or are halved where more than `AT_MOST`
+    degrees are needed. Intervals that are too short to refine take their share of the target first.
+
+    Parameters
+    ----------
+    missing: per axis the error indicator of each interval.
+    target: the sum of all indicators afterwards.
+    falls: per axis the factor from one degree's contribution to the next; without, degrees are raised one by one.
+    """
     near, shortest = marks.near(grid), shortest_of(grid)
     able = [np.diff(b) > shortest for b in grid.breaks]
     fixed = sum(float(m[~a].sum()) for m, a in zip(missing, able, strict=True))
@@ -244,7 +258,7 @@ def refined(
 
 
 def share_of(missing: np.ndarray, target: float) -> float:
-    """What intervals that miss more are to be brought to, so that all together miss a target."""
+    """Return the level to which larger indicators must fall, so that the sum of all is the target."""
     largest = np.sort(missing)[::-1]
     others = missing.sum() - np.cumsum(largest)
     return float(((target - others) / np.arange(1, len(missing) + 1)).max(initial=0.0))
@@ -253,10 +267,13 @@ def share_of(missing: np.ndarray, target: float) -> float:
 def _cut(
     a: float, b: float, p: int, exponents: np.ndarray, excess: float, shortest: float
 ) -> tuple[list[float], list[int]]:
-    """Breakpoints inside (a, b) towards its singular ends, as many as an error that falls with the length of the first
-    interval to the power of twice the exponent takes to fall by ``excess``, as far as `AT_ONCE` goes; and the degrees
-    of all intervals, which fall towards the ends."""
-    most = min(max(1, int(np.log((b - a) / shortest) / -np.log(RATIO))), AT_ONCE)
+    """Return breakpoints inside (a, b) towards its singular ends, and the degrees of all intervals, which fall towards
+    the ends.
+
+    The error falls with the length of the first interval to the power 2 s: there are as many breakpoints as it takes to
+    fall by ``excess``.
+    """
+    most = max(1, int(np.log((b - a) / shortest) / -np.log(RATIO)))
 
     def layers(s: float) -> list[int]:
         if not np.isfinite(s):
@@ -270,6 +287,6 @@ def _cut(
 
 
 def raised(grid: Grid) -> Grid:
-    """The grid with one degree more everywhere."""
+    """Return the grid with one degree more everywhere."""
     degrees, edges = (tuple(np.minimum(p + 1, HIGHEST_DEGREE) for p in each) for each in (grid.degrees, grid.edges))
     return replace(grid, degrees=degrees, edges=edges)

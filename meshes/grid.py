@@ -17,10 +17,15 @@ SAME = 1e-9  # coordinates closer than this fraction of the extent along an axis
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """Per axis the breakpoints (m, increasing) and the degree of each interval; the boxes, of which later ones win.
+    """A tensor-product grid with boxes.
 
-    Where degrees are told edge by edge (`meshes.edgewise`), ``edges`` are per axis those of the edges along it,
-    (intervals along it, planes across the others) in the order x, y, z; ``degrees`` are the highest on each interval.
+    Attributes
+    ----------
+    breaks: per axis the breakpoints (m, increasing).
+    degrees: per axis the polynomial degree of each interval; the highest where degrees differ from edge to edge.
+    boxes: boxes that own the cells; later boxes override earlier ones.
+    edges: per axis the degrees of its edges (`meshes.edgewise`), (intervals along it, planes across the others) in the
+        order x, y, z; empty where all edges on an interval have its degree.
     """
 
     breaks: tuple[np.ndarray, ...]
@@ -44,7 +49,7 @@ class Grid:
 
     @property
     def finest(self) -> tuple[np.ndarray, ...]:
-        """Per axis the degrees as they are told: of edges, or of intervals."""
+        """The degrees per axis: of edges, or of intervals."""
         return self.edges or self.degrees
 
     def small(self, d: int) -> float:

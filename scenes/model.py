@@ -284,8 +284,8 @@ class Scene(Declared):
     """A 3D scene: boxes, conditions, probes, the uniform initial temperature (K) and accuracy (-).
 
     ``steady`` selects the steady state alone, else the transient up to ``end_time`` (s) is solved and reported at
-    ``output_times`` (s). ``mesh`` is "" where the run chooses bricks or tetrahedra. ``memory`` (bytes) limits a run, None
-    by the free memory.
+    ``output_times`` (s). ``mesh`` is "" where the run chooses bricks or tetrahedra. ``memory`` (bytes) limits a
+    run; None stands for the free memory.
     """
 
     parts: ClassVar[str] = "boxes"

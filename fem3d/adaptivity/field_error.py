@@ -1,8 +1,8 @@
-"""How well a whole steady field is known, where nothing is read off it, and a grid that suits it better.
+"""Estimate the error of a whole steady field, and refine the mesh for it.
 
-Probes' errors converge twice as fast as the field's, and a grid that suits them may leave a field that swings beside a
-steep decay. The field's error is judged by what the space of degrees lower by one differs by from the fine one,
-relative to the largest rise, at points of every cell.
+Errors of probes converge twice as fast as the error of the field, so a grid made for probes may leave a field that
+oscillates beside a steep decay. The error of the field is estimated by the difference of the two highest degrees at
+points of every cell, relative to the largest rise.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from meshes.grading import RATIO
 from meshes.grid import Grid
 from scenes.errors import NumericsError
 
-# The error over the difference of the two degrees, at most, once it is small: `validate stress` divides by it in its
-# row "field away from the probes". Of some 1,200 steady scenes one falls 1.85 times the difference below what is cold.
+# The error over the difference of the two degrees, at most: of 1,200 steady scenes one is 1.85 times the difference
+# below the coldest boundary (`validate stress`, "field away from the probes").
 CAUTION = 2.0
-# Intervals with at least this fraction of the largest difference are refined: what one layer more leaves of it at a
-# re-entrant edge.
+# Intervals with at least this fraction of the largest difference are refined: one more layer at a re-entrant edge
+# reduces it by this factor.
 CAUSES = RATIO ** (2 / 3)
 POINTS = 6  # points of an interval, along each axis, at which two fields are compared
 MOST_LEVELS = 6  # levels for the field, after those that the probes need
@@ -34,13 +34,12 @@ MOST_GROWTH, FREELY, MOST = 2.0, 3_000, 30_000
 
 
 def most(size: int) -> float:
-    """How many nodes a level for the field may have: some times those that the probes need (``size``), more of few."""
+    """Return how many nodes a level for the field may have, for the ``size`` that the probes need."""
     return max(min(MOST_GROWTH * size, MOST), FREELY)
 
 
 def improved(study: Study, answer: Answer, level: Level, progress: Callable[[str], None]) -> Answer:
-    """A few more levels where the probes need none, for a field that can be looked at, if that costs no more than a few
-    times what they did; the answer says how far off it is."""
+    """Refine a few more levels for the field, at a few times the cost of the probes; return also the field's error."""
     assert study.field is not None
     best = replace(answer, field=answer.mesh.field_error(level))
     most_nodes = most(best.heat.size)
@@ -65,21 +64,23 @@ def improved(study: Study, answer: Answer, level: Level, progress: Callable[[str
     return best
 
 
-def of(level: Level) -> float:
-    """The error of the fine steady field on bricks where it is worst, over its largest rise."""
+def field_error_of(level: Level) -> float:
+    """Return the largest error of the fine steady field on bricks over its largest rise."""
     return relative(*_sampled(level))
 
 
 def relative(gaps: np.ndarray, field: np.ndarray) -> float:
-    """The error of a field over its largest rise, from samples of it and of how far the degree below is apart."""
+    """Return the error of a field over its largest rise, from samples of the field and of the difference of degrees."""
     largest = float(max(field.max(), 0.0) - min(field.min(), 0.0)) or 1.0
     return CAUTION * float(gaps.max()) / largest
 
 
 def refined(level: Level, aim: Grid | None = None) -> Grid:
-    """The grid with the intervals refined that cause most of its field's error: towards singular planes they are cut,
-    elsewhere they gain a degree, and are halved at the highest; of a rough grid edges gain one, up to those of its
-    ``aim``."""
+    """Return the grid refined on the intervals with most of the field's error.
+
+    Towards singular planes they are cut, elsewhere they gain a degree, or are halved at the highest; edges of a rough
+    grid gain a degree, at most to its ``aim``.
+    """
     grid, (gaps, _) = level.problems.bricks.grid, _sampled(level)
     marks = grading.features(level.problems.domain.scene)
     cells = gaps.reshape([n for length in gaps.shape for n in (length // POINTS, POINTS)]).max(axis=(1, 3, 5))
@@ -95,7 +96,7 @@ def refined(level: Level, aim: Grid | None = None) -> Grid:
 
 
 def _sampled(level: Level) -> tuple[np.ndarray, np.ndarray]:
-    """(x, y, z) twice: how far the two degrees are apart at points of the solid, zero outside, and the fine field."""
+    """(x, y, z) twice: the difference of the two degrees at points of the solid, zero outside, and the fine field."""
     given, space = level.problems, level.problems.bricks
     # Inside of cells, so that each point is of one cell alone.
     inner = (np.arange(POINTS) + 0.5) / POINTS

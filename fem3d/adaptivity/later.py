@@ -1,9 +1,9 @@
-"""What degrees after the last one will change of readings, and what is not known of that.
+"""Extrapolate readings in the polynomial degree, and bound the deviation.
 
-On one mesh what degree p leaves of an error beside an edge of exponent s falls like p^-4s (Gui and Babuska, Numer.
-Math. 49, 1986), with a factor that keeps its sign. So a reading goes on where the last degree moved it to, by a known
-multiple of that: an extrapolation in the degree, as is common with energies (Szabo and Babuska, Finite Element
-Analysis, Wiley 1991, section 4.3). Each cell has its own exponent, and its own dual-weighted part of the change.
+On one mesh the error beside an edge of exponent s falls like p^-4s with the degree p (Gui and Babuska, Numer. Math. 49,
+1986), with a factor that keeps its sign. So later degrees move a reading further in the same direction, by a known
+multiple of its last change; energies are extrapolated likewise (Szabo and Babuska, Finite Element Analysis, Wiley 1991,
+section 4.3). Each cell has its own exponent, and its own dual-weighted contribution to the change.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from fem3d.results.study import Study
 
 
 def known(study: Study, given: Problems) -> bool:
-    """Whether quantities are to have what later degrees change of them: not those that are to be the fields' own, nor
-    where a law of the temperature makes errors that edges don't."""
+    """Return whether quantities are extrapolated: not where a study wants the fields' own values, nor where a law of
+    the temperature causes errors away from edges."""
     return study.extrapolated and not given.follows and given.heat.about is None
 
 
@@ -32,13 +32,15 @@ def extrapolated(
     scales: Mapping[str, float],
     heat: Mapping[str, Contributions],
     current: Mapping[str, Contributions],
-    judge: Estimator,
+    estimator: Estimator,
 ) -> tuple[Solution, dict[str, float]]:
-    """The fine solution with quantities that have what later degrees are expected to change of them, where that is
-    `known`, and how far they may be off; elsewhere as it is, and by how much it may change at most, at least as much as
-    the last degree changed. ``heat`` and ``current`` as of `changes`."""
+    """Return the fine solution with extrapolated quantities, and the largest deviation of each, in its unit.
+
+    Where quantities are not extrapolated (`known`), return the solution as it is, and the largest change by later
+    degrees, at least the change by the last one. ``heat`` and ``current`` as for `changes`.
+    """
     values = fine.quantities
-    expected, doubts = changes(fine, low, scales, heat, current, given.electric_parts, judge)
+    expected, doubts = changes(fine, low, scales, heat, current, given.electric_parts, estimator)
     if known(study, given):
         return replace(fine, quantities={name: value + expected[name] for name, value in values.items()}), doubts
     changed = {name: abs(float(value - low.quantities[name])) for name, value in values.items()}
@@ -52,17 +54,20 @@ def changes(
     heat: Mapping[str, Contributions],
     current: Mapping[str, Contributions],
     power: Contributions,
-    judge: Estimator,
+    estimator: Estimator,
 ) -> tuple[dict[str, float], dict[str, float]]:
-    """Of each quantity, in its unit, what later degrees are expected to change, and by how much more or less they may:
-    of goals by what ``heat`` and ``current`` changed of them on each cell (relative to the scales). What of a change
-    came by way of other quantities goes on as all parts together do, those of the ``power`` among them."""
+    """Return the change of each quantity expected from later degrees, and its largest deviation, in its unit.
+
+    ``heat`` and ``current`` are the contributions of the last degree to the goals on each cell, relative to the scales.
+    The rest of a change comes by way of other quantities, and continues like all contributions together, including
+    the contributions to the ``power``.
+    """
     kinds = (heat, False), (current, True)
     every = [(parts.last, electric) for of_goals, electric in kinds for parts in of_goals.values()] + [
         (power.last, True)
     ]
     sizes = [(np.sum(last, axis=0), electric) for last, electric in every]
-    together = np.sum([[*judge.later(size, electric), size.sum()] for size, electric in sizes], axis=0)
+    together = np.sum([[*estimator.later(size, electric), size.sum()] for size, electric in sizes], axis=0)
     mean, mean_doubt = together[:2] / max(together[2], 1e-300)
     expected, doubts = dict[str, float](), dict[str, float]()
     for name, value in fine.quantities.items():
@@ -72,7 +77,7 @@ def changes(
             if name in of_goals:
                 signed = of_goals[name].signed * scales[name]
                 other -= float(signed.sum())
-                change, doubt = judge.later(signed, electric)
+                change, doubt = estimator.later(signed, electric)
                 expected[name] += change
                 doubts[name] += doubt
         expected[name] += mean * other

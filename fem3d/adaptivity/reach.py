@@ -1,4 +1,4 @@
-"""Whether an accuracy is within reach: of the memory, and of the layers that singular edges take."""
+"""Check whether an accuracy is within reach of memory and of the layers at singular edges."""
 
 from __future__ import annotations
 
@@ -17,12 +17,11 @@ from scenes.free.crowding import crowding
 from scenes.model import Scene
 
 ADVICE = "ask for a larger accuracy, let more planes coincide, or leave out what does not matter"
-# Cells, some 13,000 unknowns, beyond which a first grid is that of a larger accuracy, with half of the cells: it takes
-# a quarter of the time, all of which is saved where most features are seen by no quantity. Of 700 random scenes none
-# has as many, an actuator of ten boxes over films of 0.1 um has 5,000.
+# Cells, about 13,000 unknowns, beyond which the first grid is made for a larger accuracy: it takes a quarter of the
+# time, which is saved where no quantity sees most features. None of 700 random scenes has as many.
 MANY = 1_000
 COARSEST = 1e-2  # accuracy from which on a first grid has the fewest layers
-HARDLY = 0.25  # edges of a smaller exponent take more layers than lengths leave room for
+HARDLY = 0.25  # exponent below which edges need more layers than fit above rounding
 LAYER = 0.1  # layers shorter than this fraction of the narrowest length of a scene see their edge alone
 # The shortest layers may leave this part of the allowed error: solved random scenes keep no more, and with only
 # a tenth for all other errors cells would grow without end.
@@ -33,11 +32,13 @@ GROWN, NOT_LESS = 8.0, 0.9
 
 
 def first_grid(scene: Scene, accuracy: float, marks: Features) -> Grid:
-    """The grid to start with. Where an edge is so singular that the accuracy would take layers close to rounding, or
-    the scene has so many features that their layers alone make it large, it is that of a larger accuracy: not every
-    quantity sees each of them, and what does so is refined for."""
+    """Return the grid to begin with.
+
+    It is made for a larger accuracy where an edge is so singular that its layers would come close to rounding, or where
+    the layers of many features make the grid large: not every quantity sees each feature, and refinement adds the rest.
+    """
     if marks.sharpest <= HARDLY:
-        # The accuracy of a first layer that long.
+        # The accuracy of a first layer of this length.
         accuracy = max(accuracy, LAYER ** (2 * marks.sharpest) / grading.LAYERS)
     grid = grading.first_grid(scene, accuracy, marks)
     while accuracy < COARSEST and foreseen(scene, grid).cells > MANY:
@@ -47,20 +48,19 @@ def first_grid(scene: Scene, accuracy: float, marks: Features) -> Grid:
 
 
 def least(scene: Scene) -> Size:
-    """The size of the grid of a scene whose planes are its only ones, with the least degree on each interval: before
-    anything is looked at cell by cell."""
+    """Return the size of the coarsest grid of a scene with degree 2, without looking at cells."""
     coarsest = connected.coarsest(scene)
     degrees = [np.full(len(d), 2) for d in coarsest.degrees]
     return foreseen(scene, coarsest.with_axes(coarsest.breaks, degrees))
 
 
 def check_planes(scene: Scene) -> None:
-    """Raises TooLargeError for a scene whose planes alone make a grid of bricks that takes too much memory."""
+    """Raise TooLargeError for a scene whose planes alone make a grid of bricks that takes too much memory."""
     _check(scene, least(scene), "at any accuracy")
 
 
 def check_size(scene: Scene, grid: Grid, accuracy: float, marks: Features) -> None:
-    """Raises TooLargeError for a grid that takes too much memory."""
+    """Raise TooLargeError for a grid that takes too much memory."""
     _check(scene, foreseen(scene, grid), f"at an accuracy of {accuracy:g}", because(marks))
 
 
@@ -110,14 +110,14 @@ def _narrowest(grid: Grid, marks: Features) -> float:
 
 
 class Falling:
-    """Whether the largest error falls as meshes become finer: told level by level."""
+    """Check level by level whether the largest error falls as meshes become finer."""
 
     def __init__(self, accuracy: float) -> None:
         self._accuracy, self._levels = accuracy, list[tuple[int, float]]()
 
     def check(self, unknowns: int, relative: Mapping[str, float]) -> None:
-        """Raises NumericsError where the largest of the ``relative`` errors, by their quantities' names, is hardly less
-        than on three meshes or more since there were `GROWN` times fewer unknowns."""
+        """Raise NumericsError where the largest of the ``relative`` errors, by quantity, has hardly fallen on three
+        meshes or more while the unknowns grew `GROWN` times."""
         name, worst = max(relative.items(), key=lambda item: item[1])
         smaller = [k for k, (n, _) in enumerate(self._levels[:-2]) if GROWN * n <= unknowns]
         if smaller and worst > NOT_LESS * max(w for _, w in self._levels[smaller[-1] :]):
@@ -130,12 +130,12 @@ class Falling:
 
 
 def not_reached(accuracy: float, because: str = "") -> NumericsError:
-    """What is raised where no level is good enough."""
+    """Return the error to raise where no level is accurate enough."""
     return NumericsError(f"an accuracy of {accuracy:g} isn't reached in this scene{because}")
 
 
 def because(marks: Features) -> str:
-    """Where the solution is so singular that no grid resolves it, in words; nothing where it isn't."""
+    """Return the words that name an edge too singular for any grid; empty without such an edge."""
     planes = [(s, "xyz"[d], at) for d in range(3) for at, s in marks.exponents[d].items()]
     sharpest, axis, at = min(planes, default=(1.0, "", 0.0))
     if sharpest > HARDLY:
