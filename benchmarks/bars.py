@@ -99,9 +99,10 @@ def rows(quick: bool, seed: int) -> Iterator[Row]:
                 with limited(LIMIT):
                     temperature, error = solver(scene)
             except (NumericsError, TimeIsUpError) as wrong:
-                denied.append(f"seed {number}, {law}: {wrong or 'out of time'}")
+                denied.append(f"seed {number}, {type(law).__name__}: {wrong or 'out of time'}")
             else:
-                ratios.append((abs(temperature - exact) / (error + 1e-9 * exact), f"worst: seed {number}, {law}"))
+                name = f"worst: seed {number}, {type(law).__name__}"
+                ratios.append((abs(temperature - exact) / (error + 1e-9 * exact), name))
         worst, where = max(ratios, default=(0.0, ""))
         case = f"{len(seeds)} laws, {way}, at {fraction:g} of the limit"
         yield at_most(GROUP, case, "true error of the peak over its bound", worst, 1.0, where)

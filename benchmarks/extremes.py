@@ -126,7 +126,7 @@ def drives(quick: bool) -> Iterator[Row]:
     for hertz, count in ((1e4, 5),) if quick else ((1e3, 10), (1e4, 20)):
         half = 0.5 / hertz
         edges = [(i * half, 1.0 - 2.0 * (i % 2)) for i in range(2 * count)]
-        times = [t for start, _ in edges for t in (start, start + half)]
+        times = [k * half for i in range(2 * count) for k in (i, i + 1)]
         values = [VOLTS * (sign > 0) for _, sign in edges for _ in (0, 1)]
         wave = Schedule(tuple(times), tuple(values))
         yield _against_series(f"square wave of {hertz:g} Hz", wave, edges, 2 * count * half)
