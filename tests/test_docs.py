@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pkgutil
 import re
-import shlex
 from pathlib import Path
 
 import pytest
@@ -37,22 +36,6 @@ def test_every_page_is_in_the_contents() -> None:
     }
     names = {str(page.relative_to(ROOT / "docs").with_suffix("")) for page in PAGES} - {"index"}
     assert names - listed == set()
-
-
-def test_the_readmes_examples_are_of_this_version() -> None:
-    """The names that README imports, and the options that it gives the commands."""
-    from validate.cli.arguments import parse
-
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
-    for module, name in re.findall(r"^from (\S+) import (\w+)", text, re.MULTILINE):
-        assert hasattr(__import__(module, fromlist=[name]), name)
-    lines = [line for block in re.findall(r"```bash\n(.*?)```", text, re.DOTALL) for line in block.splitlines()]
-    commands = [
-        part.strip() for line in lines for part in re.split(r"&&|;|\s#", line) if part.strip().startswith("validate ")
-    ]
-    assert commands
-    for command in commands:
-        parse(shlex.split(re.sub(r" > .*", "", command))[1:])
 
 
 def test_the_scene_to_add_is_one(tmp_path: Path) -> None:

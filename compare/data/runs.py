@@ -135,15 +135,21 @@ def _below(
             omitted[column.name] = "is left out by --column"
             continue
         parameter = _as_parameter(target, column, key, meaning.unit) if key or column.name not in given else None
-        if parameter is None:
-            others.append(column)
-        elif len(np.unique(parameter.values)) <= runs or meaning.curve:
+        if parameter is not None and (len(np.unique(parameter.values)) <= runs or meaning.curve):
             parameters.append(replace(parameter, curve=meaning.curve))
+        elif parameter is None or (key is None and _is_quantity(column, target)):
+            # A "current" that varies over time is the quantity, not the drive of the same name.
+            others.append(column)
         elif key is None:
             omitted[column.name] = "varies over time"
         else:
             raise SceneError(f"--against {shown}: {quoted(column.name)} varies over time, as no {key} of a run does")
     return parameters, others, omitted
+
+
+def _is_quantity(column: Column, target: Target) -> bool:
+    scale = scale_of(column.unit)
+    return bool(target.find(column.name, None if scale is None else scale.powers, False)[0])
 
 
 def _as_parameter(target: Target, column: Column, key: str | None, unit: str) -> Parameter | None:

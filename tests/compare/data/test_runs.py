@@ -128,6 +128,14 @@ def test_times_that_repeat_or_step_back_are_not_merged(second: list[float], tmp_
         found(tmp_path, "time (ms),peak (K)\n" + "\n".join(rows))
 
 
+def test_current_that_varies_over_time_is_the_quantity(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text("time (ms),current (mA),peak (K)\n0,3.33,293\n1,3.32,300\n2,3.31,305\n", encoding="utf-8")
+    data = read(path, SINK)
+    assert data.left_out == {}
+    assert data.values["current_A"] == pytest.approx([3.33e-3, 3.32e-3, 3.31e-3])
+
+
 def test_a_voltage_that_varies_over_time_is_no_parameter(tmp_path: Path) -> None:
     path = tmp_path / "a.csv"
     path.write_text("time (ms),voltage (V),peak (K)\n0,0,293\n1,1,294\n2,1.01,295\n", encoding="utf-8")
