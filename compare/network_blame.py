@@ -13,21 +13,18 @@ from itertools import pairwise
 from typing import Any
 
 from compare.blame import Budget, Part, Split
-from fem3d.runs.scene import solve as solve_3d
+from fem3d.runs.observed import observe
 from reduced1d.network.lines import layout
 from reduced1d.network.places import Place, places
 from reduced1d.network.solution import of_layout
 from scenes import physics
-from scenes.errors import NumericsError
 from scenes.formats import percent, signed
-from scenes.model import UNITS, AnyScene, Scene
+from scenes.model import UNITS, AnyScene, Probe, Scene
 from scenes.result import Estimate, Result
 
 REST = "what lines cannot say"
 FELT = 1e-3
 """Joints whose drop would change by less than this, of the largest rise (or potential), keep their resistance."""
-KNOWN = (3e-3, 0.1, 0.3)
-"""Accuracies asked of 3D's temperatures and flows at joints: the first that does not take too large a mesh."""
 LEAST = 0.02
 """Joints that carry less than this part of the largest flow (by hand) are not measured in 3D."""
 
@@ -41,11 +38,12 @@ def blame(given: AnyScene, fem3d: Result, network: Result) -> Budget:
     scene: Scene = replace(of_boxes, steady=True, output_times=())
     shape = layout(scene)
     joints = places(shape, bool(shape.electrodes) and physics.electric(scene))
-    by_hand = of_layout(replace(shape, scene=_probed(shape.scene, joints))).steady
+    probed = replace(shape.scene, probes=(*shape.scene.probes, *_probes(joints)))
+    by_hand = of_layout(replace(shape, scene=probed)).steady
     largest = {kind: max([abs(by_hand[p.flow.name].value) for p in joints if p.flow.quantity == kind], default=0.0)
                for kind in ("heat_flow", "current")}  # fmt: skip
     joints = [p for p in joints if abs(by_hand[p.flow.name].value) > LEAST * largest[p.flow.quantity]]
-    in_3d = _measured(_probed(shape.scene, joints))
+    in_3d = observe(scene, _probes(joints))
     changes = _changes(scene, joints, in_3d, by_hand)
     results, measured = [network.steady], list[tuple[tuple[str, int], float]]()
     for place, resistance, _ in changes:
@@ -56,20 +54,10 @@ def blame(given: AnyScene, fem3d: Result, network: Result) -> Budget:
     return Budget(network.model, tuple(splits), (), None, {}, _sentence(splits))
 
 
-def _measured(scene: Scene) -> dict[str, Estimate]:
-    """The probes in 3D, as accurately as its size allows."""
-    for accuracy in KNOWN[:-1]:
-        try:
-            return solve_3d(replace(scene, accuracy=max(scene.accuracy, accuracy))).steady
-        except NumericsError:
-            continue
-    return solve_3d(replace(scene, accuracy=max(scene.accuracy, KNOWN[-1]))).steady
-
-
-def _probed(scene: Scene, joints: list[Place]) -> Scene:
-    """The scene with probes of all that is measured at some joints."""
+def _probes(joints: list[Place]) -> list[Probe]:
+    """Return the probes of both sides and of the flow of each joint."""
     probes = {p.name: p for place in joints for p in (place.one, place.other, place.flow) if p is not None}
-    return replace(scene, probes=(*scene.probes, *probes.values()))
+    return list(probes.values())
 
 
 def _changes(

@@ -58,7 +58,7 @@ def _cautious(now: Record, history: Sequence[Record]) -> dict[str, float]:
         return {}
     before = history[-1]
     moved = [
-        abs(v - before.values[n]) / max(before.least[n] + now.least[n], 1e-300) for n, v in now.values.items()
+        abs(now.values[n] - v) / max(before.least[n] + now.least[n], 1e-300) for n, v in before.values.items()
     ]  # fmt: skip
     return {n: CAUTION * max([1.0, *moved]) * doubt for n, doubt in now.least.items()}
 

@@ -26,5 +26,7 @@ def crowding(scene: Scene, planes: tuple[np.ndarray, ...]) -> str:
         alone.update(next(iter(names)) for names in users.values() if len(names) == 1)
     counts = ", ".join(f"{len(at)} along {'xyz'[axis]}" for axis, at in enumerate(planes))
     said = f"boxes, boundaries and probes begin and end at planes that all cross the whole scene, {counts}"
+    if not alone:
+        return said
     named = listed([name for name, _ in alone.most_common()])
-    return f"{said}; {alone.total()} of these are used once, most by {named}" if alone else said
+    return f"{said}; {alone.total()} of these are used once, most by {named}"
