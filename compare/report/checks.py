@@ -184,8 +184,17 @@ def off_by(check: Check) -> str:
     if not math.isfinite(check.difference):
         return "fails"
     if abs(check.difference) <= check.u_num:
-        return f"<{percent(check.u_num, 1)}"
+        return f"<{percent(check.u_num, 1)}" if check.u_num else "0 %"
     return percent(check.difference, sign=True)
+
+
+def _reference(check: Check) -> str:
+    """Write the value that a difference is relative to, where it is not the measured one."""
+    apart = check.predicted - check.measured
+    if not check.difference or not math.isfinite(apart) or not math.isfinite(check.difference):
+        return ""
+    scale = apart / check.difference
+    return "" if math.isclose(scale, check.measured, rel_tol=1e-3) else amount(abs(scale), check.unit)
 
 
 def _in_full(check: Check, plus_minus: str) -> str:
@@ -193,8 +202,8 @@ def _in_full(check: Check, plus_minus: str) -> str:
     if off_by(check).isalpha():
         return tolerance
     off = difference_text(check.difference, check.u_num, plus_minus) if check.u_num else percent(check.difference, 4)
-    if check.relative_to:
-        return f"{' less '.join(sides(check))} is {off} of {check.relative_to}, {tolerance}"
+    if reference := check.relative_to or _reference(check):
+        return f"{' less '.join(sides(check))} is {off} of {reference}, {tolerance}"
     return f"{'/'.join(sides(check))} - 1 = {off}, {tolerance}"
 
 

@@ -194,12 +194,24 @@ def _of_check(table: Table) -> str:
         worst = int(np.nanargmax(np.abs(differences)))
         largest = f"largest {percent(differences[worst], 3, sign=True)} at {table.at(worst)}"
         where = _first(table, np.abs(differences)) if differing.any() else ""
-        said += f"; it fails first where {where} ({largest})" if where else f" ({largest})"
+        grows = "fails first" if agreeing else "differs most"
+        said += f"; it {grows} where {where} ({largest})" if where else f" ({largest})"
     if (blamed[differing] != "").any():
         most, times = Counter(word for word in blamed[differing] if word).most_common(1)[0]
         said += f"; to blame: {most} in {times} of {differing.sum()}"
     unresolved = int((verdicts == "unresolved").sum())
-    return said + (f"; {unresolved} unresolved" if unresolved else "")
+    said += f"; {unresolved} unresolved" if unresolved else ""
+    return said + "".join(_other(table, check, other) for other in table.job.scope.reductions[1:])
+
+
+def _other(table: Table, check: str, name: str) -> str:
+    """Return in how many designs a further reduction is within the tolerance, and its largest difference."""
+    verdicts, (differences, *_) = table.columns[f"{name}_{check}_verdict"], table.series(name)[check]
+    said = f"; {name} is within it in {(verdicts == 'agrees').sum()} of {len(table)}"
+    if not np.isfinite(differences).any():
+        return said
+    worst = int(np.nanargmax(np.abs(differences)))
+    return f"{said} (largest {percent(differences[worst], 3, sign=True)} at {table.at(worst)})"
 
 
 def _first(table: Table, size: np.ndarray) -> str:

@@ -175,7 +175,7 @@ def test_a_finished_sweep_solves_nothing_and_another_is_refused(
     assert main([*SWEEP, "--quiet", "--out", str(undisturbed)]) == 0
     assert table(undisturbed) == rows
     said = capsys.readouterr().out
-    assert "is within 5 % of 3D in the steady peak in 0 of 6 designs; it fails first where" in said
+    assert "is within 5 % of 3D in the steady peak in 0 of 6 designs; it differs most where" in said
     assert main([*SWEEP[:-2], "--out", str(undisturbed)]) == 2
     assert "holds another sweep (its vary differs)" in capsys.readouterr().err
 
