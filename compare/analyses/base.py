@@ -42,7 +42,7 @@ class Analysis(ABC, Generic[T]):
 
     def plan(self, scene: Any, options: Options) -> Step:
         """Its line of the plan."""
-        return step(self.name.replace("_", " "), self.about, self.skip_reason(scene, options))
+        return step(self.name, self.about, self.skip_reason(scene, options))
 
     def prepare(self, outcome: Outcome[Any], progress: Progress) -> None:
         """Act before the models are solved. Raises SceneError for a scene that it cannot handle."""

@@ -49,7 +49,7 @@ def test_the_papers_model_as_a_function_is_judged_as_the_papers(tmp_path: Path) 
     slopes = []
     for found in (own, paper):
         assert found.sensitivities is not None
-        slopes.append(found.sensitivities.steady["sink.width"]["end_rise_K"].reduced1d)
+        slopes.append(found.sensitivities["reduced1d"].relative["sink.width"]["end_rise_K"].value)
     assert slopes[0] == pytest.approx(slopes[1], rel=1e-4)
     assert own.answer.startswith("The 1D model papers is 6.6 % low at the peak and 30 % low at the ends")
     assert own.outcome.scene.expected_to_differ is None
