@@ -30,7 +30,7 @@ MIDDLE = Probe("middle", (WIDTH / 2, LENGTH / 2, DEPTH / 2), (WIDTH / 2, LENGTH 
 SLOW = LENGTH**2 * SILICON.heat_capacity / SILICON.thermal_conductivity  # s: diffusion time of the length
 HOTTEST = 2000.0  # K: peak of a bar that has no limit
 FRACTIONS = (0.5, 0.9, 0.99)  # of the limit
-ACCURACY, LIMIT = 1e-3, 60  # LIMIT: s of computing for one bar
+ACCURACY, LIMIT, COUNT = 1e-3, 60, 12  # LIMIT: s of computing for one bar; COUNT of bars
 CONDUCTIVITY = 130.0  # W/(m K), of `SILICON`
 GROUP = "bars of random laws against the closed form"
 
@@ -84,10 +84,10 @@ def peak(law: Law, conductivity: float, volts: float) -> float:
     return float(brentq(lambda t: heat(law, conductivity, t) - goal, ROOM, top, xtol=1e-9))
 
 
-def rows(quick: bool, seed: int) -> Iterator[Row]:
+def rows(seed: int) -> Iterator[Row]:
     """Compare the peaks of bars of random laws with the closed form, steady and at the end of a transient."""
     solvers = {"steady": _steady, "over time": _at_the_end}
-    seeds = range(seed, seed + (2 if quick else 12))
+    seeds = range(seed, seed + COUNT)
     for (way, solver), fraction in product(solvers.items(), FRACTIONS):
         ratios, denied = list[tuple[float, str]](), list[str]()
         for number in seeds:
