@@ -71,6 +71,8 @@ def start(request: dict[str, Any], progress: Callable[[str], None]) -> list[str]
                 reading = line.removeprefix(READS).strip()
         said = process.stderr.read()
         status = process.wait()
+        process.stdout.close()
+        process.stderr.close()
     except BaseException:
         process.kill()
         process.wait()
