@@ -40,7 +40,8 @@ DIFFERENT = {
         "bridge", "plate", "bridge --set run.accuracy=1e-4", "bridge --accuracy 1e-5", "bridge --fields",
         "bridge --set boundary.left~electrode.voltage=-2", "bridge --set boundary.left~electrode.voltage=2",
         "bridge --model model.csv", "bridge --model network", "bridge --model network --why",
-        "bridge --steady", "bridge --memory 3GB", "hotplate", "hotplate --end-time 2ms", "hotplate --end-time 3ms", "bridge --sensitivities",
+        "bridge --steady", "bridge --memory 3GB", "hotplate", "hotplate --end-time 2ms", "hotplate --end-time 3ms",
+        "bridge --sensitivities",
         "bridge --uncertain polysilicon.resistivity=1%",
         "bridge --uncertain polysilicon.resistivity=1% --uncertain oxide.thermal_conductivity=1%",
         "bridge --uncertain polysilicon.resistivity=1% --uncertain oxide.thermal_conductivity=1% "
