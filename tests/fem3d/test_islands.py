@@ -13,7 +13,6 @@ from fem3d.runs import sink as sink_run
 from scenes.sink import Sink, decay, different
 from tests.fem3d.row_second_path import Rises, SecondRow
 
-STEADY = False
 SECOND = 5e-4
 """Of the final rise: what the second path's mesh and steps leave. Halving both moves its rises by 1e-4 steady and by
 3e-4 over time."""
@@ -21,7 +20,7 @@ SECOND = 5e-4
 
 def apart(sink: Sink, other: Rises, time: float | None) -> dict[str, float]:
     """By how much a row and the second path differ, over what both errors allow."""
-    found = sink_run.solve(sink, replace(STEADY, transient=time is not None))
+    found = sink_run.solve(sink, time is not None)
     off = {}
     for name, value in other.items():
         steady = found.steady[name]
@@ -79,10 +78,10 @@ def test_a_shorter_island_is_seen() -> None:
 def test_spans_that_stand_for_others_differ_by_no_more_than_their_error(monkeypatch: pytest.MonkeyPatch) -> None:
     """Short spans on thick oxide, so that what the ends do is felt far into the row."""
     sink = Sink(spans=12, length=200e-6, oxide_thickness=8e-6, accuracy=1e-2)
-    short = sink_run.solve(sink, STEADY)
+    short = sink_run.solve(sink, False)
     assert short.details["spans_solved"] < 12
     monkeypatch.setattr(long_rows, "modelled", lambda sink: sink.spans)
-    whole = sink_run.solve(sink, STEADY)
+    whole = sink_run.solve(sink, False)
     assert list(whole.steady) == [n for n in whole.steady if n in short.steady]
     # On meshes that differ, so that their errors count as well; without them the spans are closer than what is said.
     for name, exact in whole.steady.items():
@@ -95,7 +94,7 @@ def test_spans_that_stand_for_others_differ_by_no_more_than_their_error(monkeypa
 def test_spans_and_islands_carry_all_heat() -> None:
     """Every watt leaves through an anchor or an island, whichever of them are solved."""
     for spans in (2, 3, 20):
-        found = sink_run.solve(Sink(spans=spans, accuracy=1e-2), STEADY)
+        found = sink_run.solve(Sink(spans=spans, accuracy=1e-2), False)
         value = {name: e.value for name, e in found.steady.items()}
         islands = [value[f"island{min(k, spans - k)}_heat_W"] for k in range(1, spans)]
         assert 2 * value["anchor_heat_W"] + sum(islands) == pytest.approx(value["heat_out_W"], rel=1e-12)
@@ -105,6 +104,6 @@ def test_spans_and_islands_carry_all_heat() -> None:
 
 def test_the_ends_of_a_row_are_like_those_of_one_span() -> None:
     """An anchor resistance is the anchor's own, whatever it carries."""
-    one, row_of_three = (sink_run.solve(Sink(spans=n, accuracy=1e-2), STEADY).steady for n in (1, 3))
+    one, row_of_three = (sink_run.solve(Sink(spans=n, accuracy=1e-2), False).steady for n in (1, 3))
     name = "anchor_resistance_K_per_W"
     assert row_of_three[name].value == pytest.approx(one[name].value, rel=1e-3)

@@ -119,7 +119,7 @@ def test_each_cell_goes_on_as_its_edge_does_and_what_comes_by_way_of_others_as_a
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(("pads", "accuracy", "most"), [(10, 1e-2, 20_000), (50, 1e-2, 60_000), (10, 1e-3, 150_000)])
+@pytest.mark.parametrize(("pads", "accuracy", "most"), [(10, 1e-2, 20_000), (50, 1e-2, 66_000), (10, 1e-3, 150_000)])
 def test_a_meander_among_pads_reaches_an_accuracy(pads: int, accuracy: float, most: int) -> None:
     """50 pads ended at 1.3 % with 143,000 unknowns, 10 at 2.2e-3 with 116,000. With 10 the values are those of NGSolve
     at order 4 on 122,000 tetrahedra, halved once at the rims: orders 3 and 4 are 0.010 K apart in the mean, 0.12 K at
