@@ -49,7 +49,7 @@ BENT = 2.0
 # Times what all later degrees add beside an edge in theory, p^-4s: expected and at most. Between meshes of random
 # plates with pads (exponent 1/2), stacks with vias (2/3) and an L-shaped conductor it is 1.1 to 1.7, and 2.1 in the
 # flattest films. Away from edges later degrees add at most AWAY times the last contribution: 0.1 to 0.3 on the plates.
-EXPECTED, LATER, AWAY = 1.2, 2.2, 0.5
+EXPECTED, LATER, AWAY = 1.2, 2.1, 0.5
 
 Spread = list[np.ndarray]
 """Contributions per axis: on bricks (intervals,) or of their edges, on a mesh (cells,)."""
