@@ -27,10 +27,8 @@ class Mesh(Protocol):
     (`fem3d.adaptivity.mesh_file`). They differ in where errors come from
     and in how they are refined."""
 
-    def begun(self, study: Study, with_steady: bool) -> tuple[Mesh, SteadyState | None, float | None]:
-        """The mesh to begin with, which may be another one that suits the properties or is cheaper; and what it knows
-        of a steady state that is asked for: a state near it, or the drive beyond which there is none (as the limit of
-        a RunawayError)."""
+    def begun(self) -> Mesh:
+        """The mesh to begin with, which may be a cheaper one."""
 
     def problems(self) -> Problems:
         """The problems on it, in nested spaces."""

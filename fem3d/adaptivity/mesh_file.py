@@ -202,9 +202,9 @@ class FileMesh:
         """Every cell in eight, once, whatever is missing."""
         return self.raised()
 
-    def begun(self, study: Study, with_steady: bool) -> tuple[FileMesh, None, None]:
+    def begun(self) -> FileMesh:
         """As it is."""
-        return self, None, None
+        return self
 
     def raised(self) -> FileMesh | None:
         """The same."""

@@ -195,8 +195,8 @@ class Tetrahedra:
         rates = [np.log(e / f) / np.log(m / n) for (n, e), (m, f) in pairwise(levels[-3:])]
         return 0.0 if len(rates) < 2 else float(levels[-1][1] * self._limit ** -max(rates))
 
-    def begun(self, study: Study, with_steady: bool) -> tuple[Tetrahedra, None, None]:
-        return self, None, None
+    def begun(self) -> Tetrahedra:
+        return self
 
     def raised(self) -> Tetrahedra | None:
         return None if self._last else self._finer(self._long())

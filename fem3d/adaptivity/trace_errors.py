@@ -11,7 +11,7 @@ import numpy as np
 from fem3d.adaptivity import goal_errors, goal_parts
 from fem3d.adaptivity.estimator import Contributions, Estimator, Spread, total
 from fem3d.adaptivity.goal_errors import Level
-from fem3d.adaptivity.marched import SPACE_SHARE, TIME_SHARE, Marched, beside, by_laws, distance, marched, spread
+from fem3d.adaptivity.marched import SPACE_SHARE, TIME_SHARE, Marched, beside, by_laws, distance, marched
 from fem3d.adaptivity.nested import Problems
 from fem3d.results import outputs, probes, trace_times
 from fem3d.results.outputs import Outputs
@@ -31,7 +31,6 @@ ROUGHEST, TIGHTER, ROUNDS_SHARE = 1.0, 0.1, 0.3
 # Times what its goal misses of a trace: a lower space that changes it by more is off by what its own fields lack.
 FURTHER = 2.0
 ALIKE = 4.0  # factor on what rounds should leave, more than which they have failed
-BENDS = 12  # times at which the bends of a law are looked for
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,8 +113,6 @@ def _judged(
     """The errors of a response, what its goals miss, and how that falls; arguments as of `respond`."""
     if march.rounds is not None and march.rounds.hot is not None:
         given = given.about(march.rounds.hot)
-        times = spread(march.checked, BENDS)
-        judge = judge.bending(given.bent(given.heat.field(march.answer.rises(march.checked[times]))))
     # One space's factors at a time: these have made all their fields.
     bases[0].heat.let_go()
     changes, goals, parts = _by_lower(

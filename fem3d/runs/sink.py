@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,7 +11,7 @@ from fem3d.adaptivity import loop
 from fem3d.adaptivity.mesh import Answer
 from fem3d.results.fields.row_fields import RowFields
 from fem3d.results.study import Study
-from fem3d.runs import long_rows, rescaled, sink_quantities, span_quantities
+from fem3d.runs import long_rows, sink_quantities, span_quantities
 from fem3d.runs import scene as scene_run
 from fem3d.solution.steady import SteadyState
 from meshes import connected, symmetry
@@ -23,19 +22,16 @@ from scenes.result import Result
 from scenes.sink import Sink, different
 
 
-def solve(
-    sink: Sink, transient: bool = True, progress: Callable[[str], None] | None = None, earlier: Result | None = None
-) -> Result:
+def solve(sink: Sink, transient: bool = True, progress: Callable[[str], None] | None = None) -> Result:
     """Solve the steady state and, with ``transient``, the transient of a sink in 3D, with estimated errors.
 
-    ``earlier`` is a result of the same sink, perhaps at another voltage: its meshes, factors and fields serve again.
     Raises scenes.errors.RunawayError where no steady state exists, NumericsError where the numerics fail.
     """
     count = long_rows.modelled(sink)
     while True:
         part = symmetry.reduce(sink.scene(count))
         physics.refuse_following(part.scene, transient)
-        answer = _answer(sink, count, part, transient, progress or (lambda _: None), earlier)
+        answer = loop.solve(study(sink, count, part), transient, progress or (lambda _: None))
         off = long_rows.apart(sink, count, answer)
         if off.within(sink.accuracy):
             break
@@ -54,20 +50,6 @@ def solve(
     if count < sink.spans:
         details["fields"] = RowFields(details["fields"], sink, count)
     return Result("fem3d", steady, traces, details)
-
-
-def _answer(
-    sink: Sink, count: int, part: Symmetry, transient: bool, progress: Callable[[str], None], earlier: Result | None
-) -> Answer:
-    """The answer of ``count`` spans, where that can be from that of an earlier voltage."""
-    studied = study(sink, count, part)
-    answer = None
-    if earlier is not None and earlier.details["spans_solved"] == count:
-        first, before = earlier.details["sink"], earlier.details["answer"]
-        alike = replace(first, voltage=sink.voltage) == sink and transient == (before.response is not None)
-        if alike and not physics.nonlinear(part.scene, transient):
-            answer = rescaled.solve(studied, before, sink.voltage / first.voltage)
-    return answer or loop.solve(studied, transient, progress)
 
 
 def study(sink: Sink, count: int, part: Symmetry) -> Study:
@@ -104,8 +86,6 @@ def _plan(sink: Sink, part: Symmetry, transient: bool) -> tuple[Step, ...]:
         steps.append(Step("Newton's method", "done", "with the current of the hot state at each step"))
     elif sink.silicon.temperature_coefficient:
         steps.append(Step("electric iteration", "done", "the resistance follows the temperature"))
-        checked = "checked once at the hot state; followed only if that matters at this accuracy"
-        steps.append(Step("current pattern when hot", "done", checked))
     lasts = f"{_lasts(sink)}a few Krylov fields"
     return *steps, step("transient", lasts, "" if transient else "only the steady state was asked for")
 
@@ -121,12 +101,7 @@ def _found(sink: Sink, answer: Answer) -> list[Step]:
         over_time.append(Step("transient", "done", f"{_lasts(sink)}{reduced.states} fields{between}"))
     if state.heat.about is not None:
         return [Step("Newton's method", "done", f"{state.steps} steps on the last mesh's finest space"), *over_time]
-    moved = f"heating moves it by {state.pattern_change:.0e} in terms of the rise"
-    steps = [
-        Step("electric iteration", "done", f"{state.steps} coupled steps to the steady state"),
-        Step("current pattern when hot", "done" if state.follows_pattern else "skipped", moved),
-    ]
-    return [*steps, *over_time]
+    return [Step("electric iteration", "done", f"{state.steps} coupled steps to the steady state"), *over_time]
 
 
 def _lasts(sink: Sink) -> str:

@@ -28,8 +28,7 @@ from fem3d.results.study import Study
 from fem3d.sensitivity.adjoint import FILMS, Goal, Linearized
 from fem3d.sensitivity.goals import Goals
 from fem3d.sensitivity.motion import STEP, Motion, motion
-from fem3d.solution import newton, steady
-from fem3d.solution.steady import SteadyState
+from fem3d.solution.steady import SteadyState, solve_steady
 from fem3d.spaces.domain import Domain, Joint
 from fem3d.spaces.split import Interface
 from meshes import grading
@@ -188,7 +187,7 @@ class Tangent:
         for term in exact.terms if exact else ():
             for on, law, _, cells in term.parts if isinstance(term, Conduction) else ():
                 slopes = on.weights * on.gradient(self.linearized.rise)
-                parts.append(_ByLaw(on, cells, law.on(on, self.linearized.rise), slopes))
+                parts.append(_ByLaw(on, cells, law.value(on.value(self.linearized.rise)), slopes))
         return parts
 
     def _bent(self, by: Motion) -> _Bent:
@@ -197,8 +196,7 @@ class Tangent:
         conductivity, resistivity, u = [], None, self.linearized.rise
 
         def change(key: str, on: Any, cells: np.ndarray) -> np.ndarray:
-            changed: np.ndarray = on.averaged(u, lambda at, rise: by.of_law(domain, key, cells[at], rise))
-            return changed
+            return by.of_law(domain, key, cells, on.value(u))
 
         if self._by_law and by.bends(domain, K):
             conductivity = [change(K, law.on, law.cells) for law in self._by_law]
@@ -329,13 +327,9 @@ def steady_table(
     fine = tangent.table(known.values, by)
     scene, level = study.part.scene, len(state.heat.domain.space.nested) - 2
     lower = state.heat.lower(level)
-    heat = lower.exact or lower
-    conductor = state.conductor and state.conductor.lower(level, heat)
-    if state.heat.exact is None:
-        thermal = physics.heat(scene)
-        below = steady.coupled(heat, conductor, thermal, study.voltage, study.accuracy, state.follows_pattern)
-    else:
-        below = newton.within(state, lower, conductor, study.voltage, study.accuracy)
+    conductor = state.conductor and state.conductor.lower(level, lower.exact or lower)
+    start = lower.take(state.heat.field(state.rise))
+    below = solve_steady(lower, conductor, study.voltage, study.accuracy, start, physics.heat(scene))
     low = Tangent(study, below, known.rows).table(known.values, by)
     rest = 1.0
     if isinstance(scene, Scene):

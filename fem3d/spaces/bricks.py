@@ -18,7 +18,6 @@ from skfem.assembly.dofs import Dofs
 from skfem.refdom import RefHex
 
 from fem3d.spaces import varying as coefficient
-from fem3d.spaces.cut import Boxes, Cut
 from fem3d.spaces.element import Degrees, ElementHexTrunk, active, factors, gauss, heights, line, local, modes
 from fem3d.spaces.entities import entities
 from fem3d.spaces.integrals import Space, halves
@@ -216,14 +215,6 @@ class BrickSpace(Space):
     def rule(self, cells: np.ndarray, more: int) -> Rule:
         """Gauss's rule of as many points along each axis as the highest degree of the cells there plus one."""
         return _rule(self.p, self._highest(cells), more)
-
-    most_boxes = 64
-
-    def cut(self, cells: np.ndarray, more: int, boxes: Boxes) -> Cut | None:
-        degrees = self._highest(cells)
-        functions, (x, y, z) = np.flatnonzero(active(self.p, degrees)), (d + 1 + more for d in degrees)
-        dofs = self.dofs[np.ix_(functions, cells)]
-        return Cut.of(cells, boxes, dofs, modes(self.p)[functions].T, (x, y, z), more)
 
     def _highest(self, cells: np.ndarray) -> Degrees:
         x, y, z = self.degrees[:, cells].max(axis=1, initial=1).tolist()

@@ -72,7 +72,7 @@ def joined(drive):
 def solved(scene):
     grid = grid_of(scene, [np.array(connected.scene_planes(scene, d)) for d in range(3)], 2)
     heat = assemble(boxes(scene, grid))
-    state = steady.coupled(heat, conductors.find(heat), True, 1.0, 1e-10, True)
+    state = steady.solve_steady(heat, conductors.find(heat), 1.0, 1e-10)
     study = probe_quantities.study(scene, whole(scene))
     return study, state, study.steady(of_steady(state, study.part))
 

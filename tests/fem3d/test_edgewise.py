@@ -45,7 +45,7 @@ def close():
 def rough_and_first():
     study, mesh = scene_run.start(bridge())
     assert isinstance(mesh, Bricks)
-    return study, mesh.begun(study, False)[0], mesh
+    return study, mesh.begun(), mesh
 
 
 @pytest.mark.long

@@ -22,11 +22,12 @@ class Meshes:
 
     def problems(self) -> Any:
         return SimpleNamespace(
-            heat=SimpleNamespace(size=10 * 2**self.number), conductor=None, follows=False, told=self.told[self.number]
-        )
+            heat=SimpleNamespace(size=10 * 2**self.number), conductor=None, follows=False, told=self.told[self.number],
+            driven=lambda factor: SimpleNamespace(told=NumericsError("no state below a limit")),
+        )  # fmt: skip
 
-    def begun(self, study: Any, with_steady: bool) -> tuple[Meshes, None, None]:
-        return self, None, None
+    def begun(self) -> Meshes:
+        return self
 
     def examined(self, study: Any, given: Any, fine: Any) -> Any:
         error = self.told[self.number]
@@ -54,7 +55,7 @@ class Meshes:
 
 @pytest.fixture(autouse=True)
 def _told(monkeypatch: pytest.MonkeyPatch) -> None:
-    def solution(study: Any, given: Any, before: Any) -> SimpleNamespace:
+    def solution(study: Any, given: Any, near: Any = None) -> SimpleNamespace:
         if isinstance(given.told, Exception):
             raise given.told
         return SimpleNamespace(state=None)

@@ -87,7 +87,7 @@ def on_moved_mesh(scene: Scene, result: Result, *keys: str) -> dict[str, float]:
         breaks = tuple(b + step * v for b, v in zip(space.grid.breaks, by, strict=True))
         there = boxes(part.scene, replace(space.grid, breaks=breaks, boxes=part.scene.boxes))
         study = replace(probe_quantities.study(other, part), accuracy=1e-7)
-        found = nested.solution(study, nested.problems(there, 1e-7), 2, state.follows_pattern).quantities
+        found = nested.solution(study, nested.problems(there, 1e-7), 2).quantities
         floor = scene_sensitivity.floor_of(scene, other)
         values.append({p.name: found[p.name] - floor * (p.quantity == "temperature") for p in scene.probes})
     more, less = values

@@ -176,7 +176,6 @@ def ready() -> None:
 def solve(work: Work, seconds: float | None = None) -> list[Row]:
     """A row for every point, each of which has some ``seconds``; never raises for what a scene can cause."""
     rows = []
-    earlier: Result | None = None
     for number, point in zip(work.numbers, work.points, strict=True):
         started = time.perf_counter()
         values: dict[str, Any] = {}
@@ -185,8 +184,7 @@ def solve(work: Work, seconds: float | None = None) -> list[Row]:
             with within(seconds):
                 scene: Any = work.base.at(settings(work.base, work.keys, point))
                 if work.base.kind == "sink":
-                    values, parts, result = _sink(scene, work.scope, earlier)
-                    earlier = earlier or result
+                    values, parts, _ = _sink(scene, work.scope)
                 else:
                     values = _free(scene, work.scope)
                 status = "ok"
@@ -213,7 +211,7 @@ def late(seconds: float | None) -> str:
 
 
 def _sink(
-    sink: Sink, scope: Scope, earlier: Result | None
+    sink: Sink, scope: Scope
 ) -> tuple[dict[str, Any], dict[str, float] | None, Result]:  # fmt: skip
     """A sink's columns, parts of its difference, and 3D result; solved again more finely while a verdict is open."""
     from compare import hottest
@@ -225,7 +223,7 @@ def _sink(
     rough = scope.reductions == ("paper",)
     first: Result | None = None
     while True:
-        outcome = kind_of(sink).compare(sink, options, earlier)
+        outcome = kind_of(sink).compare(sink, options)
         fem3d, levels = cast("Result", outcome.fem3d), Levels(sink, rough)
         first = first or fem3d
         by_reduction = {scope.reductions[0]: (outcome.checks, outcome.reduced1d)}

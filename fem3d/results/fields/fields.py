@@ -100,11 +100,9 @@ class RunFields(ABC):
     def _states(self, times: np.ndarray) -> list[State]:
         """The steady state, if there is one, and those at some times (s)."""
         state, inputs = self._state, self._heat.inputs
-        # A run at another voltage keeps the first one's scene, and says how much more it drives it by.
-        drive = 1.0 if state is None else state.drive
-        states = [] if state is None else [(state.rise, drive * inputs.at(np.zeros(1))[0])]
+        states = [] if state is None else [(state.rise, inputs.at(np.zeros(1))[0])]
         if len(times):
-            given = drive * inputs.at(np.asarray(times, dtype=float))
+            given = inputs.at(np.asarray(times, dtype=float))
             states += list(zip(self._rises(times), given, strict=True))
         return states
 
