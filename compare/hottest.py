@@ -36,7 +36,7 @@ class Hottest:
 def of_sink(sink: Sink, fem3d: Result | None, reduced1d: Result | None) -> tuple[str, ...]:
     """Return the warnings of a sink's run, of 3D where it is solved."""
     if fem3d is not None:
-        return past(sink.materials, fem3d.details["fields"].distinct, moments(fem3d.traces, FEW))
+        return past(sink.materials, fem3d.details["fields"], moments(fem3d.traces, FEW))
     if reduced1d is None:
         return ()
     materials = sink.silicon, sink.oxide

@@ -181,12 +181,11 @@ class Sink:
         """The relative tolerance of a check: the declared one, or else its default (KeyError for an unknown id)."""
         return {**SINK_TOLERANCES, **SLOPE_TOLERANCES, **self.tolerances}[check]
 
-    def scene(self, count: int | None = None) -> Scene:
-        """Return the sink as boxes, conditions and probes, with ``count`` spans, the innermost for the rest."""
-        count = self.spans if count is None else count
-        boxes = _boxes(self, count)
+    def scene(self) -> Scene:
+        """Return the sink as boxes, conditions and probes."""
+        boxes = _boxes(self)
         return Scene(
-            self.name, boxes, _boundaries(self, boxes), _probes(self, boxes, count), self.room_temperature,
+            self.name, boxes, _boundaries(self, boxes), _probes(self, boxes), self.room_temperature,
             self.end_time, self.accuracy, contacts=_contacts(self, boxes),
         )  # fmt: skip
 
@@ -214,26 +213,20 @@ def start(sink: Sink, number: int) -> float:
     return (number - 1) * (sink.length + sink.island)
 
 
-def _boxes(sink: Sink, count: int) -> tuple[Box, ...]:
-    """The boxes of a row of ``count`` spans: the beam, cut at the islands, and the islands; then pads and oxide, and
-    the substrate where there is one."""
+def _boxes(sink: Sink) -> tuple[Box, ...]:
+    """The beam, cut at the islands, and the islands; then pads and oxide, and the substrate where there is one."""
     w, t, depth, oxide = sink.width / 2, sink.thickness, sink.oxide_thickness, sink.island_width / 2
-    # How many spans, and how many islands, each of the innermost stands for.
-    spans, islands = (1, 2) if count % 2 else (2, 1)
-    of_span, of_island = 1 + (sink.spans - count) / spans, 1 + (sink.spans - count) / islands
     boxes: list[Box] = []
-    for number in range(1, count + 1):
+    for number in range(1, sink.spans + 1):
         a, b, c = start(sink, number), start(sink, number) + sink.length, start(sink, number + 1)
-        inner = of_span if different(count) in (number, count + 1 - number) else 1.0
         name = "beam" if sink.spans == 1 else f"span-{number}"
-        boxes.append(Box(name, sink.silicon, (-w, a, 0.0), (w, b, t), stands_for=inner))
-        if number < count:
-            inner = of_island if count // 2 in (number, count - number) else 1.0
+        boxes.append(Box(name, sink.silicon, (-w, a, 0.0), (w, b, t)))
+        if number < sink.spans:
             boxes += [
-                Box(f"bridge-{number}", sink.silicon, (-w, b, 0.0), (w, c, t), stands_for=inner),
+                Box(f"bridge-{number}", sink.silicon, (-w, b, 0.0), (w, c, t)),
                 Box(f"island-{number}", sink.oxide, (-oxide, b, -depth), (oxide, c, 0.0)),
             ]
-    end, oxide = start(sink, count) + sink.length, sink.oxide_width / 2
+    end, oxide = sink.row_length, sink.oxide_width / 2
     pad, near, far = sink.pad_width / 2, sink.anchor_distance, sink.anchor_distance + sink.oxide_length
     below, gas = list[Box](), list[Box]()
     if sink.substrate_thickness is not None:
@@ -340,9 +333,9 @@ def _bare(part: Box, axis: int, side: int, others: list[Box]) -> bool:
     )
 
 
-def _probes(sink: Sink, boxes: tuple[Box, ...], count: int) -> tuple[Probe, ...]:
-    """The probes of a row of ``count`` spans: "end", and of one span "peak" and "mean"; of more, for each span of
-    the lower half, "span<k>_" with "peak", the largest along the middle of its underside, "middle" and "mean"."""
+def _probes(sink: Sink, boxes: tuple[Box, ...]) -> tuple[Probe, ...]:
+    """The probes: "end", and of one span "peak" and "mean"; of several, for each span of the lower half, "span<k>_"
+    with "peak", the largest along the middle of its underside, "middle" and "mean"."""
     spans = [b for b in boxes if b.name.startswith(("beam", "span"))]
     end = Probe("end", *face(spans[0], 1, 0))
     if sink.spans == 1:
@@ -354,7 +347,7 @@ def _probes(sink: Sink, boxes: tuple[Box, ...], count: int) -> tuple[Probe, ...]
             gas = Probe("underside", *face(spans[0], 2, 0)), Probe("below", *foot)
         return Probe("peak", centre, centre), end, Probe("mean", spans[0].lower, spans[0].upper), *gas
     probes = [end]
-    for number, span in enumerate(spans[: different(count)], start=1):
+    for number, span in enumerate(spans[: different(sink.spans)], start=1):
         a, b = (0.0, span.lower[1], 0.0), (0.0, span.upper[1], 0.0)
         middle = (0.0, (a[1] + b[1]) / 2, sink.thickness / 2)
         probes += [

@@ -230,7 +230,7 @@ def parts_of(
     """The parts of one goal, from the free functions of each space, the lowest first, for the two upper ones the dual
     solutions (functions,) and the residuals (functions,) of the space below, or on cells of any shape the changes to
     be ``tested``; and the fine dual solution times the `estimate.weights`."""
-    new = [np.setdiff1d(upper, lower) for lower, upper in pairwise(free)]
+    new = [upper[np.isin(upper, lower, invert=True, kind="table")] for lower, upper in pairwise(free)]
     if not tested:
         products = [(dual * residual)[at] for dual, residual, at in zip(duals, residuals, new, strict=True)]
         *lower, last = (space.spread(at, product) for at, product in zip(new, products, strict=True))

@@ -10,17 +10,16 @@ import numpy as np
 
 from fem3d.adaptivity.adapt import adapt
 from fem3d.adaptivity.mesh import Answer
-from fem3d.results.fields.row_fields import RowFields
 from fem3d.results.study import Study
-from fem3d.runs import long_rows, rescaled, sink_quantities, span_quantities
+from fem3d.runs import rescaled, sink_quantities, span_quantities
 from fem3d.runs import scene as scene_run
 from fem3d.solution.steady import SteadyState
 from meshes import connected, symmetry
 from meshes.symmetry import Symmetry
 from scenes import laws, physics
 from scenes.plan import Step, noted, step
-from scenes.result import Result
-from scenes.sink import Sink, different
+from scenes.result import Estimate, Result, Traces
+from scenes.sink import Sink
 
 
 def solve(
@@ -31,38 +30,30 @@ def solve(
     ``earlier`` is a result of the same sink, perhaps at another voltage: its meshes, factors and fields serve again.
     Raises scenes.errors.RunawayError where no steady state exists, NumericsError where the numerics fail.
     """
-    count = long_rows.modelled(sink)
-    while True:
-        part = symmetry.reduce(sink.scene(count))
-        physics.refuse_following(part.scene, transient)
-        answer = _answer(sink, count, part, transient, progress or (lambda _: None), earlier)
-        off = long_rows.apart(sink, count, answer)
-        if off.within(sink.accuracy):
-            break
-        count = long_rows.allowed(sink, count + 2)
-    steady, traces = long_rows.of_all(sink, count, answer, off)
-    details = scene_run.described(study(sink, count, part), answer)
+    part = symmetry.reduce(sink.scene())
+    physics.refuse_following(part.scene, transient)
+    answer = _answer(sink, part, transient, progress or (lambda _: None), earlier)
+    steady = {n: Estimate(float(v), answer.errors[n]) for n, v in answer.fine.quantities.items()}
+    response = answer.response
+    traces = None if response is None else Traces(response.times, response.traces, response.errors)
+    details = scene_run.described(study(sink, part), answer)
     details |= {
         "plan": noted(_plan(sink, part, transient), _found(sink, answer)),
         "warnings": [*details["warnings"], *_warnings(sink, float(answer.fine.quantities["peak_rise_K"]))],
-        "profile": _profile(sink, count, answer.fine.state, part),
+        "profile": _profile(sink, answer.fine.state, part),
         "sink": sink,
-        "spans_solved": count,
-        "alike_error": off.spans,
         "answer": answer,
     }
-    if count < sink.spans:
-        details["fields"] = RowFields(details["fields"], sink, count)
     return Result("fem3d", steady, traces, details)
 
 
 def _answer(
-    sink: Sink, count: int, part: Symmetry, transient: bool, progress: Callable[[str], None], earlier: Result | None
+    sink: Sink, part: Symmetry, transient: bool, progress: Callable[[str], None], earlier: Result | None
 ) -> Answer:
-    """The answer of ``count`` spans, where that can be from that of an earlier voltage."""
-    studied = study(sink, count, part)
+    """The answer, from that of an earlier voltage where that is possible."""
+    studied = study(sink, part)
     answer = None
-    if earlier is not None and earlier.details["spans_solved"] == count:
+    if earlier is not None:
         first, before = earlier.details["sink"], earlier.details["answer"]
         alike = replace(first, voltage=sink.voltage) == sink and transient == (before.response is not None)
         if alike and not physics.nonlinear(part.scene, transient):
@@ -70,14 +61,14 @@ def _answer(
     return answer or adapt(studied, transient, progress)
 
 
-def study(sink: Sink, count: int, part: Symmetry) -> Study:
-    """What is to be found of a sink of which ``count`` spans are solved."""
-    return sink_quantities.study(sink, part) if sink.spans == 1 else span_quantities.study(sink, count, part)
+def study(sink: Sink, part: Symmetry) -> Study:
+    """Return the quantities, scales and times of a sink."""
+    return sink_quantities.study(sink, part) if sink.spans == 1 else span_quantities.study(sink, part)
 
 
 def plan(sink: Sink, transient: bool) -> tuple[Step, ...]:
     """Return the steps of `solve` before it takes them."""
-    return _plan(sink, symmetry.reduce(sink.scene(long_rows.modelled(sink))), transient)
+    return _plan(sink, symmetry.reduce(sink.scene()), transient)
 
 
 def _plan(sink: Sink, part: Symmetry, transient: bool) -> tuple[Step, ...]:
@@ -94,10 +85,6 @@ def _plan(sink: Sink, part: Symmetry, transient: bool) -> tuple[Step, ...]:
         Step("thermal factorization", "done", factors),
         Step("electric problem", "done", f"in {', '.join(sorted(live))}, factorized once per mesh"),
     ]
-    count = sum(name.startswith("span-") for name in live)
-    if sink.spans > 2 * count > 0:
-        reason = f"the {count} outermost of each half are solved; the innermost of them stands for the others"
-        steps.insert(1, Step(f"{sink.spans} spans", "done", reason))
     if dead:
         steps.append(Step(f"electric unknowns in {', '.join(dead)}", "skipped", "no current flows there"))
     if newton:
@@ -145,13 +132,10 @@ def _warnings(sink: Sink, peak: float) -> list[str]:
     ]
 
 
-def _profile(sink: Sink, count: int, state: SteadyState, part: Symmetry) -> dict[str, np.ndarray]:
-    """The steady rise along the axis of the whole row: that of a span that is not solved is the innermost's."""
+def _profile(sink: Sink, state: SteadyState, part: Symmetry) -> dict[str, np.ndarray]:
+    """The steady rise along the axis of the whole row."""
     y = np.linspace(0.0, sink.row_length, 401 if sink.spans == 1 else 100 * sink.spans + 1)
-    outward, period = np.minimum(y, sink.row_length - y), sink.length + sink.island
-    before = np.minimum(outward // period, different(count) - 1)
-    solved = np.where(outward // period > before, before * period + outward % period, outward)
-    points = part.mirrored(np.column_stack([np.zeros_like(y), solved, np.full_like(y, sink.thickness / 2)]))
+    points = part.mirrored(np.column_stack([np.zeros_like(y), y, np.full_like(y, sink.thickness / 2)]))
     space: Any = state.heat.domain.space
     rise = space.sample(state.heat.field(state.rise), points[:1, 0], points[:, 1], points[:1, 2])
     return {"y_m": y, "rise_K": rise[0, :, 0], "points_m": points}

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from fem3d.results.study import Study
-from fem3d.runs import long_rows
 from fem3d.runs import sink as sink_run
 from fem3d.sensitivity import over_time
 from fem3d.sensitivity import steady as steady_slopes
@@ -58,13 +57,13 @@ def of_sink(
     """The derivatives of a result of `fem3d.runs.sink.solve` by every physical key whose value is a number other than
     zero; those of the traces at some ``instants`` (s) too. ``keys`` are these alone. With ``weights`` (places,) of the
     rises of its profile also what their sum changes with each key, at places that go along. Raises ConvergenceError."""
-    answer, count = result.details["answer"], result.details["spans_solved"]
+    answer = result.details["answer"]
     state, response = answer.fine.state, answer.response
 
     @cache
     def study(key: str = "") -> Study:
         other = neighbour(sink, key, STEP) if key else sink
-        return sink_run.study(other, count, symmetry.reduce(other.scene(count)))
+        return sink_run.study(other, symmetry.reduce(other.scene()))
 
     others = {key: partial(study, key) for key in keys or numbers(sink)}
     by, left_out = steady_slopes.motions(study(), state.heat.domain, others)
@@ -88,12 +87,7 @@ def of_sink(
         beside = {key: others[key] for key in by}
         absolute, _ = over_time.over_time(study(), response.transient, beside, instants)
         course = _logarithmic(absolute, steady, {n: e / response.scales[n] for n, e in response.errors.items()})
-        values = {key: long_rows.repeated(sink, count, by_name) for key, by_name in course.values.items()}
-        errors = {key: long_rows.repeated(sink, count, by_name) for key, by_name in course.errors.items()}
-        course = Course(course.times, values, errors)
-    return Slopes(
-        {key: long_rows.repeated(sink, count, by_name) for key, by_name in steady.items()}, course, left_out, profile
-    )
+    return Slopes(steady, course, left_out, profile)
 
 
 def _logarithmic(absolute: over_time.Course, steady: Table, relative: Mapping[str, float]) -> Course:

@@ -1,9 +1,8 @@
-"""The quantities of a sink of several spans, from the outputs of the spans that are solved.
+"""The quantities of a sink of several spans.
 
 They are those of one span (`fem3d.runs.sink_quantities`), the mean taken over all spans and the peak being the largest,
 and beside them for each span, and each island, of half the row, counted from its outer end: ``span<k>_peak_rise_K``,
-``span<k>_middle_rise_K``, ``span<k>_mean_rise_K``, ``island<k>_heat_W``, and ``anchor_heat_W`` of one anchor. The
-innermost that are solved stand for all that are not.
+``span<k>_middle_rise_K``, ``span<k>_mean_rise_K``, ``island<k>_heat_W``, and ``anchor_heat_W`` of one anchor.
 """
 
 from __future__ import annotations
@@ -22,16 +21,16 @@ from scenes.sink import Sink, different
 OF_SPAN = ("peak", "middle", "mean")
 
 
-def study(sink: Sink, count: int, part: Symmetry) -> Study:
-    """What is to be found of a sink of which ``count`` spans are solved."""
-    names = [f"span{k}_{what}" for k in range(1, different(count) + 1) for what in OF_SPAN]
+def study(sink: Sink, part: Symmetry) -> Study:
+    """Return the quantities, scales and times of a sink of several spans."""
+    names = [f"span{k}_{kind}" for k in range(1, different(sink.spans) + 1) for kind in OF_SPAN]
     middles = {f"{n}_rise_K": f"{n.replace('middle', 'peak')}_rise_K" for n in names if n.endswith("middle")}
     # The middle is next to the peak and shares its error: half of the duals are saved.
     goals = ["end", *(n for n in names if not n.endswith("middle"))]
-    inner = f"span{different(count)}"
+    inner = f"span{different(sink.spans)}"
 
     def read(out: Outputs) -> Quantities:
-        return steady(sink, count, out)
+        return steady(sink, out)
 
     return replace(
         sink_quantities.study(sink, part),
@@ -42,40 +41,40 @@ def study(sink: Sink, count: int, part: Symmetry) -> Study:
             "anchor_resistance_K_per_W": "end_rise_K", "peak_rise_K": f"{inner}_peak_rise_K",
             "mean_rise_K": "span1_mean_rise_K", **middles,
         },
-        steady=read, traces=lambda out: traces(sink, count, out),
+        steady=read, traces=lambda out: traces(sink, out),
         steady_scales=lambda out: sink_quantities.sizes(read(out)),
         trace_scales=lambda out: sink_quantities.trace_sizes(read(out)),
     )  # fmt: skip
 
 
-def steady(sink: Sink, count: int, out: Outputs) -> Quantities:
+def steady(sink: Sink, out: Outputs) -> Quantities:
     """Steady quantities of summary.json, and ``end_flow_W``, the heat through one end of the row.
 
     That is what leaves at the anchor, less what the pad makes, with what leaves at its faces.
     """
-    values = _both(sink, count, out)
+    values = _both(sink, out)
     entering = [
         v for n, v in out.items() if n == "joule:pad-0" or n.startswith(("flow:air-pad-0", "flow:radiation-pad-0"))
     ]
     end_flow = values["anchor_heat_W"] - sum(entering, np.float64(0.0))
     rises = {f"{n.removesuffix('_K')}_rise_K" if n.endswith("_K") else n: v for n, v in values.items()}
     return rises | {
-        "heat_out_W": 2 * values["anchor_heat_W"] + _over_islands(sink, count, values),
+        "heat_out_W": 2 * values["anchor_heat_W"] + _over_islands(sink, values),
         "anchor_resistance_K_per_W": values["end_K"] / end_flow,
         "end_flow_W": end_flow,
     }
 
 
-def traces(sink: Sink, count: int, out: Outputs) -> Quantities:
+def traces(sink: Sink, out: Outputs) -> Quantities:
     """Traces of traces.csv, without the model's name; temperatures in kelvin."""
-    values = _both(sink, count, out)
+    values = _both(sink, out)
     return {n: v + sink.room_temperature if n.endswith("_K") else v for n, v in values.items()}
 
 
-def _both(sink: Sink, count: int, out: Outputs) -> Quantities:
-    """What is read in the steady state and over time, with rises in place of temperatures."""
-    kinds = different(count)
-    spans = {f"span{k}_{what}_K": out[f"probe:span{k}_{what}"] for k in range(1, kinds + 1) for what in OF_SPAN}
+def _both(sink: Sink, out: Outputs) -> Quantities:
+    """The quantities of the steady state and over time, with rises in place of temperatures."""
+    kinds = different(sink.spans)
+    spans = {f"span{k}_{kind}_K": out[f"probe:span{k}_{kind}"] for k in range(1, kinds + 1) for kind in OF_SPAN}
     means = [spans[f"span{k}_mean_K"] for k in range(1, kinds + 1)]
     inner = sink.spans - 2 * (kinds - 1)
     current = out["current:electrode-0"]
@@ -87,12 +86,12 @@ def _both(sink: Sink, count: int, out: Outputs) -> Quantities:
         "power_W": sink.spans * sink.voltage * current,
         **spans,
         "anchor_heat_W": -out["flow:substrate-0"],
-        **{f"island{k}_heat_W": -out[f"flow:substrate-island-{k}"] for k in range(1, count // 2 + 1)},
+        **{f"island{k}_heat_W": -out[f"flow:substrate-island-{k}"] for k in range(1, sink.spans // 2 + 1)},
     }
 
 
-def _over_islands(sink: Sink, count: int, values: Mapping[str, np.ndarray]) -> np.ndarray:
+def _over_islands(sink: Sink, values: Mapping[str, np.ndarray]) -> np.ndarray:
     """The heat (W) through all islands."""
-    kinds = count // 2
+    kinds = sink.spans // 2
     heats = [values[f"island{k}_heat_W"] for k in range(1, kinds + 1)]
     return 2 * sum(heats[:-1]) + (sink.spans - 1 - 2 * (kinds - 1)) * heats[-1]

@@ -13,7 +13,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from compare.outcome import Outcome
-    from compare.verdict import Check
     from reduced1d.painted import Reduction
     from scenes.model import AnyScene
     from scenes.sink import Sink
@@ -75,18 +74,16 @@ def _painted(outcome: Outcome[Sink]) -> Reduction | None:
 
 
 def _sink_field(outcome: Outcome[Sink]) -> Field:
-    """The steady field; of a row of spans, which would be a thread, those that were solved."""
+    """The steady field."""
     from validate.report.figures.render import Field
 
     sink, details = outcome.scene, outcome.solved.details
-    fields, solved, room = details["fields"].distinct, details["spans_solved"], sink.room_temperature
-    part = f"{solved} of {sink.spans} spans" if solved < sink.spans else ""
+    fields, room = details["fields"], sink.room_temperature
     size = " x ".join(f"{side * 1e6:.4g}" for side in (sink.length, sink.width, sink.thickness))
-    under: list[Check | str] = [f"{part}, those that were solved: the others are as the middle one"] if part else []
     return Field(
-        fields.points, fields.hexes, fields.steady - room, f"steady rise{part and f' of {part}'}",
+        fields.points, fields.hexes, fields.steady - room, "steady rise",
         f"Figure 4: steady 3D temperature, {sink_text(sink)} ({'beam' if sink.spans == 1 else 'spans of'} {size} µm, ",
-        "thickness", f"rise above {room:g} K (K)", under=(*under, *(c for c in outcome.checks if c.id == "fig4")),
+        "thickness", f"rise above {room:g} K (K)", under=tuple(c for c in outcome.checks if c.id == "fig4"),
         instead="the steady temperature of the top faces, from above: no OpenGL to render in 3D with",
     )  # fmt: skip
 

@@ -244,7 +244,7 @@ def _sink(
         values |= _check_columns(checks, prefix)
     top = sink.room_temperature + fem3d.steady["peak_rise_K"].value
     # Nothing is hotter than the peak, and a step's response nowhere hotter than the steady state.
-    hot = hottest.excess(sink.materials, top, lambda: fem3d.details["fields"].distinct, np.empty(0))
+    hot = hottest.excess(sink.materials, top, lambda: fem3d.details["fields"], np.empty(0))
     parts = _parts(sink, scope, fem3d, levels) if scope.blame and not scope.model else None
     return values | too_hot(*hot) | blame(parts) | {"accuracy": sink.accuracy}, parts, first
 

@@ -60,11 +60,6 @@ class RunFields(ABC):
         return self._drawn.material
 
     @property
-    def distinct(self) -> RunFields:
-        """The same without what is there more than once."""
-        return self
-
-    @property
     def has_steady(self) -> bool:
         """Whether the run has a steady state."""
         return self._state is not None
