@@ -129,12 +129,13 @@ def _map(table: Table, reduction: str) -> Figure:
     names = sorted({str(word) for word, s in zip(words, size, strict=True) if word and s > tolerance})
     model = "the paper" if reduction == "paper" else reduction
     title = f"{table.job.base.name}: |1D/3D - 1| of {TITLES.get(check, check)}, {model}"
-    figure = new_figure(10.4 if names else 6.0, 4.7, title, [], bottom=0.95)
-    axes = figure.subplots(1, 1 + bool(names), squeeze=False)[0]
+    several = len(names) > 1  # one assumption alone needs a word, not a panel of one colour
+    figure = new_figure(10.4 if several else 6.0, 4.7, title, [], bottom=0.95)
+    axes = figure.subplots(1, 1 + several, squeeze=False)[0]
     levels = MaxNLocator(10).tick_values(0.0, most or 1.0)
     filled = axes[0].tricontourf(net, percents, levels=levels, cmap="viridis")
     figure.colorbar(filled, ax=axes[0], format="%g", pad=0.02).set_label("|1D/3D - 1| (%)")
-    if names:
+    if several:
         _blamed(axes[1], net, percents, [names.index(w) if w in names else 0 for w in words], 100 * tolerance)
         handles = [Patch(color=PARTS[i], label=n) for i, n in enumerate(names)]
         figure.legend(handles=handles, loc="lower right", ncols=4)
@@ -161,7 +162,8 @@ def _map(table: Table, reduction: str) -> Figure:
             _axis(ax, side, table, key)
         ax.grid(False)
     axes[0].plot(x[ok], y[ok], "o", color="white", ms=2.2, mec=INK, mew=0.4, clip_on=False)
-    line = f"bold: {100 * tolerance:g} %" if crossed else f"the line of {100 * tolerance:g} % is not in the range"
+    beyond = f", beyond it {names[0]} is to blame" if len(names) == 1 else ""
+    line = f"bold: {100 * tolerance:g} %{beyond}" if crossed else f"the line of {100 * tolerance:g} % is not in the range"
     notes = [
         line + ", broken where it may be off by more than a cell" * bool(crossed and unsure.any()),
         "dots: solved",

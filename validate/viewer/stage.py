@@ -60,8 +60,7 @@ class Stage:
         self._strike()
         panels = _PANELS if view.compare else ((view.quantity, ""),)
         self._frame(view, len(panels))
-        surface = self._surface(view)
-        lines = surface.extract_feature_edges(30, boundary_edges=True, manifold_edges=False)
+        surface, lines = self._surface(view), self._outline(view)
         for number, panel in enumerate(panels):
             self._panel(view, number, surface.copy(deep=False), lines, *panel)
         self._text(TITLE, title(view, self.source.name, self.source.times[view.step]), 12, "arial")
@@ -180,10 +179,23 @@ class Stage:
         """The surface, clipped if asked; quadratic cells are cut into enough triangles to look curved."""
         grid = self.source.grid(view.step)
         if view.cut:
-            axis, origin = "xyz".index(view.cut), self._bounds.mean(axis=1)
-            origin[axis] = self._bounds[axis, 0] + view.place * np.ptp(self._bounds[axis])
-            grid = grid.clip(normal=f"-{view.cut}", origin=tuple(origin), invert=True)
+            grid = grid.clip(normal=f"-{view.cut}", origin=self._origin(view), invert=True)
         return grid.extract_surface(algorithm="dataset_surface", nonlinear_subdivision=subdivision)
+
+    def _outline(self, view: View) -> Any:
+        """The edges of the surface and the rim of a cut, whose slivers of cells would draw edges of their own."""
+        surface = self.source.grid(view.step).extract_surface(algorithm="dataset_surface", nonlinear_subdivision=2)
+        lines = surface.extract_feature_edges(30, boundary_edges=True, manifold_edges=False)
+        if not view.cut:
+            return lines
+        plane = {"normal": f"-{view.cut}", "origin": self._origin(view)}
+        return lines.clip(**plane, invert=True).merge(surface.slice(**plane))
+
+    def _origin(self, view: View) -> tuple[float, ...]:
+        """A point (m) of the plane that clips."""
+        axis, origin = "xyz".index(view.cut), self._bounds.mean(axis=1)
+        origin[axis] = self._bounds[axis, 0] + view.place * np.ptp(self._bounds[axis])
+        return tuple(origin)
 
     def _range(self, name: str, step: int | None) -> tuple[float, float]:
         """The least and the largest value of a state, or of all of them (``None``)."""
