@@ -162,10 +162,10 @@ def _map(table: Table, reduction: str) -> Figure:
             _axis(ax, side, table, key)
         ax.grid(False)
     axes[0].plot(x[ok], y[ok], "o", color="white", ms=2.2, mec=INK, mew=0.4, clip_on=False)
-    beyond = f", beyond it {names[0]} is to blame" if len(names) == 1 else ""
-    line = f"bold: {100 * tolerance:g} %{beyond}" if crossed else f"the line of {100 * tolerance:g} % is not in the range"
+    cause = f" (where it is exceeded: {names[0]})" if len(names) == 1 else ""
+    line = f"bold: {100 * tolerance:g} %" if crossed else f"the line of {100 * tolerance:g} % is not in the range"
     notes = [
-        line + ", broken where it may be off by more than a cell" * bool(crossed and unsure.any()),
+        line + cause + ", broken where it may be off by more than a cell" * bool(crossed and unsure.any()),
         "dots: solved",
         *(["hatched: hotter than a material's valid_to"] if molten else []),
         *([] if ok.all() else ["crosses: no answer"]),
