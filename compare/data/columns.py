@@ -7,7 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scenes.units import TIME, Powers, UnitError, parse_unit
+from scenes.units import TIME, Powers, Unit, UnitError, parse_unit
+
+ICE_POINT = 273.15  # K, of 0 degC: the definition of the degree Celsius
 
 _UNITS = (
     re.compile(r"(?:^|(?<=\s))\(([^()\[\]]{1,20})\)"),
@@ -31,30 +33,42 @@ _VECTOR = re.compile(r"(v|i\w{0,2})\([^()]*\)$|.*#branch$|@.*\[\w+\]$", re.IGNOR
 
 
 @dataclass(frozen=True)
-class Scale:
-    """A unit of a column: SI base units with their ``powers``, the ``factor`` to SI and the ``offset`` of degC."""
-
-    powers: Powers
-    factor: float
-    offset: float = 0.0
-
-    def to_si(self, values: np.ndarray) -> np.ndarray:
-        """Convert numbers to SI; temperatures are absolute."""
-        return values * self.factor + self.offset
-
-
-@dataclass(frozen=True)
 class Column:
     """One column of a file.
 
-    ``unit`` is the text of its unit ("" for none), ``values`` (rows,) has NaN in empty cells, ``spice`` says that the
-    column is of a circuit, where volts may stand for kelvins.
+    Attributes
+    ----------
+    name : the header
+    unit : the text of the unit, "" for none
+    values : (rows,), NaN in empty cells
+    spice : whether the column is of a circuit, where volts may stand for kelvins
     """
 
     name: str
     unit: str
     values: np.ndarray
     spice: bool = False
+
+    @property
+    def powers(self) -> Powers | None:
+        """The powers of SI base units of the unit, ``None`` for none or an unknown one."""
+        unit = find_unit(self.unit)
+        return None if unit is None else unit.powers
+
+    @property
+    def plain(self) -> str:
+        """The name without the unit."""
+        return split_unit(self.name)[0]
+
+    @property
+    def has_time(self) -> bool:
+        """Whether the unit is one of time."""
+        return self.powers == TIME.powers
+
+    @property
+    def is_time(self) -> bool:
+        """Whether the column has a unit of time and the name of one."""
+        return self.has_time and is_clock(self.name)
 
 
 @dataclass(frozen=True)
@@ -68,7 +82,7 @@ class Table:
 
 
 def parse_number(cell: str, mark: str = ".") -> float:
-    """The number of a cell, NaN for a missing one; ValueError for a text. Fortran writes 1.0D-06."""
+    """Return the number of a cell, NaN for a missing one; ValueError for a text. Fortran writes 1.0D-06."""
     if cell.lower() in _MISSING or SHEET_ERROR.fullmatch(cell):
         return np.nan
     if "_" in cell or (mark == "," and "." in cell):
@@ -76,16 +90,20 @@ def parse_number(cell: str, mark: str = ".") -> float:
     return float(cell.replace(mark, ".").replace("D", "E").replace("d", "e"))
 
 
-def scale_of(text: str) -> Scale | None:
-    """Look up the unit of a text such as "ms", "degC", "Volt" or "min"; ``None`` where the text is no unit."""
+def find_unit(text: str) -> Unit | None:
+    """Return the unit of a text such as "ms", "degC", "Volt" or "min"; ``None`` where the text is no unit."""
     spelled = " ".join(text.replace("°", "deg").replace("\N{MASCULINE ORDINAL INDICATOR}", "deg").split())
     if not spelled or spelled[0].isdigit():
         return None
     try:
-        unit = parse_unit(_WORDS.get(spelled.lower(), spelled))
+        return parse_unit(_WORDS.get(spelled.lower(), spelled))
     except UnitError:
         return None
-    return Scale(unit.powers, float(unit.factor), 273.15 if unit.celsius else 0.0)
+
+
+def to_si(values: np.ndarray, unit: Unit | None) -> np.ndarray:
+    """Return numbers of a unit in SI units; temperatures are absolute, and numbers without a unit stay."""
+    return values if unit is None else values * float(unit.factor) + (ICE_POINT if unit.celsius else 0.0)
 
 
 def split_unit(header: str) -> tuple[str, str]:
@@ -94,13 +112,13 @@ def split_unit(header: str) -> tuple[str, str]:
         for match in place.finditer(header):
             name = " ".join(f"{header[: match.start()]} {header[match.end() :]}".split())
             minimum = place is _UNITS[-1] and match.group(1).lower() == "min" and not is_clock(name)
-            if scale_of(match.group(1)) is not None and not minimum:
+            if find_unit(match.group(1)) is not None and not minimum:
                 return name, match.group(1).strip()
     return header, ""
 
 
 def make_column(header: str, values: np.ndarray, unit: str = "") -> Column:
-    """Make a column from a header: "Temperature (degC), Point 1", "peak [K]", "V(mid)"."""
+    """Return the column of a header: "Temperature (degC), Point 1", "peak [K]", "V(mid)"."""
     name = " ".join(header.split())
     spice = _VECTOR.match(name) is not None
     if spice and not unit:
@@ -108,18 +126,7 @@ def make_column(header: str, values: np.ndarray, unit: str = "") -> Column:
     return Column(name, unit or split_unit(name)[1], values, spice)
 
 
-def is_time(column: Column) -> bool:
-    """Whether a column has a unit of time and the name of one."""
-    return has_time(column) and is_clock(column.name)
-
-
-def has_time(column: Column) -> bool:
-    """Whether a column has a unit of time."""
-    scale = scale_of(column.unit)
-    return scale is not None and scale.powers == TIME.powers
-
-
 def is_clock(name: str) -> bool:
-    """Whether a name is one of the time."""
+    """Return whether a name is one of the time."""
     words = re.findall(r"[^\W\d_]+", name.lower())
     return bool({"time", "zeit"} & set(words)) or words[:1] == ["t"]

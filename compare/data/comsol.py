@@ -13,21 +13,20 @@ from pathlib import Path
 
 import numpy as np
 
-from compare.data.columns import Column, make_column, parse_number, scale_of, split_unit
+from compare.data.columns import Column, find_unit, make_column, parse_number
 from scenes.errors import SceneError, quoted
 
 _MOST_POINTS = 200  # Points of a data export at most: more are a field.
 
 
 def read_sections(path: Path, text: str) -> list[Column]:
-    """The columns of COMSOL's sectionwise and grid formats, which have one below another."""
+    """Read the columns of COMSOL's sectionwise and grid formats, which stand below one another."""
     sections: dict[str, list[list[float]]] = {}
     name = ""
     for number, line in enumerate(text.splitlines(), 1):
         bare = line.strip()
         if bare.startswith("%"):
-            name = bare.lstrip("% ")
-            name = name[6:-1] if name.startswith("Data (") else name
+            name = re.sub(r"^Data \((.*)\)$", r"\1", bare.lstrip("% "))
         elif bare:
             try:
                 sections.setdefault(name, []).append([float(cell) for cell in bare.replace(",", " ").split()])
@@ -35,19 +34,18 @@ def read_sections(path: Path, text: str) -> list[Column]:
                 raise SceneError(
                     f"--against {quoted(path)}, row {number}: {quoted(bare)} is no row of numbers"
                 ) from None
-    found: dict[str, np.ndarray] = {}
+    values: dict[str, np.ndarray] = {}
     for name, rows in sections.items():
         if name == "Grid":
             # The first coordinate varies fastest.
             points = np.array(np.meshgrid(*map(np.array, rows), indexing="ij")).T.reshape(-1, len(rows))
-            found |= dict(zip("xyz", points.T, strict=False))
+            values |= dict(zip("xyz", points.T, strict=False))
         elif name == "Coordinates":
-            found |= dict(zip("xyz", np.array(rows).T, strict=False))
+            values |= dict(zip("xyz", np.array(rows).T, strict=False))
         elif not name.startswith("Elements"):
-            found[name] = np.concatenate([np.array(row) for row in rows])
-    columns = [make_column(name, values) for name, values in found.items()]
-    counts = {len(c.values) for c in columns}
-    if len(counts) != 1 or not any(c.unit for c in columns):
+            values[name] = np.concatenate([np.array(row) for row in rows])
+    columns = [make_column(name, each) for name, each in values.items()]
+    if len({len(c.values) for c in columns}) != 1 or not any(c.unit for c in columns):
         raise SceneError(
             f"--against {quoted(path)} is a COMSOL export by sections without a value for each point under headers "
             'such as "T (K) @ t=0": export it as a spreadsheet'
@@ -55,50 +53,43 @@ def read_sections(path: Path, text: str) -> list[Column]:
     return columns
 
 
-def find_places(columns: Sequence[Column]) -> dict[str, np.ndarray]:
-    """The coordinates of the points of a data export."""
-    return {name: c.values for c in columns if (name := split_unit(c.name)[0].lower()) in ("x", "y", "z")}
+def find_places(columns: Sequence[Column]) -> dict[str, Column]:
+    """Return the columns of coordinates, by axis."""
+    return {c.plain.lower(): c for c in columns if c.plain.lower() in ("x", "y", "z")}
 
 
-def turn(path: Path, columns: Sequence[Column], remarks: Sequence[str]) -> tuple[Column, ...]:
-    """Turn a data export: its rows are points, its columns are expressions at parameters, the time among them."""
-    units = (re.search(r"Length unit[:,\s\"]+([^\s\",]+)", remark) for remark in remarks)
-    length = next((unit for match in units if match and (unit := scale_of(match[1]))), None)
-    places = {axis: values * (length.factor if length else 1.0) for axis, values in find_places(columns).items()}
-    if len(columns[0].values) > _MOST_POINTS:
-        raise SceneError(
-            f"--against {quoted(path)} is a field of {len(columns[0].values)} points: export a table of point "
-            "evaluations instead"
-        )
-    points = [", ".join(f"{values[row]:.9g}" for values in places.values()) for row in range(len(columns[0].values))]
-    expressions = [c for c in columns if split_unit(c.name)[0].lower() not in places]
-    return stack(
-        [
+def arrange(path: Path, columns: Sequence[Column], remarks: Sequence[str]) -> tuple[Column, ...]:
+    """Return a column for each expression and point, and for each parameter behind an "@", with the runs below one
+    another. Only files with ``remarks`` of COMSOL have points."""
+    places = find_places(columns) if remarks else {}
+    count = len(columns[0].values)
+    if places:
+        if count > _MOST_POINTS:
+            raise SceneError(
+                f"--against {quoted(path)} is a field of {count} points: export a table of point evaluations instead"
+            )
+        units = (re.search(r"Length unit[:,\s\"]+([^\s\",]+)", remark) for remark in remarks)
+        length = next((float(unit.factor) for match in units if match and (unit := find_unit(match[1]))), 1.0)
+        points = [", ".join(f"{c.values[row] * length:.9g}" for c in places.values()) for row in range(count)]
+        columns = [
             replace(c, name=" @ ".join([f"{name}, Point: ({point})", *behind]), values=c.values[row : row + 1])
-            for c in expressions for name, *behind in [c.name.split(" @ ", 1)] for row, point in enumerate(points)
-        ]
-    )  # fmt: skip
-
-
-def stack(columns: Sequence[Column]) -> tuple[Column, ...]:
-    """Stack columns that stand beside one another for parameters, "T (K) @ t=1E-3, V0=0.5", with a column for each."""
+            for c in columns if c not in places.values()
+            for name, *behind in [c.name.split(" @ ", 1)] for row, point in enumerate(points)
+        ]  # fmt: skip
+        count = 1
     blocks: dict[str, list[Column]] = {}
-    shared: list[Column] = []
     for c in columns:
         name, _, behind = c.name.partition(" @ ")
-        (blocks.setdefault(re.sub(r"^\d+:\s*", "", behind), []) if behind else shared).append(replace(c, name=name))
+        blocks.setdefault(re.sub(r"^\d+:\s*", "", behind), []).append(replace(c, name=name))
+    shared = blocks.pop("", [])
     if not blocks:
         return tuple(columns)
     stacked: dict[str, Column] = {}
-    rows, count = len(columns[0].values), len(columns[0].values) * len(blocks)
     for k, (behind, block) in enumerate(blocks.items()):
-        pairs = [re.fullmatch(r"\s*(\w+)\s*=\s*([-+.\deE]+)\s*\[?\s*(.*?)\]?\s*", text) for text in behind.split(",")]
-        parameters = [
-            make_column(f"{pair[1]} ({pair[3] or 's'})" if pair[3] or pair[1] == "t" else pair[1],
-                        np.full(rows, parse_number(pair[2])))
-            for pair in pairs if pair
-        ]  # fmt: skip
+        pairs = re.findall(r"(\w+)\s*=\s*([-+.\deE]+)\s*\[?\s*([^],]*?)\s*(?=[],]|$)", behind)
+        headers = {name: f"{name} ({unit or 's'})" if unit or name == "t" else name for name, _, unit in pairs}
+        parameters = [make_column(headers[name], np.full(count, parse_number(value))) for name, value, _ in pairs]
         for c in (*parameters, *shared, *block):
-            new = stacked.setdefault(c.name, replace(c, values=np.full(count, np.nan)))
-            new.values[k * rows : (k + 1) * rows] = c.values
+            new = stacked.setdefault(c.name, replace(c, values=np.full(count * len(blocks), np.nan)))
+            new.values[k * count : (k + 1) * count] = c.values
     return tuple(stacked.values())

@@ -8,7 +8,6 @@ time as single precision, and marks times of interpolated points with a minus si
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -21,52 +20,51 @@ _VARIABLES = re.compile(rb"^(Variables:.*?)^(Values|Binary):[ \t]*\r?\n", re.DOT
 
 
 def is_raw(data: bytes) -> bool:
-    """Whether the content of a file is a raw file."""
+    """Return whether the content of a file is a raw file."""
     head = data[:8000].replace(b"\0", b"")
     return head.startswith(b"Title:") and b"Plotname:" in head
 
 
 def read(path: Path, data: bytes, plot: str = "transient") -> Table:
     """Read the columns of the one analysis that is called ``plot``. Raises SceneError."""
-    data = _with_plain_headers(data)
+    shown, data = f"--against {quoted(path)}", _with_plain_headers(data)
     start, table, names = 0, None, []
     while head := _VARIABLES.search(data, start):
-        header = data[start : head.start()].decode("latin-1")
+        fields = dict(re.findall(r"^([^:\n]+):[ \t]*(.*?)\s*$", data[start : head.start()].decode("latin-1"), re.M))
         variables = [line.split() for line in head.group(1).decode("latin-1").splitlines()[1:] if line.strip()]
-        count, points, flags = len(variables), _field(header, "No. Points"), _field(header, "Flags").lower()
+        points, flags, program = fields.get("No. Points", ""), fields.get("Flags", ""), fields.get("Command", "")
         if not (points.isascii() and points.isdigit()):
-            raise SceneError(f"--against {quoted(path)}: no number of points in its header (No. Points)")
-        if not count or not int(points):
-            raise SceneError(f"--against {quoted(path)} has no {'points' if count else 'variables'} in one of its runs")
-        numbers = int(points) * count * (2 if "complex" in flags else 1)
+            raise SceneError(f"{shown}: no number of points in its header (No. Points)")
+        if not variables or not int(points):
+            raise SceneError(f"{shown} has no {'points' if variables else 'variables'} in one of its runs")
+        width = len(variables) * (2 if "complex" in flags else 1)
         if head.group(2) == b"Binary":
-            single = "LTspice" in _field(header, "Command") and "double" not in flags and "complex" not in flags
-            row = np.dtype([("first", "<f8"), ("rest", "<f4" if single else "<f8", (numbers // int(points) - 1,))])
-            whole = min(int(points), (len(data) - head.end()) // row.itemsize)
-            rows = np.frombuffer(data, row, whole, head.end())
-            values = np.column_stack([rows["first"], rows["rest"]]).ravel()
+            single = "LTspice" in program and "double" not in flags and "complex" not in flags
+            row = np.dtype([("first", "<f8"), ("rest", "<f4" if single else "<f8", (width - 1,))])
+            rows = np.frombuffer(data, row, min(int(points), (len(data) - head.end()) // row.itemsize), head.end())
+            values = np.column_stack([rows["first"], rows["rest"]])
             start = head.end() + row.itemsize * int(points)
         else:
             following = data.find(b"Title:", head.end())
             start = len(data) if following < 0 else following
-            values = _values(data[head.end() : start].decode("latin-1"), count)
-        names.append(_field(header, "Plotname"))
+            values = _read_values(data[head.end() : start].decode("latin-1"), width)
+        names.append(fields.get("Plotname", ""))
         if plot not in names[-1].lower():
             continue
         if table is not None:
-            raise SceneError(f"--against {quoted(path)} has several {plot} analyses: write one of them only")
-        if values.size != numbers:
-            raise SceneError(f"--against {quoted(path)} is cut off: it has {values.size // count} of {points} points")
-        columns = [
-            Column(v[1], _unit(v[2].lower() if len(v) > 2 else ""), column, spice=True)
-            for v, column in zip(variables, values.reshape(-1, count).T, strict=True)
-        ]
+            raise SceneError(f"{shown} has several {plot} analyses: write one of them only")
+        if len(values) != int(points):
+            raise SceneError(f"{shown} is cut off: it has {len(values)} of {points} points")
+        units = [_unit(variable[2].lower() if len(variable) > 2 else "") for variable in variables]
         # A transient analysis has no times below zero: the minus sign is LTspice's mark.
-        columns = [replace(c, values=np.abs(c.values)) if c.unit == "s" else c for c in columns]
-        table = Table("LTspice raw file" if "LTspice" in header else "ngspice raw file", tuple(columns))
+        columns = [
+            Column(variable[1], unit, np.abs(column) if unit == "s" else column, spice=True)
+            for variable, unit, column in zip(variables, units, values.T, strict=False)
+        ]
+        table = Table(f"{'LTspice' if 'LTspice' in program else 'ngspice'} raw file", tuple(columns))
     if table is None:
         listed = f": it has {', '.join(map(quoted, names[:4]))}" if names else ""
-        raise SceneError(f"--against {quoted(path)} has no {plot} analysis{listed}: export one")
+        raise SceneError(f"{shown} has no {plot} analysis{listed}: export one")
     return table
 
 
@@ -75,24 +73,19 @@ def _with_plain_headers(data: bytes) -> bytes:
     if data[1:2] != b"\0":
         return data
     end = re.search(rb"B\0i\0n\0a\0r\0y\0:\0(\r\0)?\n\0", data)
-    if end is None:
-        return data.decode("utf-16-le", "replace").encode("latin-1", "replace")
-    return data[: end.end()].decode("utf-16-le", "replace").encode("latin-1", "replace") + data[end.end() :]
+    at = len(data) if end is None else end.end()
+    return data[:at].decode("utf-16-le", "replace").encode("latin-1", "replace") + data[at:]
 
 
 def _unit(kind: str) -> str:
     return "V" if "voltage" in kind else "A" if "current" in kind else _UNITS.get(kind, "")
 
 
-def _values(text: str, count: int) -> np.ndarray:
-    """Numbers of the values' section, without the number of the point before its first value."""
+def _read_values(text: str, width: int) -> np.ndarray:
+    """(points, width): numbers of a text, without the number of the point before its first value."""
     cells = text.replace(",", " ").split()
     try:
-        return np.array([float(cell) for k, cell in enumerate(cells) if k % (count + 1)])
+        values = np.array([float(cell) for k, cell in enumerate(cells) if k % (width + 1)])
     except ValueError:
-        return np.empty(0)
-
-
-def _field(header: str, name: str) -> str:
-    match = re.search(rf"^{re.escape(name)}:[ \t]*(.*)$", header, re.MULTILINE)
-    return match.group(1).strip() if match else ""
+        return np.empty((0, width))
+    return values[: len(values) // width * width].reshape(-1, width)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -12,10 +13,10 @@ import numpy as np
 from compare.against import Data
 from compare.data import raw
 from compare.data import text as tables
-from compare.data.columns import Column, Table, is_time, scale_of
-from compare.data.match import Match, match_column, read_meanings
+from compare.data.columns import ICE_POINT, Column, Table, find_unit
+from compare.data.match import Match, match_column, read_meanings, refusal
 from compare.data.runs import pick
-from compare.data.targets import Target, make_target, refusal
+from compare.data.target import Target, make_target
 from compare.quantities import AT_REST, EDGE, Quantities
 from compare.verdict import COVERS
 from scenes.errors import SceneError, did_you_mean, printable, quoted
@@ -53,80 +54,76 @@ def read(path: Path, scene: Any, columns: Sequence[str] = (), uncertainty: Seque
     table = _read_table(path, catalogue.steady)
     given = read_meanings(target, table, columns)
     run = pick(table, given, target, shown)
-    kept: dict[str, Match] = {}
-    omitted = dict(run.left_out)
+    matches: dict[str, Match] = {}
+    left_out = dict(run.left_out)
     for column in run.columns:
-        meaning = given.get(column.name)
-        if np.isnan(column.values).all():
-            omitted[column.name] = "is empty"
-            continue
-        match = match_column(column, meaning, target)
+        match = match_column(column, given.get(column.name), target)
         if isinstance(match, str):
-            omitted[column.name] = match + _constant(column)
-        elif meaning is None and match.key in (other.name for other in given.values()):
-            omitted[column.name] = "is not the one that --column names"
-        elif match.key in kept and given.get(kept[match.key].header) is None:
+            left_out[column.name] = match + _describe_constant(column)
+        elif column.name not in given and match.key in (meaning.name for meaning in given.values()):
+            left_out[column.name] = "is not the one that --column names"
+        elif match.key in matches and matches[match.key].header not in given:
+            word = catalogue.word(match.key)
             raise SceneError(
-                f"--against {shown}: both {quoted(kept[match.key].header)} and {quoted(column.name)} may be the "
-                f"scene's {catalogue.word(match.key)}: say which, --column {catalogue.word(match.key)}="
-                f'"{printable(column.name)}"'
+                f"--against {shown}: both {quoted(matches[match.key].header)} and {quoted(column.name)} may be the "
+                f'scene\'s {word}: say which, --column {word}="{printable(column.name)}"'
             )
         else:
-            kept[match.key] = match
-    if not kept:
-        raise SceneError(f"--against {shown}: {refusal(table, omitted, target)}")
-    gaps, notes = _gaps(kept, shown)
-    kept = {key: replace(match, values=match.values[~gaps]) for key, match in kept.items()}
-    infinite = next((match.header for match in kept.values() if not np.isfinite(match.values).all()), None)
-    if infinite is not None:
-        raise SceneError(f"--against {shown}: {quoted(infinite)} has values that are not finite numbers")
-    time = np.repeat(AT_REST, int((~gaps).sum())) if catalogue.steady or run.time is None else run.time[~gaps]
-    if not catalogue.steady:
-        _check_times(time, catalogue.end, shown)
-    headers = {**({"time_s": run.clock} if run.clock else {}), **{key: m.header for key, m in kept.items()}}
-    how = {key: said for key, said in (("time_s", run.how), *((k, m.note) for k, m in kept.items())) if said}
+            matches[match.key] = match
+    if not matches:
+        raise SceneError(f"--against {shown}: {refusal(table, left_out, target)}")
+    rows, notes = _full_rows(matches, shown)
+    values = {key: match.values[rows] for key, match in matches.items()}
+    for key, each in values.items():
+        if not np.isfinite(each).all():
+            raise SceneError(f"--against {shown}: {quoted(matches[key].header)} has values that are not finite numbers")
+    headers = {key: match.header for key, match in matches.items()}
+    how = {key: match.note for key, match in matches.items() if match.note}
+    time = np.repeat(AT_REST, int(rows.sum()))
+    if run.clock is not None:
+        headers, how = {"time_s": run.clock.name, **headers}, {**({"time_s": run.how} if run.how else {}), **how}
+        time = time if catalogue.steady else run.clock.values[rows]
     # Other columns in SI units may be uncertainties: of temperatures they are differences.
     others = {
-        c.name: c.values[~gaps] * scale.factor
-        for c in run.columns if c.name not in headers.values() and (scale := scale_of(c.unit)) is not None
+        c.name: c.values[rows] * float(unit.factor)
+        for c in run.columns if c.name not in headers.values() and (unit := find_unit(c.unit)) is not None
     }  # fmt: skip
     data = Data(
-        path.name, table.kind, time, {key: m.values for key, m in kept.items()}, headers, how,
-        (*table.notes, *notes), omitted, run.words, others=others, words=catalogue.words,
-        curve=None if run.curve is None else (run.curve.key, run.curve.values[~gaps]),
+        path.name, table.kind, time, values, headers, how, (*table.notes, *notes), left_out, run.words, others=others,
+        words=catalogue.words, curve=None if run.curve is None else (run.curve.key, run.curve.values[rows]),
     )  # fmt: skip
     if data.curve is not None and uncertainty:
         raise SceneError("--data-uncertainty is of traces or of one steady state: leave it out with a curve")
+    if not catalogue.steady:
+        _check_times(time, catalogue.end, shown)
     data = replace(data, u=read_uncertainty(catalogue, data, uncertainty))
-    if catalogue.steady:
-        return data
-    return replace(data, warnings=(*_spans(time, catalogue.end), *_starts(data, target, shown)))
+    return data if catalogue.steady else replace(data, warnings=_compare_run(data, target, shown))
 
 
 def _read_table(path: Path, steady: bool) -> Table:
     """The columns of a file; columns of one name are numbered, but the times before every vector."""
     data = tables.read_bytes(path)
-    if pairs := [] if raw.is_raw(data) else tables.read_pairs(path, data):
+    if raw.is_raw(data):
+        table = raw.read(path, data)
+    elif pairs := tables.read_pairs(path, data):
         if not steady:
             raise SceneError(
                 f"--against {quoted(path)} is a list of values of the steady state, and the scene is solved over time: "
                 "give traces, or --steady"
             )
-        return Table("list of values", tuple(pairs))
-    table = raw.read(path, data) if raw.is_raw(data) else tables.read(path, data)
-    seen: dict[str, int] = {}
-    made = []
+        table = Table("list of values", tuple(pairs))
+    else:
+        table = tables.read(path, data)
+    seen: Counter[str] = Counter()
+    columns = []
     for column in table.columns:
-        n = seen[column.name] = seen.get(column.name, 0) + 1
-        made.append(
-            replace(column, name=f"{column.name} #{n}")
-            if n > 1 and column.name.lower() != "time" and not is_time(column)
-            else column
-        )
-    return replace(table, columns=tuple(made))
+        seen[column.name] += 1
+        again = seen[column.name] > 1 and column.name.lower() != "time" and not column.is_time
+        columns.append(replace(column, name=f"{column.name} #{seen[column.name]}") if again else column)
+    return replace(table, columns=tuple(columns))
 
 
-def _constant(column: Column) -> str:
+def _describe_constant(column: Column) -> str:
     """The value of a column that may be a parameter, as it is the same throughout."""
     if np.ptp(column.values) != 0 or len(column.values) < 2:
         return ""
@@ -134,9 +131,9 @@ def _constant(column: Column) -> str:
     return f" ({value} throughout; --column KEY={quoted(column.name)} holds it against the scene's)"
 
 
-def _gaps(kept: Mapping[str, Match], shown: str) -> tuple[np.ndarray, tuple[str, ...]]:
-    """(rows,): the rows in which some column is empty, and a note on them."""
-    empty = {match.header: np.isnan(match.values) for match in kept.values()}
+def _full_rows(matches: Mapping[str, Match], shown: str) -> tuple[np.ndarray, tuple[str, ...]]:
+    """(rows,): the rows in which no column is empty, and a note on the others."""
+    empty = {match.header: np.isnan(match.values) for match in matches.values()}
     gaps: np.ndarray = np.any(list(empty.values()), axis=0)
     names = [name for name, where in empty.items() if where.any()]
     if gaps.all():
@@ -144,8 +141,8 @@ def _gaps(kept: Mapping[str, Match], shown: str) -> tuple[np.ndarray, tuple[str,
             f"--against {shown}: every row is empty in one of {', '.join(map(quoted, names))}: leave one of them out, "
             f'--column "ignore={printable(names[0])}"'
         )
-    said = f"{gaps.sum()} of {len(gaps)} rows are left out, for {', '.join(map(quoted, names))} has no number there"
-    return gaps, (said,) if names else ()
+    note = f"{gaps.sum()} of {len(gaps)} rows are left out, for {', '.join(map(quoted, names))} has no number there"
+    return ~gaps, (note,) if names else ()
 
 
 def _check_times(time: np.ndarray, end: float, shown: str) -> None:
@@ -160,31 +157,21 @@ def _check_times(time: np.ndarray, end: float, shown: str) -> None:
         )
 
 
-def _spans(time: np.ndarray, end: float) -> tuple[str, ...]:
-    """A warning of traces that cover much more or less than the run."""
-    last = float(time[-1])
-    if 0.5 * end <= last <= 10 * end:
-        return ()
-    which = (
-        "only that is compared" if last < end else "is its time in another unit? only what the run covers is compared"
-    )
-    return (f"it ends at {quantity(last, 's', 3)}, the run at {quantity(end, 's', 3)}: {which}",)
-
-
-def _starts(data: Data, target: Target, shown: str) -> tuple[str, ...]:
-    """Warnings of temperatures that start off the initial one by more than their uncertainty. Raises SceneError."""
-    catalogue = target.quantities
+def _compare_run(data: Data, target: Target, shown: str) -> tuple[str, ...]:
+    """Warnings of traces whose times, or whose temperatures at the start, are not the run's. Raises SceneError."""
+    catalogue, warnings, last = target.quantities, [], float(data.time[-1])
+    if not 0.5 * catalogue.end <= last <= 10 * catalogue.end:
+        unit = "is its time in another unit? only what the run covers is compared"
+        ends = f"it ends at {quantity(last, 's', 3)}, the run at {quantity(catalogue.end, 's', 3)}"
+        warnings.append(f"{ends}: {'only that is compared' if last < catalogue.end else unit}")
     if data.time[0] > max(catalogue.first / 10, EDGE * catalogue.end):
-        return ()
-    warnings, initial = [], "room" if target.initial == "room_temperature" else "initial"
+        return tuple(warnings)
     for key, values in data.values.items():
         if catalogue.units[key] != "K":
             continue
         off, change = float(values[0]) - catalogue.initial, float(np.abs(values - values[0]).max())
-        surely = abs(off) - COVERS * float(data.u[key][0]) if key in data.u else abs(off)
-        if surely <= _NOTICED * change:
-            continue
-        header = data.headers[key]
+        surely = abs(off) - (COVERS * float(data.u[key][0]) if key in data.u else 0.0)
+        header, initial = data.headers[key], "room" if target.initial == "room_temperature" else "initial"
         where = f"starts {abs(off):.4g} K {'above' if off > 0 else 'below'} the scene's {initial} temperature"
         other = f"--set {target.initial}={catalogue.initial + off:.6g}"
         if surely > _REFUSED * change:
@@ -193,7 +180,8 @@ def _starts(data: Data, target: Target, shown: str) -> tuple[str, ...]:
                 f"--against {shown}: {quoted(header)} {where}, {catalogue.initial:g} K: give {other}, "
                 f'or where it is a rise --column "{catalogue.word(key)} rise={printable(header)}"{noisy}'
             )
-        warnings.append(f"{quoted(header)} {where}, which goes into the difference: {other} would meet it")
+        if surely > _NOTICED * change:
+            warnings.append(f"{quoted(header)} {where}, which goes into the difference: {other} would meet it")
     return tuple(warnings)
 
 
@@ -207,37 +195,37 @@ def read_uncertainty(catalogue: Quantities, data: Data, given: Sequence[str]) ->
     names = catalogue.names
     example = next((word for word, name in names.items() if catalogue.units[name] == "K"), next(iter(names)))
     form = f'give 0.5K, 1%, {example}=1%, or {example}="a column of the file"'
-    for said in given:
-        name, equals, value = said.partition("=")
+    for text in given:
+        name, equals, value = text.partition("=")
         if equals and name.strip() not in names:
             raise SceneError(
-                f"--data-uncertainty {quoted(said)}: {printable(name)} is no quantity: give {', '.join(names)}"
+                f"--data-uncertainty {quoted(text)}: {printable(name)} is no quantity: give {', '.join(names)}"
                 f"{did_you_mean(name.strip(), names)}"
             )
         keys = [names[name.strip()]] if equals else list(data.values)
-        text = (value if equals else said).strip()
-        found = {key: u for key in keys if (u := _uncertainty(catalogue, data, key, text)) is not None}
-        if not found:
-            raise SceneError(f"--data-uncertainty {quoted(said)} is one of no quantity of {data.name}: {form}")
-        if any((u <= 0).any() or not np.isfinite(u).all() for u in found.values()):
-            raise SceneError(f"--data-uncertainty {quoted(said)}: an uncertainty must be more than nothing: {form}")
-        uncertainties |= found
+        size = (value if equals else text).strip()
+        each = {key: u for key in keys if (u := _read_size(catalogue, data, key, size)) is not None}
+        if not each:
+            raise SceneError(f"--data-uncertainty {quoted(text)} is one of no quantity of {data.name}: {form}")
+        if any((u <= 0).any() or not np.isfinite(u).all() for u in each.values()):
+            raise SceneError(f"--data-uncertainty {quoted(text)}: an uncertainty must be more than nothing: {form}")
+        uncertainties |= each
     return uncertainties
 
 
-def _uncertainty(catalogue: Quantities, data: Data, key: str, said: str) -> np.ndarray | None:
+def _read_size(catalogue: Quantities, data: Data, key: str, text: str) -> np.ndarray | None:
     """(times,): the uncertainty of one quantity; ``None`` where the text is of another kind."""
     if key not in data.values:
         return None
-    if said in data.others:
-        return data.others[said]
+    if text in data.others:
+        return data.others[text]
     try:
-        number, unit = parse_quantity(said)
+        number, unit = parse_quantity(text)
     except UnitError:
         return None
-    if said.endswith("%"):
+    if text.endswith("%"):
         # A rise is zero at the start, where half of the last digit of a double would do as well.
         return np.maximum(number * np.abs(data.values[key] - catalogue.base(key)), np.sign(number) * 1e-12)
     if unit is None or unit.powers != parse_unit(catalogue.units[key]).powers:
         return None
-    return np.full(len(data.time), number - 273.15 if unit.celsius else number)
+    return np.full(len(data.time), number - ICE_POINT if unit.celsius else number)

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from compare.data import comsol
-from compare.data.columns import SHEET_ERROR, Column, Table, make_column, parse_number, scale_of, split_unit
+from compare.data.columns import SHEET_ERROR, Column, Table, find_unit, make_column, parse_number, split_unit
 from scenes.errors import SceneError, printable, quoted, reason
 from scenes.files import contents
 
@@ -24,22 +24,20 @@ _LONGEST_LIST = 100_000  # Bytes of a list of steady values at most; a scene has
 _SAMPLE = 400  # Rows that decide on separators and decimal marks.
 _DIALECTS = (("\t", "."), ("\t", ","), (";", "."), (";", ","), (",", "."), (",", ","), (None, "."), (None, ","))
 """Separators (``None`` is blank space) and decimal marks; of equal ones the first is taken."""
-_GROUPED = re.compile(r'(?:^|[;\t"])\s*([-+]?\d{1,3}(?:(?:\.\d{3})+,\d+|(?:,\d{3})+\.\d+))\s*(?:[;\t"]|$)')
-"""A number with a mark between thousands, in quotes or beside a semicolon or a tab."""
 _RULE = re.compile(r"[-=_*+|\s]+")
 _WRDATA = re.compile(r"(?:[ -]\d\.\d+e[+-]\d{2,3} )+")
 _STEP = re.compile(r"Step Information:(.*?)(?:\(|$)")
 _SPICE_FACTORS = {"t": 1e12, "g": 1e9, "meg": 1e6, "k": 1e3, "m": 1e-3, "u": 1e-6, "µ": 1e-6, "n": 1e-9, "p": 1e-12,
                   "f": 1e-15}  # fmt: skip
 _HEADERS = (
+    r",(?! )",  # Inside a name without quotes a space follows the comma.
     r"\t+|\s{2,}",
-    # Each name but the first starts after what closes the one before, a unit or a place.
-    r"(?<=[)\]])\s++(?=[A-Za-z])",
-    # Each name but the first stands before a unit.
-    r"(?<!\s)\s++(?=\S+ [(\[])",
+    r"(?<=[)\]])\s++(?=[A-Za-z])",  # Each name but the first starts after the bracket of a unit or a place.
+    r"(?<!\s)\s++(?=\S+ [(\[])",  # Each name but the first stands before a unit.
     r"\s+",
+    r"[,;]",
 )
-"""Separators of names in a header without marks. Possessive blanks (++) keep the time linear in their number."""
+"""Separators of names in a header. Possessive blanks (++) keep the time linear in their number."""
 
 
 def read_bytes(path: Path) -> bytes:
@@ -80,7 +78,7 @@ def read(path: Path, data: bytes) -> Table:
             lines.append((number, line))
     of_comsol = text.lstrip('" \r\n').startswith("%")
     if of_comsol and any(re.fullmatch(r"(Data\b.*|Grid|Coordinates|X)", remark) for remark in remarks):
-        return Table("COMSOL data export", comsol.turn(path, comsol.read_sections(path, text), remarks))
+        return Table("COMSOL data export", comsol.arrange(path, comsol.read_sections(path, text), remarks))
     if not lines:
         raise SceneError(f"--against {quoted(path)} has no rows: give a row of names with units, then numbers")
     try:
@@ -100,8 +98,8 @@ def _parse(cells: Sequence[str], mark: str) -> list[float | None]:
     return values
 
 
-def split_cells(line: str, separator: str | None) -> list[str]:
-    """Split a row into its cells; ``None`` separates at blank space."""
+def _split_cells(line: str, separator: str | None) -> list[str]:
+    """The cells of a row; ``None`` separates at blank space."""
     if separator is None:
         return line.split()
     if '"' in line:
@@ -109,16 +107,13 @@ def split_cells(line: str, separator: str | None) -> list[str]:
     return [cell.strip() for cell in line.split(separator)]
 
 
-def _dialect(shown: str, lines: Sequence[tuple[int, str]]) -> tuple[str | None, str, int, list[bool]]:
-    """Separator, decimal mark, width of the rows, and the columns of texts, by the rows of most numbers."""
+def _find_dialect(lines: Sequence[tuple[int, str]]) -> tuple[str | None, str, int, list[bool]]:
+    """Separator, decimal mark, number of columns, and the columns of texts, by the rows of most numbers."""
     sample = [line for _, line in lines[:: len(lines) // _SAMPLE + 1]]
-    grouped = next((m[1] for line in sample if (m := _GROUPED.search(line)) and set(line) & set(';\t"')), None)
-    if grouped:
-        raise SceneError(f"{shown}: {quoted(grouped)} is not a number: write none with a mark between thousands")
     best: tuple[str | None, str, int, list[bool]] = (None, ".", 0, [False])
     score = (0, 0)
     for separator, mark in _DIALECTS:
-        rows = [_parse(split_cells(line, separator), mark) for line in sample]
+        rows = [_parse(_split_cells(line, separator), mark) for line in sample]
         rows = [row for row in rows if len(row) > 1 and any(x == x and x is not None for x in row)]
         if not rows:
             continue
@@ -135,117 +130,118 @@ def _dialect(shown: str, lines: Sequence[tuple[int, str]]) -> tuple[str | None, 
 def _read_block(path: Path, lines: list[tuple[int, str]], remarks: list[str], of_comsol: bool) -> Table:
     """The block of numbers, its names and its units."""
     shown = f"--against {quoted(path)}"
-    separator, mark, width, is_text = _dialect(shown, lines)
+    separator, mark, width, is_text = _find_dialect(lines)
     rows: list[list[float]] = []
     steps: list[dict[str, float]] = []
     head: list[str] = []
     pending: list[tuple[int, str]] = []
     step: dict[str, float] = {}
-    notes: tuple[str, ...] = ()
+    notes: list[str] = []
     for number, line in lines:
-        if found := _STEP.match(line):
-            step = _spice_assignments(found[1])
+        if match := _STEP.match(line):
+            step = _spice_assignments(match[1])
             continue
-        cells = split_cells(line, separator)
+        cells = _split_cells(line, separator)
         while len(cells) > width and not cells[-1]:
             cells.pop()
         values = _parse(cells, mark)
-        texts = [c for c, v, t in zip(cells, values, is_text, strict=False) if v is None and not t]
+        is_wrong = any(v is None and not t for v, t in zip(values, is_text, strict=False))
         has_numbers = any(v is not None and v == v for v in values)
         # A page of a listing repeats the header; another header starts another table.
         if rows and has_numbers and pending and (not head or pending[-1][1].split() != head[-1].split()):
-            notes = (f"the table from line {pending[-1][0]} on is left out",)
+            notes.append(f"the table from line {pending[-1][0]} on is left out")
             break
-        if has_numbers and len(cells) == width and not texts:
+        if has_numbers and len(cells) == width and not is_wrong:
             head, pending = (head if rows else [text for _, text in pending]), []
             rows.append([np.nan if v is None else v for v in values])
             steps.append(step)
-        elif texts and rows and has_numbers and separator and len(cells) == width:
-            raise SceneError(f"{shown}, row {number}: {quoted(printable(texts[0]))} is not a number")
-        elif rows and has_numbers and None not in values:
-            raise SceneError(f"{shown}, row {number}: {len(cells)} columns where the first row has {width}")
+        elif rows and has_numbers and (None not in values or (separator and len(cells) == width)):
+            raise SceneError(f"{shown}, row {number}: {quoted(line.strip())} is not {width} columns of numbers")
         elif not _RULE.fullmatch(line):
             pending.append((number, line))
     if not rows:
         raise SceneError(f"{shown} has no rows of numbers: its last row is {quoted(lines[-1][1].strip())}")
-    if not head and remarks and (of_comsol or _split_names(remarks[-1], width, separator)):
-        head = remarks
-    # A separator behind the last cell makes no column.
     matrix = np.array(rows)
-    named = len("\0".join(split_cells(head[-1], separator)).rstrip("\0").split("\0")) if head else 0
-    width = max(int(np.flatnonzero(~np.isnan(matrix).all(axis=0))[-1]) + 1, min(named, width))
-    matrix, is_text = matrix[:, :width], is_text[:width]
-    names, units = _names(shown, head, width, separator) if head else ([], [])
+    used = int(np.flatnonzero(~np.isnan(matrix).all(axis=0))[-1]) + 1
+    if not head and remarks and (of_comsol or _split_names(remarks[-1], used, width, separator)):
+        head = remarks
     wrdata = bool(_WRDATA.fullmatch(lines[-1][1]))
-    if not names:
+    if not head:
         # The times of `wrdata` may stand before every vector.
-        clocks = [wrdata and (k == 0 or (k % 2 == 0 and (matrix[:, k] == matrix[:, 0]).all())) for k in range(width)]
+        clocks = [wrdata and (k == 0 or (k % 2 == 0 and (matrix[:, k] == matrix[:, 0]).all())) for k in range(used)]
         made = [Column("time" if c else f"column {k + 1}", "s" if c else "", matrix[:, k], spice=wrdata)
                 for k, c in enumerate(clocks)]  # fmt: skip
         return Table("ngspice wrdata" if wrdata else "table", tuple(made), unnamed=True)
+    names, units = _read_names(shown, head, used, width, separator)
     columns = [make_column(n or f"column {k + 1}", matrix[:, k], units[k]) for k, n in enumerate(names)]
-    left = [f"{quoted(c.name)} holds text" for c, text in zip(columns, is_text, strict=True) if text]
-    columns = [c for c, text in zip(columns, is_text, strict=True) if not text]
     columns += [Column(name, "", np.array([s.get(name, np.nan) for s in steps])) for name in step]
-    if of_comsol and comsol.find_places(columns):
-        return Table("COMSOL data export", comsol.turn(path, columns, remarks))
-    spice = "ngspice wrdata" if wrdata else "SPICE table" if any(c.spice for c in columns) else ""
-    kind = "COMSOL table" if of_comsol else spice or ("table" if separator is None else "CSV")
-    return Table(kind, comsol.stack(columns), notes=(*notes, *left))
+    arranged = comsol.arrange(path, columns, remarks if of_comsol else ())
+    if of_comsol:
+        kind = "COMSOL data export" if comsol.find_places(columns) else "COMSOL table"
+    else:
+        kind = "SPICE table" if any(c.spice for c in columns) else "table" if separator is None else "CSV"
+    return Table("ngspice wrdata" if wrdata else kind, arranged, notes=tuple(notes))
 
 
-def _names(shown: str, head: list[str], width: int, separator: str | None) -> tuple[list[str], list[str]]:
+def _read_names(
+    shown: str, head: list[str], least: int, most: int, separator: str | None
+) -> tuple[list[str], list[str]]:  # fmt: skip
     """The names and units of the columns from the rows above them."""
-    last = _split_names(head[-1], width, separator)
+    last = _split_names(head[-1], least, most, separator)
     if last is None:
         raise SceneError(
             f'{shown}: its header "{printable(head[-1].strip(), 120)}" has another number of columns than the '
-            f"{width} below it"
+            f"{most} below it"
         )
     units = [name.strip("()[] ") for name in last]
-    if any(units) and all(not u or u in ("-", "1") or scale_of(u) for u in units):
-        above = _split_names(head[-2], width, separator) if len(head) > 1 else None
-        return above or units, [u if scale_of(u) else "" for u in units]
-    return last, [""] * width
+    if any(units) and all(not u or u in ("-", "1") or find_unit(u) for u in units):
+        above = _split_names(head[-2], len(units), len(units), separator) if len(head) > 1 else None
+        return above or units, [u if find_unit(u) else "" for u in units]
+    return last, [""] * len(last)
 
 
-def _split_names(line: str, count: int, separator: str | None) -> list[str] | None:
-    """The names in a header row; ``None`` where no way to read the row gives ``count`` of them."""
+def _split_names(line: str, least: int, most: int, separator: str | None) -> list[str] | None:
+    """The names in a header row; ``None`` where no way to split the row gives ``least`` to ``most`` of them."""
     bare = line.strip("\r\n ")
-    ways = [] if separator is None else [split_cells(bare, separator)]
-    # Inside a name without quotes a space follows the comma.
-    ways += [[name.strip('" ') for name in re.split(p, bare.strip())] for p in (r",(?! )", *_HEADERS, r"[,;]")]
-    return next((cells[:count] for cells in ways if len(cells) >= count and not any(cells[count:])), None)
+    ways = [] if separator is None else [_split_cells(bare, separator)]
+    ways += [[name.strip('" ') for name in re.split(pattern, bare.strip())] for pattern in _HEADERS]
+    for cells in ways:
+        while len(cells) > least and not cells[-1]:
+            cells.pop()
+    return next((cells for cells in ways if least <= len(cells) <= most), None)
 
 
 def _spice_assignments(text: str) -> dict[str, float]:
     """The parameters of LTspice's "Vapp=50m Rload=1K"."""
-    found = re.findall(r"(\S+?)=([-+]?[\d.]+(?:e[-+]?\d+)?)(meg|[a-zµ]?)", text, re.IGNORECASE)
-    return {name: float(value) * _SPICE_FACTORS.get(suffix.lower(), 1.0) for name, value, suffix in found}
-
-
-_PAIR = re.compile(
-    r'\s*(?:"([^"]+)"|([^\t;,"]+?))\s*[\t;,]\s*"?([-+]?[\d.]+(?:,\d+)?(?:[eEdD][-+]?\d+)?)"?'
-    r'\s*[\t;,]?\s*[("\[]*([^\t;,"()\[\]]*(?:\([^()]*\))?[^\t;,"()\[\]]*)[)"\]\t;,\s]*'
-)
+    pairs = re.findall(r"(\S+?)=([-+]?[\d.]+(?:e[-+]?\d+)?)(meg|[a-zµ]?)", text, re.IGNORECASE)
+    return {name: float(value) * _SPICE_FACTORS.get(suffix.lower(), 1.0) for name, value, suffix in pairs}
 
 
 def read_pairs(path: Path, data: bytes) -> list[Column]:
     """Read rows "probe, value" or "probe, value, unit" as columns of one row; empty where the file has other rows."""
     lines = [line for line in decode(path, data[:_LONGEST_LIST]).splitlines() if line.strip(" \t,;")]
     lines = [line for line in lines if line.lstrip()[0] not in "#%" and not line.startswith("sep=")]
-    if lines and not _PAIR.fullmatch(lines[0]):
-        lines = lines[1:]
-    matches = [_PAIR.fullmatch(line) for line in lines]
+    separator = next((mark for mark in "\t;" if any(mark in line for line in lines)), ",")
+    rows = [_read_pair([cell for cell in _split_cells(line, separator) if cell]) for line in lines]
+    rows = rows[1:] if rows and rows[0] is None else rows
+    if None in rows:
+        return []
     columns: dict[str, Column] = {}
-    for match in matches:
-        name = (match[1] or match[2]) if match else ""
-        if match is None or re.fullmatch(r"[-+.\d,eE ]+", name):
-            return []
+    for name, value, unit in filter(None, rows):
         if name in columns:
             raise SceneError(f"--against {quoted(path)}: {quoted(name)} stands twice: give each probe one value")
-        unit = match[4].strip()
-        if unit and scale_of(unit) is None:
+        if unit and find_unit(unit) is None:
             raise SceneError(f"--against {quoted(path)}: {quoted(name)} has an unknown unit {quoted(unit)}")
-        columns[name] = Column(name, unit or split_unit(name)[1], np.array([parse_number(match[3].replace(",", "."))]))
+        columns[name] = Column(name, unit or split_unit(name)[1], np.array([value]))
     return list(columns.values())
+
+
+def _read_pair(cells: Sequence[str]) -> tuple[str, float, str] | None:
+    """Name, value and unit of a row; ``None`` for any other row."""
+    if len(cells) not in (2, 3) or re.fullmatch(r"[-+.\d,eE ]+", cells[0]):
+        return None
+    match = re.fullmatch(r"([-+]?[\d.]+(?:,\d+)?(?:[eEdD][-+]?\d+)?)\s*(.*)", cells[1])
+    if match is None or (match[2] and len(cells) > 2):
+        return None
+    unit = cells[2] if len(cells) > 2 else match[2]
+    return cells[0], parse_number(match[1].replace(",", ".")), unit.strip("()[] ")

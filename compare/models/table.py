@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from compare.data import text
-from compare.data.columns import Column, is_time, scale_of, split_unit
+from compare.data.columns import Column, find_unit, to_si
 from compare.models.model import Answer, Model, Question, find_file
 from compare.probes import bends
 from scenes.errors import SceneError, printable, quoted
@@ -56,10 +56,9 @@ class Table(Model):
             raise SceneError(
                 f"--model {self.name}: {quoted(column.name)} has no number{at}: give one, or leave that row out"
             )
-        scale = scale_of(column.unit)
-        if scale is not None and unit and scale.powers != parse_unit(unit).powers:
+        if column.powers is not None and unit and column.powers != parse_unit(unit).powers:
             raise SceneError(f"--model {self.name}: {quoted(column.name)} is not in {unit}, as {printable(name)} is")
-        return column.values if scale is None else scale.to_si(column.values)
+        return to_si(column.values, find_unit(column.unit))
 
 
 def open_model(given: str, folder: str) -> Table:
@@ -73,15 +72,14 @@ def open_model(given: str, folder: str) -> Table:
         columns = text.read(path, content).columns
     except SceneError as error:
         raise SceneError(str(error).replace("--against", "--model", 1)) from None
-    clock = next((c for c in columns if is_time(c) or c.name.lower() in ("time", "t", "time_s")), None)
+    clock = next((c for c in columns if c.is_time or c.name.lower() in ("time", "t", "time_s")), None)
     if clock is None:
         raise SceneError(
             f'--model {quoted(path)} has no column of times, such as "time (s)", and is no list of rows "probe, value"'
         )
-    scale = scale_of(clock.unit)
-    rows = clock.values if scale is None else scale.to_si(clock.values)
+    rows = to_si(clock.values, find_unit(clock.unit))
     if len(rows) < 3 or not (np.diff(rows) > 0).all():
         raise SceneError(f"--model {quoted(path)}: its times don't ascend, or are fewer than three: give one run")
     others = [c for c in columns if c is not clock]
-    names = {split_unit(c.name)[0].lower(): c for c in others} | {c.name.lower(): c for c in others}
+    names = {c.plain.lower(): c for c in others} | {c.name.lower(): c for c in others}
     return Table(path.name, {}, rows, names)

@@ -256,7 +256,7 @@ def test_steady_rows_of_unknown_states_are_refused(scene: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("time (s);mid (K)\n" + rows("{:.9g};1.293,5", TIMES), "write none with a mark between thousands"),
+        ("time (s);mid (K)\n" + rows("{:.9g};1.293,5", TIMES), '"mid .K." has no numbers'),
         (COMSOL + "% Grid\n0 1\n% Data\n1 2\n", "export it as a spreadsheet"),
         ("a, b\nc, d\n", "has no rows of numbers"),
         ("mid,305 parsec\n", "unknown unit"),
