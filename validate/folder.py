@@ -23,9 +23,17 @@ _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 
 @dataclass(frozen=True)
 class Content:
-    """What such a folder holds: what that is called (``name``: "a run of this program"), what the folder is (``role``:
-    "output") and the ``option`` that names another; which ``files`` are its own; the ``document`` among them, JSON
-    with some ``keys``, that tells that it is there; and files ``before`` it, which alone are nothing to be kept."""
+    """The content of such a folder.
+
+    Attributes
+    ----------
+    name : of the content, such as "a run of this program"
+    role : of the folder, such as "output"
+    option : the option that names another folder
+    files : pattern of the files that belong to it
+    document : the JSON file that marks it, and ``keys``, some of its keys
+    before : files written before the document, which alone need not be kept
+    """
 
     name: str
     role: str
@@ -49,17 +57,17 @@ class Content:
 
 
 class Folder:
-    """A context in which ``partial`` is a new folder to write into; on leaving, it takes the place of ``target``.
+    """A context with a new folder ``partial`` to write into; on leaving, it takes the place of ``target``.
 
-    What it replaces there is ``replaced``, its document and the names of its files; what else a user has put into it
-    is kept. On an exception ``target`` stays as it was and ``partial`` is removed; where the process is killed, the
-    next one in that place removes it. Entering raises SceneError where ``target`` can't be written or is not ours to
-    replace: a file, or a folder with other content alone.
+    The old content is ``replaced``: its document and the names of its files; other files of the user are kept. On an
+    exception ``target`` stays as it was and ``partial`` is removed; after a kill, the next run there removes it.
+    Entering raises SceneError where ``target`` cannot be written or is not ours to replace: a file, or a folder with
+    other content alone.
     """
 
     def __init__(self, target: Path, content: Content) -> None:
         self._given, self._content = target, content
-        # A link stays a link: it is what it points to that is replaced.
+        # A link stays a link: its target is replaced.
         self.target = Path(os.path.realpath(target))
         self.partial = self.target.parent / f".{self.target.name}.{uuid.uuid4().hex[:8]}"
         self._shown = f"{content.role} folder {quoted(target)}"
@@ -130,7 +138,7 @@ class Folder:
             )
 
     def _swap(self) -> None:
-        """``partial`` at ``target``'s place; what was there is left at ``partial``'s, less what is the user's."""
+        """Swap ``partial`` and ``target``; files of the user stay in ``target``."""
         if not self.target.exists():
             self.partial.rename(self.target)
             return
@@ -153,7 +161,7 @@ class Folder:
                 os.close(lock)
 
     def _keep(self, old: Path) -> None:
-        """Moves what is the user's in a folder that was replaced to the one that is there now."""
+        """Move the user's files from a replaced folder to the new folder."""
         for name in {entry.name for entry in old.iterdir()} - self._content.among(old):
             place = self.target / name
             if os.path.lexists(place):  # of a run that ended meanwhile
@@ -161,8 +169,8 @@ class Folder:
             (old / name).rename(place)
 
     def _remove_abandoned(self) -> None:
-        """Removes what killed processes left of this folder beside it; what is the user's there goes back to where it
-        was, and so does a whole folder that had just been moved away."""
+        """Remove the remains of killed processes beside this folder; files of the user go back to their place, and so
+        does a whole folder that had just been moved away."""
         pattern = re.compile(rf"\.{re.escape(self.target.name)}\.[0-9a-f]{{8}}(\.new|\.old)?")
         with suppress(OSError):  # it is no reason not to run
             for entry in list(self.target.parent.iterdir()):
@@ -197,8 +205,8 @@ class Folder:
 
 
 def check_room(error: object, folder: Path, shown: Path, otherwise: str) -> None:
-    """Raises SceneError, which names the file in the folder (``shown`` to the user), for an error that says that there
-    is no room to write it; any other passes."""
+    """Raise SceneError with the file in the folder (``shown`` to the user) for an error that means that no room is
+    left; any other passes."""
     if not isinstance(error, OSError) or (error.filename is not None and error.errno not in _FULL):
         return
     if error.filename is not None:

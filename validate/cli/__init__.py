@@ -19,9 +19,9 @@ _PACKAGES = {"skfem": "scikit-fem", "vtkmodules": "vtk", "PIL": "pillow"}
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs one command and returns its exit status: 0 fine, 1 a check came out other than declared, 2 bad input, 3 the
-    numerics failed, 130 interrupted. What goes wrong is one sentence on standard error."""
+    numerics failed, 130 interrupted. An error is one sentence on standard error."""
     if not sys.flags.dev_mode:
-        # What overflows ends in a sentence; numpy's own words about it would stand above that.
+        # An overflow ends in a sentence; the warning of numpy would stand above it.
         warnings.filterwarnings("ignore", category=RuntimeWarning)
         # A picture has a box for a sign that its font lacks.
         warnings.filterwarnings("ignore", r"Glyph \d+ .* missing from")

@@ -1,4 +1,4 @@
-"""What the `validate` command takes."""
+"""The arguments of the `validate` command."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
     """The arguments as ``command`` and its options; raises SceneError for any that are wrong."""
     joined: list[str] = []
     for argument in argv:
-        # argparse takes what has a dash and is no number, as -1K, for an option.
+        # argparse takes a word with a dash that is no number, such as -1K, for an option.
         if joined and re.fullmatch(r"--[\w-]+", joined[-1]) and re.match(r"-[\d.]", argument):
             joined[-1] += f"={argument}"
         else:
@@ -69,14 +69,14 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
         # As a shell leaves it of a variable that is not set.
         if getattr(arguments, name, None) == "":
             commands[arguments.command].error(f'--{name} "" names no model: give one, or leave the option out')
-    # What the system could not decode, as in the name of a file in another encoding, is spelled out.
+    # Bytes that the system could not decode, as in a file name of another encoding, are spelled out.
     command_line = shlex.join(["validate", *argv]).encode("utf-8", "surrogateescape")
     arguments.command_line = command_line.decode("utf-8", "backslashreplace")
     return arguments
 
 
 def _parsers(chosen: str | None) -> tuple[argparse.ArgumentParser, Mapping[str, argparse.ArgumentParser]]:
-    """The parser, and those of the commands; only the chosen one gets its options."""
+    """Return the parser and the parsers of the commands; only the chosen command gets its options."""
     parser = _Parser(
         prog="validate", allow_abbrev=False, formatter_class=argparse.RawDescriptionHelpFormatter,
         description="How far to trust a 1D model of a heated microstructure: the same scene in 3D, with errors.",

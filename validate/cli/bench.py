@@ -1,5 +1,5 @@
 """Run time against error on the default sink and device: this toolkit's whole runs, the 1D reductions,
-scikit-fem and, where installed, NGSolve; growth with the unknowns; what each skip of the plan
+scikit-fem and, where installed, NGSolve; growth with the unknowns; the time that each skip of the plan
 saves; start-up. Takes half an hour; --quick a minute.
 
 examples:
@@ -7,7 +7,7 @@ examples:
   validate bench --part transient --part steady --rounds 5
   validate bench --markdown docs/benchmark.md --json benchmark.json
 
-exit status: 0 measured (an entry that fails is a row that says so), 2 bad input, 3 no reference could be made
+exit status: 0 measured (an entry that fails is a row with the reason), 2 bad input, 3 no reference could be made
 """
 
 from __future__ import annotations
@@ -121,7 +121,7 @@ def _draw(title: str, measurements: dict[str, Any], path: Path) -> None:
 
 
 def _earlier(names: list[str]) -> dict[str, Any]:
-    """What earlier runs wrote; SceneError where a file is not one of theirs."""
+    """Read the measurements of earlier runs; raise SceneError for any other file."""
     from benchmarks.bench import SCHEMA
 
     measurements: dict[str, Any] = {}

@@ -42,10 +42,10 @@ EXAMPLES = {
 
 
 def add(parser: argparse.ArgumentParser, options: Mapping[str, str]) -> None:
-    """Adds options with their helps (empty for those above), in the words of a usage line: "--voltage V" takes a value,
-    "--only {3d,1d}" one of these, "--column NAME=COLUMN ..." is given as often as needed, "--check ID!" must be given,
-    "--steady" is a switch, and "--no-figures" switches ``figures`` off. What has no dashes stands by itself, in
-    brackets where it may be left out: "[scene SCENE.toml]"."""
+    """Add options with their helps (empty for options of the table), in the words of a usage line: "--voltage V" takes
+    a value, "--only {3d,1d}" one of these, "--column NAME=COLUMN ..." is given as often as needed, "--check ID!" must
+    be given, "--steady" is a switch, and "--no-figures" switches ``figures`` off. A name without dashes is a positional
+    argument, in brackets where it is optional: "[scene SCENE.toml]"."""
     for usage, said in options.items():
         bare = usage[1:-1] if usage.startswith("[") else usage.removesuffix("!").removesuffix(" ...")
         name, _, value = bare.partition(" ")
@@ -78,7 +78,7 @@ def options_of(kind: str) -> dict[str, str]:
 
 
 def given(arguments: argparse.Namespace, kind: str) -> dict[str, Any]:
-    """The options that were given, by keyword, those that say nothing left out."""
+    """Return the options that were given, by keyword."""
     values = vars(arguments)
 
     def value(option: Option) -> Any:
@@ -152,7 +152,7 @@ _STAGES = {
 
 
 def kept_text(outcome: Outcome[Any], planned: Sequence[Step] | None = None) -> str:
-    """The results folder of a run, its files and times; of a plan that has been printed what turned out otherwise."""
+    """Return the results folder of a run, its files and times, and the steps that differ from the printed plan."""
     from compare.report.table import wrapped
 
     changed = [step for step in outcome.plan if planned is not None and step not in planned]
@@ -180,7 +180,7 @@ def plan_text(steps: Sequence[Step], style: Style, title: str = "Plan") -> str:
 
 
 def out(arguments: argparse.Namespace) -> Path | None:
-    """The folder that was asked for; SceneError where it has no name."""
+    """Return the folder of --out; raise SceneError where it has no name."""
     if arguments.out is not None and not arguments.out.strip():
         raise SceneError('--out "" names no folder: give one, such as results/mine')
     return Path(arguments.out) if arguments.out else None
@@ -206,7 +206,7 @@ def _picture(scene: Any, folder: Path) -> None:
 def table(
     arguments: argparse.Namespace, title: str, about: str, find: Callable[..., Sequence[Row]], more: str = ""
 ) -> Sequence[Row]:  # fmt: skip
-    """Find the rows of a table with a number of processes, print them in the form that was asked for, write the page,
+    """Find the rows of a table with a number of processes, print them as text or JSON, write the page,
     and return the rows. Raises SceneError where the page can't be written."""
     from compare.processes import processors
     from validate.report import verdicts

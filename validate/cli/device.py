@@ -1,5 +1,5 @@
 """Simulate the paper's whole sensor in 1D, and in 3D with --3d: sink, insulator, sensor, polymer and their
-controllers, and say what of Figures 9 to 14 comes out; with the limits of gains, range and resolution.
+controllers. Check the claims of Figures 9 to 14, and the limits of gains, range and resolution.
 
 examples:
   validate device

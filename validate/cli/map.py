@@ -1,13 +1,13 @@
-"""Find where over two keys the 1D model is within a tolerance of 3D: a map of cells, some hundred of them
-solved, where the line runs and where neighbours disagree, the others interpolated, each with its error.
+"""Find where over two keys the 1D model is within a tolerance of 3D: a map of cells. Some hundred cells are
+solved, along the line and where neighbours disagree; the others are interpolated. Each has its error.
 
 examples:
   validate map sink --vary sink.width=10um:200um --vary anchor.oxide_length=10um:140um --check fig4 \\
     --tolerance 5%
   validate map sink --vary drive.voltage=0.1:10:log --vary sink.length=0.2mm:2mm --check fig6_end
 
-results: map.csv, points.csv (what was solved), sweep.json, a figure and report.html
-exit status: 0 finished (points without an answer are rows that say why), 2 bad input, 3 no point has an answer
+results: map.csv, points.csv (the solved cells), sweep.json, a figure and report.html
+exit status: 0 finished (points without an answer are rows with the reason), 2 bad input, 3 no point has an answer
 """
 
 from __future__ import annotations

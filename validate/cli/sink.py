@@ -1,4 +1,4 @@
-"""Solve the paper's active sink in 3D and with its 1D reduction, and say how far they agree:
+"""Solve the paper's active sink in 3D and with its 1D reduction, and report how far they agree:
 a verdict for equations 12 to 18 and Figures 4 to 7, with the estimated numerical error.
 
 examples:

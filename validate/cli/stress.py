@@ -1,12 +1,12 @@
 """Test numerical stability and robustness: time steps, thin layers and long beams, contrasts up to 1e8, thermal
 runaway, steps, ramps and square waves, accuracies, explicit coupling, bars of random laws near their
-limit, and random scenes held to invariants. What breaks is a row that says so.
+limit, and random scenes held to invariants. A failure is a row of the table.
 
 examples:
   validate stress --quick
   validate stress --scenes 2000 --markdown docs/stress.md
 
-exit status: 0 nothing breaks but what is predicted to, 1 something does, 2 bad input
+exit status: 0 nothing breaks except as predicted, 1 something does, 2 bad input
 """
 
 from __future__ import annotations

@@ -1,5 +1,5 @@
 """Solve and compare at many designs: a grid of the values of some keys, or a sample of their ranges.
-What is solved is stored at once: the same command goes on where it was stopped.
+Each solved point is stored at once: the same command goes on where it was stopped.
 
 examples:
   validate sweep sink --vary sink.width=10um:200um:20 --vary anchor.oxide_length=10um:140um:14 --steady
@@ -8,7 +8,7 @@ examples:
   validate sweep mine.toml --vary "box.arm.upper.x=50um:150um:11" --model lumped.py:arm --check tip
 
 results: points.csv, sweep.json, figures and report.html in results/<scene>-sweep-<what varies>/
-exit status: 0 finished (points without an answer are rows that say why), 2 bad input, 3 no point has an answer
+exit status: 0 finished (points without an answer are rows with the reason), 2 bad input, 3 no point has an answer
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ ACCURACY = "1e-2"  # Default relative accuracy of each 3D solution.
 
 
 def shared(vary: str) -> dict[str, str]:
-    """The options of both commands, ``vary`` being what --vary takes."""
+    """Return the options of both commands; ``vary`` is the metavariable of --vary."""
     return {
         "scene SCENE": "sink, a scene file, or an example: bridge, plate, hotplate",
         "--vary KEY=... ...": vary,
@@ -95,8 +95,9 @@ def scene(arguments: argparse.Namespace) -> Base:
 
 
 def models_of(arguments: argparse.Namespace, base: Base) -> tuple[tuple[str, ...], str]:
-    """The names of the models, and the path of the user's own, if it is one, that holds wherever points are solved.
-    Raises SceneError for what is none, as a run would."""
+    """Return the names of the models, and the absolute path of the user's own model, if there is one.
+
+    Raises SceneError for a name that is no model, as a run does."""
     from compare.kinds.free import own_model
     from compare.models import open_model, parse_reductions
 
@@ -141,7 +142,7 @@ def execute(
     seconds = None
     if arguments.point_timeout is not None:
         seconds = Quantity(TIME, 0.01, 1e6).read("--point-timeout", arguments.point_timeout)
-    # results/<scene>-sweep-<what varies>, with what else is asked for.
+    # results/<scene>-sweep-<what varies>-<other options>.
     options = ("sample", "seed", "cells", "check", "tolerance", "solves")
     words = [f"{name}{value}" for name in options if (value := getattr(arguments, name, None)) is not None]
     words += ["model", arguments.model] if arguments.model else []

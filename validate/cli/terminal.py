@@ -1,4 +1,4 @@
-"""The terminal: exit statuses, printing, progress, and what it can show."""
+"""The terminal: exit statuses, printing, progress, colours and signs."""
 
 from __future__ import annotations
 
@@ -22,8 +22,10 @@ _EVERY = 10.0  # Seconds between lines of progress in a file or a pipe.
 
 @contextmanager
 def progress(quiet: bool = False) -> Iterator[Callable[[str], None]]:
-    """What says what is being done: on a terminal's last line, from two seconds on for how long, and cleared at the
-    end; where standard error goes elsewhere, in a line every ten seconds. Says nothing where it is to be ``quiet``."""
+    """Yield a function that shows the current step.
+
+    On a terminal it is the last line, with the time from two seconds on, cleared at the end; elsewhere a line every ten
+    seconds. Nothing is shown if ``quiet``."""
     if quiet:
         yield lambda _: None
         return
@@ -64,7 +66,7 @@ def fill_streams() -> None:
     to be opened, into which a library's words would go."""
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         if getattr(sys, name) is None:
-            # The lowest descriptor that is free is the stream's, as those below it are open.
+            # The lowest free descriptor is the stream's, as all below are open.
             setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115 - open until the end
 
 

@@ -70,7 +70,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def is_scene(path: str) -> bool:
-    """Whether a path is that of a scene file, or the name of a built-in scene, and none of a run."""
+    """Return whether a path is a scene file or the name of a built-in scene, and not a run."""
     from scenes.loading import known_names
 
     return path.endswith(".toml") or (path in known_names() and not Path(path).exists())
@@ -88,7 +88,7 @@ def _scene(arguments: argparse.Namespace) -> int:
     content = document(arguments.path, known_names())[0]
     if says_nothing(content) and not arguments.set:
         raise SceneError(f"{quoted(Path(arguments.path))} has no [[box]], so there is nothing to draw: add some")
-    # What is looked at needs not to say yet how long it is solved for.
+    # A scene to look at needs no end time yet.
     said = "run" in content or any(text.startswith(("run.", "end_time", "steady")) for text in arguments.set)
     steady = ["run.steady=true"] if type_of_file(content) is None and not said else []
     size, scene = _size(arguments.size or "1400x800"), of_boxes(load(arguments.path, [*steady, *arguments.set]))

@@ -36,11 +36,11 @@ def write_fields(
     Returns the names of the files.
 
     Cells are triquadratic hexahedra (27 points), so many that they follow the solution to a tenth of the ``accuracy``,
-    or those of the user's mesh. Arrays are those of ``ARRAYS``. Point data: temperature, rise above ``ambient`` (K),
-    potential (not a number where no current flows) and, with a ``reduction``, its rise painted on the same points and
-    by how much that is above 3D. Cell data: the number of the material, current density and heat source, means over
-    each cell. Field data: "material_<name>", its number. The collections hold the times; without any they hold the
-    steady state.
+    or the cells of the user's mesh. ``ARRAYS`` has the names of the arrays. Point data: temperature, rise above
+    ``ambient`` (K), potential (not a number where no current flows) and, with a ``reduction``, its rise painted on the
+    same points and by how much that is above 3D. Cell data: the number of the material, current density and heat
+    source, means over each cell. Field data: "material_<name>", its number. The collections hold the times; without any
+    they hold the steady state.
     """
     import pyvista as pv
 
@@ -82,10 +82,10 @@ def write_fields(
 
 
 def stored_times(end_time: float, wanted: tuple[float, ...] = ()) -> np.ndarray:
-    """The times (s) whose fields are kept: the start, times spaced evenly in their logarithm from 10 us (or a hundredth
-    of the end) to the end, and those asked for."""
+    """Return the times (s) whose fields are kept: the start, times spaced evenly in their logarithm from 10 us (or a
+    hundredth of the end) to the end, and ``wanted``."""
     spaced = np.geomspace(min(FIRST_TIME, end_time / 100), end_time, TIMES)
-    # Powers come out a rounding error off the end, which a reader would ask for by its own name.
+    # geomspace is a rounding error off the end, which a reader looks up exactly.
     spaced[-1] = end_time
     return np.unique(np.concatenate([[0.0], spaced, np.asarray(wanted, dtype=float)]))
 

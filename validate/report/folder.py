@@ -30,7 +30,7 @@ MODEL = Content(
 
 
 def replaced(folder: Folder) -> str:
-    """Which run has been replaced, and what of it the new one does not have; empty where there was none."""
+    """Return a sentence on the replaced run and its files that the new run lacks; empty without a replaced run."""
     earlier, names = folder.replaced
     if not earlier:
         return ""
@@ -42,12 +42,12 @@ def replaced(folder: Folder) -> str:
 
 
 def _kind(name: str) -> str:
-    """What a file is one of several of: a figure in two formats, the fields."""
+    """Return the group of a file: a figure in two formats, the fields."""
     if name.startswith("fem3d"):
         return "fields"
     return name.partition(".")[0] if name.endswith((".png", ".svg")) else name
 
 
 def folder_of_sweep(scene: str, kind: str, settings: Sequence[str], *words: str) -> Path:
-    """ "results/sink-sweep-width10um-200um-20-steady": what varies and what is overridden, then other options."""
+    """ "results/sink-sweep-width10um-200um-20-steady": the varied and the overridden keys, then other options."""
     return safe_folder(f"{scene}-{kind}", *setting_words([re.sub("[:,]", "-", text) for text in settings]), *words)

@@ -31,9 +31,9 @@ def run(
 ) -> Outcome[Any]:  # fmt: skip
     """Solve a scene and write the results folder; ``tell`` is called before pictures are drawn and files written.
 
-    The folder is there, whole, when this returns, and so is that of an exported model; both are as they were before
-    when this raises. Raises SceneError for a folder that cannot be used (before anything is solved), and what
-    `compare.pipeline.solve` raises.
+    On return the folder is complete, and so is the folder of an exported model; after an exception both are as before.
+    Raises SceneError for a folder that cannot be used (before anything is solved), and the errors of
+    `compare.pipeline.solve`.
     """
     progress = progress or Progress()
     model = nullcontext() if options.export is None else Folder(options.export.folder, MODEL)
@@ -57,7 +57,7 @@ def draws_field(scene: Any, options: Options) -> bool:
 
 
 def write(outcome: Outcome[Any], folder: Path, renderer: Renderer, progress: Progress) -> None:
-    """Write the files, and note their names and what turned out otherwise in the outcome."""
+    """Write the files, and note their names and failures in the outcome."""
     kind, written = kind_of(outcome.scene), list[str]()
     field = pictures.field(outcome) if draws_field(outcome.scene, outcome.options) else None
     if field is not None:

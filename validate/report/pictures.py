@@ -25,17 +25,17 @@ FIGURES = {
     "islands": "sink_figures.row", "islands_runs": "sink_figures.runs",
     "figure9": "device_figures.power", "figure10": "device_figures.flow", "figure11": "device_figures.slow",
     "figure12": "device_figures.responses", "figure13": "device_figures.characteristic",
-    "figure14": "ground_figure.shared", "shielding": "shielding_figure.over_time",
-    "figure_traces": "trace_figure.draw", "figure_differences": "difference_figure.draw",
-    "figure_network": "network_figure.draw",
+    "figure14": "device_figures.ground", "shielding": "device_figures.shielding",
+    "figure_traces": "scene_figures.traces", "figure_differences": "scene_figures.differences",
+    "figure_network": "scene_figures.network",
     "why": "analysis_figures.why", "sensitivity": "analysis_figures.sensitivity",
-    "validation": "analysis_figures.validation", "left_out": "left_out_figure.draw",
+    "validation": "analysis_figures.validation", "left_out": "analysis_figures.left_out",
 }  # fmt: skip
 """By file name the function in `validate.report.figures` that draws it."""
 
 
 def draw(name: str, outcome: Outcome[Any]) -> Figure | None:
-    """Draw a figure by its file name; None where there is none of that name."""
+    """Draw a figure by its file name; return None for an unknown name."""
     if name not in FIGURES:
         return None
     module, _, function = FIGURES[name].partition(".")

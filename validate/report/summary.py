@@ -25,7 +25,7 @@ def write_document(path: Path, content: dict[str, Any]) -> None:
 
 
 def document(outcome: Outcome[Any]) -> dict[str, Any]:
-    """The summary as JSON types: full precision, and null for what is not a finite number."""
+    """Return the summary as JSON types: full precision, and null for every number that is not finite."""
     reader = import_module("scenes.free" if outcome.scene.kind == "free" else "scenes.loading")
     summary: dict[str, Any] = {
         "schema": SCHEMA,
@@ -40,7 +40,7 @@ def document(outcome: Outcome[Any]) -> dict[str, Any]:
 
 
 def provenance() -> dict[str, str]:
-    """Versions of what computed the run: this program, Python and the libraries in use, and the kind of machine."""
+    """Return the versions of this program, Python and the libraries in use, and the kind of machine."""
     versions = {"validate": version(), "python": platform.python_version(), "machine": platform.machine()}
     loaded = {name: sys.modules[module] for module, name in _LIBRARIES.items() if module in sys.modules}
     return versions | {name: str(getattr(module, "__version__", "unknown")) for name, module in loaded.items()}

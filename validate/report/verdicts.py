@@ -81,7 +81,7 @@ def _quantity(row: Row) -> str:
 
 
 def _numbers(row: Row) -> tuple[str, str, str]:
-    """Found, expected and the bound, with digits down to a hundredth of the bound."""
+    """Return value, expected value and bound, with digits down to a hundredth of the bound."""
     if row.skipped:
         return "", "", ""
     ratio = abs(row.expected) / row.bound if row.bound > 0 and row.expected else 1.0

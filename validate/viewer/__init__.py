@@ -1,5 +1,5 @@
 """`validate view`: the fields of a run in pyvista, on screen or into pictures and films.
 
-``source`` finds the files and paints the 1D model on the same points, ``state`` is what is shown at the moment and
-what each key makes of it, ``stage`` draws it, and ``window`` runs the process that owns the graphics.
+``source`` reads the files and paints the 1D model on the same points, ``state`` holds the current view and the
+effect of each key, ``stage`` draws the view, and ``window`` runs the process that owns the graphics.
 """

@@ -222,7 +222,7 @@ def show(request: dict[str, Any]) -> None:
         box = pv.Box(ends.T.ravel())
         if part["solid"]:
             mapper = plotter.add_mesh(box, color=part["colour"], opacity=part["solid"], lighting=False).mapper
-            # Of faces in one plane those of boxes are a little farther from the eye than boundaries.
+            # In one plane, faces of boxes are a little farther from the eye than boundaries.
             mapper.SetResolveCoincidentTopologyToPolygonOffset()
             mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(0.0, 2.0 * part["solid"])
         plotter.add_mesh(box.extract_all_edges(), color=part["ink"], line_width=1.5, lighting=False)

@@ -1,4 +1,4 @@
-"""What there is to see: the states of a run's folder, a .pvd collection, or a single file of a field."""
+"""Sources of fields: the states of a run's folder, a .pvd collection, or a single file of a field."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SINGLE = (".vtu", ".vtk")
 @dataclass
 class Source:
     """States of one geometry: their ``times`` (s; ``None`` for a steady state), each loaded when it is first needed;
-    ``reading`` is told of each before, and after with an empty text."""
+    ``reading`` is called with a text before each, and with an empty text after."""
 
     name: str
     times: tuple[float | None, ...]
@@ -55,7 +55,7 @@ class Source:
 
     def evenly(self, count: int, quantity: str) -> Source:
         """The same transient at evenly spaced times, with one quantity: values go smoothly from each stored state to
-        the next, in the logarithm of time and without overshoot; the 1D model is that of the very time."""
+        the next, in the logarithm of time and without overshoot; the 1D model is evaluated at each time."""
         from scipy.interpolate import PchipInterpolator
 
         stored = np.array(self.times, dtype=float)
@@ -92,7 +92,7 @@ def present(path: Path) -> str:
 
 
 def find(path: Path) -> Source:
-    """What is at a path; SceneError where there is nothing to see, saying what would make it so."""
+    """Return the source at a path; raise SceneError, with a hint, where there are no fields."""
     nearby = present(path)
     if path.is_dir():
         for name in ("fem3d.pvd", "fem3d_steady.vtu"):
@@ -152,7 +152,7 @@ def _grid(path: Path) -> Any:
 
 
 def _consistent(grid: Any) -> bool:
-    """Whether cells have as many points as their type, of those that there are: VTK does not look before it reads."""
+    """Return whether all cells have as many existing points as their type: VTK does not check before it reads."""
     from vtkmodules.util.numpy_support import vtk_to_numpy
     from vtkmodules.vtkCommonDataModel import vtkGenericCell
 
@@ -161,7 +161,7 @@ def _consistent(grid: Any) -> bool:
         return False
     for kind in np.unique(grid.celltypes).tolist():
         cell = vtkGenericCell.InstantiateCell(kind)
-        # Of types with any number of points VTK says none, or the least.
+        # For types with any number of points VTK gives none, or the least.
         if cell is not None and sizes[grid.celltypes == kind].min() < cell.GetNumberOfPoints():
             return False
     return True

@@ -1,6 +1,6 @@
 """Drawing a view with pyvista: one panel, or three with 3D, 1D and their difference, and the line probe's plot.
 
-The probe is a line through the structure, and what the fields are on it.
+The probe plots the fields along a line through the structure.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class Stage:
     def __init__(self, source: Source, off_screen: bool, size: tuple[int, int]) -> None:
         self.source = source
         self._ranges: dict[tuple[str, int | None], tuple[float, float]] = {}
-        # Any: pyvista's decorators hide from a type checker what its methods take.
+        # Any: pyvista's decorators hide the signatures of its methods.
         plotter: Any = pv.Plotter
         self.plotter: Any = plotter(shape=(7, 1), off_screen=off_screen, window_size=list(size), border=False)
         self._ink = max(1.0, min(size[0] / 1400, size[1] / 800))
@@ -72,7 +72,7 @@ class Stage:
         self.plotter.suppress_rendering = False
 
     def _strike(self) -> None:
-        """Takes away what the last view drew, and nothing else: the time slider stays."""
+        """Remove all parts of the last view; the time slider stays."""
         for bar in list(self.plotter.scalar_bars.keys()):
             self.plotter.remove_scalar_bar(bar, render=False)
         for number, actor in self._drawn:
@@ -168,7 +168,7 @@ class Stage:
         if lines.n_points:
             self._add(number, lines, view, color="#404040", line_width=1.5)
         if view.edges:
-            # The edges of the cells themselves, not those of the triangles that they are drawn by.
+            # The edges of the cells, not of the triangles in the drawing.
             edges = self._surface(view, subdivision=0).extract_all_edges()
             self._add(number, edges, view, color="#303030", line_width=0.7, opacity=0.55)
 
@@ -176,7 +176,7 @@ class Stage:
         return MICRO, MICRO, MICRO * view.factor
 
     def _surface(self, view: View, subdivision: int = 2) -> Any:
-        """The surface, clipped if asked; quadratic cells are cut into enough triangles to look curved."""
+        """The surface, clipped by the view; quadratic cells are cut into enough triangles to look curved."""
         grid = self.source.grid(view.step)
         if view.cut:
             grid = grid.clip(normal=f"-{view.cut}", origin=self._origin(view), invert=True)
@@ -198,7 +198,7 @@ class Stage:
         return tuple(origin)
 
     def _range(self, name: str, step: int | None) -> tuple[float, float]:
-        """The least and the largest value of a state, or of all of them (``None``)."""
+        """Return the least and the largest value of a state, or of all states (``None``)."""
         if (name, step) not in self._ranges:
             steps = [step] if step is not None else range(len(self.source.times))
             states = (self.source.grid(k) for k in steps)
@@ -209,7 +209,7 @@ class Stage:
             if name == "difference":
                 high = max(abs(low), abs(high))
                 low = -high
-            # What is left of a zero by rounding and by the solution's error would be the bar's least readable label.
+            # A zero off by rounding and the solution's error would be an unreadable label of the bar.
             low = 0.0 if abs(low) < 1e-3 * abs(high) else low
             self._ranges[name, step] = (low, high if high > low else low + 1.0)
         return self._ranges[name, step]
@@ -265,7 +265,7 @@ class Stage:
 
 
 def round_ticks(low: float, high: float, count: int) -> np.ndarray:
-    """(n,): round numbers in a range, a step of 1, 2, 2.5 or 5 times a power of ten apart, about ``count`` of them."""
+    """Return (n,) round numbers in a range, about ``count``, a step of 1, 2, 2.5 or 5 times a power of ten apart."""
     ten = 10.0 ** math.floor(math.log10((high - low) / count))
 
     def multiples(step: float) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""What is shown at the moment, as a value, and the keys that change it."""
+"""The current view, as a value, and the keys that change it."""
 
 from __future__ import annotations
 
@@ -113,7 +113,7 @@ def keys_text(view: View, columns: int) -> str:
 
 
 def title(view: View, name: str, time: float | None) -> str:
-    """What is shown, in one line that states the exaggeration."""
+    """Return the title of a view, in one line that states the exaggeration."""
     label = "rise in 3D and 1D, and the difference" if view.compare else QUANTITIES[view.quantity][0]
     when = "steady" if time is None else f"{time * 1e3:.4g} ms"
     drawn = f"thickness drawn x{view.factor:g}" if view.factor != 1 else "true proportions"

@@ -1,7 +1,7 @@
-"""The process that owns the graphics, and what runs it and says in a sentence what became of it.
+"""The process that owns the graphics, and the function that runs it and reports its failure in a sentence.
 
-It reads what to show on standard input, then draws a picture, a film or a window; a process of its own because VTK
-without a working OpenGL may end it. What a user did wrong is one line on standard error with ``FAULT`` in front, and
+It reads the view on standard input, then draws a picture, a film or a window; a process of its own because VTK
+without a working OpenGL may end it. A mistake of the user is one line on standard error with ``FAULT`` in front, and
 exit status 2.
 """
 
@@ -37,7 +37,7 @@ class NoGraphicsError(ArithmeticError):
 
 
 def start(request: dict[str, Any], progress: Callable[[str], None]) -> list[str]:
-    """Draws what is asked, returns what there is to say; SceneError for bad input, NoGraphicsError."""
+    """Draw the view and return notes; raise SceneError for bad input, NoGraphicsError without OpenGL."""
     if "parts" not in request:
         present(Path(request["path"]))
     if not request["off_screen"] and sys.platform.startswith("linux"):
@@ -148,7 +148,7 @@ def _show(request: dict[str, Any]) -> None:
 
 
 def begin(request: dict[str, Any], source: Any, grid: Any) -> View:
-    """The first view: the last state, unless another time is asked for; SceneError for what isn't there."""
+    """Return the first view: the last state, or the nearest to a given time; raise SceneError if it is missing."""
     from validate.report.figures.render import exaggeration
 
     names = [n for n in QUANTITIES if n in grid.point_data or n in grid.cell_data]
@@ -172,7 +172,7 @@ def begin(request: dict[str, Any], source: Any, grid: Any) -> View:
 
 
 def nearest(times: tuple[float, ...], time: float) -> int:
-    """The stored time next to the one asked for (s), with a note where it is another; SceneError outside of them."""
+    """Return the number of the stored time nearest to a given time (s), and note a difference; SceneError outside."""
     step = min(range(len(times)), key=lambda k: abs(times[k] - time))
     when = f"{time * 1e3:.6g} ms"
     if not times[0] <= time <= times[-1] * (1 + 1e-6):
@@ -229,7 +229,7 @@ def film(stage: Any, view: View, path: Path) -> None:
 
 
 def _palette() -> list[int]:
-    """256 colours for all frames, else they would flicker: those of the field, of the difference, and of ink."""
+    """Return 256 colours for all frames, else they would flicker: of the field, of the difference, and of ink."""
     from matplotlib import colormaps
 
     from validate.viewer.stage import DIVERGING
@@ -290,7 +290,7 @@ def _slider(stage: Any, now: list[View]) -> Any:
 
 
 def _say_time(slider: Any, times: tuple[float, ...], step: int) -> None:
-    """Under the slider the stored time that it is at; the number beside it would be only that of the state."""
+    """Show the stored time under the slider, whose own number would be the state's."""
     shown = slider.GetRepresentation()
     shown.ShowSliderLabelOff()
     shown.SetTitleText(f"{times[step] * 1e3:.4g} ms, stored time {step + 1} of {len(times)}")

@@ -27,8 +27,8 @@ from scenes.loading import from_dict, load
 from statespace.result import QUANTITIES
 from tests.validate.cli import summary
 from validate.cli import main
+from validate.report.figures import device_figures
 from validate.report.figures import device_figures as own
-from validate.report.figures import ground_figure
 
 QUICK = ("--set", "control.sample_time=1ms", "--set", "control.sink_gain=0.5")
 
@@ -235,7 +235,7 @@ def test_the_report_has_names_and_units(full: tuple[str, Path]) -> None:
 def test_no_text_of_a_figure_touches_another(setting: str) -> None:
     scene, options = load("device", ("sample_time=1ms", setting), scene_type=DEVICE), Options()
     outcome = DeviceKind().compare(scene, options)
-    draw = (own.power, own.flow, own.slow, own.responses, own.characteristic, ground_figure.shared)
+    draw = (own.power, own.flow, own.slow, own.responses, own.characteristic, device_figures.ground)
     for name, figure in zip(FIGURES, draw, strict=True):
         boxes = _boxes(figure(outcome))
         touching = [(a, b) for (a, one), (b, two) in combinations(boxes, 2) if one.overlaps(two)]

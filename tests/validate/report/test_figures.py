@@ -22,7 +22,7 @@ from fem3d.runs.sink import solve
 from scenes.loading import load, load_free
 from scenes.model import Scene
 from scenes.result import Result, Traces
-from validate.report.figures import trace_figure
+from validate.report.figures import scene_figures
 from validate.report.figures.analysis_figures import seen_parts
 from validate.report.figures.drawing import new_figure
 from validate.report.figures.offscreen import round_length
@@ -112,7 +112,7 @@ def test_time_is_logarithmic_where_a_rise_is_over_before_it_is_seen(constant: fl
     values = 293 + 7 * (1 - np.exp(-time / constant))
     names = [probe.name for probe in scene.probes]
     found = Result("fem3d", {}, Traces(time, dict.fromkeys(names, values), dict.fromkeys(names, 1e-3)))
-    axes = trace_figure.draw(Outcome(scene, Options(), {"fem3d": found})).axes
+    axes = scene_figures.traces(Outcome(scene, Options(), {"fem3d": found})).axes
     assert {ax.get_xscale() for ax in axes} == {scale}
     assert axes[-1].get_xlim()[1] == pytest.approx(1e3 * END)
     if scale == "log":
@@ -123,5 +123,5 @@ def test_time_is_logarithmic_where_a_rise_is_over_before_it_is_seen(constant: fl
         assert np.abs(line.get_ydata() - exact).max() < 0.05
     since = Traces(time, dict.fromkeys(names, values), dict.fromkeys(names, 1e-3), since=2e-5)
     for traces, said in ((found.over_time, False), (since, True)):
-        figure = trace_figure.draw(Outcome(scene, Options(), {"fem3d": replace(found, traces=traces)}))
+        figure = scene_figures.traces(Outcome(scene, Options(), {"fem3d": replace(found, traces=traces)}))
         assert ("larger until 20 µs after the start" in figure.texts[-1].get_text()) == said

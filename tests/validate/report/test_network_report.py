@@ -13,7 +13,7 @@ from reduced1d.network.lines import layout
 from scenes.loading import load
 from statespace.runtime import CompactModel
 from validate.cli import main
-from validate.report.figures.network_figure import draw
+from validate.report.figures.scene_figures import network as draw
 
 
 @pytest.mark.long

@@ -1,8 +1,10 @@
-"""Figures 9 to 13: the start from cold and the outer step, by power, by heat flow, and sampled slowly; outer steps of
-many heights, by the sensor's power over time and in its steady state.
+"""Figures 9 to 14 of the device, and its shielding.
+
+Figures 9 to 11: the start from cold and the outer step, by power, by heat flow, and sampled slowly. Figures 12 and 13:
+outer steps of many heights, by the sensor's power over time and in its steady state. Figure 14: a common ground.
 
 The start takes a fiftieth of the run and ten times the power, so that Figures 9 to 11 have it in a panel of its own.
-What is held from sample to sample is drawn so; the heat flow isn't held.
+Values that are held from sample to sample are drawn as steps; the heat flow is not held.
 """
 
 from __future__ import annotations
@@ -14,8 +16,11 @@ from matplotlib import colormaps
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from compare.device_checks import METER_POWER, METER_RESISTANCE
 from compare.outcome import Outcome
 from compare.report.checks import drawn, with_mu
+from reduced1d.device.closed_loop import ground_effects
+from reduced1d.device.closed_loop import shielding_response as in_1d
 from reduced1d.device.lumped import lump, steady
 from scenes.device import Device
 from scenes.formats import percent, quantity, scale
@@ -74,7 +79,7 @@ def _figure(outcome: Outcome[Device], number: int, what: str, left: float = 0.75
 def _start_and_whole(
     outcome: Outcome[Device], number: int, what: str, curves: tuple[Curve, ...], label: str, slow: bool = False
 ) -> Figure:
-    """Left the start, at its own scale; right the whole run, at the scale of what follows, and thin the scene's own run
+    """Left the start, at its own scale; right the whole run, at the scale after the start, and thin the scene's own run
     beside the ``slow`` one, once its start is over; below, wide and pale, the same run in 3D."""
     run, three = (
         None if runs is None else runs.slow if slow else runs.base
@@ -118,7 +123,7 @@ def _start_and_whole(
 
 
 def _range(run: Run, curves: tuple[Curve, ...], factor: float) -> tuple[float, float]:
-    """The range of what follows the start: of the steady values and of the second half of the time."""
+    """Return the range after the start: of the steady values and of the second half of the time."""
     result = run.result
     late = result.time_s >= min(0.1, 0.2 * float(result.time_s[-1]))
     values = np.concatenate([result.trace(key)[late] for key, *_ in curves]) * factor
@@ -189,4 +194,72 @@ def characteristic(outcome: Outcome[Device]) -> Figure:
     ax.axvline(setpoint, color=INK, lw=1.0, ls=":", label=f"set point, {setpoint:g} K")
     ax.set(xlim=(ends[0], high), xlabel="outer temperature (K)", ylabel="steady power of the sensor (mW)")
     legend(figure, ax, columns=4, fontsize=9)
+    return figure
+
+
+def ground(outcome: Outcome[Device]) -> Figure:
+    """Left the temperature errors of the films against the resistance of the lead, with the smallest leads that the
+    paper's meter resolves; right the range of outer temperatures over which both are held."""
+    device = outcome.scene
+    ground = ground_effects(device, METER_POWER, METER_RESISTANCE)
+    checks = [drawn(check) for check in outcome.checks if check.id == "fig14_ground"]
+    figure = new_figure(9.5, 5.0, "Figure 14: a lead to ground that sink and sensor share", checks, bottom=0.95)
+    off, reach = figure.subplots(1, 2, gridspec_kw={"wspace": 0.28})
+    lead = np.array([each.resistance_ohm for each in ground.leads]) * 1e3
+    for film in ("sensor", "sink"):
+        # Where no outer temperature lets both films be held there is no state to be off by.
+        values = np.abs([getattr(each, f"{film}_off_K") for each in ground.leads])
+        values = np.where(np.isnan([each.highest_K for each in ground.leads]), np.nan, values)
+        off.plot(lead, values, "o-", color=LAYERS[film], label=f"{film}, 1D, off the temperature without it")
+        if outcome.device_3d is not None:
+            three = outcome.device_3d.ground
+            place = [each.resistance_ohm * 1e3 for each, _ in three]
+            values = np.abs([getattr(each, f"{film}_off_K") for each, _ in three])
+            off.plot(place, values, "x", ms=9, color="black", label="3D" if film == "sensor" else None)
+    logarithmic(off, "x")
+    logarithmic(off, "y")
+    off.set(xlabel="resistance of the lead (mohm)", ylabel="off by (K)")
+    low, high = (np.array([getattr(each, f"{end}_K") for each in ground.leads]) for end in ("lowest", "highest"))
+    reach.fill_between(lead, low, high, color=LAYERS["polymer"], alpha=0.35, label="both films are held")
+    reach.plot(lead, high, "o", color=INK, ms=4)
+    external = device.external
+    for outer, style in ((external.initial_temperature, ":"), (external.final_temperature, "--")):
+        reach.axhline(outer, color=INK, lw=1.0, ls=style, label=f"{outer:g} K outside")
+    logarithmic(reach, "x")
+    reach.set(xlabel="resistance of the lead (mohm)", ylabel="outer temperature (K)", xlim=off.get_xlim())
+    limits = " and ".join(quantity(each, "ohm", 3) for each in (ground.by_power_ohm, ground.by_resistance_ohm))
+    off.set_title(with_mu(f"the paper's meter tells power and resistance from {limits} on"), fontsize=9, color=INK)
+    legend(figure, off, reach, columns=3, fontsize=9)
+    return figure
+
+
+IN_1D: dict[str, Any] = {"color": "black", "lw": 0.9, "ls": ":", "drawstyle": "steps-post"}
+SETTLED = 0.02
+"""What is shown ends where both powers stay within this part of the sink's change."""
+
+
+def shielding(outcome: Outcome[Device]) -> Figure:
+    """Draw the change of the powers of sensor and sink after the substrate became 1 K warmer, in 3D and 1D."""
+    device = outcome.scene
+    assert outcome.device_3d is not None
+    checks = [drawn(check) for check in outcome.checks if check.id == "dev3d_shielding"]
+    figure = new_figure(9.5, 4.6, "Shielding: the substrate 1 K warmer from time 0 on", checks, bottom=0.95, left=0.95)
+    fem3d, reduced1d = outcome.device_3d.response, in_1d(device)
+    time = fem3d.time_s * 1e3
+    last = fem3d.sink_power_W_per_K[-1]
+    off = np.maximum(np.abs(fem3d.sink_power_W_per_K - last), np.abs(fem3d.sensor_power_W_per_K))
+    late = np.flatnonzero(off > SETTLED * abs(last))
+    until = 1.5 * float(time[late[-1]]) if len(late) else float(time[-1])
+    shown = time <= max(until, float(time[min(30, len(time) - 1)]))
+    ax = figure.subplots()
+    for film in ("sensor", "sink"):
+        in_3d, other = (getattr(model, f"{film}_power_W_per_K")[: len(time)] * 1e6 for model in (fem3d, reduced1d))
+        ax.plot(time[shown], in_3d[shown], color=LAYERS[film], lw=1.9, label=f"{film}, 3D", drawstyle="steps-post")
+        ax.plot(time[shown], other[shown], label="the same in 1D" if film == "sink" else None, **IN_1D)
+    steady, _ = outcome.device_3d.shielding
+    without = steady.sensor_power_per_substrate_sink_off_W_per_K * 1e6
+    ax.axhline(without, color=LAYERS["sensor"], ls="--", lw=1.2, label="sensor with the sink off, steady")
+    ax.axhline(0.0, color=INK, lw=0.8)
+    ax.set(xlabel="time since the step (ms)", ylabel=with_mu("change of the power (uW/K)"))
+    legend(figure, ax)
     return figure

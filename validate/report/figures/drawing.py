@@ -1,4 +1,4 @@
-"""What the figures have in common: style, margins, the title with the verdicts, the picture of a field, files.
+"""Parts that all figures share: style, margins, the title with the verdicts, the picture of a field, files.
 
 Margins are fixed and not computed from the drawn texts, and powers of ten are plain text: matplotlib's automatic layout
 and its mathematical text would take longer than the 3D solution.
@@ -97,12 +97,12 @@ VISIBLE = 0.004
 
 
 def band(ax: Any, x: np.ndarray, y: np.ndarray, half: np.ndarray | float, colour: str) -> None:
-    """What a curve is known to, to either side of it."""
+    """Draw the error band around a curve."""
     ax.fill_between(x, y - half, y + half, color=colour, alpha=0.25, lw=0)
 
 
 def legend(figure: Figure, *axes: Any, columns: int = 0, **look: Any) -> None:
-    """One for all axes, below them; in one row unless ``columns`` says otherwise."""
+    """Draw one legend below all axes, in one row or in some ``columns``."""
     sides = [ax.get_legend_handles_labels() for ax in axes]
     handles, labels = ([item for part in side for item in part] for side in zip(*sides, strict=True))
     figure.legend(handles, labels, loc="lower center", ncols=columns or len(labels), **look)

@@ -1,4 +1,4 @@
-"""Names in columns left and right of a drawing, each with a line to what it names, none over another."""
+"""Names in columns left and right of a drawing, each with a line to its part, none over another."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ def columns(labels: Sequence[Label], most: int) -> tuple[list[Label], list[Label
 
 
 def spread(wanted: Sequence[float], apart: float, low: float, high: float) -> np.ndarray:
-    """Heights in descending order, at least so far ``apart``, as near to the ``wanted`` ones as can be (least squares,
-    by pooling neighbours that are too near), and between two bounds as far as there is room."""
+    """Return heights in descending order, at least ``apart`` from each other and as near to ``wanted`` as possible
+    (least squares, by pooling neighbours that are too near), between two bounds as far as there is room."""
     # With i * apart added the heights need only descend: pools of violators get their mean.
     pools: list[list[float]] = []
     for i, height in enumerate(wanted):

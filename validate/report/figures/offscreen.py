@@ -47,8 +47,8 @@ def warm_up() -> None:
 def render(points: np.ndarray, hexes: np.ndarray, rise: np.ndarray, factor: float) -> np.ndarray:
     """The image: seen from above one side, the beam's length across it, parallel lines parallel, outlines drawn.
 
-    Faces to the top have the scale's own colours, others are darker by where they face; bars along the three axes say
-    what is how long.
+    Faces to the top have the scale's own colours, others are darker by where they face; bars along the three axes
+    show lengths.
     """
     drawn = points * [1e6, 1e6, 1e6 * factor]
     cells = np.column_stack([np.full(len(hexes), 8), hexes]).ravel()
@@ -60,7 +60,7 @@ def render(points: np.ndarray, hexes: np.ndarray, rise: np.ndarray, factor: floa
     lookup = pv.LookupTable(n_values=len(colours))
     lookup.values = np.column_stack([colours, np.full(len(colours), 255)]).astype(np.uint8)
     lookup.scalar_range = (0.0, float(rise.max()))
-    # Any, because pyvista's decorators hide from a type checker what its methods take.
+    # Any, because pyvista's decorators hide the signatures of its methods.
     plotter: Any = pv.Plotter(off_screen=True, window_size=SIZE)
     plotter.set_background("white")
     plotter.add_mesh(
@@ -83,7 +83,7 @@ def render(points: np.ndarray, hexes: np.ndarray, rise: np.ndarray, factor: floa
 
 
 def _add_bars(plotter: Any, drawn: np.ndarray, factor: float) -> None:
-    """A corner in front of the solid with a bar of a round length (um) along each axis, and what it stands for."""
+    """Add a corner in front of the solid with a labelled bar of a round length (um) along each axis."""
     lower, upper = drawn.min(axis=0), drawn.max(axis=0)
     longest = float((upper - lower).max())
     corner = np.array([upper[0] + 0.16 * longest, lower[1] + 0.55 * (upper[1] - lower[1]), lower[2]])

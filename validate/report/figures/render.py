@@ -22,9 +22,18 @@ PATIENCE = 120.0
 
 @dataclass(frozen=True)
 class Field:
-    """A field to show: points (n, 3) in m, hexahedra (m, 8), rises (n,) in K above what ``label`` says. Its picture's
-    ``title``, name of z (``height``), ``scale`` of colours from ``above`` (K) on, texts ``under`` the title, and what
-    is drawn ``instead`` where rendering fails (empty: nothing)."""
+    """A field to show.
+
+    Attributes
+    ----------
+    points : (n, 3) in m
+    hexes : (m, 8), numbers of points
+    rise : (n,) in K, above the temperature that ``label`` names
+    title, under : title of the picture and texts below it
+    height : name of the z axis
+    scale, above : name of the colour scale, and its first value (K)
+    instead : drawn where rendering fails (empty: nothing)
+    """
 
     points: np.ndarray
     hexes: np.ndarray
@@ -39,15 +48,14 @@ class Field:
 
     @property
     def factor(self) -> float:
-        """What z is drawn by."""
+        """The factor that stretches z in the drawing."""
         return exaggeration(self.points)
 
 
 class Renderer:
-    """A context: started early where a picture is ``wanted``, given the field when it is known, asked for the image
-    when that is needed.
+    """A context that starts a process early where a picture is ``wanted``, sends it the field, and waits for the image.
 
-    Whatever fails, ``image`` says so by ``None``: the machine may have no OpenGL.
+    On any failure ``image`` is ``None``: the machine may have no OpenGL.
     """
 
     def __init__(self, wanted: bool) -> None:

@@ -53,7 +53,7 @@ def profile(outcome: Outcome[Sink]) -> Figure:
     um = y * 1e6
     above.plot(um, rise, color=INK, label="3D, along the axis")
     above.plot(um, fitted, color=LINES["mean_K"], ls=(0, (5, 3)), label="eq 9's parabola through the 3D end and peak")
-    # The error of the profile, and that of the parabola through two of its points.
+    # The errors of the profile and of the parabola through two of its points.
     error = 2 * max(fem3d.steady[key].error for key in ("peak_rise_K", "end_rise_K", "mean_rise_K"))
     off = without_kinks(um, rise - fitted, error / 40)
     band(below, um, off, error, LINES["mean_K"])
@@ -86,7 +86,7 @@ def without_kinks(place: np.ndarray, values: np.ndarray, distance: float) -> np.
 
 
 def rises(outcome: Outcome[Sink]) -> Figure:
-    """Figure 6: the rises of peak, mean (what the paper's model calls the equivalent temperature) and end."""
+    """Figure 6: the rises of peak, mean (the paper's equivalent temperature) and end."""
     keys, room = ("peak_K", "mean_K", "end_K"), outcome.scene.room_temperature
     return _against_time(outcome, 6, "rise", keys, "rise above room (K)", "K", 1.0, room)
 
@@ -162,7 +162,7 @@ def _against_time(
 
 
 def _marks(ax: Any, data: Data, key: str, times: np.ndarray, factor: float, zero: float) -> None:
-    """A user's own trace as marks at times of its own, so few that they can be told apart."""
+    """Draw a user's own trace as a few marks at its own times."""
     wanted = times[:: len(times) // _MARKS]
     inside = np.flatnonzero((data.time >= times[0]) & (data.time <= times[-1]))
     if not len(inside):
@@ -177,7 +177,7 @@ def _marks(ax: Any, data: Data, key: str, times: np.ndarray, factor: float, zero
 def row(outcome: Outcome[Sink]) -> Figure:
     """The steady rise along the row in 3D and 1D, with the islands shaded; of a long row its outer spans below, and of
     one whose curves would run into each other the spans' tops alone above."""
-    # A user's own model has numbers of the spans, of which not all need be there.
+    # A user's own model may have numbers of some spans alone.
     sink, fem3d, reduced1d = outcome.scene, outcome.solved, None if outcome.own_model is not None else outcome.reduced1d
     checks = [check for check in outcome.checks if check.id in ("islands_peak_inner", "islands_equivalent")]
     text = f"Steady rise along {sink.spans} spans, {sink_text(sink)}"

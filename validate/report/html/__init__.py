@@ -1,5 +1,5 @@
 """report.html: one self-contained page about a run, for reading, printing and turning its field.
 
-Made of a run's summary (the document of summary.json) and of the files beside it; says what is there and leaves out the
-rest, so that any kind of run can have one.
+Made from a run's summary (the document of summary.json) and the files beside it. Sections without content are left
+out, so that any kind of run can have a page.
 """

@@ -1,5 +1,5 @@
-"""The page itself: head, verdict, sections, style and script, all in one file; the sections that list what a run's
-summary holds; and what both are built of: escaped texts, tables that become cards on a phone, lists of keys and values.
+"""The page itself: head, verdict, sections, style and script, all in one file; the sections of a run's
+summary; and their elements: escaped texts, tables that become cards on a phone, lists of keys and values.
 """
 
 from __future__ import annotations
@@ -139,7 +139,7 @@ def figures(folder: Path, document: Document, captions: Mapping[str, str] = _CAP
 
 
 def _errors(document: Document) -> Section:
-    """Where the numerical error stands against each tolerance, and what bounds it."""
+    """The numerical error beside each tolerance, and its bound."""
     fem3d, reduced1d = document.get("fem3d") or {}, document.get("reduced1d") or {}
     over_time, units = fem3d.get("transient") or {}, fem3d.get("units") or {}
 
@@ -158,7 +158,7 @@ def _errors(document: Document) -> Section:
         for c in document.get("checks", ())
         if c["u_num"]
     ]
-    # A sink's summary doesn't say from when on errors over time hold, for it is always the same.
+    # A sink's summary has no start of the errors over time: it is always the same.
     start = over_time.get("accurate_from_s", 1e-5)
     again = ", and that long after each jump of a given temperature" if over_time.get("jumps") else ""
     since = f"from {quantity(start, 's', 2)} on{again}" if start else "at every time"
@@ -178,7 +178,7 @@ def _errors(document: Document) -> Section:
 
 
 def _energy(document: Document) -> Section:
-    """How well what enters is balanced by what leaves and is stored."""
+    """The balance of heat in, heat out and stored heat."""
     fem3d, rows = document.get("fem3d") or {}, []
     for key in ("power_W", "heat_out_W"):
         if item := (fem3d.get("steady") or {}).get(key):
@@ -203,7 +203,7 @@ def _mesh(document: Document) -> str:
 
 
 def _scene(document: Document) -> str:
-    """Every key of the scene, in the words of its type's schema; as it is, in SI units, where that is none of them."""
+    """Every key of the scene, in the units of its schema; SI units for keys outside the schema."""
     from scenes.errors import SceneError
     from scenes.keys import TYPES
     from scenes.parameters import SECTION
@@ -245,7 +245,7 @@ def named(key: str) -> tuple[str, str]:
 
 
 def shown(value: Any, unit: str = "") -> str:
-    """A value of a summary as a person reads it, or a list of them, escaped."""
+    """Return a value of a summary, or a list of values, as escaped text."""
     if isinstance(value, (list, tuple)):
         return ", ".join(shown(part, unit) for part in value)
     if value is None or isinstance(value, bool):
@@ -261,7 +261,7 @@ def shown(value: Any, unit: str = "") -> str:
 
 
 def values(items: Mapping[str, Any]) -> str:
-    """Keys with their values, those that are tables or lists themselves under headings of their own."""
+    """Return keys with their values; tables and lists get headings of their own."""
     rows, parts = [], []
     for key, item in items.items():
         name, unit = named(str(key))
