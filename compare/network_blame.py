@@ -39,17 +39,23 @@ def blame(given: AnyScene, fem3d: Result, network: Result) -> Budget:
     shape = layout(scene)
     joints = places(shape, bool(shape.electrodes) and physics.electric(scene))
     probed = replace(shape.scene, probes=(*shape.scene.probes, *_probes(joints)))
-    by_hand = of_layout(replace(shape, scene=probed)).steady
-    largest = {kind: max([abs(by_hand[p.flow.name].value) for p in joints if p.flow.quantity == kind], default=0.0)
+    by_hand = {name: estimate.value for name, estimate in of_layout(replace(shape, scene=probed)).steady.items()}
+    largest = {kind: max([abs(by_hand[p.flow.name]) for p in joints if p.flow.quantity == kind], default=0.0)
                for kind in ("heat_flow", "current")}  # fmt: skip
-    joints = [p for p in joints if abs(by_hand[p.flow.name].value) > LEAST * largest[p.flow.quantity]]
-    in_3d = observe(scene, _probes(joints))
-    changes = _changes(scene, joints, in_3d, by_hand)
+    joints = [p for p in joints if abs(by_hand[p.flow.name]) > LEAST * largest[p.flow.quantity]]
+
+    def needed(values: dict[str, float]) -> list[Probe]:
+        # The dual problems improve these values: joints near the threshold may come to be felt.
+        return _probes([place for place, _, _ in _changes(scene, joints, values, by_hand, FELT / 2)])
+
+    in_3d = observe(scene, _probes(joints), needed)
+    bounded = [place for place in joints if place.flow.name in in_3d]
+    changes = _changes(scene, bounded, {name: estimate.value for name, estimate in in_3d.items()}, by_hand)
     results, measured = [network.steady], list[tuple[tuple[str, int], float]]()
     for place, resistance, _ in changes:
         measured.append((place.key, resistance))
         results.append(of_layout(replace(shape, measured=tuple(measured))).steady)
-    names = [(place.called, unsure) for place, _, unsure in changes]
+    names = [(place.called, _uncertainty(place, resistance, change, in_3d)) for place, resistance, change in changes]
     splits = [_split(scene, name, [*(r[name] for r in results), fem3d.steady[name]], names) for name in network.steady]
     return Budget(network.model, tuple(splits), (), None, {}, _sentence(splits))
 
@@ -61,32 +67,38 @@ def _probes(joints: list[Place]) -> list[Probe]:
 
 
 def _changes(
-    scene: Scene, joints: list[Place], in_3d: dict[str, Estimate], by_hand: dict[str, Estimate]
-) -> list[tuple[Place, float, float]]:
-    """The joints with 3D's resistances (K/W or ohm) and their uncertainty, the largest change of drop first."""
+    scene: Scene, joints: list[Place], in_3d: dict[str, float], by_hand: dict[str, float],
+    least: float = FELT,
+) -> list[tuple[Place, float, float]]:  # fmt: skip
+    """The joints whose change of drop is felt, the largest first, with 3D's resistance and its change (K/W or ohm)."""
 
-    def drop(place: Place, values: dict[str, Estimate]) -> float:
+    def drop(place: Place, values: dict[str, float]) -> float:
         if place.other is not None:
-            return values[place.one.name].value - values[place.other.name].value
+            return values[place.one.name] - values[place.other.name]
         assert place.given is not None
         b = scene.boundaries[place.given]
-        return values[place.one.name].value - float(b.ambient if b.kind == "convection" else b.value)  # type: ignore
+        return values[place.one.name] - float(b.ambient if b.kind == "convection" else b.value)  # type: ignore
 
     rows, largest = [], {"temperature": 0.0, "potential": 0.0}
     for place in joints:
-        flow, flow_by_hand = place.sign * in_3d[place.flow.name].value, place.sign * by_hand[place.flow.name].value
+        flow, flow_by_hand = place.sign * in_3d[place.flow.name], place.sign * by_hand[place.flow.name]
         if not flow:
             continue
         resistance = drop(place, in_3d) / flow
         change = resistance - drop(place, by_hand) / flow_by_hand
-        error = sum(in_3d[side.name].error for side in (place.one, place.other) if side is not None) / abs(flow)
-        error += abs(resistance) * in_3d[place.flow.name].error / abs(flow)
         base = scene.initial_temperature if place.one.quantity == "temperature" else 0.0
-        largest[place.one.quantity] = max(largest[place.one.quantity], abs(in_3d[place.one.name].value - base))
-        rows.append((abs(change * flow), place, resistance, min(error / abs(change), 1.0) if change else 1.0))
-    felt = [row for row in rows if row[0] > FELT * largest[row[1].one.quantity] > 0]
+        largest[place.one.quantity] = max(largest[place.one.quantity], abs(in_3d[place.one.name] - base))
+        rows.append((abs(change * flow), place, resistance, change))
+    felt = [row for row in rows if row[0] > least * largest[row[1].one.quantity] > 0]
     felt.sort(key=lambda row: -row[0] / largest[row[1].one.quantity])
     return [row[1:] for row in felt]
+
+
+def _uncertainty(place: Place, resistance: float, change: float, in_3d: dict[str, Estimate]) -> float:
+    """The error bound of 3D's resistance of a joint as a part of its change, at most 1."""
+    flow = in_3d[place.flow.name]
+    error = sum(in_3d[side.name].error for side in (place.one, place.other) if side is not None)
+    return min((error + abs(resistance) * flow.error) / abs(flow.value * change), 1.0) if change else 1.0
 
 
 def _split(scene: Scene, name: str, values: list[Estimate], names: list[tuple[str, float]]) -> Split:

@@ -120,7 +120,8 @@ def errors(document: Mapping[str, Any]) -> list[str]:
             since = f" from {TIME.show(document['range']['from_s'])} on" if kind == "over time" else ""
             sentences.append(f"{kind}{since} {each[worst]['relative']:.1e} ({worst})")
         lines.append(f"  {run}: {', '.join(sentences)}")
-    return ["Largest error, relative to the largest rise, flow or current:", *lines, *document["estimated"]["text"]]
+    lines += [*document["estimated"]["text"], *(f"Warning: {text}." for text in document.get("warnings", ()))]
+    return ["Largest error, relative to the largest rise, flow or current:", *lines]
 
 
 def validity(document: Mapping[str, Any]) -> str:

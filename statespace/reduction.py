@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from scenes.errors import NumericsError
 from statespace.runtime import CompactModel, Given
 
 Errors = dict[str, dict[str, dict[str, dict[str, float]]]]
@@ -91,12 +90,8 @@ def reduce(
     Returns
     -------
     dict
-        The document, with "error".
-
-    Raises
-    ------
-    NumericsError
-        Where `most` states do not reach the accuracy and no number is given.
+        The document, with "error". Where even ``most`` states miss the accuracy, the fewest whose error is about as
+        small, with a sentence in "warnings".
     """
     known: dict[int, Errors] = {}
 
@@ -106,15 +101,18 @@ def reduce(
         return worst(known[count])
 
     count = fewest(most, error, accuracy) if states is None else min(states, most)
+    warnings = []
     if error(count) > accuracy and states is None:
-        raise not_reached(accuracy, full, error(count))
-    return document(count) | {"error": known[count]}
+        count = fewest(most, error, 1.1 * error(count))
+        warnings = [not_reached(accuracy, full, error(count))]
+    return document(count) | {"error": known[count], "warnings": warnings}
 
 
-def not_reached(accuracy: float, full: str, reached: float) -> NumericsError:
-    return NumericsError(
-        f"no model of few states is known to be within {accuracy:g} of {full}, only within {reached:.3g}: give a "
-        "larger --model-accuracy"
+def not_reached(accuracy: float, full: str, reached: float, because: str = "") -> str:
+    """Write the warning of a model that misses its accuracy."""
+    return (
+        f"the compact model is known to be within {reached:.3g} of {full}, not within {accuracy:g}{because}: see its "
+        "errors before you use it"
     )
 
 

@@ -15,14 +15,13 @@ import numpy as np
 from scenes.device import Device, External
 from statespace.march import march
 from statespace.modal import Modal
+from statespace.result import BEFORE
 from statespace.sampling import timetable
 from statespace.stability import steady
 
 STEP = 1.0
 """K of substrate. Resistances are linear and both loops closed, so that powers are linear in it but for local
 departures of the films' temperatures."""
-BEFORE = 20
-"""Samples of a run before the substrate's step."""
 CLOSELY = 1e-9
 """K: tolerance of the iteration between samples; what is read is a millionth of the powers."""
 

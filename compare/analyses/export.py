@@ -39,7 +39,8 @@ class CompactExport(Analysis[Exported]):
         from statespace.document import validity
 
         with progress.stage("export"):
-            document = kind_of(outcome.scene).compact(outcome, progress)
+            document: dict[str, Any] = kind_of(outcome.scene).compact(outcome, progress)
+        outcome.warn(*document["warnings"])
         without = "" if fmu.available() else f"; {fmu.MISSING}"
         name = "a compact model and its controllers" if "controllers" in document else "a compact model"
         return Exported(f"{name} ({validity(document)}{without})", document, outcome.options.export.folder)

@@ -165,7 +165,7 @@ class Kind(ABC, Generic[S]):
     def exportable(self, scene: S, options: Options) -> None:
         """Raise SceneError for a scene that has no compact model."""
 
-    def compact(self, outcome: Outcome[S], progress: Progress) -> dict[str, object]:
+    def compact(self, outcome: Outcome[S], progress: Progress) -> dict[str, Any]:
         """The document of the compact model. Raises NumericsError where its accuracy is not reached."""
         raise NotImplementedError
 
@@ -177,8 +177,11 @@ class Kind(ABC, Generic[S]):
 
 def compact_model(scene: AnyScene, options: Options, progress: Progress) -> dict[str, Any]:
     """The compact model of a scene in 3D, or of its network. Raises NumericsError."""
+    states, accuracy = options.export.states, options.export.accuracy
     if options.model == "network":
         from reduced1d.network.compact import compact
-    else:
-        from fem3d.compact.find import compact
-    return compact(scene, options.export.states, options.export.accuracy, progress)
+
+        return compact(scene, states, accuracy, progress)
+    from fem3d.compact.find import compact as compact_3d
+
+    return compact_3d(scene, states, accuracy, progress, progress.processor_time.get("fem3d"))

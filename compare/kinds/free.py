@@ -191,7 +191,7 @@ class FreeKind(Kind[AnyScene]):
 
         check(scene)
 
-    def compact(self, outcome: Outcome[AnyScene], progress: Progress) -> dict[str, object]:
+    def compact(self, outcome: Outcome[AnyScene], progress: Progress) -> dict[str, Any]:
         return compact_model(outcome.scene, outcome.options, progress)
 
     @property

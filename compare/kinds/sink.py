@@ -229,7 +229,7 @@ class SinkKind(Kind[Sink]):
 
         check(exported(scene, options))
 
-    def compact(self, outcome: Outcome[Sink], progress: Progress) -> dict[str, object]:
+    def compact(self, outcome: Outcome[Sink], progress: Progress) -> dict[str, Any]:
         return compact_model(exported(outcome.scene, outcome.options), outcome.options, progress)
 
     @property

@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
+from time import process_time
 from typing import Any
 
 import numpy as np
@@ -32,15 +33,17 @@ from scenes.model import DERIVED, AnyScene, MeshScene, Schedule, Value
 from scenes.result import Result
 from statespace.channels import OWN, Channel, channels, driven, scenarios
 from statespace.document import scene_document
-from statespace.reduction import Reference, compare, leading, reduce, worst
+from statespace.reduction import Reference, compare, leading, not_reached, reduce, worst
 from statespace.runtime import CompactModel
 
+FULL = "the full model"
 TRUTH, SPACE = 0.5, 0.02
 """Parts of the accuracy: for the runs of the full model, and for the fields."""
+LONGEST, ALWAYS = 10.0, 60.0
+"""A model takes at most so many times as long as the 3D solution, or so many seconds of processor time if that is more.
+"""
 MESH, FINER, TURNS = 3.0, 0.3, 4
 """The first mesh is for this many times the accuracy; how much less each further one leaves; how many there are."""
-LONG = 20.0
-"""A steady state is reached after this many times the slowest response."""
 INSTANTS = 60
 """Instants of each run at which a model is compared."""
 MOST_PLACES, NEAR = 12, 1e-4
@@ -80,8 +83,9 @@ class Run:
 
 
 def compact(
-    scene: AnyScene, states: int | None, accuracy: float, say: Callable[[str], None] = lambda _: None
-) -> dict[str, Any]:
+    scene: AnyScene, states: int | None, accuracy: float, say: Callable[[str], None] = lambda _: None,
+    seconds: float | None = None,
+) -> dict[str, Any]:  # fmt: skip
     """Make the document of a scene's compact model.
 
     Parameters
@@ -94,50 +98,83 @@ def compact(
         Largest error, relative as the scene's own.
     say : callable
         Takes progress messages.
+    seconds : float, optional
+        Processor time of the 3D solution that was made before; by default of the first run here.
 
     Returns
     -------
     dict
-        The document of `statespace.runtime.CompactModel`.
+        The document of `statespace.runtime.CompactModel`. It has "warnings" where the time or the memory ends before
+        the accuracy is reached.
 
     Raises
     ------
     SceneError
         For a scene that has no compact model.
     NumericsError
-        Where the accuracy is not reached.
+        Where the scene has no solution.
     """
     check(scene)
     try:
-        return _compact(scene, states, accuracy, say)
+        return _compact(scene, states, accuracy, say, seconds)
     except NumericsError:
         raise
     except (ArithmeticError, np.linalg.LinAlgError) as error:
         raise NumericsError(f"no model of few states is found: {error}; leave out --export") from None
 
 
-def _compact(scene: AnyScene, states: int | None, accuracy: float, say: Callable[[str], None]) -> dict[str, Any]:
+def _compact(
+    scene: AnyScene, states: int | None, accuracy: float, say: Callable[[str], None], seconds: float | None
+) -> dict[str, Any]:
     if not physics.heat(scene):
         # Currents alone follow the voltages at once: their steady state is all.
         largest = {c.name: c.largest for c in channels(scene)}
         scene = replace(driven(scene, largest), steady=True, output_times=())
-    inputs = channels(scene)
-    runs = {name: _run(other, inputs, accuracy, say) for name, other in scenarios(scene, inputs).items()}
+    inputs, start = channels(scene), process_time()
+    tried = scenarios(scene, inputs)
+    runs = {OWN: _run(tried.pop(OWN), inputs, TRUTH * accuracy, say)}
+    first = process_time() - start
+    limit = start + max(LONGEST * first if seconds is None else (LONGEST - 1) * seconds, ALWAYS)
+    # Where the runs of all inputs would take more than half of the time, the later ones are less accurate.
+    room = max((limit - start) / 2 - first, 0.1 * first)
+    truth = TRUTH * max(1.0, len(tried) * first / room)
+    because, last = "", 0.0
+    while tried and process_time() + last < limit:
+        begun, name = process_time(), next(iter(tried))
+        runs[name] = _run(tried.pop(name), inputs, truth * accuracy, say)
+        last = process_time() - begun
     references = {name: _references(scene, run, runs[OWN]) for name, run in runs.items()}
+    uncertain = max(run.errors[n] / run.scales[n] for each in references.values() for run in each for n in run.errors)
     for turn in range(TURNS):
+        begun = process_time()
         say(f"compact model: mesh {turn + 1}")
-        heat, conductor, part = problem(
-            scene, inputs, MESH * FINER**turn * accuracy, runs[OWN].rise(scene), runs[OWN].scales
-        )
+        try:
+            heat, conductor, part = problem(
+                scene, inputs, MESH * FINER**turn * accuracy, runs[OWN].rise(scene), runs[OWN].scales
+            )
+        except NumericsError as error:
+            if not turn:
+                raise
+            because = f" ({error})"
+            break
         structure, rich = _rich(scene, inputs, heat, conductor, part, accuracy)
         if structure.places:
             structure = replace(structure, places=_places(scene, structure, rich, runs))
         document = partial(_document, scene, structure, rich)
         reached = worst(compare(CompactModel(document(rich.states)), references))
-        if reached <= accuracy or isinstance(scene, MeshScene):
+        # No mesh brings a model closer to the full one than its runs are.
+        if reached <= max(accuracy, uncertain / TRUTH) or isinstance(scene, MeshScene):
+            break
+        if process_time() + (process_time() - begun) / FINER > limit:
+            truth = np.inf
             break
     say("compact model: states")
-    made = reduce(document, rich.states, references, accuracy, states, "the full one")
+    made = reduce(document, rich.states, references, accuracy, states, FULL)
+    if made["warnings"]:
+        because = because or f" ({LONGEST:g} times the time of the 3D solution are spent)" * (truth > TRUTH)
+        made["warnings"] = [not_reached(accuracy, FULL, worst(made["error"]), because)]
+    if tried:
+        made["warnings"].append(f"the compact model is not compared with the full one for a {', a '.join(tried)}")
     text = [
         "Estimated: the distance from runs of the full 3D model for each of these inputs, on meshes of their own, with "
         f"their errors. With {rich.states} states it is {reached:.1e} at most.",
@@ -169,7 +206,7 @@ def check(scene: AnyScene) -> None:
 def _run(scene: AnyScene, known: tuple[Channel, ...], accuracy: float, say: Callable[[str], None]) -> Run:
     """Solve the full model of a scenario."""
     say("compact model: a run of the full model")
-    finer = replace(scene, accuracy=max(TRUTH * accuracy, 1e-6))
+    finer = replace(scene, accuracy=max(accuracy, 1e-6))
     by_name = {c.name: c.value for c in channels(finer)}
     inputs = {c.name: by_name.get(c.name, 0.0) for c in known}  # a source that is off has no channel
     if scene.steady:
@@ -232,7 +269,7 @@ def _rich(
         alone = Base(heat, conductor, independent(conductor, cold), none, [])
         return Structure(alone, part, inputs, True, {}), alone.project(none)
     slow = fields.slowest(heat)
-    end = LONG * slow if scene.steady else scene.end_time
+    end = 20 * slow if scene.steady else scene.end_time  # exp(-20) is left of the slowest response
     earliest = slow if scene.steady else first_time(scene)
     base: Base = transient_base.of(heat, conductor, transient.shift(min(slow, end), earliest), end, accuracy)
     steps = np.array([1.0, *(c.step for c in inputs)])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 
 from fem3d.adaptivity import choice
@@ -14,7 +14,7 @@ from scenes.result import Estimate
 
 
 def observe(
-    scene: Scene, probes: Sequence[Probe], progress: Callable[[str], None] = lambda _: None
+    scene: Scene, probes: Sequence[Probe], chosen: Callable[[dict[str, float]], Collection[Probe]] | None = None
 ) -> dict[str, Estimate]:
     """Solve the steady state of a scene of boxes and read further probes on its last mesh.
 
@@ -24,13 +24,14 @@ def observe(
         The scene; its own probes decide where the mesh is refined.
     probes : sequence of Probe
         Further probes, whose error bounds do not refine the mesh.
-    progress : callable
-        Takes progress messages.
+    chosen : callable, optional
+        Takes all values and returns the further probes that are needed, each of which costs a dual problem for its
+        error bound; all of them by default.
 
     Returns
     -------
     dict
-        Value and error bound of every probe by name.
+        Value and error bound of the scene's and of the chosen probes by name.
 
     Raises
     ------
@@ -40,8 +41,11 @@ def observe(
     every = replace(scene, probes=(*scene.probes, *probes))
     study, whole = (probe_quantities.study(scene, part_of(every, uncut)) for uncut in (False, True))
     study, mesh = choice.choose(replace(study, field=None), replace(whole, field=None))
-    study, answer = choice.solve(study, mesh, lambda: replace(whole, field=None), False, progress)
-    full, problems = probe_quantities.study(every, study.part), answer.mesh.problems()
+    study, answer = choice.solve(study, mesh, lambda: replace(whole, field=None), False, lambda _: None)
+    values = probe_quantities.study(every, study.part).steady(answer.fine.out)
+    needed = probes if chosen is None else chosen({name: float(value) for name, value in values.items()})
+    full = probe_quantities.study(replace(scene, probes=(*scene.probes, *needed)), study.part)
+    problems = answer.mesh.problems()
     fine = replace(answer.fine, quantities=full.steady(answer.fine.out))
     problems.states[len(problems.heats) - 1] = fine.state
     level = answer.mesh.examine(full, problems, fine)

@@ -10,9 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.sparse.linalg import splu
 
-from reduced1d.network.circuit import weighted
+from reduced1d.network.circuit import factor, weighted
 from reduced1d.network.model import Model
 from scenes.errors import NumericsError, RunawayError
 
@@ -136,7 +135,7 @@ class _Coupled:
         for _ in range(MOST):
             try:
                 rest, matrix, _ = self._equations(z, s)
-                change = splu(matrix).solve(-rest)
+                change = factor(matrix).solve(-rest)
             except (NumericsError, RuntimeError):  # no resistivity, or a singular matrix
                 return z, False
             z = z + change
@@ -171,7 +170,7 @@ class _Coupled:
         """How the state follows the factor; no numbers where it does not."""
         _, matrix, by_s = self._equations(z, s)
         try:
-            return np.asarray(splu(matrix).solve(-by_s))
+            return np.asarray(factor(matrix).solve(-by_s))
         except RuntimeError:
             return np.full(len(z), np.nan)
 
