@@ -1,5 +1,7 @@
-"""The documentation site: Sphinx with MyST. Pages show what the commands print on the day they are built, and what the
-notebook finds."""
+"""The documentation site: Sphinx with MyST.
+
+Pages show the output of the commands on the day they are built, and the results of the notebook.
+"""
 
 import os
 import shutil

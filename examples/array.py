@@ -40,7 +40,7 @@ def array_scene(sink: Sink, columns: int, pitch: float, driven: int) -> Scene:
     Parameters
     ----------
     sink : Sink
-        One sink with a substrate; its plate carries all of them.
+        One sink with a substrate; its plate carries all sinks.
     columns : int
         Number of sinks, side by side across the beam.
     pitch : float

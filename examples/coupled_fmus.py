@@ -1,4 +1,4 @@
-"""The whole sensor in somebody's system: its FMU and that of its controllers, coupled by fmpy, beside the traces of
+"""The whole sensor in somebody's system: its FMU and the FMU of its controllers, coupled by fmpy, beside the traces of
 `validate device`. Needs pythonfmu and fmpy (pip install '.[fmu]')."""
 
 import csv
@@ -50,7 +50,7 @@ def coupled(folder, sample_time, samples, outside):
         time = k * sample_time
         measured = sensor.read("sink_ohm", "sensor_ohm")
         warm = sensor.read("sink_K", "sensor_K")
-        # The controllers first: what they say at a sample holds from there on.
+        # The controllers first: their output at a sample holds from there on.
         controllers.give(sink_ohm=measured[0], sensor_ohm=measured[1])
         controllers.step(time, sample_time)
         volts = controllers.read("sink_V", "sensor_V")

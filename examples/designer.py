@@ -1,4 +1,4 @@
-"""For a designer: how wide may the beam be for the 1D model to be right about its peak, and what to do where it isn't.
+"""For a designer: how wide may the beam be for the 1D model to be right about its peak, and how to correct it?
 
 Everything is relative to 3D, whose own numerical error is in the verdict.
 """

@@ -1,4 +1,4 @@
-"""What the 3D model solves, in one screen: the sink's steady state at 1 V by scikit-fem, on one mesh.
+"""The 3D model in one screen: the sink's steady state at 1 V by scikit-fem, on one mesh.
 
 A quarter of the sink: x from its middle across, y from its middle along the beam, z up from the oxide's top. The weak
 forms are the toolkit's own (`fem3d/spaces/forms.py`); everything else is written out.

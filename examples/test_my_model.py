@@ -1,4 +1,4 @@
-"""A user's own pytest file: a lumped model of the hot plate, held to what it is known to be good for."""
+"""A user's own pytest file: a lumped model of the hot plate, held to its range of validity."""
 
 from lumped import hotplate
 

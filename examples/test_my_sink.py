@@ -1,4 +1,4 @@
-"""A user's own pytest file: what their 1D model is trusted for stays true, or a test says by how much it isn't."""
+"""A user's own pytest file: the 1D model stays within its tolerances, or a test reports by how much it does not."""
 
 import pytest
 
