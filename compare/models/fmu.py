@@ -6,22 +6,20 @@ different length, whose difference estimates the error. For the steady state its
 
 from __future__ import annotations
 
-import re
 import time
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from importlib.util import find_spec
-from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 from zipfile import BadZipFile, ZipFile
 
 import numpy as np
 
-from compare.models.model import LONGEST, Answer, Model, Question, find_file
+from compare.models.model import LONGEST, Answer, Model, Question, check_parameters, find_file, match_outputs
 from compare.worker import Worker
-from scenes.errors import SceneError, did_you_mean, listed, printable, quoted
+from scenes.errors import SceneError, printable, quoted
 from scenes.formats import quantity
 from scenes.units import UnitError, parse_unit
 
@@ -35,11 +33,10 @@ ROUNDING = 1e-12
 """A change below this part of an output's size is a rounding error."""
 UNRESOLVED = 0.1
 """A longer run has too long steps where it differs by this part of the change from a shorter one that came to rest."""
-BUDGET, CHECKS = 60.0, 10.0
-"""s by the clock that all runs to one steady state may take together, and those longer than the first that rests."""
+BUDGET = 60.0
+"""s by the clock that all runs to one steady state may take together."""
 LARGEST = 2e9
 """Bytes that an FMU may unpack to; those with the data of whole buildings have some hundred million."""
-
 
 Run = dict[str, np.ndarray]
 """The "time" (s) of a run, and the outputs by probe, in SI units."""
@@ -66,37 +63,39 @@ class Fmu(Model):
     ) -> None:
         self.name, self._folder, self._settable, self._readable = name, folder, settable, readable
         self._worker = Worker(f"--model {name}", quiet=True)
-        self._settled: dict[object, Answer] = {}
-        self._courses: dict[object, list[Run]] = {}
+        self._runs: dict[object, list[Run]] = {}
 
     def answer(self, question: Question, times: np.ndarray | None) -> Answer:
         outputs = self._outputs(question, question.units(times))
         key = (times is None or float(times[-1]), *question.parameters.items(), *outputs.items())
+        if key not in self._runs:
+            if times is None:
+                self._runs[key] = [self._settle(question, outputs)]
+            else:
+                self._runs[key] = [self._run(question, outputs, float(times[-1]), n, LONGEST) for n in STEPS]
+        runs = self._runs[key]
         if times is None:
-            if key not in self._settled:
-                self._settled[key] = self._at_rest(*self._longest(question, outputs))
-            return self._settled[key]
-        if key not in self._courses:
-            self._courses[key] = [self._run(question, outputs, float(times[-1]), n, LONGEST) for n in STEPS]
-        coarse, fine = self._courses[key]
+            return Answer({n: runs[0][n][-1] for n in outputs}, {n: _late_change(runs[0][n]) for n in outputs})
         # A jump of an output takes a whole step here: the two runs differ most at the end of the short step, by all
         # but its part of the long one, and right after the jump the short one is off by all of it.
-        everywhere, whole = np.union1d(times, fine["time"]), STEPS[1] / (STEPS[1] - STEPS[0])
+        everywhere, whole = np.union1d(times, runs[1]["time"]), STEPS[1] / (STEPS[1] - STEPS[0])
         values, errors = {}, {}
         for name in outputs:
-            courses = [np.interp(everywhere, run["time"], run[name]) for run in (coarse, fine)]
-            errors[name] = whole * float(np.abs(courses[1] - courses[0]).max())
-            values[name] = np.interp(times, fine["time"], fine[name])
+            coarse, fine = (np.interp(everywhere, run["time"], run[name]) for run in runs)
+            errors[name] = whole * float(np.abs(fine - coarse).max())
+            values[name] = fine[np.isin(everywhere, times)]
         return Answer(values, errors)
 
-    def _longest(self, question: Question, outputs: Mapping[str, str]) -> tuple[Run, SceneError | None]:
+    def _settle(self, question: Question, outputs: Mapping[str, str]) -> Run:
         """Run the FMU to ever later ends, and return the longest run whose steps are short enough for the FMU.
 
         Rest does not depend on a scale of time: an output has to have moved, and then to have stayed for as long
-        again. All ends are tried, because an FMU may move again. The first run with too long steps ends the series:
-        it fails (its error is returned too), is not finite, or contradicts the middle of a shorter run.
+        again. All ends are tried, because an FMU may move again. The first run with too long steps ends the series: it
+        fails, is not finite, or contradicts the middle of a shorter run. Raises SceneError where no run rests.
         """
-        longest, failure, until = None, None, time.monotonic() + BUDGET
+        longest: Run | None = None
+        failure: SceneError | None = None
+        until = time.monotonic() + BUDGET
         for end in HORIZONS:
             try:
                 run = self._run(question, outputs, end, STEPS[0], until - time.monotonic())
@@ -106,63 +105,40 @@ class Fmu(Model):
                     break
                 continue
             failure = None
-            if longest is not None and (not _finite(run) or _contradicts(run, longest)):
+            if longest is not None and (not _is_finite(run) or _contradicts(run, longest)):
                 break
-            if _moves(run) and _rests(run) and (longest is None or not _rests(longest)):
-                until = min(until, time.monotonic() + CHECKS)
             longest = run
         if longest is None:
-            assert failure is not None
-            raise failure
-        return longest, failure
-
-    def _at_rest(self, run: Run, failure: SceneError | None) -> Answer:
-        """Return the last values of a run, with their changes in its second half as errors."""
-        end, values = float(run["time"][-1]), {name: v for name, v in run.items() if name != "time"}
-        rests, moves = _rests(run) or not _finite(run), _moves(run)
-        if not rests or (not moves and end < HORIZONS[-1]):
-            has = "does not come to rest" if moves else "has not moved"
-            longer = str(failure).removeprefix(f"--model {self.name} ")
-            why = f"a longer run {longer}" if failure else "it has no steady state"
-            raise SceneError(f"--model {self.name} {has} within {quantity(end, 's')}: {why}")
-        return Answer({n: v[-1] for n, v in values.items()}, {n: _late(v) for n, v in values.items()})
+            raise failure or AssertionError
+        moved = any(map(_change, _values(longest)))
+        if _is_finite(longest) and (not _rests(longest) or (not moved and longest["time"][-1] < HORIZONS[-1])):
+            why = (
+                f"a longer run {str(failure).removeprefix(f'--model {self.name} ')}"
+                if failure
+                else "it has no steady state"
+            )
+            raise SceneError(
+                f"--model {self.name} {'does not come to rest' if moved else 'has not moved'} within "
+                f"{quantity(float(longest['time'][-1]), 's')}: {why}"
+            )
+        return longest
 
     def _outputs(self, question: Question, wanted: Mapping[str, str]) -> dict[str, str]:
-        """Return the FMU's variable of each probe that it has. Raises SceneError for names and units that don't fit."""
-        for name in question.parameters:
-            if name not in self._settable:
+        """The variable of each probe that the FMU has. Raises SceneError for names and units that don't fit."""
+        check_parameters(self.name, "parameter or input", question, self._settable)
+        outputs = match_outputs(self.name, "variable", question, wanted, self._readable)
+        for name, variable in outputs.items():
+            declared = self._unit(variable, self._readable)
+            if declared.powers not in (None, parse_unit(wanted[name]).powers):
                 raise SceneError(
-                    f"--model {self.name} has no parameter or input {quoted(name)}: it has "
-                    f"{listed(list(self._settable)) or 'none'}{did_you_mean(name, self._settable)}"
-                )
-        plain = {re.sub(r"\W+", "_", variable).lower(): variable for variable in self._readable}
-        outputs = {}
-        for name, unit in wanted.items():
-            variable = question.outputs.get(name) or plain.get(re.sub(r"\W+", "_", name).lower())
-            if variable is None:
-                continue
-            if variable not in self._readable:
-                raise SceneError(
-                    f"--model {self.name} has no variable {quoted(variable)} for {quoted(name)}: it has "
-                    f"{listed(list(self._readable))}{did_you_mean(variable, self._readable)}"
-                )
-            declared = self._known(variable, self._readable[variable])
-            if declared.powers not in (None, parse_unit(unit).powers):
-                raise SceneError(
-                    f"--model {self.name}: {quoted(variable)} is in {quoted(declared.name)}, not in {unit}, as "
+                    f"--model {self.name}: {quoted(variable)} is in {quoted(declared.name)}, not in {wanted[name]}, as "
                     f"{quoted(name)} is"
                 )
-            outputs[name] = variable
-        if not outputs:
-            has = listed(list(self._readable)) or "none"
-            raise SceneError(
-                f"--model {self.name} has no variable called as a probe ({', '.join(wanted)}; signs and blanks as "
-                f'_): it has {has}; say which is which, [model.outputs] probe = "name"'
-            )
         return outputs
 
-    def _known(self, variable: str, unit: Unit) -> Unit:
-        """Return the unit of a variable. Raises SceneError for a unit that nobody defines."""
+    def _unit(self, variable: str, units: Mapping[str, Unit]) -> Unit:
+        """The unit of a variable. Raises SceneError for a unit that nobody defines."""
+        unit = units[variable]
         if unit.name and unit.powers is None:
             raise SceneError(
                 f"--model {self.name}: {quoted(variable)} is in {quoted(unit.name)}, a unit that is not known: give it "
@@ -171,11 +147,9 @@ class Fmu(Model):
         return unit
 
     def _run(self, question: Question, outputs: Mapping[str, str], end: float, steps: int, seconds: float) -> Run:
-        """Return the "time" and the outputs by probe, in SI units, of a run to an end (s)."""
-        start = {}
-        for name, value in question.parameters.items():
-            unit = self._known(name, self._settable[name])
-            start[name] = (value - unit.offset) / unit.factor
+        """The "time" and the outputs by probe, in SI units, of a run to an end (s)."""
+        units = {name: self._unit(name, self._settable) for name in question.parameters}
+        start = {name: (v - units[name].offset) / units[name].factor for name, v in question.parameters.items()}
         try:
             task = (self._folder.name, end, steps, start, list(outputs.values()))
             columns = self._worker.run(max(seconds, 0.1), simulate, *task)
@@ -189,11 +163,9 @@ class Fmu(Model):
                 f"--model {self.name} stops at {quantity(until, 's')} of {quantity(end, 's')}: a step of it says that "
                 "it failed"
             )
-        run = {"time": columns["time"]}
-        for name, variable in outputs.items():
-            unit = self._readable[variable]
-            run[name] = unit.factor * columns[variable] + unit.offset
-        return run
+        readable = {name: self._readable[variable] for name, variable in outputs.items()}
+        values = {name: unit.factor * columns[outputs[name]] + unit.offset for name, unit in readable.items()}
+        return {"time": columns["time"], **values}
 
 
 def open_model(given: str, folder: str) -> Fmu:
@@ -203,7 +175,12 @@ def open_model(given: str, folder: str) -> Fmu:
         raise SceneError(f"--model {quoted(given)} is run by fmpy: pip install 'heated-microstructure-validation[fmu]'")
     from fmpy import extract, read_model_description
 
-    _refuse_bomb(given, path)
+    with suppress(OSError, BadZipFile), ZipFile(path) as archive:
+        size = sum(entry.file_size for entry in archive.infolist())
+        if size > LARGEST:
+            raise SceneError(
+                f"--model {quoted(given)} unpacks to {size / 1e9:.3g} GB: give one of {LARGEST / 1e9:g} at most"
+            )
     unpacked = TemporaryDirectory()
     try:
         description = read_model_description(str(path), validate=False)
@@ -213,7 +190,7 @@ def open_model(given: str, folder: str) -> Fmu:
     definitions = {unit.name: unit.baseUnit for unit in description.unitDefinitions}
     settable, others = {}, {}
     for variable in description.modelVariables:
-        unit = _unit(variable, definitions)
+        unit = _declared_unit(variable, definitions)
         if variable.causality in ("parameter", "input"):
             settable[variable.name] = unit
         if variable.causality != "parameter":
@@ -221,8 +198,8 @@ def open_model(given: str, folder: str) -> Fmu:
     return Fmu(path.name, unpacked, settable, others)
 
 
-def _unit(variable: Any, definitions: Mapping[str, Any]) -> Unit:
-    """Return the unit that an FMU declares for a variable: by its BaseUnit, or else by its name."""
+def _declared_unit(variable: Any, definitions: Mapping[str, Any]) -> Unit:
+    """The unit that an FMU declares for a variable: by its BaseUnit, or else by its name."""
     kind = variable.declaredType
     name = variable.unit or (kind.unit if kind else None) or ""
     base = definitions.get(name)
@@ -241,40 +218,38 @@ def _unit(variable: Any, definitions: Mapping[str, Any]) -> Unit:
     return Unit(name, unit.powers, float(unit.factor), 273.15 if unit.celsius else 0.0)
 
 
-def _finite(run: Run) -> bool:
+def _values(run: Run) -> list[np.ndarray]:
+    return [values for name, values in run.items() if name != "time"]
+
+
+def _is_finite(run: Run) -> bool:
     return all(np.isfinite(values).all() for values in run.values())
 
 
 def _change(values: np.ndarray) -> float:
-    """Return the whole change of an output, 0 where that is rounding."""
+    """The whole change of an output, 0 where that is rounding."""
     change = float(np.ptp(values))
     return change if change > ROUNDING * float(np.abs(values).max()) else 0.0
 
 
-def _late(values: np.ndarray) -> float:
-    """Return the change of an output in the second half of a run."""
+def _late_change(values: np.ndarray) -> float:
+    """The change of an output in the second half of a run."""
     return _change(values[len(values) // 2 :])
 
 
 def _rests(run: Run) -> bool:
-    """Return whether each output has moved and come to rest, or never moved."""
-    return all(_late(values) <= REST * _change(values) for name, values in run.items() if name != "time")
-
-
-def _moves(run: Run) -> bool:
-    return any(_change(values) for name, values in run.items() if name != "time")
+    """Whether each output has moved and come to rest, or never moved."""
+    return all(_late_change(values) <= REST * _change(values) for values in _values(run))
 
 
 def _contradicts(longer: Run, shorter: Run) -> bool:
-    """Return whether a run differs in the middle of a shorter one, in which the outputs were at rest by then."""
-    if not _rests(shorter):
-        return False
+    """Whether a run differs in the middle of a shorter one, in which the outputs were at rest by then."""
     middle = shorter["time"][-1] / 2
-    at = {name: np.interp(middle, longer["time"], values) for name, values in longer.items()}
-    return any(
-        abs(at[name] - np.interp(middle, shorter["time"], values)) > UNRESOLVED * _change(values)
-        for name, values in shorter.items()
-        if name != "time" and _change(values)
+    return _rests(shorter) and any(
+        abs(np.interp(middle, longer["time"], late) - np.interp(middle, shorter["time"], early))
+        > UNRESOLVED * _change(early)
+        > 0
+        for late, early in zip(_values(longer), _values(shorter), strict=True)
     )
 
 
@@ -287,13 +262,3 @@ def simulate(folder: str, end: float, steps: int, start: Mapping[str, float], ou
         start_values=dict(start), relative_tolerance=1e-2 / steps, record_events=False,
     )  # fmt: skip
     return {name: np.array(columns[name], float) for name in ("time", *outputs)}
-
-
-def _refuse_bomb(given: str, path: Path) -> None:
-    """SceneError for an archive that would fill a disk."""
-    with suppress(OSError, BadZipFile), ZipFile(path) as archive:
-        size = sum(entry.file_size for entry in archive.infolist())
-        if size > LARGEST:
-            raise SceneError(
-                f"--model {quoted(given)} unpacks to {size / 1e9:.3g} GB: give one of {LARGEST / 1e9:g} at most"
-            )

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import re
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
-from scenes.errors import SceneError, quoted
+from scenes.errors import SceneError, did_you_mean, listed, quoted
 
 LONGEST = 600.0
 """s by the clock that a model may take for one answer; 3D itself takes minutes at most."""
@@ -69,3 +70,42 @@ def find_file(given: str, folder: str, example: str) -> Path:
     if not path.is_file():
         raise SceneError(f"--model {quoted(given)}: {quoted(path)} is no file: give {example}")
     return path
+
+
+def plain_name(name: str) -> str:
+    """Return the name of a probe, a node or a variable in small letters, without v( ), signs and blanks."""
+    bare = re.sub(r"^[vi]\((.*)\)$", r"\1", name.strip().lower()).removesuffix("#branch")
+    return re.sub(r"\W+", "_", bare)
+
+
+def match_outputs(
+    model: str, noun: str, question: Question, wanted: Collection[str], own: Collection[str]
+) -> dict[str, str]:
+    """Return the model's own name of each wanted probe that it has, given by [model.outputs] or alike.
+
+    Raises SceneError where it has none of them, or not the given one; ``noun`` is the kind of its names.
+    """
+    plain, outputs = {plain_name(name): name for name in own}, {}
+    for probe in wanted:
+        name = question.outputs.get(probe, plain.get(plain_name(probe)))
+        if name is not None and name not in own:
+            raise SceneError(
+                f"--model {model} has no {noun} {quoted(name)} for {quoted(probe)}: it has "
+                f"{listed(list(own))}{did_you_mean(name, own)}"
+            )
+        if name is not None:
+            outputs[probe] = name
+    if not outputs:
+        raise SceneError(
+            f"--model {model} has no {noun} called as a probe ({', '.join(wanted)}; signs and blanks as _): it has "
+            f'{listed(sorted(own)) or "none"}; say which is which, [model.outputs] probe = "name"'
+        )
+    return outputs
+
+
+def check_parameters(model: str, noun: str, question: Question, own: Collection[str]) -> None:
+    """Raise SceneError for a parameter of [model.parameters] that the model does not have."""
+    for name in question.parameters:
+        if name not in own:
+            has = listed(sorted(own)) or "none"
+            raise SceneError(f"--model {model} has no {noun} {quoted(name)}: it has {has}{did_you_mean(name, own)}")

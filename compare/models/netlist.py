@@ -13,14 +13,24 @@ import shutil
 import subprocess
 import tempfile
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from compare.data import raw
-from compare.models.model import LONGEST, Answer, Model, Question, find_file
+from compare.models.model import (
+    LONGEST,
+    Answer,
+    Model,
+    Question,
+    check_parameters,
+    find_file,
+    match_outputs,
+    plain_name,
+)
 from compare.processes import with_parent
-from scenes.errors import SceneError, did_you_mean, printable, quoted
+from scenes.errors import SceneError, printable, quoted
 
 _REFUSED = {
     ".control": "runs commands", ".endc": "runs commands", ".exec": "runs commands", ".include": "reads other files",
@@ -65,47 +75,31 @@ class Netlist(Model):
     def _run(
         self, question: Question, wanted: Mapping[str, str], analysis: str, tolerance: float
     ) -> dict[str, np.ndarray]:
-        """Return the quantities that the netlist has, by name, with the "time" of a transient."""
+        """The quantities that the netlist has, by name, with the "time" of a transient."""
         key = (analysis, tolerance, *question.parameters.items())
-        if key not in self._runs:
-            text = self._with_analysis(question, wanted, analysis, tolerance)
-            plot = "transient" if analysis.startswith(".tran") else "operating point"
-            self._runs[key] = self._quantities(question, wanted, _solve(self.name, text, plot))
-        return self._runs[key]
-
-    def _with_analysis(self, question: Question, wanted: Mapping[str, str], analysis: str, tolerance: float) -> str:
-        """Return the netlist with the question's parameters and outputs."""
+        if key in self._runs:
+            return self._runs[key]
         params = (line for line in self._lines if line.lower().startswith(".param"))
         names = {name.lower() for line in params for name in _PARAM.findall(line)}
-        lines = list(self._lines)
-        for name, value in question.parameters.items():
-            if name.lower() not in names:
-                has = f"it has {', '.join(sorted(names))}" if names else "it has none"
-                raise SceneError(f"--model {self.name} has no .param {quoted(name)}: {has}{did_you_mean(name, names)}")
-            lines.append(f".param {name}={value:.17g}")
-        for n, name in enumerate(wanted):
-            if name in question.outputs:
-                lines.append(f"B{_OUTPUT}{n} {_OUTPUT}{n} 0 V={_circuit(self.name, question.outputs[name])}")
+        lower = {name.lower(): value for name, value in question.parameters.items()}
+        check_parameters(self.name, ".param", replace(question, parameters=lower), names)
+        lines = [*self._lines, *(f".param {name}={value:.17g}" for name, value in lower.items())]
+        outputs = {name: f"{_OUTPUT}{n}" for n, name in enumerate(wanted) if name in question.outputs}
+        lines += [f"B{o} {o} 0 V={_circuit(self.name, question.outputs[name])}" for name, o in outputs.items()]
         options = f".options reltol={tolerance:g} abstol={tolerance * 1e-9:g} vntol={tolerance * 1e-3:g}"
-        return "\n".join(["a model", *lines, options, analysis, ".end", ""])
-
-    def _quantities(
-        self, question: Question, wanted: Mapping[str, str], vectors: Mapping[str, np.ndarray]
-    ) -> dict[str, np.ndarray]:
-        """Return the vectors that are quantities, by these, and the time."""
-        nodes = {n: f"{_OUTPUT}{k}" if n in question.outputs else _plain(n) for k, n in enumerate(wanted)}
-        run = {name: vectors[node] for name, node in nodes.items() if node in vectors}
-        if not run:
-            others = ", ".join(sorted(v for v in vectors if not v.startswith(("time", _OUTPUT))))
-            raise SceneError(
-                f"--model {self.name} has no node called as a probe ({', '.join(wanted)}; blanks as _): it has "
-                f'{others or "none"}; say which is which in the scene, [model.outputs] probe = "v(node)"'
-            )
+        text = "\n".join(["a model", *lines, options, analysis, ".end", ""])
+        vectors = _solve(self.name, text, "transient" if analysis.startswith(".tran") else "operating point")
+        own = [
+            name for name in vectors if name != "time" and (not name.startswith(_OUTPUT) or name in outputs.values())
+        ]
+        nodes = match_outputs(self.name, "node", replace(question, outputs=outputs), wanted, own)
+        run = {name: vectors[node] for name, node in nodes.items()}
         for name, values in run.items():
             if np.abs(values).max(initial=0.0) > _BY_ZERO:
                 largest = values[np.abs(values).argmax()]
                 raise SceneError(f"--model {self.name}: {quoted(name)} is {largest:.2g}: an expression divides by zero")
-        return run | {name: vectors[name] for name in ("time",) if name in vectors}
+        self._runs[key] = run | {name: vectors[name] for name in ("time",) if name in vectors}
+        return self._runs[key]
 
 
 def open_model(given: str, folder: str) -> Netlist:
@@ -167,7 +161,7 @@ def _solve(name: str, text: str, plot: str) -> dict[str, np.ndarray]:
             table = raw.read(path, path.read_bytes(), plot)
         except SceneError:
             raise SceneError(f"--model {name}: ngspice has no {plot}{_complaint(said)}") from None
-    return {_plain(column.name): column.values for column in table.columns}
+    return {plain_name(column.name): column.values for column in table.columns}
 
 
 def _complaint(said: str) -> str:
@@ -176,9 +170,3 @@ def _complaint(said: str) -> str:
     signs = "error|singular|fail|too small|undefined|unknown|can't|no such"
     wrong = [line for line in lines if re.search(signs, line, re.IGNORECASE)]
     return f" ({printable('; '.join(wrong[:2]), 200)})" if wrong else ""
-
-
-def _plain(name: str) -> str:
-    """A probe's or a vector's name as a node's: in small letters, without v( ) and blanks."""
-    bare = re.sub(r"^[vi]\((.*)\)$", r"\1", name.strip().lower()).removesuffix("#branch")
-    return re.sub(r"[^\w.+-]", "_", bare)

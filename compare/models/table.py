@@ -4,12 +4,13 @@ one for each probe, with headers as in data to compare with."""
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from compare.data import text
 from compare.data.columns import Column, find_unit, to_si
-from compare.models.model import Answer, Model, Question, find_file
+from compare.models.model import Answer, Model, Question, find_file, match_outputs
 from compare.probes import bends
 from scenes.errors import SceneError, printable, quoted
 from scenes.formats import quantity
@@ -34,18 +35,16 @@ class Table(Model):
                 f"--model {self.name} ends at {last}, the run at {quantity(float(times[-1]), 's')}: give rows up to "
                 f'there, or --end-time "{last}"'
             )
-        values, errors = {}, {}
-        for name, unit in question.over_time.items():
-            column = self._columns.get(question.outputs.get(name, name).lower())
-            if column is not None:
-                course = self._si(name, column, unit)
-                values[name] = np.interp(times, self.rows, course)
-                errors[name] = float(bends(self.rows, course).max(initial=0.0))
-        if self._columns and not values:
-            raise SceneError(
-                f"--model {self.name} has no column of a probe ({', '.join(question.over_time)}): it has "
-                f"{', '.join(c.name for c in self._columns.values())}"
-            )
+        values: dict[str, np.ndarray] = {}
+        errors: dict[str, float] = {}
+        if not self._columns:
+            return Answer(values)
+        outputs = {name: own.lower() for name, own in question.outputs.items()}
+        question = replace(question, outputs=outputs)
+        for name, column in match_outputs(self.name, "column", question, question.over_time, self._columns).items():
+            course = self._si(name, self._columns[column], question.over_time[name])
+            values[name] = np.interp(times, self.rows, course)
+            errors[name] = float(bends(self.rows, course).max(initial=0.0))
         return Answer(values, errors)
 
     def _si(self, name: str, column: Column, unit: str) -> np.ndarray:
