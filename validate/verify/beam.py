@@ -1,9 +1,9 @@
-"""A scene with everything that both paths know, solved by Newton's method on scikit-fem's own hexahedra too: a silicon
+"""A scene with all features of both paths, solved by Newton's method on scikit-fem's own hexahedra too: a silicon
 beam whose conductivity and resistivity follow the temperature, on an oxide foot behind a contact, below a cap that
 radiates; driven by a given current.
 
-The second path's own error is bounded by what halving its intervals changed: next to an edge it falls by 2^(4/3) from
-one mesh to the next, so that 0.7 of that change is left.
+The second path's own error is bounded by its change when its intervals are halved: next to an edge it falls by 2^(4/3)
+from one mesh to the next, so that 0.7 of the change is left.
 """
 
 from __future__ import annotations

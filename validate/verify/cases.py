@@ -93,7 +93,7 @@ CASES = (
 
 
 def perform(number: int) -> list[Row]:
-    """The rows of a case by its number; one row that says so where the case ends in an error."""
+    """Return the rows of a case by its number; a case that ends in an error adds a row with the error."""
     case = CASES[number]
     rows: list[Row] = []
     try:

@@ -1,7 +1,7 @@
 """The order in unknowns of the current of an L-shaped conductor on tetrahedra that are refined where needed.
 
 At the inner corner the potential goes like r^(2/3), so that cells of size h miss h^(4/3) of the current whatever their
-degree (Strang and Fix, An Analysis of the Finite Element Method, chapter 8). Uniform cells number h^-3; where those
+degree (Strang and Fix, An Analysis of the Finite Element Method, chapter 8). Uniform cells number h^-3; where cells
 along the edge alone are halved, their number goes like 1/h, and less fast where cells stay long along it.
 """
 
@@ -47,7 +47,7 @@ def levels(most: int) -> list[tuple[int, float]]:
     scene = Scene("L", boxes, ends, probes, accuracy=1e-9, steady=True, mesh="tetrahedra")
     exact = WIDTH / 1e-6 / (2 * ARM + 1 - 2 * np.log(2) / np.pi)
     study, mesh = scene_run.start(scene)
-    # What the mesh itself leaves, without what is known of that.
+    # The error of the mesh itself, without the extrapolation.
     study = replace(study, extrapolated=False)
     search, levels = Search(study, True, False, lambda _: None), list[tuple[int, float]]()
     while mesh is not None and (not levels or levels[-1][0] < most):

@@ -1,5 +1,5 @@
 """Exact cases: walls of one layer and of two along y, solved in 3D, steady and transient; bodies that conduct in two
-and three dimensions, and conductors of a known resistance."""
+and three dimensions, and conductors with a closed form of their resistance."""
 
 from __future__ import annotations
 
@@ -224,10 +224,10 @@ def bar(volts: Value, coefficient: float, probes: tuple[Probe, ...]) -> Scene:
 
 
 def heated_bar(material: Material, length: float, area: float, volts: float) -> tuple[float, float, float]:
-    """Peak and mean rise (K) and current (A) of a bar between cold ends, its resistivity known at their temperature.
+    """Peak and mean rise (K) and current (A) of a bar between cold ends, its resistivity given at their temperature.
 
     1 + a T is the peak's times the cosine of sqrt(a rho I^2/k)/A from the middle on, which is 1 at the ends (for a < 0
-    a hyperbolic one); the peak is that of ``hottest``.
+    a hyperbolic one); the peak is from ``hottest``.
     """
     assert material.resistivity is not None
     k, rho, a = material.thermal_conductivity, material.resistivity, material.temperature_coefficient

@@ -30,7 +30,7 @@ class Expected:
     unsure : error of the value itself: rounding of a printed number, straight lines in place of a sine
     name : of the row, where it is not the probe's
     settled : part of the scale that the error bound may reach; None for any
-    note : the source, where it is not that of the case
+    note : the source, where it differs from the source of the case
     """
 
     probe: str

@@ -33,8 +33,8 @@ class Manufactured:
     """A solution: the rise ``u`` (K) and the volume load ``f`` (W/m3).
 
     ``scene`` has the materials and the kinds of boundary; the rise is zero on faces of given temperature.
-    ``weight`` is that of a mean whose dual solution is smooth too, so that it converges at twice the degree.
-    ``potential`` (V) is that of the coupled problems, whose Joule heat ``f`` leaves out.
+    ``weight`` defines a mean whose dual solution is smooth too, so that it converges at twice the degree.
+    ``potential`` (V) belongs to the coupled problems, whose Joule heat ``f`` leaves out.
     """
 
     name: str
@@ -131,7 +131,7 @@ def joule() -> Manufactured:
 
     With any harmonic psi, u = A psi + B psi^2 and phi = c integral of rho(u) dpsi, the current density -c grad psi has
     no divergence, whatever the resistivity rho(u) = rho_0 (1 + a u). None passes the sides: where electrodes met at an
-    angle the current would jump, and what their potential lacks on a mesh would cost the power half its order.
+    angle the current would jump, and the error of their potential would cost the power half its order.
     """
     c, A, B, k = 1.2, 0.6, 0.25, 2.0
     p, q = np.pi / SIZE[1], np.pi / SIZE[2]
@@ -239,6 +239,6 @@ def _scene(materials: list[Material], kinds: dict[tuple[int, int], Any], electro
         at = face((0.0, 0.0, 0.0), SIZE, d, side)
         faces.append(Boundary(f"{kind} {'xyz'[d]}{side}", kind, *at, value[kind], 293.0))
         if electrodes and d == 0:
-            # The voltages are only there to be replaced by those of the manufactured potential.
+            # The manufactured potential replaces these voltages.
             faces.append(Boundary(f"electrode {'xyz'[d]}{side}", "voltage", *at, float(2 * d + side)))
     return Scene("manufactured", boxes, tuple(faces), ())

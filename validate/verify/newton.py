@@ -115,8 +115,8 @@ class Part:
 @dataclass(frozen=True, eq=False)
 class Contact:
     """A jump on a ``face``, with resistances of heat (m2 K/W) and of current (ohm m2; ``None`` where an insulator is on
-    one side). The matrices (nodes, nodes) give on the face's nodes the values there less those of the other side
-    (``less``), and the sum of both (``plus``)."""
+    one side). The matrices (nodes, nodes) give on the face's nodes the difference of the values on both sides
+    (``less``), and their sum (``plus``)."""
 
     face: On
     less: csr_matrix
@@ -188,7 +188,7 @@ class Problem:
 
     @cached_property
     def unknown(self) -> csr_matrix:
-        """(nodes, unknowns): what each unknown potential adds: electrodes that have one, then nodes that conduct."""
+        """(nodes, unknowns): the nodes of each unknown potential: floating electrodes, then nodes that conduct."""
         electrodes = np.concatenate([e.nodes for e in self.electrodes] or [np.empty(0, int)])
         conducting = [np.unique(p.on.nodes) for p in self.parts if p.resistivity and self.electrodes]
         inner = np.setdiff1d(np.concatenate(conducting or [np.empty(0, int)]), electrodes)
@@ -253,7 +253,7 @@ class Problem:
         tolerance: float = SETTLED,
     ) -> State:  # fmt: skip
         """The state at which the residuals vanish, at a part of the drive; the rate is ``by_rate`` times the
-        temperature less what it was ``before``. NumericsError where Newton's iterations don't settle."""
+        temperature less the temperature ``before``. NumericsError where Newton's iterations don't settle."""
         T, P, given = guess.temperature.copy(), self.unknown, self.given(drive)
         for nodes, value in self.held:
             T[nodes] = value

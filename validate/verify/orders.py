@@ -82,7 +82,7 @@ def _rows(case: str, degree: int, errors: list[Errors], cuts: tuple[int, int]) -
         if degree == 3 and quantity.startswith("potential"):
             # Its part of the next order is as large: 4.21 in L2 from 2 to 3 cuts, 4.18 from 6 to 7, and 3.15 in H1.
             continue
-        # The weight suits the dual problem of conduction; that of the coupled problem is less smooth with it.
+        # The weight suits the dual problem of conduction; the dual of the coupled problem is less smooth with it.
         means = degree in MEANS and not ("power" in coarse and (quantity == "mean" or degree > 2))
         if means or quantity[-2:] in ("L2", "H1"):
             order = observed_order([coarse[quantity], fine[quantity]], cuts[1] / cuts[0])
@@ -91,7 +91,7 @@ def _rows(case: str, degree: int, errors: list[Errors], cuts: tuple[int, int]) -
 
 
 def _mesh(scene: Scene, degree: int, cuts: int) -> Grid:
-    """Two unequal intervals along each axis, each cut into some equal ones."""
+    """Two unequal intervals along each axis, each cut into ``cuts`` equal parts."""
     breaks = [
         np.append(np.concatenate([np.linspace(a, b, cuts, endpoint=False) for a, b in pairwise(planes)]), planes[-1])
         for planes in PLANES
@@ -111,7 +111,7 @@ def on_bricks(solution: Manufactured, degree: int, cuts: int) -> Errors:
 def on_bricks_over_time(heating: Heating, degree: int, cuts: int, times: np.ndarray) -> Errors:
     """The largest errors over some times (s) of a transient, by the product's own Krylov fields and time stepping.
 
-    The fields and the tolerance are such that the error is that of space.
+    The fields and the tolerance are such that the error of space dominates.
     """
     heat = assemble(boxes(heating.scene, _mesh(heating.scene, degree, cuts)))
     heat = replace(heat, loads=_load(heat, heating.at(np.inf))[None])
@@ -123,7 +123,7 @@ def on_bricks_over_time(heating: Heating, degree: int, cuts: int, times: np.ndar
 
 
 def _load(heat: HeatProblem, solution: Manufactured) -> np.ndarray:
-    """(all nodes,): the manufactured loads and those of the scene itself (W)."""
+    """(all nodes,): the manufactured loads and the loads of the scene (W)."""
     domain = heat.domain
     on: Any = domain.space.on(np.arange(len(domain.body)))
     load = on.load(solution.f(*on.points))

@@ -56,7 +56,7 @@ def _fixed_steps(
 ) -> np.ndarray:
     """The final state after equal steps, each a run of the integrator of its own.
 
-    Without any tolerance the integrator divides each run in the same proportions, so the order is that of its steps.
+    Without any tolerance the integrator divides each run in the same proportions, which leaves the order of its steps.
     """
     state = np.zeros(len(rates))
     for _ in range(steps):

@@ -1,12 +1,12 @@
 """Published benchmarks of heat conduction: two of NAFEMS and the four of ISO 10211:2017, annex C.
 
-NAFEMS's and the first of ISO have a series behind them: a printed number is known to half its last digit, which is
+NAFEMS's and the first of ISO have a series behind them: a printed number is exact to half its last digit, which is
 added to the estimated error; the row below it compares with the exact value. Plane problems are extruded by one layer.
 
 Cases 2 to 4 of ISO are thermal bridges. Geometry as in the standard's figures; the same numbers are in the open test
 cases of Feel++ (feelpp/feelpp, toolboxes/heat/cases/Building/ThermalBridgesENISO10211). The standard's values are the
-agreement of several programs: it asks for 0.1 K and 0.1 W/m in case 2, for 1 % and 0.1 K in case 3, for 1 % and 0.005 K
-in case 4, and these bands are what is added to the estimated error here. (In case 4 NGSolve gives 0.5400 W and 0.8041
+agreement of several programs, with tolerances of 0.1 K and 0.1 W/m in case 2, 1 % and 0.1 K in case 3, 1 % and 0.005 K
+in case 4; these bands are added to the estimated error here. (In case 4 NGSolve gives 0.5400 W and 0.8041
 degrees, as this solver does.)
 """
 

@@ -1,5 +1,5 @@
-"""Exact cases of what a structure stands in and is made of besides constant numbers: contacts, conductivities that
-differ along the axes or follow the temperature, radiation, and the spreading resistance of a substrate."""
+"""Exact cases beyond constant properties and plain boundaries: contacts, conductivities that differ along the axes or
+follow the temperature, radiation, and the spreading resistance of a substrate."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ def heated_corner(size: tuple[float, ...], conductivity: float, source: float) -
     square = by**2 + cz**2
     signs = np.outer((-1.0) ** np.arange(len(n)), (-1.0) ** np.arange(len(n))) * 4 / np.outer(n, n)
     along = 1 - 1 / np.cosh(np.minimum(np.sqrt(square) * a, 700.0))
-    # The sums without the cosh are those of the long bar, which one closed sum along y gives far faster.
+    # The sums without the cosh belong to the long bar, whose closed sum along y converges far faster.
     slab = signs / square * (along - 1)
     bar = (-1.0) ** np.arange(len(n)) * 2 / n / (n / c) ** 2 * (1 - 1 / np.cosh(np.minimum(n / c * b, 700.0)))
     return source / conductivity * float(slab.sum() + bar.sum())
@@ -153,7 +153,7 @@ def following_conductivity() -> Iterator[Row]:
 
 
 def radiation() -> Iterator[Row]:
-    """A slab between a given temperature and a face that radiates to another: what conducts is what leaves."""
+    """A slab between a given temperature and a face that radiates to another: conduction equals radiation."""
     hot, cold, emissivity = 1200.0, 300.0, 0.8
     k, length = 2.0, 20e-3
 
