@@ -1,4 +1,4 @@
-"""Separate the difference of two courses over time into size, time and shape.
+"""Two courses of a quantity over time: their largest distance, and that distance in size, time and shape.
 
 With y the 3D course and m the model's, a y((t - shift)/stretch) is fitted to m by least squares: first with a size a
 alone, then with a stretch or a shift as well, whichever is nearer. A stretch c < 1 is a time constant that is short by
@@ -7,23 +7,28 @@ alone, then with a stretch or a shift as well, whichever is nearer. A stretch c 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from scenes.formats import percent, quantity
+from scenes.result import Traces
 
 MOST = 10.0
-"""By what factor time is stretched at most."""
+"""The largest factor that stretches time."""
 POINTS = 400
 """Number of times at which two courses are fitted to each other; more cost time and change nothing."""
 ROUND, ROUNDS = 20, 4
-"""The best change of the time is looked for on so many points to either side, in so many rounds, each between the
-neighbours of the best point of the one before: it is known to 20^-4, 6e-6 of the largest change."""
+"""Points on either side of the best one in each round of the search, between the neighbours of the best point of the
+round before: the best change of time is resolved to 20^-4, 6e-6 of the largest change."""
 NOTABLE = 0.5
-"""A change of the time is spoken of only where it leaves less than this part of the distance without it."""
+"""A change of size or time is stated only where it leaves less than this part of the distance."""
 LEAST = 0.005
 """Changes of size and of time smaller than this are none."""
+NO_CHANGE = "its shape is another: no change of size or of time brings it nearer"
+JUMP = 2e-9
+"""Rows closer in time than this part of the run are the values just before and just after a jump."""
 
 
 @dataclass(frozen=True)
@@ -35,78 +40,117 @@ class Course:
     model: np.ndarray
     beyond: np.ndarray
 
-
-@dataclass(frozen=True)
-class Apart:
-    """The model's course relative to 3D's.
-
-    ``size``, ``stretch`` and ``shift`` (s) are fitted. The largest distances, relative to the scale, are ``whole`` as
-    it stands, ``sized`` with the size alone, and ``shape`` with the time, too.
-    """
-
-    size: float
-    stretch: float
-    shift: float
-    shape: float
-    sized: float
-    whole: float
+    @property
+    def off(self) -> np.ndarray:
+        """The model less 3D (times,)."""
+        return self.model - self.fem3d
 
     @property
-    def told(self) -> bool:
-        """Whether a change of size or of time removes most of the distance."""
-        by_time = self.shape <= NOTABLE * self.sized and (abs(self.stretch - 1) >= LEAST or bool(self.shift))
-        return by_time or (abs(self.size - 1) > LEAST and self.sized < NOTABLE * self.whole)
+    def worst(self) -> int:
+        """The row of the largest distance."""
+        return int(np.argmax(np.abs(self.off)))
 
-    def said(self) -> str:
-        """Put it in words: "its time constant is 22 % short; stretched by that it is within 1.5 %"."""
-        high = f"{percent(abs(self.size - 1))} {'high' if self.size > 1 else 'low'} throughout"
-        larger = abs(self.size - 1) > LEAST
-        if not self.told:
-            return "its shape is another: no change of size or of time brings it nearer"
-        if self.shape > NOTABLE * self.sized or (abs(self.stretch - 1) < LEAST and not self.shift):
-            return f"it is {high}, and apart from that within {percent(self.sized)}"
-        if self.shift:
-            late = "late" if self.shift > 0 else "early"
-            said, undone = f"it is {quantity(abs(self.shift), 's', 2)} {late}", "shifted by that"
-        else:
-            short = "short" if self.stretch < 1 else "long"
-            said, undone = f"its time constant is {percent(abs(self.stretch - 1))} {short}", "stretched by that"
-        return f"{said}{f' and it is {high}' if larger else ''}; {undone} it is within {percent(self.shape)}"
+    def in_words(self, scale: float) -> str:
+        """Return "its time constant is 22 % short; stretched by that it is within 1.5 %"; empty where no change helps.
+
+        Distances are relative to a ``scale``.
+        """
+        time, y, m = self.time, self.fem3d, self.model
+        if len(time) < 5 or not scale or np.ptp(y) < LEAST * scale or np.ptp(m) < LEAST * scale:
+            return ""
+        size, stretch, shift = _fit(time, y, m)
+        alone = _size(time, y, m, time, 1.0, 0.0)
+        distances = (m - y, m - alone * y, m - size * np.interp((time - shift) / stretch, time, y))
+        whole, sized, shape = (float(np.abs(each).max()) / scale for each in distances)
+        by_size = f"{percent(abs(size - 1))} {'high' if size > 1 else 'low'} throughout" * (abs(size - 1) > LEAST)
+        if shape <= NOTABLE * sized and (abs(stretch - 1) >= LEAST or shift):
+            said = f"its time constant is {percent(abs(stretch - 1))} {'short' if stretch < 1 else 'long'}"
+            if shift:
+                said = f"it is {quantity(abs(shift), 's', 2)} {'late' if shift > 0 else 'early'}"
+            undone = "shifted" if shift else "stretched"
+            return f"{said}{f' and it is {by_size}' * bool(by_size)}; {undone} by that it is within {percent(shape)}"
+        if by_size and sized < NOTABLE * whole:
+            return f"it is {by_size}, and apart from that within {percent(sized)}"
+        return ""
 
 
-def told_apart(course: Course, scale: float) -> Apart | None:
-    """Fit size, stretch and shift; None where a course does not change over time."""
-    time, y, m = course.time, course.fem3d, course.model
-    if len(time) < 5 or not scale or np.ptp(y) < LEAST * scale or np.ptp(m) < LEAST * scale:
-        return None
-    # Evenly over the model's own progress, in time and in value, so that neither a long rest nor a short rise decides.
+def _size(time: np.ndarray, y: np.ndarray, m: np.ndarray, at: np.ndarray, stretch: float, shift: float) -> float:
+    """The factor of the changed course y that fits m best, at some times."""
+    other = np.interp((at - shift) / stretch, time, y)
+    return float(other @ np.interp(at, time, m) / max(float(other @ other), 1e-300))
+
+
+def _fit(time: np.ndarray, y: np.ndarray, m: np.ndarray) -> tuple[float, float, float]:
+    """The size, with the stretch or the shift (s) that leaves the smaller distance."""
+    # Evenly over the model's progress, in time and in value, so that neither a long rest nor a short rise decides.
     progress = np.cumsum(np.abs(np.diff(m, prepend=m[0]))) / max(float(np.abs(np.diff(m)).sum()), 1e-300)
     progress = progress + (time - time[0]) / (time[-1] - time[0])
     places = np.interp(np.linspace(0, progress[-1], POINTS), progress, time)
     sampled = np.interp(places, time, m)
+    changes = [(lambda x: (float(np.exp(x)), 0.0), np.log(MOST)), (lambda x: (1.0, float(x)), np.ptp(time) / 2)]
+    fits = []
+    for change, most in changes:
 
-    def fitted(stretch: float, shift: float) -> tuple[float, float]:
-        """The size that fits best, and the mean square of what is left."""
-        other = np.interp((places - shift) / stretch, time, y)
-        size = float(other @ sampled / max(float(other @ other), 1e-300))
-        return size, float(np.mean((sampled - size * other) ** 2))
-
-    def largest(size: float, stretch: float, shift: float) -> float:
-        return float(np.abs(m - size * np.interp((time - shift) / stretch, time, y)).max()) / scale
-
-    ways = []
-    for way, most in (("stretch", np.log(MOST)), ("shift", (time[-1] - time[0]) / 2)):
-
-        def residual(x: float, way: str = way) -> float:
-            return fitted(float(np.exp(x)), 0.0)[1] if way == "stretch" else fitted(1.0, float(x))[1]
+        def residual(x: float, change: Callable[[float], tuple[float, float]] = change) -> float:
+            stretch, shift = change(x)
+            size = _size(time, y, m, places, stretch, shift)
+            return float(np.mean((sampled - size * np.interp((places - shift) / stretch, time, y)) ** 2))
 
         x, spacing = 0.0, most / ROUND
         for _ in range(ROUNDS):
-            span = np.clip(x + spacing * np.arange(-ROUND, ROUND + 1), -most, most)
-            x, spacing = float(span[np.argmin([residual(float(v)) for v in span])]), spacing / ROUND
-        stretch, shift = (float(np.exp(x)), 0.0) if way == "stretch" else (1.0, x)
-        size = fitted(stretch, shift)[0]
-        ways.append((largest(size, stretch, shift), size, stretch, shift))
-    shape, size, stretch, shift = min(ways)
-    alone = fitted(1.0, 0.0)[0]
-    return Apart(size, stretch, shift, shape, largest(alone, 1.0, 0.0), float(np.abs(m - y).max()) / scale)
+            tried = np.clip(x + spacing * np.arange(-ROUND, ROUND + 1), -most, most)
+            x, spacing = float(tried[np.argmin([residual(float(v)) for v in tried])]), spacing / ROUND
+        stretch, shift = change(x)
+        size = _size(time, y, m, places, stretch, shift)
+        left = float(np.abs(m - size * np.interp((time - shift) / stretch, time, y)).max())
+        fits.append((left, size, stretch, shift))
+    return min(fits)[1:]
+
+
+def overshoot(time: np.ndarray, off: np.ndarray, i: int) -> float:
+    """Return how far a curve may rise above its largest point ``i`` between that and a neighbour.
+
+    The parabolas through both points and a third one enclose a curve whose third derivative keeps its sign.
+    """
+    most = 0.0
+    for a in (i - 1, i):
+        for n in (a - 1, a + 2):
+            if not (0 <= a < len(off) - 1 and 0 <= n < len(off)):
+                continue
+            wide, slope = time[a + 1] - time[a], (off[a + 1] - off[a]) / (time[a + 1] - time[a])
+            rises = [(off[n] - off[m]) / (time[n] - time[m]) for m in (a, a + 1)]
+            curvature = (rises[1] - rises[0]) / wide
+            # The parabola's top, if it has one within the gap, measured from the gap's start.
+            top = 0.0 if curvature >= 0 else min(max((wide - slope / curvature) / 2, 0.0), wide)
+            most = max(most, float(off[a] + slope * top + curvature * top * (top - wide) - off[i]))
+    return most
+
+
+def at(traces: Traces, name: str, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return a trace at ascending times (s), and its interpolation error there.
+
+    Where a trace jumps it has two values at one time: the first of two equal times gets the first value, a single one
+    the later.
+    """
+    values = traces.values[name]
+    n = np.clip(np.searchsorted(traces.time, times, side="right") - 1, 0, len(traces.time) - 2)
+    interpolated, on_a_row = np.interp(times, traces.time, values), np.isin(times, traces.time)
+    first = np.flatnonzero(np.diff(times) == 0)
+    interpolated[first] = values[np.searchsorted(traces.time, times[first])]
+    return interpolated, np.where(on_a_row, 0.0, bends(traces.time, values)[n])
+
+
+def bends(time: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Return (n - 1,): the error of straight lines between rows, h^2/8 |y''|; zero where a trace jumps.
+
+    The larger second difference of both ends of the interval counts.
+    """
+    h = np.diff(time)
+    if len(h) < 2:
+        return np.abs(np.diff(values))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        slopes = np.where(h > JUMP * (time[-1] - time[0]), np.diff(values) / h, np.nan)
+        second = np.abs(2 * np.diff(slopes) / (h[1:] + h[:-1]))
+    second = np.nan_to_num(second, nan=0.0, posinf=0.0)
+    larger = np.maximum(np.append(second, second[-1]), np.append(second[0], second))
+    return h**2 / 8 * larger

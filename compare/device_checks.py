@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from compare.made import made_checks
-from compare.options import Options
-from compare.verdict import Check, Comparison, judged, relative
+from compare.verdict import Comparison, Definitions, relative
 from reduced1d.device.closed_loop import at_sample_time, ground_effects, largest_eigenvalue
 from reduced1d.device.design import PXI_4070, delivered, reading
 from reduced1d.device.findings import shown
@@ -19,9 +19,13 @@ from scenes.errors import SceneError
 from scenes.formats import kelvin, milliseconds, percent, quantity
 from statespace.result import BAND, SLOW_TIME, Run, Runs
 
-PAPER_SETTLING = 0.1  # s: the settling time that the paper gives ("about 0.1 s").
+if TYPE_CHECKING:
+    from fem3d.device.runs import Solved
+
+PAPER_SETTLING = 0.1
+"""The settling time (s) that the paper gives, "about 0.1 s"."""
 ROUNDING = 1e-12
-"""Added to relative errors: what is stated as exact is compared in double precision, in sums of many terms."""
+"""Added to relative errors: exact claims are compared in double precision, in sums of many terms."""
 METER_RESISTANCE, METER_POWER, METER_RATE = 60e-6, 23e-9, 5.0
 """The paper on meters (section 5): an NI 4070 reads the gold's resistance to some 60 uohm and its power to 23 nW, at 5
 readings a second, "which is more than sufficient"."""
@@ -29,91 +33,107 @@ METER_RANGES = 1.0, 20e-3
 """The ranges, in V and A, that the paper quotes."""
 
 
-def evaluate(device: Device, options: Options, runs: Runs) -> tuple[Check, ...]:
-    """Make the checks that the run allows, in their order."""
-    needed_runs = {"fig9": (runs.base,), "fig10": (runs.base,), "fig11": (runs.base, runs.slow)}
-    comparisons = {
-        name: not_reached(needed_runs.get(name.partition("_")[0], ())) or DEFINITIONS[name](runs)
-        for name in made_checks(device, options)
-    }
-    return tuple(judged(name, comparison, device, always=True) for name, comparison in comparisons.items())
+@dataclass(frozen=True)
+class Both:
+    """The runs of a device in 1D, and in 3D where it was solved."""
+
+    one: Runs
+    three: Solved | None = None
+
+    @property
+    def device(self) -> Device:
+        """The scene."""
+        return self.one.base.device
+
+    @property
+    def in_3d(self) -> Solved:
+        """The 3D runs; ValueError where there are none."""
+        if self.three is None:
+            raise ValueError("this check needs the device in 3D")
+        return self.three
 
 
-def not_reached(runs: Iterable[Run | None]) -> Comparison | None:
-    """Return an open comparison where one of the runs was stopped before the outer step."""
-    for run in runs:
-        if run is not None and run.stopped:
-            said = f"the run was stopped at {run.result.time_s[-1]:.6g} s, before the outer step"
-            return Comparison("not reached", math.nan, math.nan, "", math.inf, 0.0, said)
-    return None
+CHECKS: Definitions[Both] = Definitions()
+Make = Callable[[Both], Comparison]
 
 
-def fig9_settling(runs: Runs) -> Comparison:
-    """Compare the settling time with the paper's "about 0.1 s"; the paper names no band, here it is 1 %."""
-    run = runs.base
-    settling = {fraction: run.settled(fraction) for fraction in (BAND, 1e-3, 1e-4)}
-    bands = ", ".join(
-        f"{percent(part, 1)} in {milliseconds(time)}" for part, (time, _) in settling.items() if time < math.inf
-    )
-    does = f"settles after the step to within a part of it, {bands}" if bands else _unsettled(run)
-    does = "is none, before the step and after it" if _powerless(run) else does
-    said = f"paper: it takes about {PAPER_SETTLING:g} s, no band given; here the sensor's power {does}"
-    time, error = settling[BAND]
+def after_step(*runs: Callable[[Both], Run | None]) -> Callable[[Make], Make]:
+    """Leave a check open where one of the runs was stopped before the outer step."""
+
+    def guard(make: Make) -> Make:
+        def made(both: Both) -> Comparison:
+            for run in (each(both) for each in runs):
+                if run is not None and run.stopped:
+                    said = f"the run was stopped at {run.result.time_s[-1]:.6g} s, before the outer step"
+                    return Comparison("not reached", math.nan, math.nan, "", math.inf, 0.0, said)
+            return make(both)
+
+        return made
+
+    return guard
+
+
+def _base(both: Both) -> Run:
+    return both.one.base
+
+
+@CHECKS.check("fig9_settling", "figure9", "outer step")
+@after_step(_base)
+def fig9_settling(both: Both) -> Comparison:
+    """Compare the settling time with the paper's; the paper names no band, here it is 1 %."""
+    run = both.one.base
+    time, error = run.settled()
+    bands = ", ".join(f"{percent(part, 1)} in {milliseconds(run.settled(part)[0])}" for part in (BAND, 1e-3, 1e-4))
+    said = f"paper: about {PAPER_SETTLING:g} s, no band given; here after the step to {bands}{_yet(run)}"
     return Comparison("settling time", PAPER_SETTLING, time, "s", *_against(PAPER_SETTLING, time, error, run), said)
 
 
-def fig9_balance(runs: Runs) -> Comparison:
-    """The paper: at steady state the sensor's power is converted entirely into heat in the polymer."""
-    run = runs.base
+@CHECKS.check("fig9_balance", "figure9", "outer step")
+@after_step(_base)
+def fig9_balance(both: Both) -> Comparison:
+    """Compare the sensor's steady power with the heat into the polymer."""
+    run = both.one.base
     (power, d_power), (flow, d_flow) = run.final("sensor_power_W"), run.final("polymer_flux_W")
     size = max(abs(power), abs(flow)) or 1.0
-    off = run.result.sensor_power_W - run.result.polymer_flux_W
-    apart = float(np.abs(off[run.result.time_s >= run.device.external.step_time]).max())
-    said = (
-        "paper: at steady state the power becomes heat in the polymer entirely; here the sensor takes "
-        f"{quantity(power, 'W', 7)} at the end and {quantity(flow, 'W', 7)} enter the polymer, "
-        f"{quantity(abs(power - flow), 'W', 2)} apart, and up to {quantity(apart, 'W', 3)} after the step{_yet(run)}"
-    )
+    values = f"{quantity(power, 'W', 7)} and {quantity(flow, 'W', 7)}"
+    said = f"paper: the steady power becomes heat in the polymer entirely; here {values}{_yet(run)}"
     u_num = (d_power + d_flow) / size + ROUNDING
     return Comparison("heat to polymer", power, flow, "W", (power - flow) / size, u_num, said)
 
 
-def fig10_steady(runs: Runs) -> Comparison:
-    """The heat flow into the polymer settles at k A/t times the temperature difference across it."""
-    run, device, external = runs.base, runs.base.device, runs.base.device.external
-    conductance, setpoint = lump(device).polymer.conductance, device.control.set_temperature
-    before, after = setpoint - external.initial_temperature, setpoint - external.final_temperature
+@CHECKS.check("fig10_steady", "figure10", "outer step")
+@after_step(_base)
+def fig10_steady(both: Both) -> Comparison:
+    """Compare the steady heat flow into the polymer with k A/t times the temperature difference across it."""
+    run, device = both.one.base, both.device
+    conductance = lump(device).polymer.conductance
+    after = device.control.set_temperature - device.external.final_temperature
     flow, drift = run.final("polymer_flux_W")
     predicted = conductance * after
     size = abs(predicted) or 1.0
-    index = int(np.searchsorted(run.result.time_s, external.step_time - 1e-12)) - 1
-    said = (
-        "paper: the flow follows the sensor's power (its caption has it grow as the gradient falls); here it goes from "
-        f"{quantity(float(run.result.polymer_flux_W[index]), 'W')} at {kelvin(before)} across the polymer to "
-        f"{quantity(flow, 'W')} at {kelvin(after)}, k A/t = {quantity(conductance, 'W/K')} times either: it grows with "
-        f"the gradient{_yet(run)}"
-    )
+    values = f"{quantity(flow, 'W')} at {kelvin(after)}, k A/t = {quantity(conductance, 'W/K')}"
+    said = f"paper: the flow follows the sensor's power; here it grows with the gradient, {values}{_yet(run)}"
     u_num = drift / size + ROUNDING
     return Comparison("steady heat flow", predicted, flow, "W", (predicted - flow) / size, u_num, said)
 
 
-def fig11_slow(runs: Runs) -> Comparison:
+@CHECKS.check("fig11_slow", "figure11", "outer step")
+@after_step(_base, lambda both: both.one.slow)
+def fig11_slow(both: Both) -> Comparison:
     """Compare the settling time of the loop sampled every 5 ms with the scene's own.
 
     The paper: the behaviour is not ideal. The difference is one-sided: none where the slow loop settles later.
     """
-    assert runs.slow is not None
-    base, slow = runs.base, runs.slow
+    base, slow = both.one.base, both.one.slow
+    assert slow is not None
     (base_time, base_error), (time, error) = base.settled(), slow.settled()
     said = (
-        f"paper: the behaviour is not ideal; here the power is within {percent(BAND, 1)} of its step for good after: "
-        f"{milliseconds(time)} when sampled every {SLOW_TIME * 1e3:g} ms, {milliseconds(base_time)} in the scene; the "
-        f"loop's slowest mode {_decay(slow.decay)} (eigenvalue per sample {shown(slow.eigenvalue)}), in the scene it "
-        f"{_decay(base.decay)} ({shown(base.eigenvalue)}); the sensor overshoots the set point by "
-        f"{kelvin(_overshoot(slow))} instead of {kelvin(_overshoot(base))}"
+        f"paper: the behaviour is not ideal; here within {percent(BAND, 1)} of the step after {milliseconds(time)} "
+        f"when sampled every {SLOW_TIME * 1e3:g} ms, {milliseconds(base_time)} in the scene; largest eigenvalue per "
+        f"sample {shown(slow.eigenvalue)} and {shown(base.eigenvalue)}"
     )
     if base_time == math.inf:
-        # The scene's own time is at least as long as it was watched for.
+        # The scene's own time is at least as long as its run after the step.
         missing, u_num = (base.watched / time - 1, 0.0) if time < base.watched else (0.0, math.inf)
     elif time == math.inf:
         missing, u_num = 0.0, 0.0 if slow.watched > base_time else math.inf
@@ -123,135 +143,106 @@ def fig11_slow(runs: Runs) -> Comparison:
     return Comparison("slower at 5 ms", base_time, time, "s", missing, u_num, said, sense="at least")
 
 
-def fig12_same_time(runs: Runs) -> Comparison:
-    """The paper: the time to reach the steady state is the same for all outer steps, from -80 to +20 K."""
-    moving = [run for run in runs.steps if run.step]
-    limited = [run for run in moving if _above(run)]
+@CHECKS.check("fig12_same_time", "figure12")
+def fig12_same_time(both: Both) -> Comparison:
+    """Compare the times to the steady state after outer steps from -80 to +20 K with each other."""
+    moving = [run for run in both.one.steps if run.step]
     times = {run.step: run.settled() for run in moving}
-    linear = [times[run.step][0] for run in moving if run not in limited]
+    linear = [times[run.step][0] for run in moving if not _above(run)]
     typical = float(np.median(linear))
     # A step that never settles is the farthest from any time that the others take, most of all where it never will.
     never = [run for run in moving if times[run.step][0] == math.inf]
     worst = max(never or moving, key=lambda run: run.watched if never else abs(times[run.step][0] - typical))
-    said = "paper: the time is the same for all; here "
-    if _powerless(*moving):
-        said += "the sensor takes no power, whatever the outer temperature"
-    else:
-        said += (
-            f"within {percent(BAND, 1)} of the step for good after: {milliseconds(min(linear))}"
-            f"{f' to {milliseconds(max(linear))}' if min(linear) < math.inf else ''} for steps that stay below the set "
-            "point"
-        )
-    if never:
-        said += f"; after that of {worst.step:+g} K it {_unsettled(worst)}"
-    for run in limited:
-        said += (
-            f"; the step of {run.step:+g} K ends {kelvin(run.step - run.device.set_rise)} above it, where the power "
-            f"reaches its limit, zero: {milliseconds(times[run.step][0])}"
-        )
     time, error = times[worst.step]
-    # Where no step moves the power, no time is there to be the same.
+    below = f"{milliseconds(min(linear))} to {milliseconds(max(linear))} for steps that stay below the set point"
+    said = f"paper: the same for all; here {below}, {milliseconds(time)} for {worst.step:+g} K{_yet(worst)}"
+    # Where no step moves the power, there is no common time.
     off, u_num = _against(typical, time, error, worst) if typical else (math.inf, 0.0)
     return Comparison("same, all steps", typical, time, "s", off, u_num, said)
 
 
-def fig13_slope(runs: Runs) -> Comparison:
-    """The paper: the steady power is linear in the outer temperature; its slope is -k A/t of the polymer."""
-    conductance = lump(runs.base.device).polymer.conductance
-    slope, _, error, bend = _line(runs)
-    said, measured_slope = "no slope can be told", math.nan
-    if math.isfinite(error):
-        measured_slope = slope
-        said = (
-            f"the steady power falls by {quantity(abs(slope), 'W/K', 7)}, k A/t of the polymer is "
-            f"{quantity(conductance, 'W/K', 7)}; it bends by at most {quantity(bend, 'W', 2)}; linear because "
-            "conduction is, whatever R(T) is (the paper puts it down to R(T))"
-        )
-    said = f"paper: a straight line; here {said}{_yet(*_below(runs))}"
-    off = relative(-conductance, slope)
-    return Comparison("slope of power", -conductance, measured_slope, "W/K", off, error, said)
+@CHECKS.check("fig13_slope", "figure13")
+def fig13_slope(both: Both) -> Comparison:
+    """Compare the slope of the steady power by the outer temperature with -k A/t of the polymer."""
+    conductance = lump(both.device).polymer.conductance
+    slope, _, error = _line(both.one)
+    said = f"paper: a straight line, by R(T); here linear as conduction is, whatever R(T) is{_yet(*_below(both.one))}"
+    measured = slope if math.isfinite(error) else math.nan
+    return Comparison("slope of power", -conductance, measured, "W/K", relative(-conductance, slope), error, said)
 
 
-def fig13_limit(runs: Runs) -> Comparison:
-    """The paper: where the outer temperature is too high the power is zero. That is from the set point on."""
-    device = runs.base.device
-    _, zero, error, _ = _line(runs)
-    setpoint = device.control.set_temperature
-    said = "paper: no higher temperature than the set one is seen; here the line "
-    said += f"reaches zero at {zero:.7g} K ({zero - 273.15:.4g} degC)" if zero < math.inf else "has no slope"
-    said += f"; the set point is {setpoint:g} K"
-    for run in runs.steps:
-        if _above(run):
-            said += (
-                f"; at {run.device.external.final_temperature:g} K the power is "
-                f"{quantity(run.final('sensor_power_W')[0], 'W', 2)} and the sensor "
-                f"{kelvin(run.final('sensor_K')[0] - setpoint)} too hot"
-            )
-    said += _yet(*_below(runs))
-    off = (setpoint - zero) / device.set_rise
-    return Comparison("end of the range", setpoint, zero, "K", off, error, said)
+@CHECKS.check("fig13_limit", "figure13")
+def fig13_limit(both: Both) -> Comparison:
+    """Compare the outer temperature from which on the power is zero with the set point."""
+    _, zero, error = _line(both.one)
+    setpoint = both.device.control.set_temperature
+    beyond = [
+        f"; {run.step:+g} K leaves {quantity(run.final('sensor_power_W')[0], 'W', 2)}"
+        for run in both.one.steps
+        if _above(run)
+    ]
+    said = f"paper: no higher temperature than the set one is seen; here the line ends at {zero:.7g} K"
+    said += f"{''.join(beyond)}{_yet(*_below(both.one))}"
+    return Comparison("end of the range", setpoint, zero, "K", (setpoint - zero) / both.device.set_rise, error, said)
 
 
-def meter_rate(runs: Runs) -> Comparison:
-    """How often the controllers need a reading: once per sample."""
-    device = runs.base.device
-    needed = 1 / device.control.sample_time
-    eigenvalue = largest_eigenvalue(at_sample_time(device, 1 / METER_RATE))
+@CHECKS.check("fig14_ground", "figure14")
+def fig14_ground(both: Both) -> Comparison:
+    """Compare a common lead to ground with the resistance at which the sensor's power is off by the paper's accuracy.
+
+    The paper gives no resistance; without one in the scene it is one square of the sensor's film.
+    """
+    device = both.device
+    square = float(lump(device).resistance[1]) * device.sink.width / device.sink.length
+    limits = ground_effects(device, METER_POWER, METER_RESISTANCE)
+    lead = device.control.ground_resistance or square
     said = (
-        f"paper: {METER_RATE:g} S/s to seven digits is more than sufficient; the controllers here need a reading "
-        f"every {quantity(device.control.sample_time, 's', 3)}; at {METER_RATE:g} S/s, with the same gains, the loop's "
-        f"largest eigenvalue per sample is {shown(eigenvalue)}, so that it "
+        f"paper: sink and sensor may share a ground; here {quantity(limits.by_power_ohm, 'ohm', 3)} move the sensor's "
+        f"power by {quantity(METER_POWER, 'W', 2)}, {quantity(limits.by_resistance_ohm, 'ohm', 3)} its "
+        f"resistance by {quantity(METER_RESISTANCE, 'ohm', 2)}; four wires each avoid that"
     )
-    fading = -math.log(abs(eigenvalue)) * METER_RATE
-    said += f"takes {quantity(1 / fading, 's', 2)} to settle by a factor e" if fading > 0 else "is unstable"
-    return _one_sided("NI 4070, rate", METER_RATE, needed, "S/s", said)
+    missing = max(relative(lead, limits.by_power_ohm), 0.0)
+    return Comparison("common ground", lead, limits.by_power_ohm, "ohm", missing, ROUNDING, said, sense="at least")
 
 
-def _at_most(title: str, claim: float, run: Run, name: str, unit: str) -> Comparison:
-    V, current = METER_RANGES
-    parts = PXI_4070.voltage[1][1] / V, PXI_4070.current[0][1] / current
-    value = V / current if name == "resistance" else V * current
-    worst, squares = (quantity(value * part, unit, 2) for part in (sum(parts), math.hypot(*parts)))
+def _meter(check: str, title: str, claim: float, name: str, unit: str) -> None:
+    """Register a claim about the smallest step that a meter reads, one-sided."""
+
+    @CHECKS.check(check, "all figures")
+    def make(both: Both) -> Comparison:
+        run, step = both.one.base, math.inf
+        said = f"paper: {quantity(claim, unit, 2)} in ranges of {METER_RANGES[0]:g} V and {METER_RANGES[1]:g} A; here "
+        try:
+            voltage, current = delivered(run.device, run.after, 1)
+            step = float(getattr(reading(PXI_4070, voltage, current), name))
+            said += f"the sensor takes {quantity(run.after.sensor_V, 'V')} and {quantity(current / voltage, 'A')}"
+        except ValueError as error:
+            said += str(error) if run.after.sensor_power_W else "the sensor takes no power, and nothing can be read"
+        return _at_most(title, claim, step, unit, said)
+
+
+_meter("meter_resistance", "NI 4070, gold", METER_RESISTANCE, "resistance", "ohm")
+_meter("meter_power", "NI 4070, power", METER_POWER, "power", "W")
+
+
+@CHECKS.check("meter_rate", "all figures")
+def meter_rate(both: Both) -> Comparison:
+    """Compare the meter's rate with that of the controllers, a reading per sample."""
+    needed = 1 / both.device.control.sample_time
+    eigenvalue = largest_eigenvalue(at_sample_time(both.device, 1 / METER_RATE))
     said = (
-        f"paper: {quantity(claim, unit, 2)}, from its ranges of {quantity(V, 'V', 1)} and {quantity(current, 'A', 2)}, "
-        f"which give {squares} at their ends as a root of squares and {worst} at worst; here the sensor takes "
+        f"paper: {METER_RATE:g} S/s is more than sufficient; here {quantity(needed, 'S/s', 3)} are read; at "
+        f"{METER_RATE:g} S/s the loop's largest eigenvalue per sample is {shown(eigenvalue)}"
     )
-    state, step = run.after, math.inf
-    try:
-        drawn = delivered(run.device, state, 1)
-        step = float(getattr(reading(PXI_4070, *drawn), name))
-        taken = drawn[1] / drawn[0]
-        said += f"{quantity(state.sensor_V, 'V')} and {quantity(taken, 'A')}"
-        said += f", beyond {quantity(current, 'A', 2)}: the next range serves" if taken > current else ""
-    except ValueError as error:
-        said += str(error) if state.sensor_power_W else "no power, and there is nothing to be read"
-    return _one_sided(title, claim, step, unit, said)
+    return _at_most("NI 4070, rate", METER_RATE, needed, "S/s", said)
 
 
-def _one_sided(title: str, claim: float, measured: float, unit: str, said: str) -> Comparison:
+def _at_most(title: str, claim: float, measured: float, unit: str, said: str) -> Comparison:
     return Comparison(title, claim, measured, unit, min(relative(claim, measured), 0.0), 0.0, said, sense="at most")
 
 
-def _unsettled(run: Run) -> str:
-    if run.watched == math.inf:
-        return f"never settles: {_unsteady(run)}"
-    return (
-        f"does not settle to {percent(BAND, 1)} in the {milliseconds(run.watched)} left of the run (the "
-        f"loop's slowest mode {_decay(run.decay)}, its eigenvalue per sample is {shown(run.eigenvalue)})"
-    )
-
-
-def _unsteady(run: Run) -> str:
-    if run.ran_away:
-        return f"it runs away and is stopped at {run.result.time_s[-1]:.4g} s"
-    return f"the loop is unstable, its largest eigenvalue per sample {shown(run.eigenvalue)}"
-
-
-def _powerless(*runs: Run) -> bool:
-    return not any(run.before.sensor_power_W or run.after.sensor_power_W for run in runs)
-
-
 def _against(expected: float, time: float, error: float, run: Run) -> tuple[float, float]:
+    """The relative difference of two times and its error; a time that does not come is at least the run after it."""
     if time < math.inf and expected < math.inf:
         return relative(expected, time), error / time + ROUNDING if time else 0.0
     if expected == math.inf:
@@ -261,34 +252,33 @@ def _against(expected: float, time: float, error: float, run: Run) -> tuple[floa
 
 
 def _yet(*runs: Run) -> str:
+    """Why a run is not yet at rest at its end; empty where it is."""
     run = max(runs, key=lambda run: run.remaining)
+    if run.ran_away:
+        return f"; it runs away and is stopped at {run.result.time_s[-1]:.4g} s"
     if run.watched == math.inf:
-        return f"; but at {run.device.external.final_temperature:g} K outside {_unsteady(run)}"
+        return f"; the loop is unstable, its largest eigenvalue per sample {shown(run.eigenvalue)}"
     if run.remaining < 1e-6:
         return ""
-    return (
-        f"; but then, {milliseconds(run.watched)} after the step, {percent(run.remaining)} of the loop's slowest mode "
-        "is left: a longer run.end_time leaves less"
-    )
+    left = f"{milliseconds(run.watched)} after the step {percent(run.remaining)} of the loop's slowest mode is left"
+    return f"; {left}: a longer run.end_time leaves less"
 
 
-def _line(runs: Runs) -> tuple[float, float, float, float]:
+def _line(runs: Runs) -> tuple[float, float, float]:
+    """Slope (W/K) and zero (K) of the steady power against the outer temperature, and the relative error."""
     below = _below(runs)
-    estimates = [run.final("sensor_power_W") for run in below]
-    outer = np.array([run.device.external.final_temperature for run in below])
-    power = np.array([value for value, _ in estimates])
     if len(below) < 2:
         raise SceneError(
             "control.set_temperature and the materials leave fewer than two outer temperatures for figure 13: choose "
             "other figures with --figure"
         )
-    error = sum(d for _, d in estimates)
+    estimates = [run.final("sensor_power_W") for run in below]
+    outer, power = np.array([run.device.external.final_temperature for run in below]), np.array(estimates)[:, 0]
+    error = sum(bound for _, bound in estimates)
     if error >= np.ptp(power):
-        return 0.0, math.inf, math.inf if error else 0.0, 0.0
+        return 0.0, math.inf, math.inf if error else 0.0
     slope, level = np.polyfit(outer - outer.mean(), power, 1)
-    zero = outer.mean() - level / slope
-    bend = np.abs(power - level - slope * (outer - outer.mean())).max()
-    return float(slope), float(zero), error / float(np.ptp(power)) + ROUNDING, float(bend)
+    return float(slope), float(outer.mean() - level / slope), error / float(np.ptp(power)) + ROUNDING
 
 
 def _below(runs: Runs) -> list[Run]:
@@ -297,48 +287,3 @@ def _below(runs: Runs) -> list[Run]:
 
 def _above(run: Run) -> bool:
     return run.device.external.final_temperature >= run.device.control.set_temperature
-
-
-def _overshoot(run: Run) -> float:
-    """How far the sensor goes above the set temperature (K) before the outer step."""
-    start = run.result.sensor_K[run.result.time_s < run.device.external.step_time]
-    return float(max(start.max() - run.device.control.set_temperature, 0.0))
-
-
-def _decay(rate: float) -> str:
-    return f"{'decays' if rate >= 0 else 'grows'} at {abs(rate):.3g} 1/s"
-
-
-def fig14_ground(runs: Runs) -> Comparison:
-    """Compare a common lead to ground with the resistance at which the sensor's power is off by the paper's accuracy.
-
-    The paper gives no resistance; without one in the scene it is one square of the sensor's film.
-    """
-    device, film = runs.base.device, lump(runs.base.device)
-    square = float(film.resistance[1]) * device.sink.width / device.sink.length
-    ground_resistance = device.control.ground_resistance
-    limits = ground_effects(device, METER_POWER, METER_RESISTANCE)
-    lead = ground_resistance or square
-    said = (
-        "paper: sink and sensor may share a ground; here a lead of "
-        f"{quantity(limits.by_power_ohm, 'ohm', 3)} in both circuits is where the sensor's power is off by the paper's "
-        f"own {quantity(METER_POWER, 'W', 2)}, and one of {quantity(limits.by_resistance_ohm, 'ohm', 3)} where its "
-        f"resistance is by {quantity(METER_RESISTANCE, 'ohm', 2)}; one square of the sensor's film has "
-        f"{quantity(square, 'ohm', 3)}"
-    )
-    if ground_resistance:
-        now = next(lead for lead in limits.leads if lead.resistance_ohm == ground_resistance)
-        off = f"{quantity(now.sensor_off_K, 'K', 3)} and {quantity(now.sink_off_K, 'K', 3)}"
-        said += f", and the scene's {quantity(ground_resistance, 'ohm', 3)} leave sensor and sink {off} off"
-    said += "; measured by four wires each, voltages at the films' own ends, neither sees the lead"
-    missing = max(relative(lead, limits.by_power_ohm), 0.0)
-    return Comparison("common ground", lead, limits.by_power_ohm, "ohm", missing, ROUNDING, said, sense="at least")
-
-
-DEFINITIONS: dict[str, Callable[[Runs], Comparison]] = {
-    **{check.__name__: check for check in (fig9_settling, fig9_balance, fig10_steady, fig11_slow, fig12_same_time)},
-    **{check.__name__: check for check in (fig13_slope, fig13_limit, fig14_ground)},
-    "meter_resistance": lambda runs: _at_most("NI 4070, gold", METER_RESISTANCE, runs.base, "resistance", "ohm"),
-    "meter_power": lambda runs: _at_most("NI 4070, power", METER_POWER, runs.base, "power", "W"),
-    "meter_rate": meter_rate,
-}

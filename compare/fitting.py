@@ -162,7 +162,7 @@ def in_3d(scene: Any, keys: Sequence[str], times: np.ndarray) -> Modelled:
     if left_out is not None:
         raise SceneError(f"--calibrate {left_out}: {slopes.left_out[left_out]}")
     names = result.steady if np.isinf(times[-1]) else result.over_time.values
-    values = {name: simulated(result, name, times) for name in names}
+    values = {name: simulated(result, name, times)[0] for name in names}
     return values, {key: {name: np.nan_to_num(slopes.at(key, name, times)) for name in names} for key in keys}
 
 

@@ -9,16 +9,16 @@ up to the whole difference.
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import pairwise
 from typing import Any
 
-from compare.blame import Budget, Part, Split
+import numpy as np
+
+from compare.blame import Budget, Stage, sentence, split
 from fem3d.runs.observed import observe
 from reduced1d.network.lines import layout
 from reduced1d.network.places import Place, places
 from reduced1d.network.solution import of_layout
 from scenes import physics
-from scenes.formats import percent, signed
 from scenes.model import UNITS, AnyScene, Probe, Scene
 from scenes.result import Estimate, Result
 
@@ -40,9 +40,9 @@ def blame(given: AnyScene, fem3d: Result, network: Result) -> Budget:
     joints = places(shape, bool(shape.electrodes) and physics.electric(scene))
     probed = replace(shape.scene, probes=(*shape.scene.probes, *_probes(joints)))
     by_hand = {name: estimate.value for name, estimate in of_layout(replace(shape, scene=probed)).steady.items()}
-    largest = {kind: max([abs(by_hand[p.flow.name]) for p in joints if p.flow.quantity == kind], default=0.0)
-               for kind in ("heat_flow", "current")}  # fmt: skip
-    joints = [p for p in joints if abs(by_hand[p.flow.name]) > LEAST * largest[p.flow.quantity]]
+    flows = {kind: max([abs(by_hand[p.flow.name]) for p in joints if p.flow.quantity == kind], default=0.0)
+             for kind in ("heat_flow", "current")}  # fmt: skip
+    joints = [p for p in joints if abs(by_hand[p.flow.name]) > LEAST * flows[p.flow.quantity]]
 
     def needed(values: dict[str, float]) -> list[Probe]:
         # The dual problems improve these values: joints near the threshold may come to be felt.
@@ -50,14 +50,22 @@ def blame(given: AnyScene, fem3d: Result, network: Result) -> Budget:
 
     in_3d = observe(scene, _probes(joints), needed)
     bounded = [place for place in joints if place.flow.name in in_3d]
-    changes = _changes(scene, bounded, {name: estimate.value for name, estimate in in_3d.items()}, by_hand)
-    results, measured = [network.steady], list[tuple[tuple[str, int], float]]()
-    for place, resistance, _ in changes:
+    values_3d = {name: estimate.value for name, estimate in in_3d.items()}
+    results, measured, stages = [network.steady], list[tuple[tuple[str, int], float]](), []
+    for place, resistance, change in _changes(scene, bounded, values_3d, by_hand):
         measured.append((place.key, resistance))
         results.append(of_layout(replace(shape, measured=tuple(measured))).steady)
-    names = [(place.called, _uncertainty(place, resistance, change, in_3d)) for place, resistance, change in changes]
-    splits = [_split(scene, name, [*(r[name] for r in results), fem3d.steady[name]], names) for name in network.steady]
-    return Budget(network.model, tuple(splits), (), None, {}, _sentence(splits))
+        unsure = _uncertainty(place, resistance, change, in_3d)
+        stages.append(Stage(place.called, f"the joint {place.called}, by 3D's resistance in its place", unsure))
+    stages.append(Stage(REST, f"{REST}, after all joints"))
+    results.append(fem3d.steady)
+    quantities, splits = {probe.name: probe.quantity for probe in scene.probes}, []
+    for name in network.steady:
+        base = scene.initial_temperature if quantities[name] == "temperature" else 0.0
+        values, errors = np.array([[steady[name].value] for steady in results]), [s[name].error for s in results]
+        scale, unit = fem3d.steady[name].value - base, UNITS[quantities[name]]
+        splits.append(split(name, unit, scale, "3D value" if unit != "K" else "3D rise", stages, values, errors))
+    return Budget(network.model, tuple(splits), (), None, {}, sentence(stages, splits))
 
 
 def _probes(joints: list[Place]) -> list[Probe]:
@@ -99,31 +107,3 @@ def _uncertainty(place: Place, resistance: float, change: float, in_3d: dict[str
     flow = in_3d[place.flow.name]
     error = sum(in_3d[side.name].error for side in (place.one, place.other) if side is not None)
     return min((error + abs(resistance) * flow.error) / abs(flow.value * change), 1.0) if change else 1.0
-
-
-def _split(scene: Scene, name: str, values: list[Estimate], names: list[tuple[str, float]]) -> Split:
-    """The parts of one probe's difference, relative to its 3D rise or value, with its sign, as its check is."""
-    quantity = next(p.quantity for p in scene.probes if p.name == name)
-    base = scene.initial_temperature if quantity == "temperature" else 0.0
-    drops = [(a.value - b.value, a.error + b.error) for a, b in pairwise(values)]
-    sure = [abs(drop) * unsure for (drop, _), (_, unsure) in zip(drops, names, strict=False)]
-    errors = [error + more for (_, error), more in zip(drops, [*sure, sum(sure)], strict=True)]
-    called = [*(name for name, _ in names), REST]
-    parts = tuple(Part(c, d[0], e) for c, d, e in zip(called, drops, errors, strict=True))
-    total = values[0].value - values[-1].value
-    return Split(name, UNITS[quantity], values[-1].value - base, total, values[0].error + values[-1].error, parts)
-
-
-def _sentence(splits: list[Split]) -> str:
-    """The largest part, relative to its scale."""
-    candidates = [(split, part) for split in splits if split.scale for part in split.parts]
-    split, part = max(candidates, key=lambda pair: abs(pair[1].value / pair[0].scale))
-    if abs(part.value) <= part.error:
-        return "nothing is to blame: no part of the difference is larger than its numerical error"
-    share = (
-        f"{signed(part.value, split.unit)} of {split.quantity}, {percent(abs(part.value / split.scale))} of what 3D has"
-    )
-    rest = signed(split.total - part.value, split.unit)
-    if part.blame == REST:
-        return f"the largest part is what lines cannot say: {share}; all joints together make {rest}"
-    return f"the largest part is the joint {part.blame}: {share}; all the rest together makes {rest}"

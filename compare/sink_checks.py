@@ -1,380 +1,413 @@
-"""Checks of a sink against 3D, by the paper's equations and Figures 4 to 7, each with the reason of a difference.
+"""Checks of a sink against 3D: the paper's equations and Figures 4 to 7, and the equivalence of several spans.
 
 An equation is checked on the steady 3D solution: 3D quantities enter the right-hand side, and the result is compared
 with the 3D quantity on the left. dT_end is the 3D end rise, the mean over the beam's end cross section; dT0 is the 3D
 peak rise less dT_end. ``power_W`` is the power of the electrodes; with electrodes at the pads' outer faces it includes
 the heat of the pads, for which eqs 10 and 12 have no term. A figure is checked by the difference of both models'
-curves, over time by the largest distance (`compare.against.largest_distance`).
+curves, over time by the largest distance from 10 us on.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+from inspect import signature
+from itertools import combinations
 
 import numpy as np
 
-from compare.against import Largest, over_time, part
-from compare.verdict import Comparison, Models, of_formula, spread, unit_of
+from compare.course import Course, overshoot
+from compare.verdict import Comparison, Definitions, ratio, relative, share, spread, unit_of
 from reduced1d import equations
 from reduced1d.sink import anchor_series_resistance
 from scenes import laws
 from scenes.checks import FIRST_TIME
 from scenes.formats import percent, quantity, signed
 from scenes.result import Estimate, Result
-from scenes.sink import Sink
+from scenes.sink import Sink, different
 
 NOTABLE = 0.005
 """The heating is called uneven where it changes along the beam by more than this part."""
-_RISES = {"peak": "peak_rise_K", "end": "end_rise_K"}
 PROFILE_STEP = 1e-5
 """Step of a rise along a profile, over the profile's span; the error of a central difference is its square."""
-SETTLED = 0.9
-"""The steady difference explains that over time where it is at least this part of the largest one."""
+INPUTS = {
+    "current": "current_A", "peak": "peak_rise_K", "end": "end_rise_K", "mean": "mean_rise_K", "flow": "end_flow_W",
+    "resistance": "anchor_resistance_K_per_W",
+}  # fmt: skip
+"""The steady 3D quantities by their names as arguments of equations."""
 
 
-def eq12(models: Models) -> Comparison:
-    """Power from the 3D current and rises, I^2 R (1 + a [2/3 dT0 + dT_end]), against the 3D power."""
-    sink, measured = models.sink, models.steady("power_W")
+@dataclass(frozen=True)
+class Models:
+    """The sink as ``given``, with its laws of the temperature, and the results of the models.
+
+    ``single`` is 3D of one span alone, of a row of spans.
+    """
+
+    given: Sink
+    fem3d: Result
+    reduced1d: Result | None = None
+    single: Result | None = None
+
+    @property
+    def sink(self) -> Sink:
+        """The sink with constant properties, as the paper's equations take it."""
+        return self.given.plain
+
+    def steady(self, key: str) -> float:
+        """Return a steady 3D value."""
+        return self.fem3d.steady[key].value
+
+
+CHECKS: Definitions[Models] = Definitions()
+
+
+def equation(
+    name: str, title: str, key: str, note: str | Callable[[Models], str]
+) -> Callable[[Callable[..., float]], Callable[..., float]]:  # fmt: skip
+    """Register a formula f(sink, *quantities of 3D) as the check of the steady 3D quantity ``key``.
+
+    The arguments' names choose the quantities (`INPUTS`), whose errors count. ``note`` says why both differ.
+    """
+
+    def register(formula: Callable[..., float]) -> Callable[..., float]:
+        arguments = list(signature(formula).parameters)[1:]
+
+        @CHECKS.check(name, "3D", "one conductivity")
+        def make(models: Models) -> Comparison:
+            by_equation = partial(formula, models.sink)
+            inputs = {argument: models.fem3d.steady[INPUTS[argument]] for argument in arguments}
+            measured, unit = models.fem3d.steady[key], unit_of(key)
+            predicted = by_equation(**{argument: estimate.value for argument, estimate in inputs.items()})
+
+            def off(measured: float, **values: float) -> float:
+                return relative(by_equation(**values), measured)
+
+            def reason() -> str:
+                values = f"{quantity(predicted, unit)} against {quantity(measured.value, unit)} in 3D"
+                return f"{values}: {note if isinstance(note, str) else note(models)}"
+
+            return Comparison(
+                title, predicted, measured.value, unit, relative(predicted, measured.value),
+                spread(off, {**inputs, "measured": measured}), reason, relative_to="the 3D value",
+            )  # fmt: skip
+
+        return formula
+
+    return register
+
+
+def not_parabolic(models: Models) -> str:
+    """Name the heating or cooling that varies along the beam, and so bends the profile away from a parabola."""
+    sink, steady = models.sink, models.steady
+    a = sink.silicon.temperature_coefficient
+    reference = 1 + a * (sink.room_temperature - sink.silicon.reference_temperature)
+    hot = (reference + a * steady("peak_rise_K")) / (reference + a * steady("end_rise_K"))
+    causes = [f"the heating at the peak is {percent(hot)} of that at the ends"] * (abs(hot - 1) > NOTABLE)
+    film = (sink.convection_coefficient + sink.gap_coefficient) * sink.length * sink.width * steady("mean_rise_K")
+    if film:
+        causes.append(f"the gas takes {percent(film / (2 * steady('end_flow_W') + film))} of the beam's heat")
+    if sink.electrodes == "pad-edge":
+        causes.append("the current crowds where it enters the beam")
+    if laws.varies(law := models.given.silicon.thermal_conductivity):
+        ends = [laws.at(law, sink.room_temperature + rise) for rise in (steady("peak_rise_K"), 0.0)]
+        causes.append(f"the beam conducts at its peak {percent(ends[0] / ends[1])} of its value at room temperature")
+    return " and ".join(causes) or "the heat flow is not one-dimensional near the ends"
+
+
+@equation("eq12", "power from I, peak, end", "power_W", "eq 12 takes the parabola's mean, and no heat of the pads")
+def eq12(sink: Sink, current: float, peak: float, end: float) -> float:
+    """I^2 R (1 + a [2/3 dT0 + dT_end])."""
     rho, a = equations.room_resistivity(sink.silicon, sink.room_temperature)
-
-    def formula(current: float, peak: float, end: float) -> float:
-        return equations.power(current, peak - end, end, rho, a, sink.length, sink.cross_section)
-
-    def because(predicted: float) -> str:
-        if sink.electrodes == "pad-edge":
-            return (
-                f"the current also heats the pads, with {quantity(measured - _beam_power(models), 'W')} of the "
-                f"{quantity(measured, 'W')} in all; eq 12 knows the beam only, {quantity(predicted, 'W')}"
-            )
-        peak, end = models.steady("peak_rise_K"), models.steady("end_rise_K")
-        mean = equations.equivalent_rise(peak - end, end)
-        return (
-            f"eq 12 takes the power from the parabola's mean, {quantity(mean, 'K')}, where the 3D mean is "
-            f"{quantity(models.steady('mean_rise_K'), 'K')}: {quantity(predicted, 'W')} against "
-            f"{quantity(measured, 'W')}"
-        )
-
-    title = "power from I, peak, end"
-    return of_formula(models, "power_W", title, formula, because, current="current_A", **_RISES)
+    return equations.power(current, peak - end, end, rho, a, sink.length, sink.cross_section)
 
 
-def eq13(models: Models) -> Comparison:
-    """Equivalent rise 2/3 dT0 + dT_end against the 3D mean rise of the beam."""
-
-    def formula(peak: float, end: float) -> float:
-        return equations.equivalent_rise(peak - end, end)
-
-    def because(predicted: float) -> str:
-        return (
-            f"a parabola through the 3D peak and end has the mean {quantity(predicted, 'K')}, the 3D profile "
-            f"{quantity(models.steady('mean_rise_K'), 'K')}: {not_parabolic(models)}"
-        )
-
-    return of_formula(models, "mean_rise_K", "mean rise from peak, end", formula, because, **_RISES)
+@equation("eq13", "mean rise from peak, end", "mean_rise_K", not_parabolic)
+def eq13(sink: Sink, peak: float, end: float) -> float:
+    """2/3 dT0 + dT_end."""
+    return equations.equivalent_rise(peak - end, end)
 
 
-def eq14(models: Models) -> Comparison:
-    """The printed series resistance of an anchor against the 3D one, end rise over heat through that end."""
-    sink, R_3d = models.sink, models.steady("anchor_resistance_K_per_W")
-
-    def because(predicted: float) -> str:
-        both = f"eq 14 gives {quantity(predicted, 'K/W')}, 3D {quantity(R_3d, 'K/W')}"
-        if sink.electrodes == "pad-edge":
-            return (
-                f"{both}: eq 14's two prisms leave out the constriction from beam to pad and down into the oxide, and "
-                "that the current heats the pads too"
-            )
-        if R_3d > predicted:
-            missing = f"{quantity(R_3d - predicted, 'K/W')} or {percent((R_3d - predicted) / R_3d)} of the whole"
-            missing += _with_what_eq14_lacks(models)
-            return (
-                f"{both}: eq 14's two prisms leave out the constriction where the heat turns from beam to pad and down "
-                f"into the oxide, {missing}"
-            )
-        air = " and the air cools the pads" if sink.convection_coefficient or sink.gap_gas_conductivity else ""
-        return (
-            f"{both}: part of the heat takes a shorter way than the {quantity(sink.anchor_distance * 1e6, 'um')} to "
-            f"the oxide's near side and through its whole area that eq 14 assumes{air}"
-        )
-
-    printed = anchor_series_resistance(sink)
-    return of_formula(models, "anchor_resistance_K_per_W", "anchor resistance by size", lambda: printed, because)
+@equation(
+    "eq14", "anchor resistance by size", "anchor_resistance_K_per_W",
+    "eq 14 adds two prisms, without the constriction from beam to pad and into the oxide, nor contacts or a substrate",
+)  # fmt: skip
+def eq14(sink: Sink) -> float:
+    """The printed series resistance of an anchor; 3D's is the end rise over the heat through that end."""
+    return anchor_series_resistance(sink)
 
 
-def eq16(models: Models) -> Comparison:
-    """Heat through one end from the parabola's slope, 4 k A_c dT0 / L, against the 3D flow through that end."""
-    sink = models.sink
-
-    def formula(peak: float, end: float) -> float:
-        return equations.end_flow(peak - end, sink.silicon.thermal_conductivity, sink.cross_section, sink.length)
-
-    def because(predicted: float) -> str:
-        return (
-            f"the parabola's slope gives {quantity(predicted, 'W')} through an end, 3D "
-            f"{quantity(models.steady('end_flow_W'), 'W')}: {not_parabolic(models)}"
-        )
-
-    return of_formula(models, "end_flow_W", "end's heat from peak, end", formula, because, **_RISES)
+@equation("eq16", "end's heat from peak, end", "end_flow_W", not_parabolic)
+def eq16(sink: Sink, peak: float, end: float) -> float:
+    """4 k A_c dT0 / L, by the parabola's slope."""
+    return equations.end_flow(peak - end, sink.silicon.thermal_conductivity, sink.cross_section, sink.length)
 
 
-def eq18(models: Models) -> Comparison:
-    """End rise from the 3D mean rise with eq 14's printed resistance, against the 3D end rise."""
-    printed = anchor_series_resistance(models.sink)
-
-    def because(predicted: float) -> str:
-        R_3d, mean = models.steady("anchor_resistance_K_per_W"), models.steady("mean_rise_K")
-        return (
-            f"with eq 14's {quantity(printed, 'K/W')} the mean rise of {quantity(mean, 'K')} gives an end rise of "
-            f"{quantity(predicted, 'K')}, 3D has {quantity(models.steady('end_rise_K'), 'K')}; with the 3D resistance, "
-            f"{quantity(R_3d, 'K/W')}, the same equation gives {quantity(eq18_measured(models).predicted, 'K')}"
-        )
-
-    return _eq18(models, "end from mean, eq 14's R", because, Estimate(printed, 0.0))
+def _with_measured_resistance(models: Models) -> str:
+    found = eq18_measured(models.sink, models.steady("mean_rise_K"), models.steady("anchor_resistance_K_per_W"))
+    return f"with the 3D resistance the same equation gives {quantity(found, 'K')}"
 
 
-def eq18_measured(models: Models) -> Comparison:
-    """End rise from the 3D mean rise with the 3D anchor resistance, against the 3D end rise."""
-
-    def because(predicted: float) -> str:
-        return (
-            f"even with the 3D anchor resistance the end rise comes out as {quantity(predicted, 'K')} against "
-            f"{quantity(models.steady('end_rise_K'), 'K')}: {not_parabolic(models)}"
-        )
-
-    return _eq18(models, "end from mean, 3D's R", because, "anchor_resistance_K_per_W")
+@equation("eq18", "end from mean, eq 14's R", "end_rise_K", _with_measured_resistance)
+def eq18(sink: Sink, mean: float) -> float:
+    """The end rise by the mean rise and eq 14's resistance."""
+    return eq18_measured(sink, mean, anchor_series_resistance(sink))
 
 
-def _eq18(models: Models, title: str, because: Callable[[float], str], resistance: str | Estimate) -> Comparison:
-    sink, k = models.sink, models.sink.silicon.thermal_conductivity
-
-    def formula(mean: float, R: float) -> float:
-        return equations.end_rise_from_equivalent(mean, R, k, sink.cross_section, sink.length)
-
-    return of_formula(models, "end_rise_K", title, formula, because, mean="mean_rise_K", R=resistance)
+@equation("eq18_measured", "end from mean, 3D's R", "end_rise_K", not_parabolic)
+def eq18_measured(sink: Sink, mean: float, resistance: float) -> float:
+    """The same with the 3D anchor resistance."""
+    k = sink.silicon.thermal_conductivity
+    return equations.end_rise_from_equivalent(mean, resistance, k, sink.cross_section, sink.length)
 
 
-def energy(models: Models) -> Comparison:
-    """The steady 3D energy imbalance over the power, against none. It is a residual, which has no error of its own."""
-    imbalance = float(models.fem3d.details["energy_imbalance"])
-    said = f"the heat that leaves the 3D solution misses its power by {percent(imbalance)}: don't trust this run"
-    return Comparison("imbalance, of the power", 0.0, imbalance, "1", imbalance, 0.0, said, relative_to="the 3D power")
+def at_rest(models: Models, key: str, title: str) -> Comparison | None:
+    """Compare a steady quantity of the 1D model with 3D."""
+    assert models.reduced1d is not None
+    if key not in models.reduced1d.steady:
+        return None
+    measured, predicted, unit = models.fem3d.steady[key], models.reduced1d.steady[key], unit_of(key)
+    off = ratio(predicted, measured)
+    said = f"{quantity(predicted.value, unit)} against {quantity(measured.value, unit)} in 3D{_remark(models)}"
+    return Comparison(
+        title, predicted.value, measured.value, unit, off.value, off.error, said, relative_to="the 3D value"
+    )
 
 
-def fig4(models: Models) -> Comparison:
-
-    def because(_: float) -> str:
-        """The gap in two parts: that of the ends, and that above the ends."""
-        if not models.papers():
-            return _of_another(models, "peak_rise_K")
-        peak, end = gap(models, "peak_rise_K"), gap(models, "end_rise_K")
-        power = gap(models, "power_W") / models.steady("power_W")
-        return (
-            f"the 1D peak is {signed(peak, 'K')} off: {signed(end, 'K')} of that are the ends' (eqs 14 and 18), "
-            f"{signed(peak - end, 'K')} the rise from end to peak (eqs 9 and 17; the power is "
-            f"{percent(power, sign=True)} off)"
-        )
-
-    return at_rest(models, "peak_rise_K", "steady peak, of 3D's", because)
+def _remark(models: Models) -> str:
+    """The model's own remarks, or how to split its difference."""
+    assert models.reduced1d is not None
+    details = models.reduced1d.details
+    said = "; ".join(details.get("warnings", ())) or "--why splits it by assumption" * ("silent" not in details)
+    return f"; {said}" * bool(said)
 
 
+def from_first(time: np.ndarray) -> np.ndarray:
+    """Return the times (s) from 10 us on, with that one."""
+    return np.concatenate([[FIRST_TIME], time[time > FIRST_TIME]])
+
+
+def over_time(models: Models, trace: str, final: Estimate, title: str, relative_to: str) -> Comparison | None:
+    """Compare a trace of the 1D model with 3D where they are farthest apart, relative to a ``final`` value.
+
+    The error adds that of both traces, and how far a maximum may exceed its neighbours on the rows.
+    """
+    assert models.reduced1d is not None
+    one, three = models.reduced1d.over_time, models.fem3d.over_time
+    if trace not in one.values:
+        return None
+    if not np.array_equal(one.time, three.time):
+        raise ValueError("the traces of both models must be at the same times")
+    late, unit = from_first(three.time), unit_of(trace)
+    base = models.sink.room_temperature if unit == "K" else 0.0
+    m, p = (np.interp(late, three.time, traces.values[trace]) - base for traces in (three, one))
+    course = Course(late, m, p, np.zeros(len(late)))
+    i, off = course.worst, course.off
+    error = three.errors[trace] + one.errors[trace] + overshoot(late, np.abs(off), i)
+    found = share(Estimate(float(off[i]), error), Estimate(abs(final.value), final.error))
+
+    def reason() -> str:
+        where = f"largest at {quantity(float(late[i]), 's', 3)}, {signed(float(off[i]), unit)}"
+        return f"{where}; {signed(float(off[-1]), unit)} at the end"
+
+    return Comparison(
+        title, float(p[i]), float(m[i]), unit, found.value, found.error, reason, float(late[i]), relative_to=relative_to
+    )
+
+
+@CHECKS.check("fig4", "3D", "one conductivity", "1D")
+def fig4(models: Models) -> Comparison | None:
+    """Compare the steady peak."""
+    return at_rest(models, "peak_rise_K", "steady peak, of 3D's")
+
+
+@CHECKS.check("fig5", "3D", "one conductivity")
 def fig5(models: Models) -> Comparison:
-    """Compare the 3D profile along the axis with eq 9's parabola through its own end and peak: the rms distance over
-    dT0.
+    """Compare the 3D profile along the axis with eq 9's parabola through its own end and peak: rms distance over dT0.
 
     The error assumes a profile that is anywhere off by the largest error of the steady rises.
     """
     y, rise, fitted = profile(models)
     dT0 = float(fitted.max() - fitted.min())
     distance = float(np.sqrt(np.trapezoid((rise - fitted) ** 2, y) / models.sink.length))
-    error = max(models.fem3d.steady[key].error for key in ("peak_rise_K", "end_rise_K", "mean_rise_K"))
-    i = int(np.argmax(np.abs(rise - fitted)))
+    error = 2 * max(models.fem3d.steady[key].error for key in ("peak_rise_K", "end_rise_K", "mean_rise_K"))
+    i, found = int(np.argmax(np.abs(rise - fitted))), share(Estimate(distance, error), Estimate(dT0, error))
 
-    def because() -> str:
-        return (
-            f"the profile is up to {signed(float(rise[i] - fitted[i]), 'K')} from the parabola, at y = "
-            f"{quantity(float(y[i]) * 1e6, 'um', 3)}: {not_parabolic(models)}"
-        )
+    def reason() -> str:
+        most = f"up to {signed(float(rise[i] - fitted[i]), 'K')} at y = {quantity(float(y[i]) * 1e6, 'um', 3)}"
+        return f"{most}: {not_parabolic(models)}"
 
-    u_num = spread(part, {"distance": Estimate(distance, 2 * error), "final": Estimate(dT0, 2 * error)})
     return Comparison(
-        "parabola's misfit, of dT0", 0.0, distance, "K", distance / dT0, u_num, because,
+        "parabola's misfit, of dT0", 0.0, distance, "K", found.value, found.error, reason,
         relative_to="dT0, the 3D peak less the end rise",
     )  # fmt: skip
 
 
 def profile(models: Models) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Places along the beam's axis (m), the steady 3D rise there and eq 9's parabola through its end and middle (K)."""
-    samples = models.fem3d.details["profile"]
+    """Return places along the axis (m), the steady 3D rise there and eq 9's parabola by its end and middle (K)."""
+    samples, L = models.fem3d.details["profile"], models.sink.length
     y, rise = np.asarray(samples["y_m"], float), np.asarray(samples["rise_K"], float)
-    L = models.sink.length
     dT_end, middle = float(rise[0]), float(np.interp(L / 2, y, rise))
     return y, rise, equations.parabola(y, middle - dT_end, dT_end, L)
 
 
 def misfit_weights(sink: Sink, fem3d: Result) -> np.ndarray:
-    """(places,): d fig5 / d rise at each place of the 3D profile (1/K), by central differences."""
+    """Return (places,): d fig5 / d rise at each place of the 3D profile (1/K), by central differences."""
     samples = fem3d.details["profile"]
     rise = np.asarray(samples["rise_K"], float)
 
     def at(changed: np.ndarray) -> float:
-        return fig5(Models(sink, replace(fem3d, details={"profile": samples | {"rise_K": changed}}), None)).difference
+        return fig5(Models(sink, replace(fem3d, details={"profile": samples | {"rise_K": changed}}))).difference
 
     step = PROFILE_STEP * float(np.ptp(rise))
     return np.array([at(rise + shift) - at(rise - shift) for shift in step * np.eye(len(rise))]) / (2 * step)
 
 
-def fig6_peak(models: Models) -> Comparison:
-    """Largest distance of the peak's traces over the final 3D peak rise."""
-    final = models.fem3d.steady["peak_rise_K"]
-    return over_time(models, "peak_K", final, "peak trace, of final rise", "the final 3D rise", _on_the_way)
+def _trace(name: str, trace: str, steady: str, title: str) -> None:
+    @CHECKS.check(name, "3D", "one conductivity", "transient", "1D")
+    def make(models: Models) -> Comparison | None:
+        return over_time(models, trace, models.fem3d.steady[steady], title, "the final 3D rise")
 
 
-def fig6_end(models: Models) -> Comparison:
-    """Largest distance of the ends' traces over the final 3D end rise."""
-    final = models.fem3d.steady["end_rise_K"]
-    return over_time(models, "end_K", final, "end trace, of final rise", "the final 3D rise", _on_the_way)
+_trace("fig6_peak", "peak_K", "peak_rise_K", "peak trace, of final rise")
+_trace("fig6_end", "end_K", "end_rise_K", "end trace, of final rise")
 
 
-def fig7_current(models: Models) -> Comparison:
-    """Largest distance of the current's traces over the change of the 3D current from the start to the steady state.
+@CHECKS.check("fig7_current", "3D", "one conductivity", "transient", "1D", "current follows")
+def fig7_current(models: Models) -> Comparison | None:
+    """Compare the current's traces, relative to the change of the 3D current from the start to the steady state.
 
     Without a temperature coefficient the current does not change, and the distance is relative to the current itself.
     """
-    final, title, relative_to = models.fem3d.steady["current_A"], "current trace, of itself", "the 3D current"
+    final, whole, relative_to = models.fem3d.steady["current_A"], "itself", "the 3D current"
     if models.sink.silicon.temperature_coefficient:
-        _, solution = models.traces()
-        final = Estimate(final.value - float(solution.values["current_A"][0]), 2 * final.error)
-        title, relative_to = "current trace, of change", "the change of the 3D current"
-    return over_time(models, "current_A", final, title, relative_to, _on_the_way)
-
-
-def at_rest(models: Models, key: str, title: str, because: Callable[[float], str]) -> Comparison:
-    """Compare a steady quantity of the 1D model with 3D."""
-    return of_formula(models, key, title, lambda value: value, because, value=models.reduction().steady[key])
-
-
-def gap(models: Models, key: str) -> float:
-    """Return the steady value of the 1D model less the 3D value."""
-    return models.reduction().steady[key].value - models.steady(key)
-
-
-def _on_the_way(models: Models, key: str, at: Largest, final: float) -> str:
-    sink, unit, whole = models.sink, unit_of(key), "rise"
-    if key == "current_A":
-        whole = "change" if sink.silicon.temperature_coefficient else "value"
-    name = key.replace("_K", "_rise_K")
-    steady = gap(models, name) if name in models.reduction().steady else 0.0
-    when, reference = quantity(at.time, "s", 3), f"a final {whole} of {quantity(final, unit)}"
-    where = f"largest at {when}, {signed(at.distance, unit)} of {reference}"
-    if not models.papers():
-        return f"{where}: {_of_another(models, name)}"
-    if at.distance * steady > 0 and abs(steady) >= SETTLED * abs(at.distance):
-        cause = {
-            "peak_K": "the steady state's gap (see fig4)",
-            "end_K": f"the steady state's gap; {resistances(models)}",
-            "current_A": "the steady state's gap, from the mean rise that sets the resistance",
-        }[key]
-        if key == "current_A" and sink.electrodes == "pad-edge":
-            cause = "the pads are part of the circuit, and the 1D model has none"
-        if key == "peak_K":
-            in_1d, in_3d = rises_at(models, FIRST_TIME, key)
-            cause += (
-                f"; at {quantity(FIRST_TIME, 's', 2)} it is {percent(in_1d / in_3d - 1, sign=True)} of the rise by "
-                "then, as eq 9's parabola is there from the start"
-            )
-        return f"{where}: {cause}"
-    return f"{where}, {signed(steady, unit)} in the steady state: {_while_heating(models, key, at)}"
-
-
-def _of_another(models: Models, name: str) -> str:
-    p = models.reduction()
-    if name not in p.steady:
-        return f"{p.model} says nothing of its steady state"
-    remarks = "; ".join(p.details.get("warnings", ()))
-    remarks = remarks or ("" if "silent" in p.details else "--why splits it by assumption")
-    said = f"{p.model} is {signed(gap(models, name), unit_of(name))} off in the steady state"
-    return f"{said}; {remarks}" if remarks else said
-
-
-def rises_at(models: Models, time: float, key: str) -> list[float]:
-    """A rise (K) at a time (s), in 1D and in 3D."""
-    room = models.sink.room_temperature
-    return [float(np.interp(time, traces.time, traces.values[key])) - room for traces in models.traces()]
-
-
-def crossing_time(sink: Sink) -> str:
-    """How long heat takes along a beam."""
-    return quantity(
-        sink.length**2 * sink.silicon.heat_capacity / (math.pi**2 * sink.silicon.thermal_conductivity), "s", 3
-    )
-
-
-def _while_heating(models: Models, key: str, at: Largest) -> str:
-    sink, mean = models.sink, rises_at(models, at.time, "mean_K")
-    if key == "peak_K":
-        in_1d, in_3d = (peak / m for peak, m in zip(rises_at(models, at.time, key), mean, strict=True))
-        return (
-            f"eq 9's fixed parabola puts the peak at {in_1d:.2f} of the mean from the start, in 3D it is at "
-            f"{in_3d:.2f} then, as heat takes L^2/(pi^2 D) = {crossing_time(sink)} along the beam"
+        first = float(models.fem3d.over_time.values["current_A"][0])
+        final, whole, relative_to = (
+            Estimate(final.value - first, 2 * final.error),
+            "change",
+            "the change of 3D's current",
         )
-    pads = percent(2 * sink.pad_length * sink.pad_width * sink.thickness / (sink.length * sink.cross_section))
-    if key == "end_K" and at.distance < 0:
-        heated = ", and the current heats the pads too" if sink.electrodes == "pad-edge" else ""
-        return f"the 3D ends are hotter then; {resistances(models)}{heated}"
-    if key == "end_K":
-        return (
-            "the 1D ends follow the mean at once; in 3D the heat must first reach them and warm the pads, which hold "
-            f"{pads} of the beam's heat capacity and are left out in 1D"
-        )
+    return over_time(models, "current_A", final, f"current trace, of {whole}", relative_to)
+
+
+@CHECKS.check("energy", "3D")
+def energy(models: Models) -> Comparison:
+    """Compare the steady 3D energy imbalance over the power with none. It is a residual, without an error."""
+    imbalance = float(models.fem3d.details["energy_imbalance"])
+    said = f"the heat that leaves the 3D solution misses its power by {percent(imbalance)}: do not trust this run"
+    return Comparison("imbalance, of the power", 0.0, imbalance, "1", imbalance, 0.0, said, relative_to="the 3D power")
+
+
+ROW = {"peak_inner": "inner peak", "peak_outer": "outer peak", "mean": "mean", "current": "current"}
+"""Quantities of a row of spans by the ends of its checks' ids. Span 1 is an outer one, the highest an innermost one."""
+FOLLOWED = {**{f"islands_{what}": called for what, called in ROW.items()}, "islands_equivalent": "spans alike"}
+"""The checks whose dependence on the row is drawn, with the curve's name."""
+
+
+def key_of(sink: Sink, what: str) -> str:
+    """Return the steady quantity of a row."""
+    inner = f"span{different(sink.spans)}_peak_rise_K"
+    return {"peak_inner": inner, "peak_outer": "span1_peak_rise_K", "mean": "mean_rise_K", "current": "current_A"}[what]
+
+
+def _row_at_rest(what: str, models: Models) -> Comparison | None:
+    return at_rest(models, key_of(models.given, what), f"{ROW[what]}, of 3D's")
+
+
+def _row_over_time(what: str, models: Models) -> Comparison | None:
+    key = key_of(models.given, what)
+    title = f"{ROW[what]} trace, of {'itself' if what == 'current' else 'final rise'}"
+    return over_time(models, key.replace("_rise_K", "_K"), models.fem3d.steady[key], title, "the final 3D value")
+
+
+def _pairs(models: Models) -> Iterator[tuple[str, tuple[Result, str], tuple[Result, str]]]:
+    """The peaks and the means of one sink alone and of each span, in pairs."""
+    assert models.single is not None
+    for what in ("peak", "mean"):
+        sources = {"one sink alone": (models.single, what)}
+        sources |= {f"span {n}": (models.fem3d, f"span{n}_{what}") for n in range(1, different(models.given.spans) + 1)}
+        for (first, one), (second, other) in combinations(sources.items(), 2):
+            yield f"the {what} of {first} against {second}", one, other
+
+
+def equivalent(models: Models) -> Comparison | None:
+    """Return the largest relative difference in 3D between two spans, or a span and one sink alone."""
+    pairs = [(said, a.steady[f"{x}_rise_K"], b.steady[f"{y}_rise_K"]) for said, (a, x), (b, y) in _pairs(models)]
+    said, one, other = max(pairs, key=lambda pair: abs(relative(pair[1].value, pair[2].value)))
+    off, values = ratio(one, other), f"{quantity(one.value, 'K')} and {quantity(other.value, 'K')}"
+    return Comparison(
+        "spans apart, or from one", one.value, other.value, "K", off.value, off.error, f"{said}: {values}",
+        relative_to="the second one",
+    )  # fmt: skip
+
+
+def equivalent_over_time(models: Models) -> Comparison | None:
+    """Return the same over time, relative to the second one's final value."""
+    late, room = from_first(models.fem3d.over_time.time), models.sink.room_temperature
+
+    def course(result: Result, name: str) -> tuple[np.ndarray, float, Estimate]:
+        traces, final, key = result.over_time, result.steady[f"{name}_rise_K"], f"{name}_K"
+        error = traces.errors[key] + models.given.accuracy * abs(final.value)
+        return np.interp(late, traces.time, traces.values[key]) - room, error, final
+
+    found = []
+    for said, one, other in _pairs(models):
+        (x, x_error, _), (y, y_error, final) = course(*one), course(*other)
+        i = int(np.abs(x - y).argmax())
+        off = share(Estimate(float(x[i] - y[i]), x_error + y_error), final)
+        found.append((off, said, float(x[i]), float(y[i]), float(late[i])))
+    off, said, x_i, y_i, time = max(found, key=lambda entry: abs(entry[0].value))
+    values = f"{quantity(x_i, 'K')} and {quantity(y_i, 'K')} at {quantity(time, 's', 3)}"
+    return Comparison(
+        "spans apart, or from one, trace", x_i, y_i, "K", off.value, off.error, f"{said}: {values}", time,
+        relative_to="the second one's final value",
+    )  # fmt: skip
+
+
+for _what in ROW:
+    CHECKS.check(f"islands_{_what}", "3D", "1D", *["inner span"] * ("inner" in _what))(partial(_row_at_rest, _what))
+CHECKS.check("islands_equivalent", "3D")(equivalent)
+for _what in ROW:
+    _needs = ("3D", "transient", "1D", *["inner span"] * ("inner" in _what))
+    CHECKS.check(f"islands_{_what}_over_time", *_needs)(partial(_row_over_time, _what))
+CHECKS.check("islands_equivalent_over_time", "3D", "transient")(equivalent_over_time)
+
+
+@dataclass(frozen=True)
+class Varied:
+    """The difference of each check, by id, at some ``values`` of a ``key``; ``original`` is the sink's own value."""
+
+    key: str
+    original: float
+    values: tuple[float, ...]
+    differences: tuple[dict[str, float], ...]
+
+
+SPANS = (2, 3, 5, 10, 30, 100)
+"""Numbers of spans for which the row is solved, to draw how its differences follow them."""
+LENGTHS = (0.25, 0.5, 1.0, 2.0, 4.0)
+"""Island lengths that are solved, in units of the sink's own; those longer than a span are left out."""
+
+
+def varied(sink: Sink, reduction: str, single: Result, say: Callable[[str], None]) -> tuple[Varied, Varied]:
+    """Solve rows of other numbers of spans, and of other islands, by both models.
+
+    Raises RunawayError where a row has no steady state.
+    """
+    from fem3d.runs.sink import solve as solve_3d
+    from reduced1d import ladder
+
+    def differences(row: Sink) -> dict[str, float]:
+        say(f"{row.spans} spans with islands of {row.island * 1e6:.4g} um")
+        one = ladder.solve(row, reduction, steady_only=True)
+        models = Models(row, solve_3d(row, transient=False), one, single)
+        made = {c: CHECKS[c].make(models) for c in FOLLOWED if row.spans > 2 or c != "islands_peak_inner"}
+        return {check: comparison.difference for check, comparison in made.items() if comparison is not None}
+
+    lengths = tuple(factor * sink.island for factor in LENGTHS if factor * sink.island <= sink.length)
+    rows, islands = [replace(sink, spans=n) for n in SPANS], [replace(sink, island_length=a) for a in lengths]
     return (
-        f"the mean rise that sets the resistance is {quantity(mean[0], 'K')} in 1D and {quantity(mean[1], 'K')} in 3D "
-        f"then; the pads' heat capacity, {pads} of the beam's, is left out in 1D"
+        Varied("sink.spans", sink.spans, SPANS, tuple(map(differences, rows))),
+        Varied("sink.island_length", sink.island, lengths, tuple(map(differences, islands))),
     )
-
-
-def resistances(models: Models) -> str:
-    """Name the resistance (K/W) of an anchor by eq 14 and in 3D."""
-    printed, R_3d = anchor_series_resistance(models.sink), models.steady("anchor_resistance_K_per_W")
-    return f"eq 14's anchor has {quantity(printed, 'K/W')}, 3D's {quantity(R_3d, 'K/W')}{_with_what_eq14_lacks(models)}"
-
-
-def _with_what_eq14_lacks(models: Models) -> str:
-    sink = models.sink
-    has = [
-        part
-        for part, size in (("contacts", sink.contact_resistance), ("a substrate", sink.substrate_thickness))
-        if size
-    ]
-    return f", with {' and '.join(has)} that the 1D model does not have" if has else ""
-
-
-def not_parabolic(models: Models) -> str:
-    """Name the heating or cooling that varies along the beam, and so bends the profile away from a parabola."""
-    sink = models.sink
-    a = sink.silicon.temperature_coefficient
-    reference = 1 + a * (sink.room_temperature - sink.silicon.reference_temperature)
-    hot, cold = (reference + a * models.steady(key) for key in ("peak_rise_K", "end_rise_K"))
-    causes = []
-    if abs(hot / cold - 1) > NOTABLE:
-        causes.append(f"the heating at the peak is {percent(hot / cold)} of that at the ends")
-    for name, taken in _from_beam(models).items():
-        if taken:
-            causes.append(f"the {name} takes {percent(taken / _beam_power(models))} of the beam's heat")
-    if sink.electrodes == "pad-edge":
-        causes.append("the current crowds where it enters the beam")
-    if laws.varies(conducts := models.given.silicon.thermal_conductivity):
-        hot, cold = (laws.at(conducts, sink.room_temperature + rise) for rise in (models.steady("peak_rise_K"), 0.0))
-        causes.append(f"the beam conducts at its peak {percent(hot / cold)} of what it does at room temperature")
-    return " and ".join(causes) or "the heat flow is not one-dimensional near the ends"
-
-
-def _from_beam(models: Models) -> dict[str, float]:
-    sink = models.sink
-    area_rise = sink.length * sink.width * models.steady("mean_rise_K")
-    return {"air": sink.convection_coefficient * area_rise, "gas below": sink.gap_coefficient * area_rise}
-
-
-def _beam_power(models: Models) -> float:
-    return 2 * models.steady("end_flow_W") + sum(_from_beam(models).values())

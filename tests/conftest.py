@@ -18,6 +18,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from compare.options import Options
+from compare.verdict import Check
 from reduced1d import sink as reduction
 from scenes.plan import Step
 from scenes.result import Estimate, Result, Traces
@@ -44,6 +46,19 @@ class Case:
         """With all steady 3D errors at a part of their values."""
         steady = {k: Estimate(e.value, relative * abs(e.value)) for k, e in self.fem3d.steady.items()}
         return replace(self, fem3d=replace(self.fem3d, steady=steady))
+
+
+def judged(
+    sink: Sink, fem3d: Result, reduced1d: Result | None = None, options: Options | None = None,
+    single: Result | None = None,
+) -> dict[str, Check]:  # fmt: skip
+    """The checks of a sink's results by their ids."""
+    from compare.kinds import KINDS
+    from compare.outcome import Outcome
+
+    results = {"fem3d": fem3d, "reduced1d": reduced1d, "single": single}
+    given = {name: result for name, result in results.items() if result is not None}
+    return {check.id: check for check in KINDS["sink"].checks(Outcome(sink, options or Options(), given))}
 
 
 def stand_in(

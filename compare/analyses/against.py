@@ -48,11 +48,12 @@ class Against(Analysis["Data"]):
 
 def _with_u_input(checks: Any, outcome: Outcome[Any]) -> Any:
     """The checks with u_input, at the rows at which the distances are largest."""
-    from compare.against import checked, distance, furthest, part
+    from compare.against import checked, distance, furthest
+    from compare.verdict import part
 
     data, scene, fem3d = outcome.options.against, outcome.scene, outcome.solved
     names = checked(scene, data)
-    rows = {check: furthest(scene, data, fem3d, name).rows for check, name in names.items()}
+    rows = {check: furthest(scene, data, fem3d, name)[0] for check, name in names.items()}
 
     def differences(nearby: Outcome[Any]) -> dict[str, float]:
         distances = {c: distance(nearby.scene, data, nearby.solved, name, rows[c]) for c, name in names.items()}

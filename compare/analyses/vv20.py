@@ -221,7 +221,7 @@ def validate(
     import numpy as np
 
     from compare import quantities
-    from compare.against import known_to, simulated
+    from compare.against import simulated
 
     catalogue = quantities.of(scene, next(iter(models.values()))[0])
     late = catalogue.sure(data.time)
@@ -231,10 +231,11 @@ def validate(
             answers = result.steady if data.at_rest else result.traces.values if result.traces else {}
             if key not in data.values or key not in answers:
                 continue
-            u_num, zero = np.full(len(times), known_to(result, key, times)), np.zeros(len(times))
+            values, error = simulated(result, key, times)
+            u_num, zero = np.full(len(times), error), np.zeros(len(times))
             u_input = zero if uncertain is None or slopes is None else slopes.over_time(key, times, uncertain)
             u_data = data.u[key][late] if key in data.u else zero
-            values, measured = simulated(result, key, times), data.values[key][late]
+            measured = data.values[key][late]
             courses.append(
                 Course(called, key, word, catalogue.units[key], times, values, measured, u_num, u_input, u_data)
             )

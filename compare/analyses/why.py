@@ -30,14 +30,12 @@ class Why(Analysis["Budget"]):
 
     def section(self, found: Budget, outcome: Outcome[Any], style: Style) -> Section:
         """Its parts in percent of the final rise or of the current or its change, then the sentence."""
-        from compare.blame import of_current
-
         over_time = found.transient
-        scale = "what else 3D finds" if found.start == "network" else f"the {of_current(outcome.scene)}"
+        scales = " or ".join(dict.fromkeys(split.whole for split in found.steady))
         most = len(found.steady) if style.page else PER_BLOCK
         blocks = [found.steady[n : n + most] for n in range(0, len(found.steady), most)]
         parts: list[Table | str] = [
-            f"in % of the final rise, or of {scale}", *(_parts("steady state", block, style) for block in blocks)
+            f"in % of the {scales}", *(_parts("steady state", block, style) for block in blocks)
         ]  # fmt: skip
         if over_time:
             same = all(
@@ -74,7 +72,7 @@ def _of_sink(outcome: Outcome[Any], progress: Progress) -> Budget:
     levels = levels_of(reduced1d) or Levels(outcome.scene)
     found = budget(outcome.scene, outcome.options.reduction, outcome.solved, levels, progress)
     if "single" in outcome.results:
-        from compare.checks import varied
+        from compare.sink_checks import varied
 
         rows = varied(outcome.scene, outcome.options.reduction, outcome.results["single"], progress)
         outcome.analyses["varied"] = rows

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from compare.models import Model
     from compare.report.table import Section, Style
     from compare.slopes import Slopes
-    from compare.verdict import Check
+    from compare.verdict import Check, Comparison, Definition
     from scenes.model import AnyScene
     from scenes.result import Result
 
@@ -51,12 +51,14 @@ class Kind(ABC, Generic[S]):
     call : the function of the Python interface
     builtin : the scene that is solved where none is named; empty: one must be
     shown : quantities that a terminal and a figure have room for; empty: the first ones
+    explains : whether checks that agree have a reason too
     """
 
     name: ClassVar[str]
     call: ClassVar[str]
     builtin: ClassVar[str] = ""
     shown: ClassVar[tuple[str, ...]] = ()
+    explains: ClassVar[bool] = False
 
     @abstractmethod
     def load(self, source: str, settings: Sequence[str], options: Mapping[str, object]) -> S:
@@ -106,9 +108,48 @@ class Kind(ABC, Generic[S]):
         """Ask the user's own model beside 3D. Raises SceneError and NumericsError."""
         raise NotImplementedError
 
+    def definitions(self, scene: S, options: Options) -> Mapping[str, Definition[Any]]:
+        """Return the checks that such a run may have, in the order of the report."""
+        return {}
+
+    def absent(self, scene: S, options: Options) -> dict[str, str]:
+        """Return by the needs of checks why this run lacks them."""
+        return {}
+
+    def skipped(self, scene: S, options: Options) -> dict[str, str]:
+        """Return the checks that a run cannot make, each with the reason."""
+        absent, definitions = self.absent(scene, options), self.definitions(scene, options)
+        reasons = {name: [absent[need] for need in each.needs if need in absent] for name, each in definitions.items()}
+        return {name: why[0] for name, why in reasons.items() if why}
+
+    def made(self, scene: S, options: Options) -> tuple[str, ...]:
+        """Return the checks that a run makes."""
+        skipped = self.skipped(scene, options)
+        return tuple(name for name in self.definitions(scene, options) if name not in skipped)
+
     @abstractmethod
+    def comparisons(self, outcome: Outcome[S]) -> dict[str, Comparison]:
+        """Compare one model with the other, or with the paper, by the ids of checks."""
+
+    def owns(self, outcome: Outcome[S], check: str) -> bool:
+        """Whether a check is of the chosen 1D model."""
+        return True
+
     def checks(self, outcome: Outcome[S]) -> tuple[Check, ...]:
-        """Check one model against the other, or against the paper."""
+        """Judge the comparisons."""
+        from compare.verdict import judged
+
+        scene: Any = outcome.scene
+        return tuple(
+            judged(name, each, scene, self.explains, self.owns(outcome, name))
+            for name, each in self.comparisons(outcome).items()
+        )
+
+    def check_steps(self, scene: S, options: Options) -> list[Step]:
+        """The lines of the plan for checks."""
+        made = self.made(scene, options)
+        lines = [step("checks", ", ".join(made))] if made else []
+        return lines + skipped_together("checks", self.skipped(scene, options))
 
     def alarms(self, outcome: Outcome[S]) -> tuple[str, ...]:
         """Remarks on results that no real part can have, such as temperatures past a material's limit."""
@@ -137,8 +178,8 @@ class Kind(ABC, Generic[S]):
         return replace(outcome, scene=neighbour(outcome.scene, key, step), results=moved)
 
     def differences(self, outcome: Outcome[S]) -> dict[str, float]:
-        """The difference of every check, without its sentence."""
-        return {check.id: check.difference for check in self.checks(outcome)}
+        """The difference of every check."""
+        return {name: each.difference for name, each in self.comparisons(outcome).items()}
 
     def step(self, uncertainty: float) -> float:
         """Return the relative step of a key for `nearby`, given its relative standard uncertainty."""

@@ -7,7 +7,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from compare.kinds.base import NO_FIGURES, Figures, Kind, Report
-from compare.made import DEVICE_FIGURES, LATE, checks_lines, figure_of, made_3d_checks, made_checks, not_about, only
 from compare.options import Options
 from compare.outcome import Outcome, Progress
 from scenes.device import Device
@@ -15,17 +14,28 @@ from scenes.errors import SceneError
 from scenes.plan import Step, step
 
 if TYPE_CHECKING:
+    from compare.device_checks import Both
     from compare.slopes import Slopes
-    from compare.verdict import Check
+    from compare.verdict import Comparison, Definition
     from scenes.result import Result
 
+DEVICE_FIGURES = {
+    "figure9": "power of sink and sensor against time",
+    "figure10": "heat flow into the polymer against time",
+    "figure11": "the same as figure 9, sampled every 5 ms with gains of 0.5 and 0.05 V",
+    "figure12": "the sensor's power after outer steps from -80 to +20 K",
+    "figure13": "the steady power of the sensor against the outer temperature",
+    "figure14": "what a lead to ground that sink and sensor share does to both",
+}
+LATE = ("figure11", "figure12", "figure13")
+"""The figures that need runs of their own, which the paper's scheme does not make."""
 WIDEST = 0.1
 """Largest relative step of a key by which a device is moved to either side for the u_input of its checks."""
 
 
 class DeviceKind(Kind[Device]):
     name, call, builtin = "device", "compare.device", "device"
-    shown = ("sink_power_W", "sensor_power_W", "sensor_V")
+    shown, explains = ("sink_power_W", "sensor_power_W", "sensor_V"), True
 
     def load(self, source: str, settings: Sequence[str], options: Mapping[str, object]) -> Device:
         from scenes.keys import DEVICE
@@ -56,7 +66,7 @@ class DeviceKind(Kind[Device]):
             from reduced1d.device import runs
             from reduced1d.slopes import OF_DEVICE
             from scenes.result import Estimate, Result
-        slow, steps = needs(scene, options, "figure11"), needs(scene, options, "figure12", "figure13")
+        slow, steps = self.needs(scene, options, "figure11"), self.needs(scene, options, "figure12", "figure13")
         with progress.stage("device"):
             made = runs.make(scene, options.scheme, options.meter, slow, steps, progress)
         exact = {name: Estimate(getattr(made.base.after, name), 0.0) for name in OF_DEVICE}
@@ -87,16 +97,31 @@ class DeviceKind(Kind[Device]):
             results["reduced1d"].details["design"] = answers
         return results
 
-    def checks(self, outcome: Outcome[Device]) -> tuple[Check, ...]:
-        from compare import device_checks
+    def definitions(self, scene: Device, options: Options) -> Mapping[str, Definition[Both]]:
+        from compare import device_3d_checks
 
-        device, options, solved = outcome.scene, outcome.options, outcome.device_3d
-        checks = device_checks.evaluate(device, options, outcome.runs)
-        if solved is not None:
-            from compare.device_3d_checks import evaluate_3d
+        return {name: each for name, each in device_3d_checks.CHECKS.items() if options.in_3d or "3D" not in each.needs}
 
-            checks += evaluate_3d(device, options, outcome.runs, solved)
-        return checks
+    def needs(self, scene: Device, options: Options, *figures: str) -> bool:
+        """Whether the runs behind any of these figures are needed, for the figure or its checks."""
+        drawn, definitions = options.figures and not not_about(options).keys() >= set(figures), self.definitions
+        made = (definitions(scene, options)[name] for name in self.made(scene, options))
+        return drawn or any(not set(figures).isdisjoint(check.needs) for check in made)
+
+    def absent(self, scene: Device, options: Options) -> dict[str, str]:
+        said = not_about(options)
+        if options.about:
+            said["all figures"] = only(options)
+        if not scene.steps_outside:
+            said["outer step"] = "the run ends before the outer step, or there is none"
+        return said
+
+    def comparisons(self, outcome: Outcome[Device]) -> dict[str, Comparison]:
+        from compare.device_checks import Both
+
+        both, definitions = Both(outcome.runs, outcome.device_3d), self.definitions(outcome.scene, outcome.options)
+        made = {name: definitions[name].make(both) for name in self.made(outcome.scene, outcome.options)}
+        return {name: comparison for name, comparison in made.items() if comparison is not None}
 
     def alarms(self, outcome: Outcome[Device]) -> tuple[str, ...]:
         from compare import hottest
@@ -136,23 +161,21 @@ class DeviceKind(Kind[Device]):
         ]
         if options.meter:
             steps.append(step("meter", f"resistances are rounded to what the {options.meter} resolves"))
-        if needs(scene, options, "figure11"):
+        if self.needs(scene, options, "figure11"):
             steps.append(step("1D device, slow", "sampled every 5 ms with gains of 0.5 and 0.05 V"))
-        if needs(scene, options, "figure12", "figure13"):
+        if self.needs(scene, options, "figure12", "figure13"):
             steps.append(step("1D device, steps", "from the steady state, for outer steps from -80 to +20 K"))
         if options.in_3d:
             idle = "" if any(self.draws(scene, options, f) for f in LATE) else "no figure that shows them is drawn"
             steps.append(step("3D runs of other steps", "the slow one and the outer steps, for their figures", idle))
-        steps += checks_lines(scene, options)
-        if made := made_3d_checks(scene, options):
-            steps.append(step("checks of 3D", ", ".join(made)))
+        steps += self.check_steps(scene, options)
         steps.append(step("designer's questions", "largest gains, range and resolution", design_reason(options)))
         return steps
 
     def figures(self, scene: Device, options: Options) -> Figures:
         omitted = not_about(options)
         shown = {n: (what, omitted.get(n, "")) for n, what in DEVICE_FIGURES.items()}
-        if "dev3d_shielding" in made_3d_checks(scene, options):
+        if "dev3d_shielding" in self.made(scene, options):
             shown["shielding"] = "the change of both powers with the substrate, steady and after a step", ""
         return {name: (what, why if options.figures else NO_FIGURES) for name, (what, why) in shown.items()}
 
@@ -175,10 +198,17 @@ class DeviceKind(Kind[Device]):
         return device
 
 
-def needs(device: Device, options: Options, *figures: str) -> bool:
-    """Whether the runs behind any of these figures are needed, for the figure or its checks."""
-    drawn = options.figures and not not_about(options).keys() >= set(figures)
-    return drawn or any(figure_of(check) in figures for check in made_checks(device, options))
+def not_about(options: Options) -> dict[str, str]:
+    """Return the figures that a run of a device leaves out, each with the reason."""
+    omitted = {name: only(options) for name in DEVICE_FIGURES if options.about and name not in options.about}
+    if options.scheme == "paper":
+        omitted |= dict.fromkeys(LATE, "they need nine more runs, and the accurate scheme for them")
+    return omitted
+
+
+def only(options: Options) -> str:
+    """Why a run of some figures leaves out the rest."""
+    return f"only {', '.join(options.about)} asked for"
 
 
 def design_reason(options: Options) -> str:

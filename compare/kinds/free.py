@@ -11,14 +11,14 @@ from compare.options import Options
 from compare.outcome import Outcome, Progress
 from scenes import physics
 from scenes.errors import RunawayInTimeError, SceneError, listed, quoted
-from scenes.model import UNITS, AnyScene, Schedule
+from scenes.model import OVER_TIME, UNITS, AnyScene, Schedule
 from scenes.plan import Step, step
 
 if TYPE_CHECKING:
     from compare.models import Model
     from compare.probes import Both
     from compare.slopes import Slopes
-    from compare.verdict import Check
+    from compare.verdict import Comparison
     from scenes.result import Result
 
 
@@ -100,12 +100,8 @@ class FreeKind(Kind[AnyScene]):
         )
         return replace(result, details=result.details | {"own_model": model})
 
-    def checks(self, outcome: Outcome[AnyScene]) -> tuple[Check, ...]:
-        if outcome.reduced1d is None:
-            return ()
-        from compare.probes import evaluate
-
-        return evaluate(outcome.scene, both(outcome))
+    def comparisons(self, outcome: Outcome[AnyScene]) -> dict[str, Comparison]:
+        return {} if outcome.reduced1d is None else both(outcome).comparisons()
 
     def alarms(self, outcome: Outcome[AnyScene]) -> tuple[str, ...]:
         from compare import hottest
@@ -128,10 +124,20 @@ class FreeKind(Kind[AnyScene]):
     def answer(self, outcome: Outcome[AnyScene], progress: Progress) -> str:
         if outcome.reduced1d is None:
             return ""
-        from compare.probe_answer import answered
+        from compare.answer import answer, claim
+        from compare.quantities import called
 
-        models = both(outcome)
-        return answered(models, [check for check in outcome.checks if check.id in models.definitions])
+        models, name = both(outcome), outcome.reduced1d.model
+        checks = [check for check in outcome.checks if check.id.removesuffix(OVER_TIME) in models.quantities.units]
+        if not checks:
+            return f"{name} and 3D have no quantity in common."
+        far = [check for check in checks if check.time is not None and check.verdict == "differs"]
+        worst = max(far, key=lambda check: abs(check.difference), default=None)
+        claims = []
+        for check in checks:
+            probe = check.id.removesuffix(OVER_TIME)
+            claims.append(claim(check, called(probe), models.change(probe) if check is worst else ""))
+        return answer(name, claims)
 
     def slopes(self, outcome: Outcome[AnyScene], keys: Sequence[str] | None) -> dict[str, Slopes]:
         from compare import slopes
@@ -181,11 +187,6 @@ class FreeKind(Kind[AnyScene]):
             step("field files", FIELD_FILES, _no_heat(scene) if options.fields else "not asked for (--fields)"),
         ]
 
-    def differences(self, outcome: Outcome[AnyScene]) -> dict[str, float]:
-        if outcome.reduced1d is None:
-            return {}
-        return {check: comparison().difference for check, comparison in both(outcome).definitions.items()}
-
     def exportable(self, scene: AnyScene, options: Options) -> None:
         from fem3d.compact.find import check
 
@@ -220,11 +221,10 @@ def own_model(scene: AnyScene, options: Options) -> tuple[str | Callable[..., An
 
 def both(outcome: Outcome[AnyScene]) -> Both:
     """3D and the user's model of the same quantities."""
-    from compare import quantities
-    from compare.probes import Both
+    from compare.probes import both
 
     assert outcome.reduced1d is not None
-    return Both(quantities.of(outcome.scene, outcome.solved), outcome.solved, outcome.reduced1d)
+    return both(outcome.scene, outcome.solved, outcome.reduced1d)
 
 
 def at_rest(scene: AnyScene, progress: Callable[[str], None]) -> dict[str, Any]:

@@ -8,19 +8,22 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from compare.kinds.base import FIELD_FILES, NO_FIGURES, STEADY, Figures, Kind, Report, compact_model
-from compare.made import checks_lines, made_checks
 from compare.options import Options
 from compare.outcome import Outcome, Progress
+from scenes.checks import DEFAULT_TOLERANCES, FIRST_TIME, ISLAND_TOLERANCES, OF_THE_PAPER
 from scenes.errors import BeyondLawError, NumericsError, RunawayError, SceneError, listed
-from scenes.formats import sink_text
+from scenes.formats import quantity, sink_text
 from scenes.plan import Step, noted, step
 from scenes.sink import OF_A_SINK, Sink
 from scenes.units import THERMAL_CONTACT
 
 if TYPE_CHECKING:
+    from compare.answer import Claim
+    from compare.blame import Budget
     from compare.models import Model
+    from compare.sink_checks import Models
     from compare.slopes import Slopes
-    from compare.verdict import Check, Models
+    from compare.verdict import Comparison, Definition
     from reduced1d.ladder.levels import Levels
     from scenes.model import AnyScene
     from scenes.result import Result
@@ -108,13 +111,43 @@ class SinkKind(Kind[Sink]):
         result = sampling.solve(model, sampling.make_question(outcome.scene, fem3d), fem3d, 0.0, True, progress)
         return replace(result, details=result.details | {"own_model": model})
 
-    def checks(self, outcome: Outcome[Sink]) -> tuple[Check, ...]:
-        if outcome.fem3d is None:
-            return ()
-        from compare.checks import evaluate
+    def definitions(self, scene: Sink, options: Options) -> Mapping[str, Definition[Models]]:
+        from compare.sink_checks import CHECKS
 
-        models = compared(outcome)
-        return evaluate(outcome.scene, outcome.options, models.fem3d, models.reduced1d, models.single)
+        ids = DEFAULT_TOLERANCES if scene.spans == 1 else (*ISLAND_TOLERANCES, "fig4", "energy")
+        return {name: CHECKS[name] for name in ids}
+
+    def absent(self, scene: Sink, options: Options) -> dict[str, str]:
+        if "fem3d" not in options.models:
+            return {"3D": "they need the 3D model"}
+        said = {}
+        if any(isinstance(given, tuple) for material in (scene.silicon, scene.oxide) for _, given in material.given()):
+            said["one conductivity"] = "the paper's equations take one conductivity"
+        if options.steady:
+            said["transient"] = "they need the transient"
+        elif scene.end_time <= FIRST_TIME:
+            said["transient"] = "they compare from 10 us on, and the run ends before"
+        if "reduced1d" not in options.models:
+            said["1D"] = "they need the 1D model"
+        if scene.current is not None:
+            said["current follows"] = "the current is given"
+        if scene.spans == 2:
+            said["inner span"] = "both of two spans are outer ones"
+        return said
+
+    def comparisons(self, outcome: Outcome[Sink]) -> dict[str, Comparison]:
+        if outcome.fem3d is None:
+            return {}
+        from compare.sink_checks import CHECKS
+
+        models, names = compared(outcome), self.made(outcome.scene, outcome.options)
+        made = {name: CHECKS[name].make(models) for name in names}
+        return {name: comparison for name, comparison in made.items() if comparison is not None}
+
+    def owns(self, outcome: Outcome[Sink], check: str) -> bool:
+        from compare.verdict import PAPERS
+
+        return outcome.reduced1d is None or outcome.reduced1d.model in PAPERS or check not in OF_THE_PAPER
 
     def alarms(self, outcome: Outcome[Sink]) -> tuple[str, ...]:
         from compare import hottest
@@ -127,20 +160,36 @@ class SinkKind(Kind[Sink]):
         own = reduced1d is not None and "own_model" in reduced1d.details
         said = tuple(text for result in (fem3d, reduced1d) if result for text in result.details.get("warnings", ()))
         made = {check.id for check in outcome.checks}
-        if own and (left := [c for c in made_checks(outcome.scene, outcome.options) if c not in made]):
+        if own and (left := [c for c in self.made(outcome.scene, outcome.options) if c not in made]):
             said += (f"not checked, as {outcome.options.reduction} leaves out what it is of: {listed(left)}",)
         return said
 
     def answer(self, outcome: Outcome[Sink], progress: Progress) -> str:
-        from compare.blame import answered
+        from compare.answer import answer
+        from compare.blame import causes
+        from compare.verdict import PAPERS
 
-        said, reason = answered(
-            outcome.scene, outcome.fem3d, outcome.reduced1d, outcome.checks, outcome.analyses.get("why"),
-            levels_of(outcome.reduced1d),
-        )  # fmt: skip
+        fem3d, reduced1d, budget = outcome.fem3d, outcome.reduced1d, outcome.analyses.get("why")
+        model = reduced1d or outcome.solved
+        who = "The paper's 1D model" if model.model in PAPERS else f"The 1D model {model.model}"
+        who = "The 3D model" if reduced1d is None else who
+        reason, claims = "", [] if fem3d is None or reduced1d is None else _claims(outcome, fem3d, reduced1d)
+        wrong = [each for each in claims if each.verdict == "differs"]
+        if wrong and budget is None:
+            budget, reason = _ladder(outcome, any(each.time is not None for each in wrong))
+        elif budget is None:
+            reason = "the 1D model differs nowhere beyond its tolerances"
+        if fem3d is None or reduced1d is None:
+            peak, end = (quantity(model.steady[key].value, "K") for key in ("peak_rise_K", "end_rise_K"))
+            missing = "no 1D model was run" if reduced1d is None else "no 3D model was run, nothing was compared"
+            return f"{who} has its peak {peak} and its ends {end} above room in the steady state; {missing}."
         if reason:
             outcome.plan = noted(outcome.plan, [Step("blame", "skipped", reason)])
-        return said
+        if not fem3d.steady["peak_rise_K"].value:
+            return "Nothing is heated, so that there is nothing to compare."
+        if not claims:
+            return f"{who} says nothing of the peak and the ends."
+        return answer(who, claims, lambda some: causes(some, budget))
 
     def slopes(self, outcome: Outcome[Sink], keys: Sequence[str] | None) -> dict[str, Slopes]:
         from compare import slopes
@@ -194,7 +243,7 @@ class SinkKind(Kind[Sink]):
             surroundings.append(step("radiation", f"{bare}; the 1D model leaves it out"))
         blame = [step("blame", "by the ladder between the models, where the 1D model differs")]
         blame *= len(options.models) > 1 and not options.why
-        return [*solver, *surroundings, _reduction_step(options), *checks_lines(scene, options), *blame]
+        return [*solver, *surroundings, _reduction_step(options), *self.check_steps(scene, options), *blame]
 
     def figures(self, scene: Sink, options: Options) -> Figures:
         shown = FIGURES if scene.spans == 1 else {n: w for n, w in FIGURES.items() if n != "figure5"} | ROW_FIGURES
@@ -215,15 +264,6 @@ class SinkKind(Kind[Sink]):
             step("field files", FIELD_FILES, missing if options.fields else "not asked for (--fields)"),
         ]
 
-    def differences(self, outcome: Outcome[Sink]) -> dict[str, float]:
-        from compare.checks import DEFINITIONS
-
-        if outcome.fem3d is None:
-            return {}
-        models = compared(outcome)
-        known = [c.id for c in outcome.checks if c.id in DEFINITIONS and c.id not in ("fig5", "energy")]
-        return {check: DEFINITIONS[check](models).difference for check in known}
-
     def exportable(self, scene: Sink, options: Options) -> None:
         from fem3d.compact.find import check
 
@@ -241,9 +281,47 @@ class SinkKind(Kind[Sink]):
 
 def compared(outcome: Outcome[Sink]) -> Models:
     """The sink with its results, as the checks take them."""
-    from compare.verdict import Models
+    from compare.sink_checks import Models
 
     return Models(outcome.scene, outcome.solved, outcome.reduced1d, outcome.results.get("single"))
+
+
+def _claims(outcome: Outcome[Sink], fem3d: Result, reduced1d: Result) -> list[Claim]:
+    """The differences of peak and ends; that of the current where it is the only one."""
+    from compare.answer import Claim, claim
+    from compare.verdict import judge, ratio
+
+    checks, claims = {check.id: check for check in outcome.checks}, []
+    for where, key, tolerance in (("the peak", "peak_rise_K", "fig4"), ("the ends", "end_rise_K", "fig6_end")):
+        if key in reduced1d.steady:
+            off = ratio(reduced1d.steady[key], fem3d.steady[key])
+            verdict = judge(off.value, outcome.scene.tolerance(tolerance), off.error)
+            claims.append(Claim(where, off.value, off.error, verdict))
+    over_time = {"fig6_peak": "the peak", "fig6_end": "the ends", "fig7_current": "the current"}
+    for check, where in over_time.items():
+        alone = where != "the current" or all(each.verdict == "agrees" for each in claims)
+        if check in checks and alone and (where != "the current" or checks[check].verdict != "agrees"):
+            claims.append(claim(checks[check], where))
+    return claims
+
+
+def _ladder(outcome: Outcome[Sink], over_time: bool) -> tuple[Budget | None, str]:
+    """The parts of the difference, by coarse models of the ladder, or why there are none."""
+    from compare.blame import budget
+    from compare.verdict import PAPERS
+    from reduced1d.ladder import is_one
+    from reduced1d.ladder.levels import Levels
+
+    assert outcome.reduced1d is not None
+    name, fem3d = outcome.reduced1d.model, outcome.solved
+    if name not in PAPERS and not is_one(name):
+        return None, "the ladder of assumptions is between this program's own 1D models and 3D"
+    levels = levels_of(outcome.reduced1d) or Levels(outcome.scene, rough=True)
+    try:
+        start = "paper" if name in PAPERS else name
+        return budget(outcome.scene, start, fem3d if over_time else replace(fem3d, traces=None), levels), ""
+    except ArithmeticError as error:
+        return None, str(error)
 
 
 def exported(sink: Sink, options: Options) -> AnyScene:

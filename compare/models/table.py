@@ -8,10 +8,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from compare.course import bends
 from compare.data import text
 from compare.data.columns import Column, find_unit, to_si
 from compare.models.model import Answer, Model, Question, find_file, match_outputs
-from compare.probes import bends
 from scenes.errors import SceneError, printable, quoted
 from scenes.formats import quantity
 from scenes.units import parse_unit

@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from compare.course import at as interpolated
 from compare.outcome import Outcome
-from compare.probes import at as interpolated
 from compare.report import checks
 from compare.report.table import Section, Style, Table, stacked, wrapped
 from compare.verdict import Check

@@ -7,19 +7,31 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from compare.blame import answered
-from compare.checks import evaluate
+from compare.kinds import KINDS
 from compare.options import Options
+from compare.outcome import Outcome, Progress
 from compare.pipeline import solve as answer
 from reduced1d.ladder.levels import AT_FAULT, Levels, rungs
 from scenes.loading import load
+from scenes.plan import step
 from scenes.result import Estimate, Result, Traces
 from scenes.sink import Sink
 from tests.conftest import Case
 
 
-def told(sink: Sink, fem3d: Result, reduced1d: Result, options: Options | None = None) -> str:
-    return answered(sink, fem3d, reduced1d, evaluate(sink, options or Options(), fem3d, reduced1d))[0]
+def outcome_of(
+    sink: Sink, fem3d: Result | None, reduced1d: Result | None, options: Options | None = None
+) -> Outcome[Sink]:
+    """The outcome of results, with its checks."""
+    given = {"fem3d": fem3d, "reduced1d": reduced1d}
+    results = {name: result for name, result in given.items() if result is not None}
+    outcome = Outcome(sink, options or Options(), results, plan=(step("blame", "by the ladder"),))
+    outcome.checks = KINDS["sink"].checks(outcome)
+    return outcome
+
+
+def told(sink: Sink, fem3d: Result | None, reduced1d: Result | None, options: Options | None = None) -> str:
+    return KINDS["sink"].answer(outcome_of(sink, fem3d, reduced1d, options), Progress())
 
 
 def bent(case: Case, peak: float = 1.0, end: float = 1.0, bump: float = 0.0) -> Result:
@@ -40,10 +52,11 @@ def bent(case: Case, peak: float = 1.0, end: float = 1.0, bump: float = 0.0) -> 
 
 def test_what_agrees_is_bounded_and_nobody_is_blamed(case: Case) -> None:
     one = bent(case)
-    found, reason = answered(case.sink, case.fem3d, one, evaluate(case.sink, Options(), case.fem3d, one))
+    outcome = outcome_of(case.sink, case.fem3d, one)
+    found = KINDS["sink"].answer(outcome, Progress())
     assert found.startswith("The paper's 1D model is within 0.011 % of 3D at the peak and the ends")
     assert "blame" not in found
-    assert reason == "the 1D model differs nowhere beyond its tolerances"
+    assert outcome.plan[0].reason == "the 1D model differs nowhere beyond its tolerances"
 
 
 @pytest.mark.parametrize(("peak", "end", "said"), [
@@ -74,16 +87,15 @@ def test_on_the_way_is_told_apart_from_the_steady_state(case: Case) -> None:
 
 
 def test_one_model_alone(case: Case) -> None:
-    assert "nothing was compared" in answered(case.sink, None, case.reduced1d, ())[0]
-    three = answered(case.sink, case.fem3d, None, ())[0]
+    assert "nothing was compared" in told(case.sink, None, case.reduced1d, Options(only="1d"))
+    three = told(case.sink, case.fem3d, None, Options(only="3d"))
     assert "20." in three
     assert "no 1D model was run" in three
 
 
 def test_nothing_heated(case: Case) -> None:
     cold = case.change(peak_rise_K=0.0, end_rise_K=0.0)
-    found, _ = answered(case.sink, cold.fem3d, case.reduced1d, ())
-    assert found.startswith("Nothing is heated")
+    assert told(case.sink, cold.fem3d, case.reduced1d, Options(steady=True)).startswith("Nothing is heated")
 
 
 BLAMED = {

@@ -8,21 +8,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from compare.against import largest_distance
-from compare.checks import DEFINITIONS, evaluate
-from compare.made import made_checks, skipped_checks
+from compare.course import overshoot
+from compare.kinds import KINDS
 from compare.options import Options
+from compare.sink_checks import CHECKS
 from compare.verdict import Check, contradicts, expected, judge, relative, spread
 from scenes.checks import DEFAULT_TOLERANCES, ISLAND_TOLERANCES
 from scenes.result import Estimate, Result, Traces
 from scenes.sink import Sink
-from tests.conftest import RESISTANCE, Case, stand_in
+from tests.conftest import RESISTANCE, Case, judged, stand_in
 
 PRINTED = 50e-6 / (130 * 150e-6 * 2e-6) + 2e-6 / (1.38 * 50e-6 * 50e-6)
 
 
 def checks_of(case: Case) -> dict[str, Check]:
-    return {c.id: c for c in evaluate(case.sink, Options(), case.fem3d, case.reduced1d)}
+    return judged(case.sink, case.fem3d, case.reduced1d)
 
 
 def value(case: Case, key: str) -> float:
@@ -30,7 +30,7 @@ def value(case: Case, key: str) -> float:
 
 
 def test_definitions_cover_the_contract() -> None:
-    assert tuple(DEFINITIONS) == (*DEFAULT_TOLERANCES, *ISLAND_TOLERANCES)
+    assert tuple(CHECKS) == (*DEFAULT_TOLERANCES, *ISLAND_TOLERANCES)
 
 
 def test_equations_by_hand(case: Case) -> None:
@@ -126,18 +126,19 @@ def test_largest_distance_over_time(name: str, key: str, steady: str, case: Case
         assert found.u_num >= case.fem3d.traces.errors[key] / abs(final)
 
 
-def test_at_ten_microseconds_too_and_between_two_times() -> None:
+def test_a_maximum_between_two_times_is_bounded() -> None:
     """Of a parabola whose top lies between the times the bound reaches it."""
-    time = np.array([0.0, 8e-6, 12e-6, 1.0])
-    flat, off = Traces(time, {"peak_K": np.zeros(4)}, {}), {"peak_K": np.array([0.0, 4.0, 2.0, 0.0])}
-    found = largest_distance(Traces(time, off, {}), flat, "peak_K")
-    assert (found.time, found.distance) == (1e-5, pytest.approx(3.0))
+    time = np.array([1e-5, 1e-3, 2e-3, 3e-3])
+    off = 3 - ((time - 1.7e-3) / 1e-3) ** 2
+    i = int(off.argmax())
+    assert off[i] + overshoot(time, off, i) == pytest.approx(3.0, rel=1e-12)
+
+
+def test_traces_at_other_times_are_an_error(case: Case) -> None:
+    traces = case.reduced1d.over_time
+    late = replace(traces, time=traces.time[1:], values={name: v[1:] for name, v in traces.values.items()})
     with pytest.raises(ValueError, match="same times"):
-        largest_distance(Traces(time[1:], off, {}), flat, "peak_K")
-    time = np.array([0.0, 1e-5, 1e-3, 2e-3, 3e-3])
-    off = {"peak_K": 3 - ((time - 1.7e-3) / 1e-3) ** 2}
-    found = largest_distance(Traces(time, off, {}), Traces(time, {"peak_K": 0 * time}, {}), "peak_K")
-    assert found.distance + found.beyond == pytest.approx(3.0, rel=1e-12)
+        judged(case.sink, case.fem3d, replace(case.reduced1d, traces=late))
 
 
 def test_current_that_does_not_change() -> None:
@@ -171,12 +172,11 @@ def test_large_errors_leave_a_check_unresolved(case: Case) -> None:
     (Options(only="1d"), set(DEFAULT_TOLERANCES)),
 ])  # fmt: skip
 def test_which_checks_a_run_makes(request_: Options, missing: set[str], case: Case) -> None:
-    assert set(skipped_checks(case.sink, request_)) == missing
-    assert set(made_checks(case.sink, request_)) == set(DEFAULT_TOLERANCES) - missing
+    assert set(KINDS["sink"].skipped(case.sink, request_)) == missing
+    assert set(KINDS["sink"].made(case.sink, request_)) == set(DEFAULT_TOLERANCES) - missing
     if "fem3d" in request_.models:
         reduced1d = case.reduced1d if "reduced1d" in request_.models else None
-        ids = {c.id for c in evaluate(case.sink, request_, case.fem3d, reduced1d)}
-        assert ids == set(DEFAULT_TOLERANCES) - missing
+        assert judged(case.sink, case.fem3d, reduced1d, request_).keys() == set(DEFAULT_TOLERANCES) - missing
 
 
 def test_reference_temperature_other_than_room() -> None:
@@ -185,7 +185,7 @@ def test_reference_temperature_other_than_room() -> None:
     sink = replace(Sink(), silicon=silicon)
     fem3d = stand_in(sink)
     assert fem3d.traces is not None
-    found = {c.id: c for c in evaluate(sink, Options(steady=True, only="3d"), fem3d, None)}
+    found = judged(sink, fem3d, None, Options(steady=True, only="3d"))
     assert abs(found["eq12"].difference) < 1e-4
 
 

@@ -6,7 +6,6 @@ from functools import cache
 import numpy as np
 import pytest
 
-from compare.checks import evaluate
 from compare.options import Options
 from fem3d.runs import sink as sink_run
 from reduced1d import ladder
@@ -14,6 +13,7 @@ from reduced1d.sink import lump
 from scenes.errors import RunawayError
 from scenes.loading import distinguishes, load
 from scenes.sink import Sink
+from tests.conftest import judged
 
 STEADY = Options(steady=True)
 
@@ -106,7 +106,7 @@ def test_over_time_the_checks_follow():
     sink = Sink(current=3.3e-3)
     found = sink_run.solve(sink)
     reduction = ladder.solve(sink, times=found.traces.time)
-    checks = {c.id: c for c in evaluate(sink, Options(), found, reduction)}
+    checks = judged(sink, found, reduction)
     assert "fig7_current" not in checks
     assert {"eq12", "eq13", "fig4", "fig6_peak", "energy"} <= set(checks)
     assert checks["eq12"].verdict == checks["energy"].verdict == "agrees"
@@ -116,8 +116,7 @@ def test_over_time_the_checks_follow():
     series = Sink(series_resistance=100.0)
     found = sink_run.solve(series)
     assert found.traces.values["current_A"][0] == pytest.approx(1 / (300.0 + 100.0), rel=1e-6)
-    ids = [c.id for c in evaluate(series, Options(), found, ladder.solve(series, times=found.traces.time))]
-    assert "fig7_current" in ids
+    assert "fig7_current" in judged(series, found, ladder.solve(series, times=found.traces.time))
 
 
 def test_keys_and_names():

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from compare.made import made_checks
+from compare.kinds import KINDS
 from compare.options import Options
 from compare.pipeline import solve as answer
 from reduced1d import ladder
@@ -29,11 +29,11 @@ def test_law_is_charged_to_step_from_plate_to_3d():
     assert "properties at room temperature" in outcome.answer
     # The paper's equations are as they are, and every check of them is made.
     assert outcome.reduced1d.steady == ladder.solve(SINK.plain, "paper", steady_only=True).steady
-    made = made_checks(SINK, Options(steady=True))
+    made = KINDS["sink"].made(SINK, Options(steady=True))
     assert [check.id for check in outcome.checks] == list(made)
     assert {"fig4", "eq16"} <= set(made)
     (eq16,) = [check for check in outcome.checks if check.id == "eq16"]
-    assert "of what it does at room temperature" in eq16.because
+    assert "of its value at room temperature" in eq16.because
 
 
 @pytest.mark.parametrize("name", ["fin-massless", "fin", "plate", "moments:3"])

@@ -16,7 +16,6 @@ from typing import Any
 import pytest
 
 import compare
-from compare.checks import evaluate
 from compare.kinds import KINDS
 from compare.options import Options
 from compare.verdict import Check
@@ -24,6 +23,7 @@ from scenes.checks import DEFAULT_TOLERANCES
 from scenes.errors import NumericsError
 from scenes.loading import load
 from scenes.validity import cause
+from tests.conftest import judged
 from validate.cli import main
 
 SINKS = {
@@ -67,8 +67,7 @@ def test_each_check_can_come_out_either_way() -> None:
     sink = load("sink", [f"run.accuracy={COARSE}"])
     found = KINDS["sink"].compare(sink, Options(steady=True, only="3d")).solved
     lossy = replace(found, details={**found.details, "energy_imbalance": 2e-8})
-    verdicts = {check.id: check.verdict for check in evaluate(sink, Options(only="3d"), lossy, None)}
-    assert verdicts["energy"] == "differs"
+    assert judged(sink, lossy, None, Options(only="3d", steady=True))["energy"].verdict == "differs"
 
 
 def test_another_sink_s_solution_is_caught() -> None:
@@ -76,8 +75,7 @@ def test_another_sink_s_solution_is_caught() -> None:
     sink = load("sink", [f"run.accuracy={COARSE}"])
     own, other = (KINDS["sink"].compare(s, Options(figures=False)) for s in (sink, replace(sink, oxide_thickness=1e-6)))
     assert own.reduced1d is not None
-    steady = Options(steady=True)
-    found = {check.id: check for check in evaluate(sink, steady, other.solved, own.reduced1d)}
+    found = judged(sink, other.solved, own.reduced1d, Options(steady=True))
     right = {check.id: check for check in own.checks}
     moved = {name for name, check in found.items() if abs(check.difference - right[name].difference) > 2 * check.u_num}
     assert {"eq14", "eq18", "fig4"} <= moved

@@ -128,7 +128,7 @@ def checked(
 ) -> str:
     """The check that was asked for; SceneError for one that there isn't, that is none of the ``reduction``, or that no
     design of the sweep has, whose ``varied`` keys are these."""
-    from compare.made import checks_of, skipped_checks
+    from compare.kinds import kind_of
     from compare.verdict import PAPERS
     from scenes.checks import DEFAULT_TOLERANCES, ISLAND_TOLERANCES, OF_THE_PAPER, OF_THE_REDUCTION
 
@@ -150,18 +150,20 @@ def checked(
     keys = {key for joined in varied for key in joined.split("+")}
     refuse_unused(base.set | keys, replace(scene, current=1.0) if "drive.current" in keys else scene)
     check = given or "fig4"
-    if check not in checks_of(scene) and "sink.spans" not in varied:
+    kind = kind_of(scene)
+    here = kind.definitions(scene, Options(steady=steady))
+    if check not in here and "sink.spans" not in varied:
         allowed = "several spans, as sink.spans=3" if scene.spans == 1 else "a single span"
         raise SceneError(
             f"there is no check {quoted(check)} here: it is one of {allowed}, and sink.spans = {scene.spans}"
         )
     if check in OF_THE_PAPER and reduction not in PAPERS:
-        allowed = ", ".join(name for name in checks_of(scene) if name in OF_THE_REDUCTION)
+        allowed = ", ".join(name for name in here if name in OF_THE_REDUCTION)
         raise SceneError(
             f"{quoted(check)} is an equation of the paper's, which {reduction} makes no use of: give {allowed}, or "
             "--reduction paper"
         )
-    skipped = skipped_checks(scene, Options(steady=steady))
+    skipped = kind.skipped(scene, Options(steady=steady))
     if check in skipped:
         raise SceneError(f"there is no check {quoted(check)} here: {skipped[check]}")
     return check
@@ -268,7 +270,8 @@ def too_hot(excess: float, material: str) -> dict[str, Any]:
 
 def _of_another(sink: Sink, options: Options, fem3d: Result, levels: Levels) -> tuple[tuple[Check, ...], Result | None]:
     """The checks of another reduction against the same 3D result; none where it has no answer."""
-    from compare.checks import evaluate
+    from compare.kinds import kind_of
+    from compare.outcome import Outcome
     from reduced1d.ladder import solve as solve_1d
     from scenes.checks import OF_THE_REDUCTION
 
@@ -277,7 +280,8 @@ def _of_another(sink: Sink, options: Options, fem3d: Result, levels: Levels) -> 
         result = solve_1d(sink, options.reduction, steady_only=options.steady, times=times, levels=levels)
     except RunawayError:
         return (), None
-    return tuple(c for c in evaluate(sink, options, fem3d, result) if c.id in OF_THE_REDUCTION), result
+    checks = kind_of(sink).checks(Outcome(sink, options, {"fem3d": fem3d, "reduced1d": result}))
+    return tuple(check for check in checks if check.id in OF_THE_REDUCTION), result
 
 
 def _parts(sink: Sink, scope: Scope, fem3d: Result, levels: Levels) -> dict[str, float] | None:

@@ -11,9 +11,9 @@ import pytest
 
 import compare
 from compare import pipeline
+from compare.course import bends
 from compare.models import open_model, runs_code
 from compare.options import Options
-from compare.probes import bends
 from scenes.errors import RunawayError, SceneError
 from scenes.model import MeshScene
 from validate.cli import main

@@ -17,8 +17,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
+from compare.kinds.device import DEVICE_FIGURES as FIGURES
 from compare.kinds.device import DeviceKind
-from compare.made import DEVICE_FIGURES as FIGURES
 from compare.options import Options
 from compare.report.table import Style, Table
 from scenes.checks import DEVICE_TOLERANCES

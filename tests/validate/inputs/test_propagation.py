@@ -13,10 +13,9 @@ import compare
 from compare.analyses import uncertainty
 from compare.analyses.sensitivities import PREFIX
 from compare.analyses.uncertainty import Propagated
-from compare.sink_checks import fig5, misfit_weights
+from compare.sink_checks import Models, fig5, misfit_weights
 from compare.slopes import Slopes, sink_3d
 from compare.testing import assert_reduction_agrees
-from compare.verdict import Models
 from fem3d.runs import sink as sink_run
 from reduced1d.sink import solve
 from scenes.result import Estimate, Result
@@ -181,7 +180,7 @@ def test_the_profile_is_followed() -> None:
     sink, step = Sink(convection_coefficient=2e4, accuracy=1e-3), 0.02
 
     def at(other: Sink) -> float:
-        return fig5(Models(other, sink_run.solve(other, transient=False), None)).difference
+        return fig5(Models(other, sink_run.solve(other, transient=False))).difference
 
     solved = sink_run.solve(sink, transient=False)
     found = sink_3d(sink, solved, weights=misfit_weights(sink, solved)).profile

@@ -16,8 +16,7 @@ from compare.blame import Budget, Part, Split
 from compare.options import Options
 from compare.outcome import Outcome
 from compare.report.table import Style
-from compare.sink_checks import profile
-from compare.verdict import Models
+from compare.sink_checks import Models, profile
 from fem3d.runs.sink import solve
 from scenes.loading import load, load_free
 from scenes.model import Scene

@@ -42,7 +42,6 @@ def why(outcome: Outcome[Sink]) -> Figure:
     of the final rise (or the current's change), against time; the bar beside it is the steady state, with its
     numerical error. The black line is the whole difference."""
     from compare.analyses.why import named
-    from compare.blame import of_current
 
     budget, sink = outcome.analyses["why"], outcome.scene
     assert budget is not None
@@ -73,7 +72,7 @@ def why(outcome: Outcome[Sink]) -> Figure:
             bar.tick_params(labelleft=False)
         first.set_title(f"{split.quantity}", fontsize=10)
         if i == 0:
-            first.set_ylabel(f"reduction less 3D (% of the final\nrise, or of the {of_current(sink)})")
+            first.set_ylabel(f"reduction less 3D (% of the final\nrise, or of the {budget.steady[-1].whole})")
     seen, names = seen_parts(budget), [part.blame for part in budget.steady[0].parts]
     handles: list[Any] = [Patch(color=PARTS[n % len(PARTS)], label=names[n]) for n in seen]
     handles += [Line2D([], [], color=INK, lw=1.4, label="in all")] * over_time

@@ -13,8 +13,8 @@ from string import Template
 from typing import Any
 
 from compare.kinds import kind_of
+from compare.kinds.device import DEVICE_FIGURES
 from compare.kinds.sink import ROW_FIGURES
-from compare.made import DEVICE_FIGURES
 from compare.outcome import Outcome
 from compare.pipeline import sections
 from compare.report.checks import NAMES as DEVICE

@@ -1,0 +1,107 @@
+"""The answer of a run in a sentence: how far a 1D model is from 3D, where, and why."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from compare.verdict import Check, Verdict
+from scenes.formats import difference_text, percent, quantity
+
+MORE = 1.1
+"""A difference over time larger than this many times the steady one has a cause of its own."""
+SHOWN = 3
+"""Quantities that a sentence has room for."""
+
+
+@dataclass(frozen=True)
+class Claim:
+    """The relative difference of a quantity, 1D less 3D, with its error bound.
+
+    ``where`` is the quantity in a sentence; ``time`` (s) is that of the largest difference, None in the steady state;
+    ``remark`` says more about it.
+    """
+
+    where: str
+    difference: float
+    u_num: float
+    verdict: Verdict
+    time: float | None = None
+    remark: str = ""
+
+    @property
+    def most(self) -> float:
+        """A bound of its size."""
+        return abs(self.difference) + self.u_num
+
+
+def claim(check: Check, where: str, remark: str = "") -> Claim:
+    """Return the claim of a check."""
+    return Claim(where, check.difference, check.u_num, check.verdict, check.time, remark)
+
+
+def answer(who: str, claims: Sequence[Claim], why: Callable[[Sequence[Claim]], str] = lambda _: "") -> str:
+    """Return the sentences about a model ``who``; ``why`` names the causes of some claims."""
+    steady, course = ([each for each in claims if (each.time is None) is at_rest] for at_rest in (True, False))
+    far = [each for each in course if each.verdict != "agrees" and not _again(each, steady)]
+    said = [f"{who} is {_list(steady, '')} in the steady state{why(steady)}"] if steady else []
+    if far:
+        start = "On the way it is" if steady else f"{who} is"
+        said.append(f"{start} up to {_list(far, ', relative to the final rise' * bool(steady))}{why(far)}")
+    elif course and all(each.verdict == "agrees" for each in claims):
+        most, before = (max((each.most for each in some), default=0.0) for some in (course, steady))
+        near = "no farther" if most <= before else f"within {bound(most)} of {'the final rise' if steady else '3D'}"
+        said = [f"{said[0]}, and {near} on the way" if steady else f"{who} is {near} at {_places(course)} over time"]
+    return f"{'. '.join(said)}."
+
+
+def _places(claims: Sequence[Claim]) -> str:
+    return " and ".join(each.where for each in claims) if len(claims) <= SHOWN else f"{len(claims)} quantities"
+
+
+def _again(each: Claim, steady: Sequence[Claim]) -> bool:
+    """Whether a difference over time repeats the steady one."""
+    rest = next((other for other in steady if other.where == each.where), None)
+    if rest is None or each.difference * rest.difference < 0:
+        return False
+    return abs(each.difference) <= MORE * abs(rest.difference) + each.u_num + rest.u_num
+
+
+def _list(claims: Sequence[Claim], ending: str) -> str:
+    """Up to three claims, the largest first where there are more, and the bound of the rest."""
+    agree = [each for each in claims if each.verdict == "agrees"]
+    if len(agree) == len(claims) and (len(claims) > 2 or all(abs(each.difference) <= each.u_num for each in claims)):
+        return f"within {bound(max(each.most for each in claims))} of 3D at {_places(claims)}"
+    shown = list(claims)
+    if len(claims) > 2:
+        shown = sorted((each for each in claims if each not in agree), key=lambda each: -abs(each.difference))[:SHOWN]
+    said = " and ".join(f"{_off(each)} at {each.where}{_when(each)}" for each in shown) + ending
+    said += next((f": {each.remark}" for each in shown if each.remark), "")
+    rest = [each for each in claims if each not in shown]
+    near = [each.most for each in rest if each in agree]
+    said += f", {len(rest) - len(near)} more differ" * (len(near) < len(rest))
+    return said + (f", the rest within {bound(max(near))}" if near else "")
+
+
+def _when(each: Claim) -> str:
+    return "" if each.time is None else f" (at {quantity(each.time, 's', 3)})"
+
+
+def _off(each: Claim) -> str:
+    """ "6.6 % low"; with its error where that matters; as a bound where it has no sign."""
+    if abs(each.difference) <= each.u_num:
+        limit = ", all that 3D is known to," if each.verdict == "unresolved" else ""
+        return f"within {bound(each.most)}{limit} of 3D"
+    size = percent(abs(each.difference))
+    if 10 * each.u_num > abs(each.difference):
+        size = difference_text(abs(each.difference), each.u_num, "give or take").removeprefix("+")
+    return f"{size} {'low' if each.difference < 0 else 'high'}"
+
+
+def bound(ratio: float) -> str:
+    """Return a ratio in percent, rounded up to two digits."""
+    if not 0 < ratio < math.inf:
+        return percent(ratio)
+    step = 10.0 ** (math.floor(math.log10(ratio)) - 1)
+    return percent(math.ceil(ratio / step - 1e-9) * step)
