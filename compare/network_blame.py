@@ -17,8 +17,7 @@ from compare.blame import Budget, Stage, sentence, split
 from fem3d.runs.observed import observe
 from reduced1d.network.lines import layout
 from reduced1d.network.places import Place, places
-from reduced1d.network.solution import of_layout
-from scenes import physics
+from reduced1d.network.solution import solve_layout
 from scenes.model import UNITS, AnyScene, Probe, Scene
 from scenes.result import Estimate, Result
 
@@ -37,9 +36,9 @@ def blame(given: AnyScene, fem3d: Result, network: Result) -> Budget:
     of_boxes: Any = given
     scene: Scene = replace(of_boxes, steady=True, output_times=())
     shape = layout(scene)
-    joints = places(shape, bool(shape.electrodes) and physics.electric(scene))
+    joints = places(shape)
     probed = replace(shape.scene, probes=(*shape.scene.probes, *_probes(joints)))
-    by_hand = {name: estimate.value for name, estimate in of_layout(replace(shape, scene=probed)).steady.items()}
+    by_hand = {name: estimate.value for name, estimate in solve_layout(replace(shape, scene=probed)).steady.items()}
     flows = {kind: max([abs(by_hand[p.flow.name]) for p in joints if p.flow.quantity == kind], default=0.0)
              for kind in ("heat_flow", "current")}  # fmt: skip
     joints = [p for p in joints if abs(by_hand[p.flow.name]) > LEAST * flows[p.flow.quantity]]
@@ -54,7 +53,7 @@ def blame(given: AnyScene, fem3d: Result, network: Result) -> Budget:
     results, measured, stages = [network.steady], list[tuple[tuple[str, int], float]](), []
     for place, resistance, change in _changes(scene, bounded, values_3d, by_hand):
         measured.append((place.key, resistance))
-        results.append(of_layout(replace(shape, measured=tuple(measured))).steady)
+        results.append(solve_layout(replace(shape, measured=tuple(measured))).steady)
         unsure = _uncertainty(place, resistance, change, in_3d)
         stages.append(Stage(place.called, f"the joint {place.called}, by 3D's resistance in its place", unsure))
     stages.append(Stage(REST, f"{REST}, after all joints"))

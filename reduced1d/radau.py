@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import lru_cache
+from itertools import pairwise
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -79,39 +80,43 @@ def interpolate(steps: Sequence[Step], times: np.ndarray) -> np.ndarray:
     return states
 
 
-def advance(
-    problem: Problem, v: np.ndarray, start: float, stop: float, points: int, settled: float, shortest: float,
+def march(
+    problem: Problem, v: np.ndarray, marks: Sequence[float], points: int, settled: float, end: float,
     steps: list[Step],
 ) -> np.ndarray:  # fmt: skip
-    """Integrate from ``start`` to ``stop`` (s), in as many halves as needed.
+    """Integrate from mark to mark (s), in as many halves as needed.
 
     Parameters
     ----------
     v : (n,) array
-        The state at the start.
+        The state at the first mark.
     points : int
         Radau's points of a step.
     settled : float
         Change, relative to the largest value, that ends the sweeps.
-    shortest : float
-        The shortest step (s).
+    end : float
+        End of the run (s).
     steps : list
         Takes the steps.
 
     Raises
     ------
     ShortStepError
-        Where a step has to be shorter.
+        Where a step has to be shorter than 1e-10 of the run.
     """
-    values = _step(problem, v, start, stop, points, settled)
-    if values is not None:
-        steps.append(Step(start, stop, values))
-        return values[:, -1]
-    if stop - start < shortest:
-        raise ShortStepError(start)
-    middle = (start + stop) / 2
-    v = advance(problem, v, start, middle, points, settled, shortest, steps)
-    return advance(problem, v, middle, stop, points, settled, shortest, steps)
+    pairs = list(pairwise(marks))[::-1]
+    while pairs:
+        start, stop = pairs.pop()
+        values = _step(problem, v, start, stop, points, settled)
+        if values is not None:
+            steps.append(Step(start, stop, values))
+            v = values[:, -1]
+            continue
+        if stop - start < 1e-10 * end:
+            raise ShortStepError(start)
+        middle = (start + stop) / 2
+        pairs += [(middle, stop), (start, middle)]
+    return v
 
 
 def _step(problem: Problem, v: np.ndarray, start: float, stop: float, points: int, settled: float) -> np.ndarray | None:

@@ -8,7 +8,6 @@ from compare.report.table import Row, Section, Style, Table
 from reduced1d.network.lines import layout
 from reduced1d.network.table import Row as Entry
 from reduced1d.network.table import table
-from scenes import physics
 from scenes.formats import quantity
 from scenes.model import AnyScene
 
@@ -18,7 +17,7 @@ MOST = 30
 
 def entries(scene: AnyScene) -> dict[str, list[Entry]]:
     """Lines, joints and conditions with formulas and values in SI units, as summary.json has them."""
-    return table(layout(scene), physics.electric(scene))
+    return table(layout(scene))
 
 
 def section(scene: AnyScene, style: Style) -> Section:

@@ -24,7 +24,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -32,7 +31,7 @@ import scipy.linalg
 
 from reduced1d.line import modes
 from reduced1d.lumped import increasing_root, no_steady_state
-from reduced1d.radau import ShortStepError, Step, advance, interpolate
+from reduced1d.radau import ShortStepError, Step, interpolate, march
 from reduced1d.sink import time_grid
 from scenes.checks import FIRST_TIME
 from scenes.errors import RunawayError
@@ -48,7 +47,6 @@ GROWTH, COARSE_GROWTH = 2.0, 2.8
 """Factors from one time step to the next, in the run and in the coarser one that estimates its error."""
 SETTLED = 1e-11  # The iteration within a step ends with a change below this part of the largest value.
 _FIRST = 1e-4  # The first time step, as a part of the end time.
-_SHORTEST = 1e-10  # A run that needs a step below this part of the end time has run away.
 
 
 @dataclass(frozen=True, eq=False)
@@ -201,17 +199,17 @@ def trajectory(model: FewStates, times: np.ndarray, growth: float = 2.0) -> tupl
     Raises RunawayError where the feedback outruns every step.
     """
     end = float(times[-1]) if len(times) else 0.0
-    steps, state = list[Step](), np.zeros(model.states)
+    steps = list[Step]()
     if end > 0:
         first = min(float(times[times > 0][0]), _FIRST * end)
         count = max(int(np.ceil(np.log(end / first) / np.log(growth))), 1)
-        for start, stop in pairwise([0.0, *end * growth ** np.arange(-count, 1.0)]):
-            try:
-                state = advance(_OverTime(model), state, start, stop, POINTS, SETTLED, _SHORTEST * end, steps)
-            except ShortStepError as error:
-                at = f"at {model.drive.value:g} {model.drive.unit}"
-                said = f"{at} the heating runs away after {error.start:.3g} s (thermal runaway)"
-                raise RunawayError(said, largest_drive(model)) from None
+        marks = [0.0, *end * growth ** np.arange(-count, 1.0)]
+        try:
+            march(_OverTime(model), np.zeros(model.states), marks, POINTS, SETTLED, end, steps)
+        except ShortStepError as error:
+            at = f"at {model.drive.value:g} {model.drive.unit}"
+            text = f"{at} the heating runs away after {error.start:.3g} s (thermal runaway)"
+            raise RunawayError(text, largest_drive(model)) from None
     states = interpolate(steps, times).T if steps else np.zeros((len(times), model.states))
     return states, model.drive.through(resistance_at(model, states))
 

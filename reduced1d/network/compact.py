@@ -14,12 +14,11 @@ from typing import Any
 
 import numpy as np
 
-from reduced1d.network.circuit import Circuit, factor
-from reduced1d.network.flows import EVERYWHERE, Flows
+from reduced1d.network.circuit import factor
 from reduced1d.network.lines import Layout, layout
 from reduced1d.network.model import Model
 from reduced1d.network.readings import Reader
-from reduced1d.network.solution import EARLY, measures, of_layout, refined, spread
+from reduced1d.network.solution import EARLY, magnitudes, refined, solve_layout
 from reduced1d.network.steady import steady
 from scenes import physics
 from scenes.errors import SceneError
@@ -28,13 +27,8 @@ from statespace.channels import OWN, UNITS, Channel, channels, scenarios
 from statespace.document import Matrices, Port, in_kelvin, scene_document
 from statespace.reduction import Reference, reduce
 
-MOST_STATES = 48
-RATES, APART, INSTANTS = 12, 1e-7, 40
-"""Number of rates (1/s) at which responses are taken; patterns and fields with a relative singular value below the
-second are dropped; number of times at which the model is compared."""
-FEEDBACK = 4
-"""How many times heating that follows the temperature is followed by its own response; each time shrinks what is left
-by the feedback's share."""
+APART = 1e-7  # Patterns and fields with a smaller relative singular value are dropped.
+INSTANTS = 40  # Number of times at which the model is compared.
 
 
 def compact(
@@ -49,48 +43,51 @@ def compact(
         raise SceneError('a network\'s compact model has no extremes: give its probes reduce = "mean", or points')
     if not physics.heat(scene):
         raise SceneError("a network is exported with its heat, and nothing thermal is asked for: add a temperature")
-    end = scene.end_time
-    model = refined(shape, 0)[1] if scene.steady else refined(shape, 0, 0.1 * EARLY * end)[1]
+    model = refined(shape, 0)[1] if scene.steady else refined(shape, 0, 0.1 * EARLY * scene.end_time)[1]
     references, inputs = dict[str, list[Reference]](), channels(scene)
     for name, other in scenarios(scene, inputs).items():
         say(f"compact model: {name}")
-        of_boxes: Any = other
-        sizes = references[OWN][0].scales if references else {}
-        references[name] = [_reference(replace(shape, scene=of_boxes), inputs, model, sizes)]
+        own = references[OWN][0].scales if references else {}
+        references[name] = [_reference(replace(shape, scene=other), inputs, own)]  # type: ignore[arg-type]
     made = _Projection(model)
-    document = reduce(made.document, min(made.most, MOST_STATES), references, accuracy, states, "the network")
+    most = min(made.fields.shape[1], 48)
+    document = reduce(made.document, most, references, accuracy, states, "the network")
     text = ["Estimated: the distance from the network of lines itself for each of these inputs, with its own error."]
     return document | {"estimated": {"runs": len(references), "text": text}}
 
 
-def _reference(shape: Layout, inputs: tuple[Channel, ...], model: Model, own: Mapping[str, float]) -> Reference:
+def _reference(shape: Layout, inputs: tuple[Channel, ...], own: Mapping[str, float]) -> Reference:
     """Solve the network of a scenario; scales are at least a hundredth of the ``own`` ones of the scene itself."""
     scene = shape.scene
     values = {c.name: c.value for c in channels(scene)}
     tables: dict[str, Any] = {c.name: values.get(c.name, 0.0) for c in inputs}
     tables = {n: (v.times, v.values) if isinstance(v, Schedule) else v for n, v in tables.items()}
     start = {p.name: scene.initial_temperature for p in scene.probes if p.quantity == "temperature"}
-    if scene.steady:
-        estimates = of_layout(shape).steady
-        times, exact = None, {n: np.array(e.value) for n, e in estimates.items()}
-        errors = {n: e.error for n, e in estimates.items()}
+    times = None if scene.steady else np.geomspace(10 * EARLY, 1, INSTANTS) * scene.end_time
+    result = solve_layout(shape, times, steady_too=False)
+    if result.traces is None:
+        exact = {n: np.array(e.value) for n, e in result.steady.items()}
+        errors = {n: e.error for n, e in result.steady.items()}
     else:
-        times = np.geomspace(10 * EARLY, 1, INSTANTS) * scene.end_time
-        traces = of_layout(shape, times, steady_too=False).over_time
-        exact, errors = traces.values, traces.errors
+        exact, errors = result.traces.values, result.traces.errors
     rises = {n: np.atleast_1d(v) - start.get(n, 0.0) for n, v in exact.items()}
-    scales = {n: max(size, 0.01 * own.get(n, 0.0)) for n, size in measures(model, rises).items()}
+    scales = {n: max(size, 0.01 * own.get(n, 0.0)) for n, size in magnitudes(shape, rises).items()}
     return Reference(tables, times, exact, errors, scales)
 
 
 class _Projection:
-    """A network on its leading fields: z = (1, inputs in their own units, states)."""
+    """A network on its leading ``fields`` (f, n): z = (1, inputs in their own units, states).
+
+    ``patterns`` (p, flows) are the independent currents, as flows of ``electric``, the reader of the current.
+    """
 
     def __init__(self, model: Model) -> None:
         assert model.heat is not None
         self.model, self.heat, self.scene = model, model.heat, model.layout.scene
         self.channels = channels(self.scene)
-        self.columns = [self._column(c) for c in self.channels]
+        names = [b.name for b in self.scene.boundaries]
+        self.columns = [model.inputs.sources[c.item] if c.kind == "heat_source" else names.index(c.item)
+                        for c in self.channels]  # fmt: skip
         free = self.heat.free
         self.K = (free.T @ model.stiffness @ free).tocsc()
         self.C = (free.T @ model.capacity @ free).tocsc()
@@ -98,73 +95,61 @@ class _Projection:
         if self.scene.steady:
             self.C, self.lifted = self.K, 0 * self.lifted
         self.entering = (free.T @ (model.entering - model.stiffness @ self.heat.fixed)).toarray()[:, self.columns]
-        self.patterns, self.flows = self._patterns()
+        measured = {q: tuple(p for p in self.scene.probes if p.quantity == q) for q in ("heat_flow", "current")}
+        self.thermal = Reader(model, False, measured["heat_flow"])
+        self.electric = Reader(model, True, measured["current"]) if model.current else None
+        self.patterns = self._patterns()
         self.pairs = [(i, j) for i in range(len(self.patterns)) for j in range(i, len(self.patterns))]
         self.fields = self._fields()
-        self.most = self.fields.shape[1]
 
-    def _column(self, channel: Channel) -> int:
-        if channel.kind == "heat_source":
-            return self.model.inputs.sources[channel.item]
-        return [b.name for b in self.scene.boundaries].index(channel.item)
-
-    def _patterns(self) -> tuple[np.ndarray, Flows | None]:
-        """(patterns, flows): the independent currents of a volt at each electrode, cold and as it is at last."""
+    def _patterns(self) -> np.ndarray:
+        """The independent currents of a volt at each electrode, cold and as it is at last."""
         model = self.model
-        if model.current is None:
-            return np.empty((0, 0)), None
-        flows = Flows(model, True, tuple(p for p in self.scene.probes if p.quantity == "current"))
-        x = model.inputs.at(np.inf)
-        states = [np.zeros(model.elements.size)]
-        if model.couples:
-            volts = x[np.array(model.inputs.electric, bool)]
-            states.append(steady(model, x, spread(volts)).rise)
-        volts = np.eye(len(x))[:, np.array(model.inputs.electric, bool)]
+        if self.electric is None:
+            return np.empty((0, 0))
+        states = [np.zeros(model.elements.size), *([steady(model).rise] if model.couples else [])]
+        volts = np.eye(len(model.inputs.values))[:, model.inputs.electric]
         currents = []
         for rise in states:
             rises = np.repeat(rise[:, None], volts.shape[1], axis=1)
-            currents.append(flows.at(rises, model.potentials(rises, volts), volts))
-        modes, sizes, _ = np.linalg.svd(np.hstack(currents), full_matrices=False)
-        return (modes[:, sizes > APART * sizes[0]] * sizes[0]).T, flows
+            currents.append(self.electric.flows(rises, model.potentials(rises, volts), volts))
+        flows = np.hstack(currents)[: -len(volts)]
+        modes, sizes, _ = np.linalg.svd(flows, full_matrices=False)
+        return np.asarray((modes[:, sizes > APART * sizes[0]] * sizes[0]).T)
 
-    @property
-    def _circuit(self) -> Circuit:
-        assert self.model.current is not None
-        return self.model.current
-
-    def _halved(self, i: int, j: int) -> tuple[np.ndarray, np.ndarray]:
-        """(h,) twice: the Joule heat of two patterns in each half, cold, and per kelvin (W)."""
-        circuit, law = self._circuit, self.model.law
-        product = self.patterns[i][circuit.branch] * self.patterns[j][circuit.branch] * circuit.size
+    def _halved(self, one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(h,) twice: the product of two flows with the resistance of each half, cold, and its change per kelvin."""
+        circuit, law = self.model.current, self.model.law
+        assert circuit is not None
+        product = one[circuit.branch] * other[circuit.branch] * circuit.size
         return product * law[0], product * law[1]
 
     def _fields(self) -> np.ndarray:
         """(f, n): fields in the order of their weight."""
-        joule = [self.heat.free.T @ (self._circuit.halves.T @ self._halved(i, j)[0]) for i, j in self.pairs]
-        loads = np.column_stack([self.entering, self.lifted, *joule])
+        free, couples, current = self.heat.free, self.model.couples, self.model.current
+        halves = (current.halves @ free).tocsr() if current else None
+        joule = [self._halved(self.patterns[i], self.patterns[j]) for i, j in self.pairs]
+        loads = np.column_stack([self.entering, self.lifted, *(halves.T @ cold for cold, _ in joule)])  # type: ignore
         loads = loads[:, np.abs(loads).max(axis=0) > 0]
-        exits = not (self.heat.components() < 0).any()
-        end = self.scene.end_time
-        rates = [0.0] * exits if self.scene.steady else [*[0.0] * exits, *np.geomspace(0.3, 3 / EARLY, RATES) / end]
+        rates = [] if self.heat.floats else [0.0]
+        if not self.scene.steady:
+            rates += (np.geomspace(0.3, 3 / EARLY, 12) / self.scene.end_time).tolist()
         snapshots = []
         for rate in rates:
             lu, right = factor(self.K + rate * self.C), loads
-            # Heating follows the temperature: the responses to the heat of responses, and so on.
-            for _ in range(1 + FEEDBACK * self.model.couples):
+            # Heating follows the temperature: the responses to the heat of responses, and so on four times, as each
+            # shrinks the remainder by the feedback's share.
+            for _ in range(5 if couples else 1):
                 responses = lu.solve(right)
                 norms = np.sqrt(np.einsum("fk,fk->k", responses, self.C @ responses))
                 responses = responses / np.where(norms > 0, norms, 1.0)
                 snapshots.append(responses)
-                right = np.hstack([self._followed(i, j, responses) for i, j in self.pairs] or [responses[:, :0]])
+                followed = (halves.T @ (warm[:, None] * (halves @ responses)) for _, warm in joule)  # type: ignore
+                right = np.hstack([responses[:, :0], *followed])
         every = np.hstack(snapshots)
         sizes, vectors = np.linalg.eigh(every.T @ (self.C @ every))
         kept = sizes > APART**2 * sizes[-1]
         return np.asarray((every @ (vectors[:, kept] / np.sqrt(sizes[kept])))[:, ::-1])
-
-    def _followed(self, i: int, j: int, fields: np.ndarray) -> np.ndarray:
-        """(f, any): the change of two patterns' Joule heat with a rise (f, any)."""
-        halves = (self._circuit.halves @ self.heat.free).tocsr()
-        return np.asarray(halves.T @ (self._halved(i, j)[1][:, None] * (halves @ fields)))
 
     def document(self, count: int) -> dict[str, Any]:
         """The model of the first fields, without its errors."""
@@ -173,85 +158,79 @@ class _Projection:
         V, inputs, m = V @ turn, len(self.channels), len(self.patterns)
         inertia = V.T @ self.lifted
         F = np.hstack([np.zeros((count, 1)), V.T @ self.entering + rates[:, None] * inertia, -np.diag(rates)])
-        fixed = self.heat.fixed.toarray()[:, self.columns]
-        whole = self.heat.free @ V
+        fixed, whole = self.heat.fixed.toarray()[:, self.columns], self.heat.free @ V
         self.rise = np.hstack([np.zeros((len(whole), 1)), fixed - whole @ inertia, whole])
+        self.given = np.zeros((len(self.model.inputs.values), self.rise.shape[1]))
+        self.given[self.columns, 1 + np.arange(inputs)] = 1.0
         z = self.rise.shape[1]
         A, Q, S = np.zeros((m, m, z)), np.zeros((len(self.pairs), count, z)), np.zeros((m, z))
         for p, (i, j) in enumerate(self.pairs):
-            cold, warm = self._halved(i, j)
-            halves = self._circuit.halves
-            by_z = warm[:, None] * (halves @ self.rise)
-            by_z[:, 0] += cold
+            cold, warm = self._halved(self.patterns[i], self.patterns[j])
+            by_z = self._along_z(cold, warm)
             A[i, j] = A[j, i] = by_z.sum(axis=0)
-            Q[p] = (self.heat.free @ V).T @ (halves.T @ by_z)
+            Q[p] = whole.T @ (self.model.current.halves.T @ by_z)  # type: ignore[union-attr]
         for i in range(m):
             S[i, 1 : 1 + inputs] = self._supplied(i)
-        outputs: dict[str, tuple[list[int], str]] = {}
-        rows, ports = list[tuple[np.ndarray, np.ndarray]](), list[Port]()
-        for probe in self.scene.probes:
-            outputs[probe.name] = [len(rows)], "mean"
-            rows.append(self._row(probe))
+        rows = [self._row(probe) for probe in self.scene.probes]
+        outputs = {probe.name: ([k], "mean") for k, probe in enumerate(self.scene.probes)}
+        ports = []
         for k, channel in enumerate(self.channels):
             row, unit, size = self._port(k, channel)
             ports.append(Port(len(rows), unit, size))
             rows.append(row)
         Y, U = np.array([y for y, _ in rows]), np.array([u for _, u in rows]).reshape(len(rows), m, z)
-        U = np.moveaxis(U, 0, 1)
         P, W = np.zeros((len(self.pairs), len(rows), z)), np.zeros((len(rows), inputs))
-        matrices = {"A": A, "S": S, "F": F, "Q": Q, "Y": Y, "W": W, "U": U, "P": P}
+        matrices = {"A": A, "S": S, "F": F, "Q": Q, "Y": Y, "W": W, "U": np.moveaxis(U, 0, 1), "P": P}
         start, scene = self.scene.initial_temperature, self.scene
         in_kelvin(matrices, [1 + k for k, c in enumerate(self.channels) if UNITS[c.kind] == "K"], start)
-        warm_rows = [outputs[p.name][0][0] for p in scene.probes if p.quantity == "temperature"]
+        warm_rows = [k for k, probe in enumerate(scene.probes) if probe.quantity == "temperature"]
         Y[[*warm_rows, *(port.row for port in ports if port.unit == "K")], 0] += start
-        made = Matrices(matrices, outputs, ports)
+        name = f"{scene.name}, the network of its boxes"
         return scene_document(
-            scene, f"{scene.name}, the network of its boxes", self.channels, made, 10 * EARLY * scene.end_time
+            scene, name, self.channels, Matrices(matrices, outputs, ports), 10 * EARLY * scene.end_time
         )
+
+    def _along_z(self, cold: np.ndarray, warm: np.ndarray) -> np.ndarray:
+        """(h, z): a cold number of each half, and its change per kelvin, as affine maps of z."""
+        by_z = warm[:, None] * (self.model.current.halves @ self.rise)  # type: ignore[union-attr]
+        by_z[:, 0] += cold
+        return np.asarray(by_z)
 
     def _supplied(self, i: int) -> np.ndarray:
         """(inputs,): the current of a pattern at each electrode (A)."""
-        circuit = self._circuit
+        circuit = self.model.current
+        assert circuit is not None
         currents = self.patterns[i][: len(circuit.extra)]
         return np.asarray((circuit.fixed.T @ (circuit.across.T @ currents) - circuit.given.T @ currents)[self.columns])
 
     def _row(self, probe: Probe) -> tuple[np.ndarray, np.ndarray]:
         """(z,) and (patterns, z): the rows of a probe, and for each pattern."""
-        model, m = self.model, len(self.patterns)
-        y, u = np.zeros(self.rise.shape[1]), np.zeros((m, self.rise.shape[1]))
-        inputs = slice(1, 1 + len(self.channels))
+        y, u = np.zeros(self.rise.shape[1]), np.zeros((len(self.patterns), self.rise.shape[1]))
         if probe.quantity == "temperature":
-            reading = Reader(model, False).reading(probe)
-            y += (reading.unknowns @ self.rise)[0]
-            y[inputs] += reading.inputs[0, self.columns]
+            unknowns, inputs = self.thermal.mean(probe)
+            y = (unknowns @ self.rise + inputs @ self.given)[0]
         elif probe.quantity == "heat_flow":
-            flows = Flows(model, False, (probe,))
-            row, given = flows.through(probe)
-            y += self._of_flows(flows, row)
-            y[inputs] += given[self.columns]
-        elif probe.quantity == "current" and self.flows is not None:
-            u[:, 0] = self.patterns @ self.flows.through(probe)[0]
-        elif m:
-            reading, circuit = Reader(model, True).reading(probe), self._circuit
+            y = self.thermal.flow(probe) @ self._heat_flows()
+        elif self.electric is None:
+            pass
+        elif probe.quantity == "current":
+            u[:, 0] = self.patterns @ self.electric.flow(probe)[: self.patterns.shape[1]]
+        else:
+            model, circuit, (unknowns, inputs) = self.model, self.electric.circuit, self.electric.mean(probe)
             # By the resistance to a current that is drawn where the potential is read.
             resistance = model.resistances(np.zeros(model.elements.size))[1]
-            row = np.asarray(reading.unknowns.todense()).ravel()
+            row = unknowns.toarray().ravel()
             inner = factor(circuit.free.T @ circuit.matrix(1 / resistance) @ circuit.free).solve(circuit.free.T @ row)
             drawn = (circuit.free_across @ inner) / resistance
-            for i in range(m):
-                product = (drawn * self.patterns[i][: len(drawn)])[circuit.branch] * circuit.size
-                u[i] = (product * model.law[1]) @ (circuit.halves @ self.rise)
-                u[i, 0] += float(product @ model.law[0])
-            lifted = drawn @ (circuit.given - circuit.across @ circuit.fixed) + row @ circuit.fixed
-            y[inputs] += np.asarray(lifted).ravel()[self.columns] + reading.inputs[0, self.columns]
+            for i, pattern in enumerate(self.patterns):
+                u[i] = self._along_z(*self._halved(drawn, pattern)).sum(axis=0)
+            lifted = drawn @ (circuit.given - circuit.across @ circuit.fixed) + row @ circuit.fixed + inputs
+            y = np.asarray(lifted).ravel() @ self.given
         return y, u
 
-    def _of_flows(self, flows: Flows, row: np.ndarray) -> np.ndarray:
-        """(z,): a row on flows of heat as one on z."""
-        rise, count = self.rise, len(self.channels)
-        x = np.zeros((len(self.model.inputs.values), rise.shape[1]))
-        x[self.columns, 1 + np.arange(count)] = 1.0
-        return np.asarray(row @ flows.at(rise, rise, x))
+    def _heat_flows(self) -> np.ndarray:
+        """(flows, z): all flows of heat as affine maps of z."""
+        return self.thermal.flows(self.rise, self.rise, self.given)
 
     def _port(self, k: int, channel: Channel) -> tuple[tuple[np.ndarray, np.ndarray], str, float]:
         """The flow that enters at an input, or the mean temperature that its heat meets, as a row; its unit; W per
@@ -263,10 +242,5 @@ class _Projection:
         if channel.kind in ("heat_flux", "heat_source"):
             load = self.heat.load[:, [self.columns[k]]].toarray().ravel()
             power = float(load[: self.model.elements.first_node[-1]].sum())
-            return (y + load / power @ self.rise, u), "K", power
-        flows = Flows(self.model, False, ())
-        row = np.zeros(flows.size)
-        for c, condition in enumerate(self.model.layout.conditions):
-            if condition.boundary == self.columns[k]:
-                row += flows._condition(c, *EVERYWHERE)[0]
-        return (y + self._of_flows(flows, row), u), "W", 1.0
+            return (load / power @ self.rise, u), "K", power
+        return (self.thermal.entering(self.columns[k]) @ self._heat_flows(), u), "W", 1.0

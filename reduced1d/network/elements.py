@@ -8,16 +8,12 @@ points.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 import scipy.sparse as sp
 
 from reduced1d.network.lines import Layout
-
-GROWTH = 2.0
-"""Ratio of neighbouring elements' lengths away from where something begins, as fields get smoother with distance."""
 
 
 class Elements:
@@ -36,33 +32,28 @@ class Elements:
         self.first = np.cumsum([0, *(len(x) - 1 for x in nodes)])
         starts = np.concatenate([f + np.arange(len(x) - 1) for f, x in zip(self.first_node, nodes, strict=False)])
         # Every line from zero on: nodes far from the origin would lose digits.
-        places = np.concatenate([x - x[0] for x in nodes])
-        mesh = MeshLine(places[None], np.stack([starts, starts + 1]))
+        mesh = MeshLine(np.concatenate([x - x[0] for x in nodes])[None], np.stack([starts, starts + 1]))
         basis = Basis(mesh, ElementLinePp(degree), intorder=2 * degree + 2)
         self.dofs = basis.element_dofs
         self.terminals = {number: int(basis.N) + k for k, number in enumerate(terminals)}
         self.size = int(basis.N) + len(terminals)
+        self.lengths = np.concatenate([np.diff(x) for x in nodes])
         self.points = basis.X.shape[1]
         self.weights = np.asarray(basis.dx).ravel()
-        count = len(starts)
-        rows = np.arange(count * self.points).reshape(count, -1)
-        shape = (count, self.points)
-        each = [field[0] for field in basis.basis]
         starts_at = np.repeat([x[0] for x in nodes], np.diff(self.first) * self.points)
         self.places = starts_at + np.asarray(basis.global_coordinates())[0].ravel()
-        self.values = self._matrix(rows, [np.broadcast_to(np.asarray(f), shape) for f in each])
-        self.slopes = self._matrix(rows, [np.broadcast_to(f.grad[0], shape) for f in each])
+        shape = (len(starts), self.points)
+        fields = [field[0] for field in basis.basis]
+        elements = np.repeat(np.arange(len(starts)), self.points)
+        self.values = self._rows(elements, [np.broadcast_to(np.asarray(f), shape) for f in fields])
+        self.slopes = self._rows(elements, [np.broadcast_to(f.grad[0], shape) for f in fields])
 
-    def _matrix(self, rows: np.ndarray, parts: list[np.ndarray]) -> sp.csr_matrix:
-        columns = [np.broadcast_to(d[:, None], rows.shape) for d in self.dofs]
-        entries = (np.concatenate([p.ravel() for p in x]) for x in (parts, [rows] * len(parts), columns))
-        data, row, column = entries
-        return sp.csr_matrix((data, (row, column)), shape=(rows.size, self.size))
-
-    @cached_property
-    def lengths(self) -> np.ndarray:
-        """(elements,) in m."""
-        return np.concatenate([np.diff(x) for x in self.nodes])
+    def _rows(self, elements: np.ndarray, functions: list[np.ndarray]) -> sp.csr_matrix:
+        """(rows, n): one row for each of the ``elements``, from the value of each of its functions."""
+        data = np.concatenate([f.ravel() for f in functions])
+        columns = np.concatenate([d[elements] for d in self.dofs])
+        rows = np.tile(np.arange(len(elements)), len(functions))
+        return sp.csr_matrix((data, (rows, columns)), shape=(len(elements), self.size))
 
     def inside(self, line: int, start: float, stop: float) -> np.ndarray:
         """The points of the quadrature between two nodes of a line (m)."""
@@ -70,13 +61,15 @@ class Elements:
         return np.arange(a * self.points, b * self.points)
 
     def mean(self, line: int, start: float, stop: float) -> sp.csr_matrix:
-        """(1, n): the mean between two nodes of a line."""
+        """(1, n): the mean between two nodes of a line; the value where they are one place."""
+        if start == stop:
+            return self.at([line], np.array([start]))[0]
         q = self.inside(line, start, stop)
         return sp.csr_matrix(self.weights[None, q] / self.weights[q].sum()) @ self.values[q]
 
-    def terminal(self, number: int) -> sp.csr_matrix:
-        """(1, n): the potential of an electrode."""
-        return sp.csr_matrix(([1.0], ([0], [self.terminals[number]])), shape=(1, self.size))
+    def unit(self, unknown: int) -> sp.csr_matrix:
+        """(1, n): one of the unknowns."""
+        return sp.csr_matrix(([1.0], ([0], [unknown])), shape=(1, self.size))
 
     def end(self, line: int, end: int) -> int:
         """The number of the unknown that is the value at a line's end (0 or 1)."""
@@ -86,28 +79,24 @@ class Elements:
         """(places, n) twice: values and slopes at places (m), each along one of the lines."""
         from skfem import ElementLinePp
 
-        shapes, inner = ElementLinePp(self.degree), np.empty(len(places), int)
-        nodes = [self.nodes[i] for i in lines]
-        for k, (x, place) in enumerate(zip(nodes, places.tolist(), strict=True)):
-            inner[k] = min(max(int(np.searchsorted(x, place, side="right")) - 1, 0), len(x) - 2)
+        shapes, nodes = ElementLinePp(self.degree), [self.nodes[i] for i in lines]
+        inner = np.array([min(max(int(np.searchsorted(x, place, side="right")) - 1, 0), len(x) - 2)
+                          for x, place in zip(nodes, places.tolist(), strict=True)], int)  # fmt: skip
         element = self.first[np.asarray(lines)] + inner
-        lengths = self.lengths[element]
-        local = (places - np.array([x[k] for x, k in zip(nodes, inner.tolist(), strict=True)])) / lengths
+        local = (places - [x[k] for x, k in zip(nodes, inner.tolist(), strict=True)]) / self.lengths[element]
         each = [shapes.lbasis(local[None], i) for i in range(len(self.dofs))]
-        rows = np.tile(np.arange(len(places)), len(each))
-        columns = np.concatenate([d[element] for d in self.dofs])
-        data = np.concatenate([f[0] for f in each]), np.concatenate([f[1][0] / lengths for f in each])
-        shape = (len(places), self.size)
-        values, slopes = (sp.csr_matrix((d, (rows, columns)), shape=shape) for d in data)
-        return values, slopes
+        return (
+            self._rows(element, [value for value, _ in each]),
+            self._rows(element, [slope[0] / self.lengths[element] for _, slope in each]),
+        )
 
 
-def nodes_of(layout: Layout, shortest: Sequence[float]) -> list[np.ndarray]:
+def graded_nodes(layout: Layout, shortest: Sequence[float]) -> list[np.ndarray]:
     """The nodes of each line (m): where something begins or ends on it or on a line that it exchanges heat with point
     by point, and between these, at distances that grow from the ``shortest`` of each line."""
     count = len(layout.lines)
-    pairs = [(j.one.line, j.other.line) for j in (*layout.joints, *layout.wires) if j.kind == "along"]
-    groups = joined(count, pairs)
+    groups = joined(count, [(link.one.line, link.other.line) for link in (*layout.heat, *layout.current)
+                            if link.kind == "along" and link.other])  # fmt: skip
     by_line: list[np.ndarray] = [np.empty(0)] * count
     for group in range(groups.max() + 1):
         lines = np.flatnonzero(groups == group).tolist()
@@ -120,20 +109,21 @@ def nodes_of(layout: Layout, shortest: Sequence[float]) -> list[np.ndarray]:
 
 
 def graded(places: Sequence[float], shortest: float) -> np.ndarray:
-    """Nodes at some places (m, ascending) and between them, at distances that grow from ``shortest`` away from each."""
+    """Nodes at some places (m, ascending) and between them, at distances that double from ``shortest`` on away from
+    each, as fields get smoother."""
     pieces = [np.asarray(places)]
     for a, b in pairwise(places):
-        length = b - a
-        # From each of both ends the distances shortest (1 + G + G^2 ...), up to the middle.
-        steps = int(np.ceil(np.log1p((GROWTH - 1) * length / 2 / shortest) / np.log(GROWTH)))
-        if steps < 1 or shortest > length / 2:
+        # From both ends the distances shortest (1 + 2 + 4 ...), up to the middle.
+        half = (b - a) / 2
+        steps = int(np.ceil(np.log1p(half / shortest) / np.log(2)))
+        if steps < 1 or shortest > half:
             continue
-        outward = (GROWTH ** np.arange(1, steps + 1) - 1) / (GROWTH**steps - 1) * length / 2
+        outward = (2.0 ** np.arange(1, steps + 1) - 1) / (2.0**steps - 1) * half
         pieces += [a + outward, b - outward[:-1]]
     return np.unique(np.concatenate(pieces))
 
 
-def joined(count: int, pairs: list[tuple[int, int]]) -> np.ndarray:
+def joined(count: int, pairs: Sequence[tuple[int, int]]) -> np.ndarray:
     """(count,): a number for each connected set under some pairs."""
     rows, columns = np.array(pairs, int).reshape(-1, 2).T
     graph = sp.coo_array((np.ones(len(rows)), (rows, columns)), shape=(count, count))

@@ -1,4 +1,4 @@
-"""The lines of a union of boxes, the joints where two touch, and the conditions on each.
+"""The lines of a union of boxes, and the links where a line touches another or a boundary.
 
 Every box is a line along its longest side; of equal sides along the one at whose ends most is joined, then along the
 axis of the neighbour with most contact, then along the first axis. The rest of a box under later boxes is cut into
@@ -24,13 +24,12 @@ from scenes.model import AnyScene, Boundary, Box, MeshScene, Point, Probe, Scene
 Cells = tuple[tuple[int, int], tuple[int, int], tuple[int, int]]
 """A box, a flat box or a point as the first and the last plane along each axis."""
 
-ALIKE = 1e-6
-"""Sides of a box that differ by a smaller part are equally long (files give corners to six digits or more)."""
+ALIKE = 1e-6  # Sides that differ by a smaller part are equally long: files give corners to six digits or more.
 
 
 @dataclass(frozen=True)
 class Line:
-    """A box of one material, or a part of one, seen as a line along ``axis`` from ``start`` to ``stop`` (m)."""
+    """A box of one material, or a part of one, seen as a line along ``axis``."""
 
     name: str
     box: Box
@@ -61,6 +60,11 @@ class Line:
         """The cross-section (m2)."""
         return self.sides[0] * self.sides[1]
 
+    @property
+    def conducts(self) -> bool:
+        """Whether the line conducts a current."""
+        return self.box.material.resistivity is not None
+
 
 @dataclass(frozen=True)
 class Touch:
@@ -82,85 +86,89 @@ class Touch:
 
 
 @dataclass(frozen=True)
-class Joint:
-    """Two lines that touch. ``kind``: "ends" where both do with an end, which makes them one there; "along" where lines
-    that run alike touch at their sides and exchange heat point by point; "means" for all others. ``contact`` is the
-    thermal resistance of one between them (m2 K/W), which keeps two ends apart."""
+class Link:
+    """A part of a line's surface that touches an ``other`` line, or a boundary.
+
+    ``kind``: "ends" where all touch with an end, which makes them one there; "along" where lines that run alike touch
+    at their sides and exchange heat point by point, and for a boundary at a side; "means" for all others. ``contact``
+    is a thermal resistance between two lines (m2 K/W), which keeps two ends apart.
+    """
 
     one: Touch
-    other: Touch
+    other: Touch | None
     kind: str
+    boundary: int = -1
     contact: float = 0.0
 
-
-@dataclass(frozen=True)
-class Condition:
-    """A boundary's part that acts on a line."""
-
-    boundary: int
-    touch: Touch
+    @property
+    def touches(self) -> tuple[Touch, ...]:
+        return (self.one,) if self.other is None else (self.one, self.other)
 
 
 @dataclass(frozen=True)
 class Layout:
-    """The lines of a scene; joints and conditions of the heat, and joints and electrodes of the current.
+    """The lines of a scene and their links, for ``heat`` and for ``current``.
 
-    ``measured`` are resistances (K/W or ohm) in the place of the calculated ones, by ("joint" | "condition" |
-    "wire" | "electrode", number). ``pairs``: of each probe of a resistance, by its name, the numbers of the electrode's
-    boundary and of the other one's."""
+    ``measured`` are resistances (K/W or ohm) in the place of the calculated ones, by ("heat" | "current", number of the
+    link). ``pairs``: of each probe of a resistance, by its name, the numbers of the electrode's boundary and of the
+    other one's.
+    """
 
     scene: Scene
     lines: tuple[Line, ...]
-    joints: tuple[Joint, ...]
-    conditions: tuple[Condition, ...]
-    wires: tuple[Joint, ...]
-    electrodes: tuple[Condition, ...]
+    heat: tuple[Link, ...]
+    current: tuple[Link, ...]
     measured: tuple[tuple[tuple[str, int], float], ...] = ()
     pairs: tuple[tuple[str, int, int], ...] = ()
 
-    def resistivity(self, line: int, rise: Any = 0.0) -> Any:
-        """Of a line's material at a rise above the initial temperature, in ohm m."""
+    def links(self, electric: bool) -> tuple[Link, ...]:
+        return self.current if electric else self.heat
+
+    def resistivity(self, line: int, electric: bool, rise: Any = 0.0) -> Any:
+        """Of a line's material at a rise above the initial temperature, in ohm m; of heat in m K/W."""
         m = self.lines[line].box.material
+        if not electric:
+            return 1 / m.thermal_conductivity
         assert m.resistivity is not None
         warm = self.scene.initial_temperature + rise - m.reference_temperature
         return m.resistivity * (1 + m.temperature_coefficient * warm)
 
+    def film(self, link: Link) -> float | None:
+        """The film coefficient (W/(m2 K)) of a link with a boundary; None for another link."""
+        b = self.scene.boundaries[link.boundary] if link.other is None else None
+        return float(b.value) if b is not None and b.kind == "convection" else None  # type: ignore[arg-type]
+
     def places(self, line: int) -> list[float]:
         """Where something begins or ends along a line (m), its own ends first and last, in order."""
-        joints = (t for j in (*self.joints, *self.wires) for t in (j.one, j.other))
-        touches = [*joints, *(c.touch for c in (*self.conditions, *self.electrodes))]
         segment = self.lines[line]
-        axis = segment.axis
-        probes = [
-            x for p in self.scene.probes for x in (p.lower[axis], p.upper[axis]) if segment.start < x < segment.stop
-        ]
-        covered = [x for t in touches if t.line == line and t.end is None for x in (t.start, t.stop)]
-        return sorted({segment.start, segment.stop, *covered, *probes})
+        touches = [t for link in (*self.heat, *self.current) for t in link.touches if t.line == line and t.end is None]
+        probes = [x for p in self.scene.probes for x in (p.lower[segment.axis], p.upper[segment.axis])]
+        inside = [x for x in probes if segment.start < x < segment.stop]
+        return sorted({segment.start, segment.stop, *inside, *(x for t in touches for x in (t.start, t.stop))})
 
 
 def layout(scene: AnyScene) -> Layout:
-    """The lines of a scene of boxes; SceneError for one on a mesh, and for materials that lines don't take."""
+    """Cut a scene of boxes into lines; SceneError for one on a mesh, and for materials that lines don't take."""
     physics.refuse_laws(physics.materials(scene), "a network", ", or ask for the 3D solution alone")
     physics.refuse_faces(scene, "a network")
     if isinstance(scene, MeshScene):
         raise SceneError(
             f"scene {quoted(scene.name)} is on a mesh file, and a network is made of boxes: give [[box]]es"
         )
-    _refuse_jumps(scene)
-    grid = grid_of(scene)
-    pairs = readouts.pairs(scene, grid.joined().values())
-    number = {b.name: i for i, b in enumerate(scene.boundaries)}
-    numbers = tuple((name, number[one.name], number[other.name]) for name, (one, other) in pairs.items())
-    return replace(_Cutting(replace(grid, scene=tidy(grid))).layout(), pairs=numbers)
-
-
-def _refuse_jumps(scene: Scene) -> None:
-    """Raise SceneError where a potential jumps: the heat of a contact would have to enter two lines."""
+    # The heat of an electrical contact would have to enter two lines.
     behind = [f"boundary {quoted(b.name)}.contact_resistance" for b in scene.boundaries if b.kind == "voltage"
               and b.contact_resistance]  # fmt: skip
     behind += [f"contact {quoted(c.name)}.electrical_resistance" for c in scene.contacts if c.electrical_resistance]
     if behind:
         raise SceneError(f"a network has no electrical resistance at a contact yet: leave {behind[0]} out")
+    grid = grid_of(scene)
+    pairs = readouts.pairs(scene, grid.joined().values())
+    number = {b.name: i for i, b in enumerate(scene.boundaries)}
+    cut = _Cutting(replace(grid, scene=tidy(grid)))
+    return Layout(
+        cut.scene, cut.lines(), cut.links(False), cut.links(True) if physics.electric(cut.scene) else (),
+        pairs=tuple((name, number[one.name], number[other.name]) for name, (one, other) in pairs.items()),
+    )  # fmt: skip
 
 
 def common(lower: Point, upper: Point, item: Line | Touch | Probe) -> tuple[Point, Point]:
@@ -181,8 +189,15 @@ def overlap(first: Cells, second: Cells) -> Cells | None:
     return shared[0], shared[1], shared[2]
 
 
-def without(box: Cells, cut: Cells, order: tuple[int, ...] = (0, 1, 2)) -> list[Cells]:
-    """A box, or a flat box, without another, cut into boxes across the axes in an ``order``."""
+def without(box: Cells, cuts: list[Cells], order: tuple[int, ...] = (0, 1, 2)) -> list[Cells]:
+    """A box, or a flat box, without others, cut into boxes across the axes in an ``order``."""
+    parts = [box]
+    for cut in cuts:
+        parts = [rest for part in parts for rest in _without_one(part, cut, order)]
+    return parts
+
+
+def _without_one(box: Cells, cut: Cells, order: tuple[int, ...]) -> list[Cells]:
     shared = overlap(box, cut)
     if shared is None or any(low == high and a < b for (low, high), (a, b) in zip(shared, box, strict=True)):
         return [box]
@@ -195,32 +210,27 @@ def without(box: Cells, cut: Cells, order: tuple[int, ...] = (0, 1, 2)) -> list[
     return [(x, y, z) for x, y, z in pieces]
 
 
+def _normal(sheet: Cells) -> int:
+    return next(d for d in range(3) if sheet[d][0] == sheet[d][1])
+
+
 class _Cutting:
+    """The parts of a scene's boxes in planes of its grid, each with the number of its box."""
+
     def __init__(self, grid: Grid) -> None:
         self.grid, self.scene = grid, grid.scene
+        self.sheets = [self._cells(b) for b in self.scene.boundaries]
         self.parts: list[tuple[int, Cells]] = []
-        boundaries = self.scene.boundaries
-        self.sheets = [self._cells(b) for b in boundaries]
         whole = [self._cells(b) for b in self.scene.boxes]
         for number, box in enumerate(whole):
-            self.parts += [(number, part) for part in self._uncovered(box, whole[number + 1 :])]
-        for sheet, b in zip(self.sheets, boundaries, strict=True):
+            order = tuple(sorted(range(3), key=lambda d, box=box: -self._length(box, d)))  # type: ignore[misc]
+            self.parts += [(number, part) for part in without(box, whole[number + 1 :], order)]
+        for sheet, b in zip(self.sheets, self.scene.boundaries, strict=True):
             if b.kind in ("temperature", "voltage"):
                 self.parts = [(n, half) for n, part in self.parts for half in self._halved(n, part, sheet, b)]
         self.conducts = [self.scene.boxes[n].material.resistivity is not None for n, _ in self.parts]
         self.contacts = self._contacts()
         self.axes = self._axes()
-
-    def layout(self) -> Layout:
-        """The layout of the parts."""
-        electric = physics.electric(self.scene)
-        held = [s for s, b in zip(self.sheets, self.scene.boundaries, strict=True) if b.kind == "temperature"]
-        fixed = [s for s, b in zip(self.sheets, self.scene.boundaries, strict=True) if b.kind == "voltage"]
-        conducting = [c for c in self.contacts if self.conducts[c[0]] and self.conducts[c[1]]] if electric else []
-        return Layout(
-            self.scene, self._lines(), self._joints(self.contacts, held, True), self._conditions(held),
-            self._joints(conducting, fixed, False), self._electrodes(),
-        )  # fmt: skip
 
     def _cells(self, item: Box | Boundary) -> Cells:
         x, y, z = (self.grid.span(d, item.lower[d], item.upper[d]) for d in range(3))
@@ -230,40 +240,34 @@ class _Cutting:
         planes = self.grid.planes[axis]
         return float(planes[part[axis][1]] - planes[part[axis][0]])
 
-    def _uncovered(self, box: Cells, later: list[Cells]) -> list[Cells]:
-        order = tuple(sorted(range(3), key=lambda d: -self._length(box, d)))
-        parts = [box]
-        for cut in later:
-            parts = [rest for part in parts for rest in without(part, cut, order)]
-        return parts
+    def _area(self, face: Cells, normal: int) -> float:
+        first, second = (self._length(face, d) for d in range(3) if d != normal)
+        return first * second
 
     def _halved(self, number: int, part: Cells, sheet: Cells, b: Boundary) -> list[Cells]:
         """A part, cut in two at a sheet inside it that acts on it."""
-        axis = next(d for d in range(3) if sheet[d][0] == sheet[d][1])
-        (a, b_), at = part[axis], sheet[axis][0]
+        axis = _normal(sheet)
+        (first, last), at = part[axis], sheet[axis][0]
         acts = b.kind == "temperature" or self.scene.boxes[number].material.resistivity is not None
-        if not (acts and a < at < b_ and overlap(part, sheet)):
+        if not (acts and first < at < last and overlap(part, sheet)):
             return [part]
-        return [(*part[:axis], half, *part[axis + 1 :]) for half in ((a, at), (at, b_))]  # type: ignore[misc]
+        return [(*part[:axis], half, *part[axis + 1 :]) for half in ((first, at), (at, last))]  # type: ignore[misc]
 
     def _contacts(self) -> list[tuple[int, int, int, Cells]]:
         """The numbers of two parts that touch with a face, the axis across it, and the face."""
         contacts = []
         low, high = (np.array([[p[d][side] for d in range(3)] for _, p in self.parts]) for side in (0, 1))
         for axis in range(3):
-            others = [d for d in range(3) if d != axis]
             meets = high[:, None, axis] == low[None, :, axis]
-            for d in others:
-                meets &= np.maximum(low[:, None, d], low[None, :, d]) < np.minimum(high[:, None, d], high[None, :, d])
+            for d in range(3):
+                if d != axis:
+                    first, last = np.maximum(low[:, None, d], low[:, d]), np.minimum(high[:, None, d], high[:, d])
+                    meets &= first < last
             for i, j in np.argwhere(meets).tolist():
                 pairs = zip(self.parts[i][1], self.parts[j][1], strict=True)
                 x, y, z = ((max(a, c), min(b, d)) for (a, b), (c, d) in pairs)
                 contacts.append((i, j, axis, (x, y, z)))
         return contacts
-
-    def _area(self, face: Cells, normal: int) -> float:
-        first, second = (self._length(face, d) for d in range(3) if d != normal)
-        return first * second
 
     def _axes(self) -> list[int]:
         """The axis of each part's line."""
@@ -271,31 +275,23 @@ class _Cutting:
         for i, j, axis, face in self.contacts:
             areas[[i, j], axis] += self._area(face, axis)
         for sheet in self.sheets:
-            normal = next(d for d in range(3) if sheet[d][0] == sheet[d][1])
             for i, (_, part) in enumerate(self.parts):
-                shared = overlap(part, sheet)
-                areas[i, normal] += self._area(shared, normal) if shared else 0.0
+                if shared := overlap(part, sheet):
+                    areas[i, _normal(sheet)] += self._area(shared, _normal(sheet))
         choices: list[list[int]] = []
         for i, (_, part) in enumerate(self.parts):
             lengths = [self._length(part, d) for d in range(3)]
             longest = [d for d in range(3) if lengths[d] >= (1 - ALIKE) * max(lengths)]
             most = max(areas[i, d] for d in longest)
-            joined = [d for d in longest if areas[i, d] >= (1 - ALIKE) * most]
-            choices.append(joined)
-        return self._as_neighbours(choices)
-
-    def _as_neighbours(self, choices: list[list[int]]) -> list[int]:
-        """Choose for each part, among its axes, that of the neighbours with most contact."""
-        while open_ := [i for i, axes in enumerate(choices) if len(axes) > 1]:
-            shares = {}
-            for i in open_:
-                by_axis = dict.fromkeys(choices[i], 0.0)
-                for a, b, axis, face in self.contacts:
-                    neighbour = b if a == i else a
-                    if i in (a, b) and len(choices[neighbour]) == 1 and choices[neighbour][0] in by_axis:
-                        by_axis[choices[neighbour][0]] += self._area(face, axis)
-                shares[i] = by_axis
-            i = max(open_, key=lambda i: max(shares[i].values()))
+            choices.append([d for d in longest if areas[i, d] >= (1 - ALIKE) * most])
+        while undecided := [i for i, axes in enumerate(choices) if len(axes) > 1]:
+            # The axis of the decided neighbours with most contact; first where that is most.
+            shares = {i: dict.fromkeys(choices[i], 0.0) for i in undecided}
+            for a, b, axis, face in self.contacts:
+                for i, neighbour in ((a, b), (b, a)):
+                    if i in shares and len(choices[neighbour]) == 1 and choices[neighbour][0] in shares[i]:
+                        shares[i][choices[neighbour][0]] += self._area(face, axis)
+            i = max(undecided, key=lambda i: max(shares[i].values()))
             choices[i] = [max(choices[i], key=lambda axis: shares[i][axis])]
         return [axes[0] for axes in choices]
 
@@ -303,7 +299,8 @@ class _Cutting:
         x, y, z = (float(self.grid.planes[d][part[d][side]]) for d in range(3))
         return x, y, z
 
-    def _lines(self) -> tuple[Line, ...]:
+    def lines(self) -> tuple[Line, ...]:
+        """The line of each part."""
         numbers = [n for n, _ in self.parts]
         lines = []
         for i, (number, part) in enumerate(self.parts):
@@ -320,50 +317,35 @@ class _Cutting:
         half = 0.0 if normal == axis else self._length(part, normal) / 2
         return Touch(i, lower, upper, normal, end, lower[axis], upper[axis], self._area(face, normal), half)
 
-    def _joints(
-        self, contacts: list[tuple[int, int, int, Cells]], cuts: list[Cells], thermal: bool
-    ) -> tuple[Joint, ...]:
-        joints = []
-        for i, j, axis, face in contacts:
-            rest = [face]
-            for cut in cuts:
-                rest = [r for part in rest for r in without(part, cut)]
-            contact = self.scene.contact(self.parts[i][0], self.parts[j][0]) if thermal else None
-            resistance = contact.thermal_resistance if contact else 0.0
-            for part in rest:
+    def links(self, electric: bool) -> tuple[Link, ...]:
+        """The links of heat, or of the current: first of two lines, then of boundaries.
+
+        A temperature or voltage acts on either side of its place, the first of several that overlap; fluxes and films
+        act where a face is bare and no temperature is given.
+        """
+        kind, links, taken = "voltage" if electric else "temperature", list[Link](), list[Cells]()
+        given = list(zip(self.sheets, self.scene.boundaries, strict=True))
+        held = [sheet for sheet, b in given if b.kind == kind]
+        live = self.conducts if electric else [True] * len(self.parts)
+        for i, j, axis, face in self.contacts:
+            contact = self.scene.contact(self.parts[i][0], self.parts[j][0]) if not electric else None
+            for part in without(face, held) if live[i] and live[j] else ():
                 one, other = self._touch(i, part, axis), self._touch(j, part, axis)
-                ends = (one.end is None) + (other.end is None)
-                kind = "ends" if not ends else "along" if ends == 2 and self.axes[i] == self.axes[j] else "means"
-                joints.append(Joint(one, other, kind, resistance))
-        return tuple(joints)
-
-    def _conditions(self, held: list[Cells]) -> tuple[Condition, ...]:
-        """Temperatures on either side of where they are given, the first of several that overlap; fluxes and films
-        where a face is bare and no temperature is given."""
-        conditions, taken = [], list[Cells]()
-        for number, (sheet, b) in enumerate(zip(self.sheets, self.scene.boundaries, strict=True)):
-            if b.kind == "temperature":
-                conditions += self._acting(number, sheet, taken)
+                sides = (one.end is None) + (other.end is None)
+                how = "ends" if not sides else "along" if sides == 2 and self.axes[i] == self.axes[j] else "means"
+                links.append(Link(one, other, how, contact=contact.thermal_resistance if contact else 0.0))
+        for number, (sheet, b) in enumerate(given):
+            if b.kind == kind:
+                others = taken.copy()
                 taken.append(sheet)
-            elif b.kind != "voltage":
-                conditions += self._acting(number, sheet, [*held, *(c[3] for c in self.contacts)])
-        return tuple(conditions)
-
-    def _electrodes(self) -> tuple[Condition, ...]:
-        electrodes, taken = [], list[Cells]()
-        for number, (sheet, b) in enumerate(zip(self.sheets, self.scene.boundaries, strict=True)):
-            if b.kind == "voltage":
-                electrodes += [c for c in self._acting(number, sheet, taken) if self.conducts[c.touch.line]]
-                taken.append(sheet)
-        return tuple(electrodes)
-
-    def _acting(self, number: int, sheet: Cells, but: list[Cells]) -> list[Condition]:
-        normal = next(d for d in range(3) if sheet[d][0] == sheet[d][1])
-        conditions = []
-        for i, (_, part) in enumerate(self.parts):
-            shared = overlap(part, sheet)
-            rest = [shared] if shared and sheet[normal][0] in part[normal] else []
-            for other in but:
-                rest = [r for face in rest for r in without(face, other)]
-            conditions += [Condition(number, self._touch(i, face, normal)) for face in rest]
-        return conditions
+            elif electric or b.kind == "voltage":
+                continue
+            else:
+                others = [*held, *(face for *_, face in self.contacts)]
+            normal = _normal(sheet)
+            for i, (_, cells) in enumerate(self.parts):
+                shared = overlap(cells, sheet)
+                if live[i] and shared and sheet[normal][0] in cells[normal]:
+                    touches = [self._touch(i, face, normal) for face in without(shared, others)]
+                    links += [Link(t, None, "along" if t.end is None else "ends", number) for t in touches]
+        return tuple(links)

@@ -11,53 +11,34 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 
-from reduced1d.network.circuit import Circuit, current_circuit, factor, heat_circuit, weighted
-from reduced1d.network.elements import Elements, nodes_of
+from reduced1d.network.circuit import Circuit, assemble, factor, weighted
+from reduced1d.network.elements import Elements, graded_nodes
 from reduced1d.network.lines import Layout
 from scenes import physics
 from scenes.errors import NumericsError
-from scenes.model import Scene, Schedule, Value, is_zero
+from scenes.model import Schedule, Value, is_zero
 
-REFINEMENTS = 30
-"""The most iterations for potentials, with the matrix of resistances averaged over the times solved together."""
-ROUNDING = 1e-14  # They end with a change below this part of the largest potential.
+ROUNDING = 1e-14  # Iterations for potentials end with a change below this part of the largest potential.
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Inputs:
-    """The inputs of a scene: the boundaries' values (of a film its ambient), then the boxes' heat sources. Given
-    temperatures are rises above ``start`` (K)."""
+    """The inputs of a scene: the boundaries' values (of a film its ambient), then the boxes' heat sources, with the
+    input of each box by its name. Given temperatures are rises above that at the start, which is in ``base`` (K).
+    ``electric`` marks voltages and given currents."""
 
     values: tuple[Value, ...]
-    kelvin: tuple[bool, ...]
-    electric: tuple[bool, ...]
+    base: np.ndarray
+    electric: np.ndarray
     sources: dict[str, int]
-    start: float
-
-    @staticmethod
-    def from_scene(scene: Scene) -> Inputs:
-        boundaries = scene.boundaries
-        hot = [box for box in scene.boxes if not is_zero(box.heat_source)]
-        given = [b.ambient if b.kind == "convection" else b.value for b in boundaries]
-        none = [False] * len(hot)
-        return Inputs(
-            (*given, *(box.heat_source for box in hot)),
-            (*(b.kind in ("temperature", "convection") for b in boundaries), *none),
-            (*(b.kind == "voltage" for b in boundaries), *none),
-            {box.name: len(boundaries) + i for i, box in enumerate(hot)}, scene.initial_temperature,
-        )  # fmt: skip
 
     def at(self, time: float) -> np.ndarray:
         """(inputs,) at a time (s), after a jump there; at infinity the last values."""
-        values = []
-        for value, kelvin in zip(self.values, self.kelvin, strict=True):
-            values.append(_at(value, time) - (self.start if kelvin else 0.0))
-        return np.array(values)
+        return np.array([_at(value, time) for value in self.values]) - self.base
 
     @property
     def breaks(self) -> list[float]:
@@ -76,6 +57,20 @@ def _at(value: Value, time: float) -> float:
     return float(v0 + (v1 - v0) * (time - t0) / (t1 - t0))
 
 
+def inputs_of(layout: Layout) -> Inputs:
+    """Collect the inputs of a layout's scene."""
+    scene = layout.scene
+    hot = [box for box in scene.boxes if not is_zero(box.heat_source)]
+    given = [b.ambient if b.kind == "convection" else b.value for b in scene.boundaries]
+    kinds = [*(b.kind for b in scene.boundaries), *("source" for _ in hot)]
+    return Inputs(
+        (*given, *(box.heat_source for box in hot)),
+        np.array([scene.initial_temperature if kind in ("temperature", "convection") else 0.0 for kind in kinds]),
+        np.array([kind == "voltage" for kind in kinds]),
+        {box.name: len(given) + i for i, box in enumerate(hot)},
+    )
+
+
 @dataclass(frozen=True, eq=False)
 class Model:
     """A network on its elements. ``heat`` and ``current`` are None where a scene needs none."""
@@ -85,6 +80,9 @@ class Model:
     inputs: Inputs
     heat: Circuit | None
     current: Circuit | None
+
+    def circuit(self, electric: bool) -> Circuit | None:
+        return self.current if electric else self.heat
 
     @cached_property
     def capacity(self) -> sp.csr_matrix:
@@ -100,8 +98,8 @@ class Model:
     def conduction(self) -> np.ndarray:
         """(m,) in W/K: the conductance of each branch of the heat."""
         assert self.heat is not None
-        k = np.array([line.box.material.thermal_conductivity for line in self.layout.lines])
-        return 1 / self.heat.resistance(1 / k[self.heat.line])
+        each = np.array([self.layout.resistivity(i, False) for i in range(len(self.layout.lines))])
+        return 1 / self.heat.resistance(each[self.heat.line])
 
     @cached_property
     def stiffness(self) -> sp.csr_matrix:
@@ -119,15 +117,10 @@ class Model:
     def law(self) -> tuple[np.ndarray, np.ndarray]:
         """(h,) twice: of each half of the current's branches the resistivity at the start, and its slope with T."""
         assert self.current is not None
-        cold, slope = np.zeros(len(self.layout.lines)), np.zeros(len(self.layout.lines))
-        for i in np.unique(self.current.line).tolist():
-            cold[i] = self.layout.resistivity(i)
-            slope[i] = self.layout.resistivity(i, 1.0) - cold[i]
-        return cold[self.current.line], slope[self.current.line]
-
-    def thermal_resistivity(self, line: int) -> float:
-        """Of a line's material, in m K/W."""
-        return 1 / self.layout.lines[line].box.material.thermal_conductivity
+        lines = self.layout.lines
+        cold, warm = (np.array([self.layout.resistivity(i, True, rise) if line.conducts else 0.0
+                                for i, line in enumerate(lines)]) for rise in (0.0, 1.0))  # fmt: skip
+        return cold[self.current.line], (warm - cold)[self.current.line]
 
     @property
     def couples(self) -> bool:
@@ -140,10 +133,9 @@ class Model:
         boundaries = self.layout.scene.boundaries
         return any(np.isinf(boundaries[number].series_resistance) for number in self.elements.terminals)
 
-    @property
-    def may_run_away(self) -> bool:
-        """Whether heating may: some resistance falls as it warms, or rises at a given current."""
-        return self.couples and bool((self.law[1] < 0).any() or (self.by_current and (self.law[1] > 0).any()))
+    def drive(self, x: np.ndarray) -> float:
+        """The largest difference of the electrodes (V), or of given currents (A), at some inputs."""
+        return float(np.ptp(x[self.inputs.electric])) if self.inputs.electric.any() else 0.0
 
     def resistances(self, rise: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(h,) or (h, any) of the halves, and (m,) or (m, any) of the branches, in ohm, at rises (n,) or (n, any).
@@ -156,7 +148,7 @@ class Model:
         if not (resistivity > 0).all():
             worst = int(np.argmin(resistivity.min(axis=tuple(range(1, resistivity.ndim)))))
             name = self.layout.lines[circuit.line[worst]].name
-            kelvin = self.inputs.start - cold[worst] / slope[worst]
+            kelvin = self.layout.scene.initial_temperature - cold[worst] / slope[worst]
             raise NumericsError(f"the resistivity of {name} reaches zero at {kelvin:.4g} K")
         return (circuit.size * resistivity.T).T, circuit.resistance(resistivity)
 
@@ -164,78 +156,76 @@ class Model:
         """(n, k): the potentials (V) at k rises (n, k) and inputs (inputs, k), by iteration with one factorization,
         of the mean conductances; where the rises differ too much, in two halves."""
         circuit = self.current
-        assert circuit is not None
-        resistance = self.resistances(rises)[1]
-        lift = circuit.fixed @ x
-        if not circuit.free.shape[1]:
-            return np.asarray(lift)
+        if circuit is None:
+            return np.zeros_like(rises)
+        resistance, lift = self.resistances(rises)[1], circuit.fixed @ x
         across, free = circuit.free_across, circuit.free
-        matrix = across.T @ weighted(across, (1 / resistance).mean(axis=1))
-        lu = factor(matrix)
+        if not free.shape[1]:
+            return np.asarray(lift)
+        lu = factor(across.T @ weighted(across, (1 / resistance).mean(axis=1)))
         inner = np.zeros((free.shape[1], x.shape[1])) if guess is None else (free.T @ guess) / circuit.copies[:, None]
         given = circuit.across @ lift - circuit.given @ x
-        entering, size = free.T @ (circuit.load @ x), np.inf
-        for _ in range(REFINEMENTS):
+        entering, size, alone = free.T @ (circuit.load @ x), np.inf, x.shape[1] == 1
+        while True:
             change = lu.solve(across.T @ ((across @ inner + given) / resistance) - entering)
             inner, before, size = inner - change, size, float(np.abs(change).max())
             largest = max(float(np.abs(inner).max()), float(np.abs(lift).max(initial=0.0)))
-            if size <= ROUNDING * largest or (size <= 1e3 * ROUNDING * largest and size >= before / 2):
+            stalls = size >= before / 2
+            if size <= ROUNDING * largest or (stalls and (alone or size <= 1e3 * ROUNDING * largest)):
                 return np.asarray(free @ inner + lift)
-            if size > before or (x.shape[1] == 1 and size >= before / 2):
+            if stalls:
                 break
-        if x.shape[1] == 1:
-            return np.asarray(free @ inner + lift)
         half = x.shape[1] // 2
         return np.hstack([self.potentials(rises[:, s], x[:, s]) for s in (slice(half), slice(half, None))])
 
-    def solved(self, circuit: Circuit, matrix: sp.csr_matrix, x: np.ndarray, load: np.ndarray) -> np.ndarray:
-        """(n,): the u = free v + fixed x with free^T (matrix u - load) = 0."""
+    def solved(self, x: np.ndarray, heat: np.ndarray) -> np.ndarray:
+        """(n,): the steady rise at some inputs, and the ``heat`` (n,) of a current (W)."""
+        circuit = self.heat
+        assert circuit is not None
         lift = circuit.fixed @ x
-        right = circuit.free.T @ (load - matrix @ lift)
         if not circuit.free.shape[1]:
             return np.asarray(lift)
-        inner = factor(circuit.free.T @ matrix @ circuit.free).solve(right)
-        return np.asarray(lift + circuit.free @ inner)
+        right = circuit.free.T @ (self.entering @ x + heat - self.stiffness @ lift)
+        return np.asarray(lift + circuit.free @ factor(circuit.free.T @ self.stiffness @ circuit.free).solve(right))
 
     def currents(self, resistance: np.ndarray, potential: np.ndarray, x: np.ndarray) -> np.ndarray:
         """(m,) or (m, any): of the branches, in A."""
         assert self.current is not None
         return (self.current.across @ potential - self.current.given @ x) / resistance
 
-    def joule(self, halves: np.ndarray, current: np.ndarray) -> np.ndarray:
-        """(n,) or (n, any): the Joule heat as a load (W), of the halves' resistances and the branches' currents."""
+    def joule(self, rise: np.ndarray, potential: np.ndarray, x: np.ndarray) -> np.ndarray:
+        """(n,) or (n, any): the Joule heat as a load (W)."""
         circuit = self.current
-        assert circuit is not None
-        return np.asarray(circuit.halves.T @ (current[circuit.branch] ** 2 * halves))
+        if circuit is None:
+            return np.zeros_like(rise)
+        halves, resistance = self.resistances(rise)
+        return np.asarray(circuit.halves.T @ (self.currents(resistance, potential, x)[circuit.branch] ** 2 * halves))
 
 
 def build(layout: Layout, degree: int, shortest: Sequence[float]) -> Model:
-    """The network of a layout on elements of a degree, the shortest of each line given (m)."""
-    scene = layout.scene
-    inputs = Inputs.from_scene(scene)
-    terminals = {c.boundary for c in layout.electrodes if scene.boundaries[c.boundary].series_resistance}
-    elements = Elements(nodes_of(layout, shortest), degree, sorted(terminals))
+    """Build the network of a layout on elements of a degree, the shortest of each line given (m)."""
+    scene, inputs = layout.scene, inputs_of(layout)
+    electrodes = {link.boundary for link in layout.current if link.other is None}
+    terminals = sorted(number for number in electrodes if scene.boundaries[number].series_resistance)
+    elements = Elements(graded_nodes(layout, shortest), degree, terminals)
     count = len(inputs.values)
-    heat = heat_circuit(layout, elements, count, inputs.sources) if physics.heat(scene) else None
-    electric = physics.electric(scene) and layout.electrodes
-    return Model(layout, elements, inputs, heat, current_circuit(layout, elements, count) if electric else None)
+    heat = assemble(layout, elements, count, False, inputs.sources) if physics.heat(scene) else None
+    current = assemble(layout, elements, count, True) if electrodes else None
+    return Model(layout, elements, inputs, heat, current)
 
 
 def scales(layout: Layout, time: float | None) -> list[float]:
-    """Of each line the length (m) over which its rise changes: the healing length by its losses along its sides, and
-    how far heat comes in a ``time`` (s)."""
+    """Compute the length (m) over which the rise of each line changes: the healing length by its losses along its
+    sides, and how far heat comes in a ``time`` (s)."""
     losses = np.zeros(len(layout.lines))
-    for joint in layout.joints:
-        if joint.kind == "along":
-            each = [t.half / layout.lines[t.line].box.material.thermal_conductivity for t in (joint.one, joint.other)]
-            for t in (joint.one, joint.other):
-                losses[t.line] += t.area / (t.stop - t.start) / (sum(each) + joint.contact)
-    for c in layout.conditions:
-        t, b = c.touch, layout.scene.boundaries[c.boundary]
-        if t.end is None and b.kind in ("temperature", "convection") and b.value:
-            film = 1 / float(b.value) if b.kind == "convection" else 0.0  # type: ignore[arg-type]
-            resistance = t.half / layout.lines[t.line].box.material.thermal_conductivity + film
-            losses[t.line] += t.area / (t.stop - t.start) / resistance
+    for link in layout.heat:
+        held = link.other is not None or layout.scene.boundaries[link.boundary].kind != "heat_flux"
+        film = layout.film(link)
+        if link.kind == "along" and held and film != 0.0:
+            resistance = link.contact + (1 / film if film else 0.0)
+            resistance += sum(t.half * layout.resistivity(t.line, False) for t in link.touches)
+            for t in link.touches:
+                losses[t.line] += t.area / (t.stop - t.start) / resistance
     scales = []
     for line, loss in zip(layout.lines, losses.tolist(), strict=True):
         m = line.box.material
@@ -246,12 +236,3 @@ def scales(layout: Layout, time: float | None) -> list[float]:
             lengths.append(float(np.sqrt(m.thermal_conductivity / m.heat_capacity * time)))
         scales.append(min(lengths))
     return scales
-
-
-def remarks(model: Model) -> dict[str, Any]:
-    """The size of the network, for a result."""
-    heat, current = model.heat, model.current
-    return {
-        "lines": len(model.layout.lines), "unknowns": heat.free.shape[1] if heat else 0,
-        "electric_unknowns": current.free.shape[1] if current else 0, "degree": model.elements.degree,
-    }  # fmt: skip

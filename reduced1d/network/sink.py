@@ -7,18 +7,15 @@ from dataclasses import replace
 import numpy as np
 
 from reduced1d.network.lines import Layout, layout
-from reduced1d.network.solution import of_layout
+from reduced1d.network.solution import solve_layout
 from scenes import physics
 from scenes.errors import SceneError
 from scenes.model import Probe
 from scenes.result import Estimate, Result
 from scenes.sink import Sink, face
 
-TRACES = {"peak_K": "peak", "end_K": "end", "mean_K": "mean", "current_A": "current"}
-"""The probes of `lines_of` whose traces are reported, by column."""
-
 INTO_SUBSTRATE, THROUGH_END = "heat into ", "heat through the end"
-"""Names of its probes of heat flows; a boundary's name follows the first."""
+"""Names of the probes of heat flows; a boundary's name follows the first."""
 
 
 def lines_of(sink: Sink) -> Layout:
@@ -31,14 +28,11 @@ def lines_of(sink: Sink) -> Layout:
         )
     scene = sink.scene()
     physics.refuse_terminals(scene, "--reduction network")
-    flows = [
-        Probe(INTO_SUBSTRATE + b.name, b.lower, b.upper, "heat_flow")
-        for b in scene.boundaries
-        if b.name.startswith("substrate")
-    ]
     beam = next(box for box in scene.boxes if box.name == "beam")
     inlet = next(b for b in scene.boundaries if b.name == "electrode-0")
-    flows += [
+    bottoms = (b for b in scene.boundaries if b.name.startswith("substrate"))
+    flows = [
+        *(Probe(INTO_SUBSTRATE + b.name, b.lower, b.upper, "heat_flow") for b in bottoms),
         Probe(THROUGH_END, *face(beam, 1, 0), "heat_flow"), Probe("current", inlet.lower, inlet.upper, "current"),
     ]  # fmt: skip
     return layout(replace(scene, probes=(*scene.probes, *flows)))
@@ -49,12 +43,12 @@ def solve(sink: Sink, times: np.ndarray | None = None) -> Result:
     with the error of its elements and steps.
 
     Raises SceneError for a sink that lines can't have, RunawayError where the heating runs away, NumericsError."""
-    result = of_layout(lines_of(sink), times, steady_too=False)
-    voltage = sink.drive.value
+    result, voltage = solve_layout(lines_of(sink), times, steady_too=False), sink.drive.value
     if times is not None:
         traces = result.over_time
-        values = {name: traces.values[probe] for name, probe in TRACES.items()}
-        errors = {name: traces.errors[probe] for name, probe in TRACES.items()}
+        names = {"peak_K": "peak", "end_K": "end", "mean_K": "mean", "current_A": "current"}
+        values = {name: traces.values[probe] for name, probe in names.items()}
+        errors = {name: traces.errors[probe] for name, probe in names.items()}
         values["power_W"], errors["power_W"] = voltage * values["current_A"], voltage * errors["current_A"]
         return replace(result, steady={}, traces=replace(traces, values=values, errors=errors))
     probes = result.steady

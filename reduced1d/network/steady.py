@@ -15,11 +15,8 @@ from reduced1d.network.circuit import factor, weighted
 from reduced1d.network.model import Model
 from scenes.errors import NumericsError, RunawayError
 
-MOST = 40  # The most Newton steps.
-SETTLED = 1e-13
-"""Relative change that ends Newton's method: the rounding of sums of a few thousand terms."""
-SHORTEST = 1e-8
-"""The last step of the factor on the voltages: the relative error of the largest voltage with a state."""
+SETTLED = 1e-13  # Relative change that ends Newton's method: the rounding of sums of a few thousand terms.
+SHORTEST = 1e-8  # The last step of the factor on the voltages: the relative error of the largest one with a state.
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,52 +28,34 @@ class State:
     x: np.ndarray
 
 
-def steady(model: Model, x: np.ndarray, voltage: float) -> State:
-    """The state at constant inputs; ``voltage`` (V), the largest difference of the electrodes, or the current (A) where
-    one is given, names it in messages.
+def steady(model: Model) -> State:
+    """Solve for the state at the last values of the inputs.
 
     Raises RunawayError where there is none, NumericsError where Newton's method fails or heat has no way out.
     """
-    n = model.elements.size
-    if model.heat is not None and (model.heat.components() < 0).any():
+    x, cold = model.inputs.at(np.inf), np.zeros(model.elements.size)
+    if model.heat is not None and model.heat.floats:
         raise NumericsError("a part of the network has no exit for heat: it has no steady state")
-    if model.heat is None:
-        rise = np.zeros(n)
-        return State(rise, _potential(model, rise, x), x)
-    if not model.couples:
-        potential = _potential(model, np.zeros(n), x)
-        load = model.entering @ x
-        if model.current is not None:
-            halves, resistance = model.resistances(np.zeros(n))
-            load = load + model.joule(halves, model.currents(resistance, potential, x))
-        return State(model.solved(model.heat, model.stiffness, x, load), potential, x)
-    return _Coupled(model, x).state(voltage)
-
-
-def _potential(model: Model, rise: np.ndarray, x: np.ndarray) -> np.ndarray:
-    if model.current is None:
-        return np.zeros(model.elements.size)
-    return model.potentials(rise[:, None], x[:, None])[:, 0]
+    if model.couples:
+        return _Coupled(model, x).state()
+    potential = model.potentials(cold[:, None], x[:, None])[:, 0]
+    rise = cold if model.heat is None else model.solved(x, model.joule(cold, potential, x))
+    return State(rise, potential, x)
 
 
 class _Coupled:
     """The unknowns z: free rises and potentials in units of the cold state's, and a factor s on the voltages."""
 
     def __init__(self, model: Model, x: np.ndarray) -> None:
-        self.model, self.x = model, x
-        self.driven = np.where(model.inputs.electric, x, 0.0)
         assert model.heat is not None
         assert model.current is not None
-        self.heat, self.current = model.heat, model.current
-        self.f = self.heat.free.shape[1]
-        n = model.elements.size
-        cold = _potential(model, np.zeros(n), x)
-        halves, resistance = model.resistances(np.zeros(n))
-        heating = model.joule(halves, model.currents(resistance, cold, x))
-        warm = model.solved(self.heat, model.stiffness, x, model.entering @ x + heating)
-        self.kelvin = float(np.abs(warm).max()) or 1.0
-        self.volt = float(np.abs(cold).max()) or 1.0
-        count = self.current.free.shape[1]
+        self.model, self.x, self.heat, self.current = model, x, model.heat, model.current
+        self.driven = np.where(model.inputs.electric, x, 0.0)
+        rise = np.zeros(model.elements.size)
+        cold = model.potentials(rise[:, None], x[:, None])[:, 0]
+        warm = model.solved(x, model.joule(rise, cold, x))
+        self.f, count = self.heat.free.shape[1], self.current.free.shape[1]
+        self.kelvin, self.volt = float(np.abs(warm).max()) or 1.0, float(np.abs(cold).max()) or 1.0
         self.unit = np.r_[np.full(self.f, self.kelvin), np.full(count, self.volt)]
         self.cold = np.r_[np.zeros(self.f), self.current.free.T @ cold / self.current.copies / self.volt]
         # On the free unknowns, and the parts that do not follow the state.
@@ -87,14 +66,15 @@ class _Coupled:
         self.flow_by_s = self.current.across @ (self.current.fixed @ self.driven) - self.current.given @ self.driven
         self.entering_by_s = self.current.free.T @ (self.current.load @ self.driven)
         watt = self.kelvin * float(self.stiffness.diagonal().max())
-        ampere = self.volt * float(self.current.matrix(1 / resistance).diagonal().max())
+        ampere = self.volt * float(self.current.matrix(1 / model.resistances(rise)[1]).diagonal().max())
         self.rows = 1 / np.r_[np.full(self.f, watt), np.full(count, ampere)]
+        # Heating may run away where some resistance falls as it warms, or rises at a given current.
+        slope = model.law[1]
+        self.may_run_away = bool((slope < 0).any() or (model.by_current and (slope > 0).any()))
 
-    def state(self, voltage: float) -> State:
-        z, ok = self.cold, False
-        if not self.model.may_run_away:
-            z, ok = self._newton(z, 1.0)
-        return self._state(z if ok else self._followed(voltage), 1.0)
+    def state(self) -> State:
+        z = None if self.may_run_away else self._newton(self.cold, 1.0)
+        return self._state(self._follow() if z is None else z, 1.0)
 
     def _state(self, z: np.ndarray, s: float) -> State:
         x = self.x + (s - 1) * self.driven
@@ -103,13 +83,12 @@ class _Coupled:
 
     def _equations(self, z: np.ndarray, s: float) -> tuple[np.ndarray, sp.csc_matrix, np.ndarray]:
         """The residual of both equations, and its derivatives by z and by s, in units of the cold state."""
-        m, heat, current = self.model, self.heat, self.current
-        state = self._state(z, s)
+        m, heat, current, state = self.model, self.heat, self.current, self._state(z, s)
         halves, resistance = m.resistances(state.rise)
         flow = m.currents(resistance, state.potential, state.x)
         half_flow = flow[current.branch]
-        joule = m.joule(halves, flow)
-        rest = np.r_[
+        joule = current.halves.T @ (half_flow**2 * halves)
+        residual = np.r_[
             heat.free.T @ (m.stiffness @ state.rise - m.entering @ state.x - joule),
             current.free.T @ (current.across.T @ flow - current.load @ state.x),
         ]
@@ -127,43 +106,43 @@ class _Coupled:
         flow_by_s = self.flow_by_s / resistance
         by_s = np.r_[-(heat_by_flow @ flow_by_s), self.across.T @ flow_by_s - self.entering_by_s]
         scaled = sp.diags_array(self.rows) @ matrix @ sp.diags_array(self.unit)
-        return rest * self.rows, scaled.tocsc(), by_s * self.rows
+        return residual * self.rows, scaled.tocsc(), by_s * self.rows
 
-    def _newton(self, z: np.ndarray, s: float) -> tuple[np.ndarray, bool]:
-        """Newton's method at a factor; whether it settles."""
+    def _newton(self, z: np.ndarray, s: float) -> np.ndarray | None:
+        """Newton's method at a factor from a start; None where it does not settle."""
         before = np.inf
-        for _ in range(MOST):
+        for _ in range(40):
             try:
-                rest, matrix, _ = self._equations(z, s)
-                change = factor(matrix).solve(-rest)
+                residual, matrix, _ = self._equations(z, s)
+                change = factor(matrix).solve(-residual)
             except (NumericsError, RuntimeError):  # no resistivity, or a singular matrix
-                return z, False
+                return None
             z = z + change
             size, largest = float(np.abs(change).max()), max(1.0, float(np.abs(z).max()))
             if not np.isfinite(size) or size > 1e6:
-                return z, False
+                return None
             if size <= SETTLED * largest or (size < 1e-9 * largest and size >= before / 2):
-                return z, True
+                return z
             before = size
-        return z, False
+        return None
 
-    def _followed(self, voltage: float) -> np.ndarray:
+    def _follow(self) -> np.ndarray:
         """The free unknowns at the scene's voltage, from none up; a step without a state is halved."""
-        z, ok = self._newton(np.zeros(len(self.unit)), 0.0)
-        if not ok:
+        z = self._newton(np.zeros(len(self.unit)), 0.0)
+        if z is None:
             raise NumericsError("the network has no state at the given temperatures and no voltage")
         s, step, tangent = 0.0, 1.0, np.zeros(len(z))
         while s < 1:
             ahead = min(s + step, 1.0)
-            new, ok = self._newton(z + (ahead - s) * tangent, ahead)
-            after = self._tangent(new, ahead) if ok else tangent
+            new = self._newton(z + (ahead - s) * tangent, ahead)
+            after = tangent if new is None else self._tangent(new, ahead)
             # Beyond the largest voltage, on the other branch, the state grows as the voltage falls.
-            if ok and float(after[: self.f] @ new[: self.f]) >= 0:
+            if new is not None and float(after[: self.f] @ new[: self.f]) >= 0:
                 z, s, tangent, step = new, ahead, after, 2 * step
             else:
                 step = (ahead - s) / 2
                 if step < SHORTEST:
-                    raise self._runaway(voltage, s)
+                    raise self._runaway(s)
         return z
 
     def _tangent(self, z: np.ndarray, s: float) -> np.ndarray:
@@ -174,13 +153,13 @@ class _Coupled:
         except RuntimeError:
             return np.full(len(z), np.nan)
 
-    def _runaway(self, voltage: float, part: float) -> NumericsError:
-        by_current = self.model.by_current
-        what, unit, why = ("current", "A", "rises") if by_current else ("voltage", "V", "falls")
-        if not self.model.may_run_away:
-            return NumericsError(f"the network's steady state is not found at {voltage:g} {unit}")
+    def _runaway(self, part: float) -> NumericsError:
+        drive = self.model.drive(self.x)
+        what, unit, why = ("current", "A", "rises") if self.model.by_current else ("voltage", "V", "falls")
+        if not self.may_run_away:
+            return NumericsError(f"the network's steady state is not found at {drive:g} {unit}")
         return RunawayError(
-            f"thermal runaway: at {voltage:g} {unit} no steady state of the network exists, because the resistance "
-            f"{why} as it heats", part * voltage,
-            f"the largest {what} with one is {part * voltage:.4g} {unit}",
+            f"thermal runaway: at {drive:g} {unit} no steady state of the network exists, because the resistance "
+            f"{why} as it heats", part * drive,
+            f"the largest {what} with one is {part * drive:.4g} {unit}",
         )  # fmt: skip

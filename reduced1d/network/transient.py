@@ -10,13 +10,10 @@ import numpy as np
 
 from reduced1d.network.circuit import factor
 from reduced1d.network.model import Model
-from reduced1d.radau import ShortStepError, Step, advance, interpolate
+from reduced1d.radau import ShortStepError, Step, interpolate, march
 from scenes.errors import RunawayError
 
-POINTS = 7
-"""Radau's points of a step: values between them follow their polynomial, whose error is the largest in a long step."""
-SHORTEST = 1e-10
-"""Of the end time: a step that has to be shorter has run away."""
+POINTS = 7  # Radau's points of a step; the polynomial through them is least accurate in a long step.
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,9 +24,9 @@ class History:
     steps: tuple[Step, ...]
 
     @property
-    def marks(self) -> list[float]:
-        """The ends of the steps (s)."""
-        return [0.0, *(step.stop for step in self.steps)]
+    def middles(self) -> np.ndarray:
+        """The middles of the steps (s)."""
+        return np.array([(step.start + step.stop) / 2 for step in self.steps])
 
     def at(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Rises (n, times), potentials (n, times) and inputs (inputs, times) at ascending times (s); at a jump inputs
@@ -41,8 +38,7 @@ class History:
             rises = model.heat.fixed @ x
             if self.steps:
                 rises = rises + model.heat.free @ interpolate(self.steps, times)
-        potentials = np.zeros_like(rises) if model.current is None else model.potentials(rises, x)
-        return rises, potentials, x
+        return rises, model.potentials(rises, x), x
 
 
 def history(model: Model, end: float, first: float, growth: float, settled: float) -> History:
@@ -63,12 +59,12 @@ def history(model: Model, end: float, first: float, growth: float, settled: floa
         x = inputs.at(start)
         # Inputs are linear in the interval, up to the values before a jump at its end.
         problem.start, problem.x, problem.slope = start, x, 2 * (inputs.at((start + stop) / 2) - x) / (stop - start)
-        for a, b in pairwise([start, *(start + (stop - start) * growth ** np.arange(1.0 - count, 0.0)), stop]):
-            try:
-                v = advance(problem, v, a, b, POINTS, settled, SHORTEST * end, steps)
-            except ShortStepError as error:
-                said = f"the network's heating runs away after {error.start:.3g} s (thermal runaway)"
-                raise RunawayError(said, np.inf) from None
+        marks = [start, *(start + (stop - start) * growth ** np.arange(1.0 - count, 0.0)), stop]
+        try:
+            v = march(problem, v, marks, POINTS, settled, end, steps)
+        except ShortStepError as error:
+            text = f"the network's heating runs away after {error.start:.3g} s (thermal runaway)"
+            raise RunawayError(text, np.inf) from None
         v = problem.jumped(v, x + problem.slope * (stop - start), inputs.at(stop))
     return History(model, tuple(steps))
 
@@ -100,14 +96,11 @@ class _Problem:
     def heat(self, times: np.ndarray, stages: np.ndarray) -> np.ndarray:
         inputs = self.x[:, None] + self.slope[:, None] * (times - self.start)
         given = self.entering @ inputs - (self.lifted @ self.slope)[:, None]
-        model = self.model
-        if model.current is None:
-            return np.asarray(given)
         rises = self.circuit.free @ stages + self.circuit.fixed @ inputs
-        halves, resistance = model.resistances(rises)
-        self.potentials = model.potentials(rises, inputs, self.potentials)
-        joule = model.joule(halves, model.currents(resistance, self.potentials, inputs))
-        return np.asarray(given + self.circuit.free.T @ joule)
+        if self.model.current is not None:
+            self.potentials = self.model.potentials(rises, inputs, self.potentials)
+            given = given + self.circuit.free.T @ self.model.joule(rises, self.potentials, inputs)
+        return np.asarray(given)
 
     def jumped(self, v: np.ndarray, before: np.ndarray, after: np.ndarray) -> np.ndarray:
         """The free rises after a jump of the inputs: given temperatures take their nodes along, and no heat."""

@@ -215,7 +215,7 @@ def test_lines_that_run_differently_exchange_their_means() -> None:
          over("down", (0, 0, 0), (LONG, LONG / 2, 0), quantity="heat_flow")],
     )  # fmt: skip
     found = solve(of)
-    assert [joint.kind for joint in found.details["model"].layout.joints] == ["means"]
+    assert [link.kind for link in found.details["model"].layout.heat if link.other] == ["means"]
     power = flux * WIDE * LONG / 2
     mean = power * THICK / 2 / K / (LONG * LONG / 2)  # of the plate: half its thickness above what is held
     rises(found, plate=mean, down=-power)
@@ -348,7 +348,7 @@ def test_ends_that_meet_at_a_contact() -> None:
     near = power * LONG / K / AREA
     beyond = near + power * CONTACT / (AREA / 2)
     rises(solve(of), near=near, beyond=beyond, tip=beyond + power * 2 * LONG / K / (AREA / 2), through=-power)
-    (joint,) = (p for p in places(layout(of), False) if p.key[0] == "joint")
+    (joint,) = (p for p in places(layout(of)) if p.other)
     assert joint.other is not None
     # In 3D the temperature is told on either side.
     assert (joint.one.boxes, joint.other.boxes) == (("bar",), ("thin",))

@@ -76,7 +76,7 @@ def test_pads_lie_along_the_beam() -> None:
     assert isinstance(sink, Sink)
     layout = solve(replace(sink.scene(), steady=True)).details["model"].layout
     assert [line.axis for line in layout.lines] == [1] * len(layout.lines)
-    kinds = {(layout.lines[j.one.line].name, layout.lines[j.other.line].name): j.kind for j in layout.joints}
+    kinds = {(layout.lines[j.one.line].name, layout.lines[j.other.line].name): j.kind for j in layout.heat if j.other}
     assert kinds == {
         ("pad-0", "beam"): "ends", ("beam", "pad-1"): "ends",
         ("oxide-0", "pad-0"): "along", ("oxide-1", "pad-1"): "along",

@@ -32,7 +32,7 @@ def test_formulas_give_the_values_that_the_network_has(name: str) -> None:
     scene = load(name)
     assert isinstance(scene, Scene)
     model: Model = solve(scene).details["model"]
-    made, layout = table(model.layout, model.current is not None), model.layout
+    made, layout = table(model.layout), model.layout
     rows: list[dict[str, Any]] = [row for part in made.values() for row in part]
     cells = [cell for row in rows for key, cell in row.items() if key not in ("what", "how")]
     assert len(cells) > len(layout.lines)
@@ -41,12 +41,11 @@ def test_formulas_give_the_values_that_the_network_has(name: str) -> None:
         assert worked_out(cell["formula"]) == pytest.approx(cell["value"], rel=1e-5), cell
     assert model.heat is not None
     branches = {key: model.conduction[at] for key, at in model.heat.rows.items()}
-    for j, joint in enumerate(layout.joints):
-        if joint.kind != "ends":
-            assert made["joints"][j]["W/K"]["value"] == pytest.approx(branches["joint", j].sum(), rel=1e-12)
-    for c in range(len(layout.conditions)):
-        if ("condition", c) in branches:
-            assert made["conditions"][c]["W/K"]["value"] == pytest.approx(branches["condition", c].sum(), rel=1e-12)
+    for part, joint in (("joints", True), ("conditions", False)):
+        numbers = [n for n, link in enumerate(layout.heat) if (link.other is not None) == joint]
+        for row, number in zip(made[part], numbers, strict=False):
+            if ("link", number) in branches:
+                assert row["W/K"]["value"] == pytest.approx(branches["link", number].sum(), rel=1e-12)
     for i, line in enumerate(layout.lines):
         # Of a line's branches, each k A dx for a gradient, the sum is k A L.
         assert made["lines"][i]["W/K"]["value"] == pytest.approx(branches["line", i].sum() / line.length**2, rel=1e-12)
@@ -67,7 +66,7 @@ def test_the_sinks_anchor_by_hand() -> None:
     from dataclasses import replace
 
     scene = load("sink").scene()  # type: ignore[union-attr]
-    made = table(solve(replace(scene, steady=True)).details["model"].layout, True)
+    made = table(solve(replace(scene, steady=True)).details["model"].layout)
     joints = {row["what"]: row for row in made["joints"]}
     assert joints["pad-0 | beam"]["how"] == "ends meet, nothing between"
     down = joints["oxide-0 | pad-0"]

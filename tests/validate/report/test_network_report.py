@@ -50,8 +50,8 @@ def test_the_picture_has_every_line_and_joint() -> None:
     for ax in axes:
         assert len(ax.patches) == len(shape.lines)
         lines, (joints, conditions) = ax.lines[: len(shape.lines)], ax.lines[len(shape.lines) :]
-        assert len(joints.get_xdata()) == len(shape.joints)
-        assert len(conditions.get_xdata()) == len(shape.conditions) + len(shape.electrodes)
+        assert len(joints.get_xdata()) == sum(link.other is not None for link in shape.heat)
+        assert len(conditions.get_xdata()) == sum(not link.other for link in (*shape.heat, *shape.current))
         assert len(lines) == len(shape.lines)
     beam = axes[0].lines[0]
     assert [float(x) for x in beam.get_xdata()] == pytest.approx([0, 200])

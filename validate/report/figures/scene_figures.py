@@ -188,8 +188,8 @@ def _view(ax: Any, shape: Layout, across: int, up: int, named: bool) -> None:
             place = middle[across] * _UM, middle[up] * _UM
             look = {"textcoords": "offset points", "ha": ha, "va": "center", "fontsize": 7, "color": INK}
             ax.annotate(line.name, place, beside, **look)
-    joints = [_middle(joint.one) for joint in shape.joints]
-    conditions = [_middle(c.touch) for c in (*shape.conditions, *shape.electrodes)]
+    joints = [_middle(link.one) for link in shape.heat if link.other]
+    conditions = [_middle(link.one) for link in (*shape.heat, *shape.current) if not link.other]
     for centres, mark, colour in ((joints, "s", INK), (conditions, "o", LINES["end_K"])):
         if centres:
             points = np.array(centres) * _UM
