@@ -39,7 +39,7 @@ def draw(name: str, outcome: Outcome[Any]) -> Figure | None:
     if name not in FIGURES:
         return None
     module, _, function = FIGURES[name].partition(".")
-    figure: Figure = getattr(import_module(f"validate.report.figures.{module}"), function)(outcome)
+    figure: Figure | None = getattr(import_module(f"validate.report.figures.{module}"), function)(outcome)
     return figure
 
 

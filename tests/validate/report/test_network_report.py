@@ -19,7 +19,7 @@ from validate.report.figures.scene_figures import network as draw
 @pytest.mark.long
 def test_the_table_is_printed_and_kept(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "run"
-    assert main(["solve", "bridge", "--model", "network", "--why", "--no-figures", "--out", str(out)]) == 0
+    assert main(["solve", "bridge", "--model", "network", "--why", "--out", str(out)]) == 0
     said = " ".join(capsys.readouterr().out.split())
     assert "32 W/(m K) x 20 um2 / 200 um = 3.200 uW/K; 2e-05 ohm m x 200 um / 20 um2 = 200.0 ohm" in said
     summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))

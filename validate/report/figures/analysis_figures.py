@@ -17,7 +17,6 @@ from compare.kinds import kind_of
 from compare.outcome import Outcome
 from compare.report.checks import with_mu
 from scenes.formats import cut, scale, sink_text
-from scenes.sink import Sink
 from validate.report.figures import INK, LINES, PARTS
 from validate.report.figures.drawing import band, kept, legend, logarithmic, new_figure
 
@@ -37,10 +36,12 @@ _MARKS = 40
 """Data points that have error bars."""
 
 
-def why(outcome: Outcome[Sink]) -> Figure:
+def why(outcome: Outcome[Any]) -> Figure | None:
     """A panel for each quantity: the part of each assumption in reduction less 3D, stacked away from zero in percent
     of the final rise (or the current's change), against time; the bar beside it is the steady state, with its
-    numerical error. The black line is the whole difference."""
+    numerical error. The black line is the whole difference. None for scenes other than a sink."""
+    if outcome.scene.kind != "sink":
+        return None
     from compare.analyses.why import named
 
     budget, sink = outcome.analyses["why"], outcome.scene
