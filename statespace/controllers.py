@@ -12,14 +12,13 @@ from typing import Any
 import numpy as np
 
 
-def error_of(measured: np.ndarray, resistance: np.ndarray, change: np.ndarray) -> np.ndarray:
-    """(R_req - R)/(R_req - R_0), no unit, of ``measured`` resistances R (ohm): R_0 is the ``resistance`` at no rise,
-    and R_req that at the set rise, where it has changed by the part ``change``."""
-    return np.asarray(1 - (measured / resistance - 1) / change)
-
-
 class Controllers:
-    """The controllers of a document (`statespace.device_model.controllers`), from their first sample on."""
+    """The controllers of a document (`statespace.sampling.settings`), from their first sample on.
+
+    A voltage is the one before plus gain (R_req - R)/(R_req - R_0), not below the ``lowest``: R is measured, R_0 the
+    ``resistance`` at no rise, and R_req that at the set rise, where it has changed by the part ``change``. The printed
+    "dt" of the law is the sample time, and the law is integral, not proportional.
+    """
 
     def __init__(self, document: Mapping[str, Any]) -> None:
         self.document = document
@@ -33,7 +32,7 @@ class Controllers:
 
     def sample(self, measured: Sequence[float] | np.ndarray) -> np.ndarray:
         """(2,): the voltages (V) that hold from this sample on, of the resistances (2,) in ohm that are measured."""
-        error = error_of(np.asarray(measured, dtype=float), self.resistance, self.change)
+        error = 1 - (np.asarray(measured, dtype=float) / self.resistance - 1) / self.change
         self.voltage = np.maximum(self.voltage + self.gain * error, self.lowest)
         self.samples += 1
         return self.voltage

@@ -22,7 +22,7 @@ import numpy as np
 from scenes.device import Device
 from statespace.document import EQUATIONS, in_kelvin, written
 from statespace.modal import Inlet, Modal
-from statespace.sampling import control_law
+from statespace.sampling import settings
 
 INPUTS = {
     "sink.voltage": ("V", "voltage"), "sensor.voltage": ("V", "voltage"),
@@ -42,17 +42,6 @@ GIVEN = 1 + len(INPUTS)
 def document(modal: Modal, device: Device, name: str, inputs: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
     """Write the document of a model without errors; ``inputs`` has the value, rest, step and range of each input."""
     return _Maker(modal, device).document(name, inputs)
-
-
-def controllers(modal: Modal, device: Device) -> dict[str, Any]:
-    """The document of the controllers (`statespace.controllers`)."""
-    control = control_law(device, modal.resistance, modal.coefficient)
-    return {
-        "sample_time_s": device.control.sample_time, "gain_V": control.gain.tolist(),
-        "resistance_ohm": modal.resistance.tolist(),
-        "change_at_set_temperature": (modal.coefficient * device.set_rise).tolist(),
-        "lowest_V": None if np.isinf(control.lowest) else control.lowest,
-    }  # fmt: skip
 
 
 class _Maker:
@@ -114,7 +103,7 @@ class _Maker:
                 "from_s": device.control.sample_time, "to_s": device.end_time,
                 "highest_temperature_K": min(valid, default=None),
             },
-            "controllers": controllers(modal, device),
+            "controllers": settings(device, modal.resistance, modal.coefficient),
             "matrices": written(matrices),
         }  # fmt: skip
 

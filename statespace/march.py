@@ -1,29 +1,33 @@
 """March the closed loop of a device from sample to sample.
 
-Between samples the voltages hold, the modes are propagated exactly, and the heat V^2/R(T) of each film is collocated
-(`statespace.collocation`). The heats of an interval come from Picard's iteration, else by Newton's method.
+Between samples the voltages hold, and the modes are propagated exactly. The heat V^2/R(T) of each film is a polynomial
+in x = (t/h)^(1/2), given by its values at Chebyshev points: after a voltage jump the temperatures go like t, t^(3/2),
+t^2 ... once heat has entered the layers, which is smooth in x. The response of each mode to each Lagrange polynomial is
+integrated once for each interval length h. The heats of an interval come from Picard's iteration, else by Newton's
+method.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Literal
 
 import numpy as np
 
 from scenes.device import Device
 from statespace import circuit
-from statespace.collocation import Interval, interval
+from statespace.controllers import Controllers
 from statespace.modal import Modal
 from statespace.result import QUANTITIES, TOP
-from statespace.sampling import control_law, timetable
+from statespace.sampling import metered, settings, timetable
 from statespace.stability import state_of
 
 CEILING = 2000.0
 """K, beyond any metal: a run in which a film's rise gets there is stopped."""
 PICARD, NEWTON = 8, 30
 """Iterations within a sample: the most simple ones, then the most by Newton's method."""
+POWER = 2  # The heat is a polynomial in t^(1/2).
 
 
 @dataclass(frozen=True)
@@ -176,7 +180,7 @@ def march(
     ArithmeticError
         Where the iteration for the powers fails.
     """
-    control, table = control_law(device, modal.resistance, modal.coefficient, meter), timetable(device)
+    control, table = Controllers(settings(device, modal.resistance, modal.coefficient)), timetable(device)
     at, m = _Places(modal, nodes, device.control.ground_resistance), modal.responses
     history, voltages = np.empty((table.samples, len(at.film))), np.empty((table.samples, 2))
     n = modal.count
@@ -186,6 +190,7 @@ def march(
     if start == "settled":
         settled = state_of(modal, device, device.external.initial_temperature)
         heat, voltage = modal.heat(settled.power, settled.rise), settled.voltage
+        control.voltage = voltage
         b[:n] = heat @ modal.shape / modal.rates
         powers[m : m * (nodes + 1)] = np.repeat(heat, nodes)
         outer = device.external.initial_temperature - device.sink.room_temperature
@@ -202,7 +207,8 @@ def march(
             history[k] = free
             if fed:
                 history[k, at.flows] += at.feed @ powers
-            voltages[k] = voltage = control.next_voltage(voltage, free[:2])
+            warm = modal.resistance * (1 + modal.coefficient * free[:2])
+            voltages[k] = voltage = control.sample(metered(voltage, warm, at.ground, meter))
             stopped = bool(free[0] > CEILING or free[1] > CEILING)
             held = watched is not None and voltage[watched] == control.lowest and control.gain[watched] > 0
             if stopped or held or not length:
@@ -223,3 +229,80 @@ def march(
         history[:, :2], voltages, circuit.powers(voltages, resistance, at.ground), history[:, at.flows], limited,
         stopped, b[:n] - initial, stepped, b[n:], outer_time, outer - before,
     )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Interval:
+    """Matrices of one interval length, for n modes, m responses, k flows and q unknown heats per response.
+
+    The size = m (q + 1) + k places are the responses at the start, then at the nodes (response by response), and the
+    flows at the start.
+
+    Attributes
+    ----------
+    reading : (size, n + 2) array
+        Rises (K) at the places and flows (W) per amplitude at the start, without heat in the interval.
+    kernel : (size, size) array
+        Rises per heat (K/W).
+    gain : (n + 2, size) array
+        Amplitudes at the end per heat; the last two are the energies (J) generated in sink and sensor.
+    decay : (n + 2,) array
+        Amplitudes at the end per amplitude at the start.
+    """
+
+    reading: np.ndarray
+    kernel: np.ndarray
+    gain: np.ndarray
+    decay: np.ndarray
+
+
+def interval(modal: Modal, length: float, q: int) -> Interval:
+    """Integrate the responses of a model's modes over an interval of some length (s)."""
+    m, k, n = modal.responses, len(modal.flux), modal.count
+    x = (1 - np.cos(np.pi * np.arange(q + 1) / q)) / 2
+    response = np.stack([_response(modal.rates * length, x, node) for node in range(1, q + 1)]) * length
+    later = np.einsum("in,mnl,jn->imjl", modal.shape, response, modal.shape)
+    free = np.einsum("in,mn->imn", modal.shape, np.exp(-np.outer(x[1:] ** POWER, modal.rates * length)))
+    last = np.einsum("nl,jn->njl", response[-1], modal.shape)
+    points, w = _graded(x[-1], 4, q + 8)
+    size = m * (q + 1) + k
+    reading, kernel, gain = np.zeros((size, n + 2)), np.zeros((size, size)), np.zeros((n + 2, size))
+    nodes = slice(m, m * (q + 1))
+    kernel[nodes, :m], kernel[nodes, nodes] = later[..., 0].reshape(m * q, m), later[..., 1:].reshape(m * q, m * q)
+    gain[:n, :m], gain[:n, nodes] = last[..., 0], last[..., 1:].reshape(-1, m * q)
+    weights = length * (w * POWER * points ** (POWER - 1)) @ _lagrange(x, points)
+    for film in (0, 1):
+        gain[n + film, np.r_[film, m + film * q + np.arange(q)]] = weights
+    reading[:, :n] = np.vstack([modal.shape, free.reshape(m * q, -1), modal.flux])
+    return Interval(reading, kernel, gain, np.r_[np.exp(-modal.rates * length), 1.0, 1.0])
+
+
+def _response(decay: np.ndarray, x: np.ndarray, node: int) -> np.ndarray:
+    """Integrals of exp(-decay (x_m^2 - s^2)) times the Lagrange polynomials in s over ds^2, (modes, nodes)."""
+    s, w = _graded(x[node], int(np.ceil(np.log2(POWER * decay.max() + 1))) + 4, len(x) + 7)
+    weights = (w * POWER * s ** (POWER - 1))[:, None]
+    return np.exp(np.outer(decay, s**POWER - x[node] ** POWER)) @ (weights * _lagrange(x, s))
+
+
+def _graded(end: float, panels: int, order: int) -> tuple[np.ndarray, np.ndarray]:
+    """Gauss points and weights on panels of (0, end) that halve towards the end."""
+    edges = end * np.r_[1 - 0.5 ** np.arange(panels), 1.0]
+    x, w = _gauss(order)
+    half = np.diff(edges)[:, None] / 2
+    return (edges[:-1, None] + half * (1 + x)).ravel(), (half * w).ravel()
+
+
+@lru_cache
+def _gauss(order: int) -> tuple[np.ndarray, np.ndarray]:
+    return np.polynomial.legendre.leggauss(order)
+
+
+def _lagrange(nodes: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Lagrange polynomials of the Chebyshev-Lobatto nodes at x, (points, nodes), by the barycentric formula."""
+    weights = (-1.0) ** np.arange(len(nodes))
+    weights[[0, -1]] /= 2
+    difference = x[:, None] - nodes
+    hit = np.abs(difference) < 1e-15
+    terms = weights / np.where(hit, 1.0, difference)
+    values = terms / terms.sum(axis=1, keepdims=True)
+    return np.where(hit.any(axis=1, keepdims=True), hit, values)

@@ -1,79 +1,37 @@
-"""The sampled controllers: the incremental law of eq 21, its limit at zero volts and the meter in its loop; and when
-they sample and the outer temperature steps."""
+"""The settings of a device's controllers, the meter in their loop, and when they sample and the outer temperature
+steps."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from scenes.device import Device
 from statespace.circuit import measured
-from statespace.controllers import error_of
 
 
-@dataclass(frozen=True)
-class ControlLaw:
-    """Eq 21 for (sink, sensor).
-
-    Attributes
-    ----------
-    gain : (2,) array
-        Gains in V.
-    set_rise, lowest : float
-        The set rise (K), and the smallest voltage (V), -inf for none.
-    resistance, coefficient : (2,) array
-        R_0 (ohm) and its temperature coefficient (1/K) of eq 7.
-    resolution : (2,) array
-        Step (ohm) to which a measured resistance is rounded, 0 for an ideal meter.
-    ground : float
-        The lead (ohm) that both currents share.
-    """
-
-    gain: np.ndarray
-    set_rise: float
-    lowest: float
-    resistance: np.ndarray
-    coefficient: np.ndarray
-    resolution: np.ndarray
-    ground: float = 0.0
-
-    @cached_property
-    def ideal(self) -> bool:
-        """Whether the films' own resistances are measured, without rounding."""
-        return not self.resolution.any() and not self.ground
-
-    def error(self, voltage: np.ndarray, rise: np.ndarray) -> np.ndarray:
-        """(R_req - R)/(R_req - R_0) as measured, no unit, for the voltages (V) that have held until then and rises in
-        K, with the elements on the last axis of both."""
-        if self.ideal:
-            return 1 - rise / self.set_rise
-        step = np.where(self.resolution > 0, self.resolution, 1.0)
-        resistance = measured(voltage, self.resistance * (1 + self.coefficient * rise), self.ground)
-        read = np.where(self.resolution > 0, np.rint(resistance / step) * step, resistance)
-        return error_of(read, self.resistance, self.coefficient * self.set_rise)
-
-    def next_voltage(self, voltage: np.ndarray, rise: np.ndarray) -> np.ndarray:
-        """The voltage from this sample on, in V: V(t) = V(t - T_s) + gain * error, not below ``lowest``.
-
-        The printed "dt" is the controller's sample time, and the law is integral, not proportional.
-        """
-        return np.maximum(voltage + self.gain * self.error(voltage, rise), self.lowest)
-
-
-def control_law(
-    device: Device, resistance: np.ndarray, coefficient: np.ndarray, resolution: tuple[float, float] = (0.0, 0.0)
-) -> ControlLaw:
-    """The law of a device's controllers; ``resistance``, ``coefficient`` and ``resolution`` for (sink, sensor)."""
+def settings(device: Device, resistance: np.ndarray, coefficient: np.ndarray) -> dict[str, Any]:
+    """Write the document of a device's `statespace.controllers.Controllers`, for R_0 (ohm) and its temperature
+    coefficient (1/K) of (sink, sensor)."""
     control = device.control
-    return ControlLaw(
-        np.array([control.sink_gain, control.sensor_gain]), device.set_rise,
-        -np.inf if control.allow_negative_voltage else 0.0, resistance, coefficient, np.array(resolution, dtype=float),
-        control.ground_resistance,
-    )  # fmt: skip
+    return {
+        "sample_time_s": control.sample_time, "gain_V": [control.sink_gain, control.sensor_gain],
+        "resistance_ohm": resistance.tolist(), "change_at_set_temperature": (coefficient * device.set_rise).tolist(),
+        "lowest_V": None if control.allow_negative_voltage else 0.0,
+    }  # fmt: skip
+
+
+def metered(
+    voltage: np.ndarray, resistance: np.ndarray, ground: float, meter: tuple[float, float] = (0.0, 0.0)
+) -> np.ndarray:
+    """(2,): the resistances (ohm) of (sink, sensor) as controllers read them over a common lead, for the voltages (V)
+    that have held until then, rounded to the steps of a ``meter`` (ohm, 0 for an ideal one)."""
+    step = np.array(meter)
+    seen = measured(voltage, resistance, ground)
+    return np.where(step > 0, np.rint(seen / np.where(step > 0, step, 1.0)) * step, seen)
 
 
 @dataclass(frozen=True)

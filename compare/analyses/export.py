@@ -35,13 +35,13 @@ class CompactExport(Analysis[Exported]):
         kind_of(outcome.scene).exportable(outcome.scene, outcome.options)
 
     def run(self, outcome: Outcome[Any], progress: Progress) -> Exported:
-        from statespace import fmu
         from statespace.document import validity
+        from statespace.export import MISSING, fmu_available
 
         with progress.stage("export"):
             document: dict[str, Any] = kind_of(outcome.scene).compact(outcome, progress)
         outcome.warn(*document["warnings"])
-        without = "" if fmu.available() else f"; {fmu.MISSING}"
+        without = "" if fmu_available() else f"; {MISSING}"
         name = "a compact model and its controllers" if "controllers" in document else "a compact model"
         return Exported(f"{name} ({validity(document)}{without})", document, outcome.options.export.folder)
 

@@ -24,9 +24,10 @@ from reduced1d.device.accurate import solve_accurate
 from reduced1d.device.lumped import Lumped, Slab, around, lump
 from reduced1d.equations import Values
 from scenes.device import Device
+from statespace.controllers import Controllers
 from statespace.march import CEILING
 from statespace.result import QUANTITIES, DeviceResult, device_result
-from statespace.sampling import ControlLaw, control_law, timetable
+from statespace.sampling import metered, settings, timetable
 
 
 class UnstableStepError(ValueError):
@@ -140,9 +141,9 @@ def paper_traces(
             f"the paper's scheme is unstable on this device with its time step of {used.dt * 1e6:.3g} us: "
             f"it is stable only up to {stability_limit(device, used) * 1e6:.3g} us"
         )
-    control = control_law(device, lumped.resistance, lumped.coefficient, meter)
+    control = Controllers(settings(device, lumped.resistance, lumped.coefficient))
     steps = {k * per_sample + round(after / used.dt): outer for k, at in table.steps.items() for after, outer in at}
-    return _march(lumped, control, used, table.samples, per_sample, steps), used
+    return _march(lumped, control, meter, used, table.samples, per_sample, steps), used
 
 
 def solve_paper(
@@ -175,7 +176,8 @@ def solve_paper(
 
 
 def _march(
-    lumped: Lumped, control: ControlLaw, scheme: PaperScheme, samples: int, per_sample: int, steps: dict[int, float]
+    lumped: Lumped, control: Controllers, meter: tuple[float, float], scheme: PaperScheme, samples: int,
+    per_sample: int, steps: dict[int, float],
 ) -> np.ndarray:  # fmt: skip
     M, dt = step_matrix(lumped, scheme), scheme.dt
     z, y = np.zeros(scheme.states), np.zeros(scheme.states)
@@ -185,7 +187,8 @@ def _march(
     sink, sensor, face = 0.0, 0.0, scheme.nx - 1
     for k in range(samples):
         rises = np.array([sink, sensor])
-        voltage = control.next_voltage(voltage, rises)
+        warm = lumped.resistance * (1 + lumped.coefficient * rises)
+        voltage = control.sample(metered(voltage, warm, 0.0, meter))
         flow = lumped.polymer.conductance * scheme.nx * (sensor - z[face])
         traces[k] = np.r_[rises, voltage, lumped.power(voltage, rises), flow]
         if k == samples - 1 or rises.max() > CEILING:

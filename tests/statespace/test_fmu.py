@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from statespace import export, fmu
+from statespace import export
 from statespace.runtime import CompactModel
 from tests.statespace.test_runtime import document
 
 needs_fmu = pytest.mark.skipif(
-    not fmu.available() or importlib.util.find_spec("fmpy") is None,
+    not export.fmu_available() or importlib.util.find_spec("fmpy") is None,
     reason="pythonfmu and fmpy are not installed (pip install '.[fmu]')",
 )
 
@@ -49,7 +49,7 @@ def test_a_steady_state(tmp_path: Path) -> None:
 
 
 def test_without_pythonfmu_the_rest_is_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(fmu, "available", lambda: False)
+    monkeypatch.setattr(export, "fmu_available", lambda: False)
     export.write(document(), tmp_path)
     assert sorted(entry.name for entry in tmp_path.iterdir()) == ["model.cir", "model.json", "model.py"]
 

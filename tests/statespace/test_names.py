@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from statespace import export, fmu
+from statespace import export
 from statespace.document import fmu_names, names, spice_names
 from statespace.runtime import CompactModel
 from tests.statespace.test_runtime import document
@@ -63,7 +63,8 @@ def test_in_ngspice(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(
-    not fmu.available() or importlib.util.find_spec("fmpy") is None, reason="pythonfmu and fmpy are not installed"
+    not export.fmu_available() or importlib.util.find_spec("fmpy") is None,
+    reason="pythonfmu and fmpy are not installed",
 )
 def test_in_fmpy(tmp_path: Path) -> None:
     import fmpy

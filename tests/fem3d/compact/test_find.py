@@ -19,9 +19,8 @@ from scenes.errors import SceneError
 from scenes.loading import load_free as load
 from scenes.model import Schedule
 from scenes.result import Result
-from statespace import fmu
 from statespace.channels import driven
-from statespace.export import write
+from statespace.export import fmu_available, write
 from statespace.runtime import CompactModel
 from tests.validate.solve.test_mesh_cli import SCENE as MESH_SCENE
 from tests.validate.solve.test_mesh_cli import WIRE
@@ -230,7 +229,7 @@ def test_temperature_and_potential_jump_at_a_contact(tmp_path: Path) -> None:
     [
         in_python,
         pytest.param(in_ngspice, marks=pytest.mark.needs("ngspice")),
-        pytest.param(in_an_fmu, marks=pytest.mark.skipif(not fmu.available(), reason="pythonfmu is not installed")),
+        pytest.param(in_an_fmu, marks=pytest.mark.skipif(not fmu_available(), reason="pythonfmu is not installed")),
     ],
 )
 def test_every_file_is_within_its_error_of_the_full_model(

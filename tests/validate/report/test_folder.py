@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from scenes.errors import SceneError
-from statespace import fmu
+from statespace import export
 from validate import folder as module
 from validate.cli import main
 from validate.folder import Folder
@@ -128,8 +128,8 @@ def test_an_export_replaces_an_export_and_nothing_of_a_users(
     def full(*_: object) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    monkeypatch.setattr(fmu, "available", lambda: True)
-    monkeypatch.setattr(fmu, "write_fmu", full)
+    monkeypatch.setattr(export, "fmu_available", lambda: True)
+    monkeypatch.setattr(export, "_build_fmu", full)
     solve = ["solve", "bridge", "--no-figures", "--quiet", "--export", str(tmp_path / "model"), "--out"]
     assert main([*solve, str(tmp_path / "run")]) == 2
     assert "cannot be written (No space left on device): make room, or give a folder elsewhere with --export" in (
@@ -138,7 +138,7 @@ def test_an_export_replaces_an_export_and_nothing_of_a_users(
     assert (tmp_path / "model" / "model.json").read_bytes() == before
     assert names(tmp_path) == {"mine", "model"}
     # And where the two are one folder, it has both.
-    monkeypatch.setattr(fmu, "available", lambda: False)
+    monkeypatch.setattr(export, "fmu_available", lambda: False)
     both = ["solve", "bridge", "--no-figures", "--quiet", "--export", str(tmp_path / "b"), "--out", str(tmp_path / "b")]
     for _ in range(2):
         assert main(both) == 0
