@@ -133,12 +133,10 @@ def remarks(slopes: Mapping[str, Slopes]) -> tuple[str, ...]:
 
 def sink_3d(sink: Sink, result: Result, keys: Sequence[str] | None = None, weights: np.ndarray | None = None) -> Slopes:
     """Return the slopes of a sink's 3D result; ``weights`` (places,) add the slope of a sum over its profile."""
-    from fem3d.runs import sink_sensitivity
+    from fem3d.runs import sensitivities
 
-    found = sink_sensitivity.of_sink(sink, result, keys=keys, weights=weights)
-    course = {} if found.course is None else found.course.values
-    times = None if found.course is None else found.course.times
-    slopes = _of_sink(sink, result, found.steady, times, course, "fem3d")
+    found = sensitivities.of_sink(sink, result, keys, weights)
+    slopes = _of_sink(sink, result, found.table, found.times, found.course, "fem3d")
     return replace(slopes, left_out=found.left_out, profile=found.profile)
 
 
@@ -179,9 +177,9 @@ def _table(times: np.ndarray, course: Mapping[str, Mapping[str, np.ndarray]], mo
 
 def free_3d(scene: AnyScene, result: Result, keys: Sequence[str] | None = None) -> Slopes:
     """The slopes of a free scene's probes in 3D, solved whole. Raises ConvergenceError."""
-    from fem3d.runs import scene_sensitivity
+    from fem3d.runs import sensitivities
 
-    found = scene_sensitivity.of_scene(scene, result, keys)
+    found = sensitivities.of_scene(scene, result, keys)
     sizes = {name: e.value for name, e in found.values.items()}
     steady, shift = found.times is None, dict[str, dict[str, float]]()
     traces = {key: dict(by_name) for key, by_name in found.course.items()}
@@ -212,7 +210,7 @@ def base_moves(scene: AnyScene, key: str, steady: bool) -> float:
     other = neighbour(scene, key, STEP)
     if not steady:
         return (other.initial_temperature - scene.initial_temperature) / STEP
-    from fem3d.runs.scene_sensitivity import floor_of
+    from fem3d.runs.sensitivities import floor_of
 
     return (floor_of(scene, other) - floor_of(scene, scene)) / STEP
 
@@ -247,7 +245,7 @@ def own_model(model: Model, scene: Any, result: Result, keys: Iterable[str], ask
     steady = in_3d is None or in_3d.steady
     base = 0.0
     if thermal:
-        from fem3d.runs.scene_sensitivity import floor_of
+        from fem3d.runs.sensitivities import floor_of
 
         base = floor_of(scene, scene) if steady else scene.initial_temperature
         shift = {key: dict.fromkeys(thermal, base_moves(scene, key, steady)) for key in chosen}

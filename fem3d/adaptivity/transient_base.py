@@ -38,22 +38,25 @@ class Hot(NamedTuple):
 
 def of(heat: HeatProblem, conductor: Conductor | None, shift: float, end: float, accuracy: float) -> Base:
     """The base of the response of a heat problem and its conductor up to ``end`` (s)."""
-    return _searched(heat, conductor, shift, end, accuracy)[0]
+    return searched(heat, conductor, shift, end, accuracy)[0]
 
 
 def nested(given: Problems, shift: float, end: float, accuracy: float) -> list[Base]:
     """The base in each of some nested spaces, the highest first: where heating moves the currents is looked for in the
     lowest alone."""
-    lowest, hot = _searched(given.heats[0], given.conductors[0], shift, end, accuracy)
-    bases = [lowest]
-    for heat, conductor in zip(given.heats[1:], given.conductors[1:], strict=True):
-        base, potentials = cold(heat, conductor)
-        for state in hot:
-            assert conductor is not None
-            mapped = state._replace(rise=heat.take(lowest.heat.field(state.rise)))
-            base, potentials = joined_by(base, potentials, mapped, *heated(conductor, mapped, potentials))
-        bases.append(base)
-    return bases[::-1]
+    lowest, hot = searched(given.heats[0], given.conductors[0], shift, end, accuracy)
+    upper = [hold(*pair, hot, lowest.heat) for pair in zip(given.heats[1:], given.conductors[1:], strict=True)]
+    return [*upper[::-1], lowest]
+
+
+def hold(heat: HeatProblem, conductor: Conductor | None, hot: list[Hot], other: HeatProblem) -> Base:
+    """Return the base that holds the currents of hot states of another problem, in a lower space or on a moved mesh."""
+    base, potentials = cold(heat, conductor)
+    for state in hot:
+        assert conductor is not None
+        mapped = state._replace(rise=heat.take(other.field(state.rise)))
+        base, potentials = joined_by(base, potentials, mapped, *heated(conductor, mapped, potentials))
+    return base
 
 
 def cold(heat: HeatProblem, conductor: Conductor | None) -> tuple[Base, list[Potential]]:
@@ -87,7 +90,7 @@ def joined_by(
     return replace(base, patterns=patterns, loads=[*base.loads, load]), together
 
 
-def _searched(
+def searched(
     heat: HeatProblem, conductor: Conductor | None, shift: float, end: float, accuracy: float
 ) -> tuple[Base, list[Hot]]:
     """The base with the currents and loads that heating brings, and the states that these are of."""

@@ -51,7 +51,7 @@ def solve(scene: AnyScene, progress: Callable[[str], None] | None = None, whole:
         study, answer = choice.solve(study, mesh, every, not scene.steady, say)
     response, on = answer.response, answer.mesh
     details, errors = described(study, answer), answer.errors if response is None else response.errors
-    details["plan"] = plan(scene, not study.part.planes, on)
+    details |= {"plan": plan(scene, not study.part.planes, on), "answer": answer}
     if response is None:
         details |= {"scales": study.steady_scales(answer.fine.out), "study": study, "solution": answer.fine}
         # Of an answer that is less accurate than was asked for nothing is known away from the probes.

@@ -1,1 +1,1 @@
-"""Derivatives of steady quantities and traces by the numbers of a scene."""
+"""Sensitivities of steady quantities and traces to the numbers of a scene, by differences on a mesh that moves."""

@@ -15,7 +15,7 @@ from fem3d.adaptivity.file_mesh import mesh_of
 from fem3d.problems import conductors
 from fem3d.problems.assembly import assemble
 from fem3d.runs.scene import solve
-from fem3d.runs.scene_sensitivity import of_scene
+from fem3d.runs.sensitivities import of_scene
 from fem3d.spaces.box_cells import box_cells
 from fem3d.spaces.file_domain import groups
 from meshes.columns import Columns

@@ -8,9 +8,8 @@ from typing import Any, cast
 import pytest
 
 from fem3d.runs import scene as scene_run
-from fem3d.runs import scene_sensitivity
-from fem3d.runs.scene_sensitivity import Slopes
-from fem3d.sensitivity.motion import STEP
+from fem3d.runs.sensitivities import Slopes, of_scene
+from fem3d.sensitivity.differences import STEP
 from scenes.free import from_dict
 from scenes.loading import load, load_free, written
 from scenes.model import Scene
@@ -20,7 +19,7 @@ SUM = 1e-3  # what is asked of the sums, of the largest slope of each quantity
 
 
 def solved(scene: Scene) -> Slopes:
-    return scene_sensitivity.of_scene(scene, scene_run.solve(scene, whole=True))
+    return of_scene(scene, scene_run.solve(scene, whole=True))
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from fem3d.runs import scene as scene_run
-from fem3d.runs import scene_sensitivity
+from fem3d.runs import sensitivities
 from scenes.errors import SceneError
 from scenes.free import validity
 from scenes.model import Boundary, Box, Material, Probe, Scene, Schedule
@@ -111,7 +111,7 @@ def test_slopes_are_differences():
     """By a voltage, which the resistance holds beside the current, and by the resistivity."""
     scene = chip()
     result = scene_run.solve(scene, whole=True)
-    table = scene_sensitivity.of_scene(scene, result, ["boundary.plus.voltage", "material.platinum.resistivity"]).table
+    table = sensitivities.of_scene(scene, result, ["boundary.plus.voltage", "material.platinum.resistivity"]).table
 
     def beside(factor, of_voltage):
         if of_voltage:

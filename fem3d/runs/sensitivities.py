@@ -1,0 +1,172 @@
+"""Sensitivities of a sink's quantities and of a free scene's probes to the numbers of their scenes.
+
+A temperature is differentiated as a rise: of a sink above the room, of a free scene in the steady state above the mean
+of the coldest given temperatures (the start's, where none is given), over time above the start.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from fem3d.results.outputs import Outputs
+from fem3d.results.study import Quantities, Study
+from fem3d.runs import probe_quantities
+from fem3d.runs import scene as scene_run
+from fem3d.runs import sink as sink_run
+from fem3d.sensitivity.differences import Sensitivities, Table, sensitivities
+from meshes import symmetry
+from scenes import physics
+from scenes.errors import quoted
+from scenes.model import AnyScene, Probe, values
+from scenes.result import Estimate, Result
+from scenes.sink import Sink
+from scenes.varied import neighbour, numbers
+
+SAME = 1e-9  # K: given temperatures nearer to each other are one
+ZERO = "it is zero within its error, of which there is no percent"
+AT_ONCE = "the currents follow the voltages at once: the steady state of each has its sensitivities"
+
+
+@dataclass(frozen=True, eq=False)
+class Slopes:
+    """Derivatives of a result.
+
+    Attributes
+    ----------
+    table : d ln quantity / d ln key with errors, by key and quantity; of a free scene over time of the largest size of
+        the probe
+    values : the quantities that these are of, temperatures as rises
+    times : (n,) s
+    course : derivatives of traces (n,) by key and trace: d ln trace / d ln key of a sink, else d trace / d ln key in
+        the trace's unit
+    errors : largest errors of these over time
+    left_out : reason why a key or a quantity has none
+    profile : by key the derivative (K) of a sum over the rises of a sink's profile
+    """
+
+    table: Table
+    values: dict[str, Estimate]
+    times: np.ndarray | None = None
+    course: dict[str, dict[str, np.ndarray]] = field(default_factory=dict)
+    errors: dict[str, dict[str, float]] = field(default_factory=dict)
+    left_out: dict[str, str] = field(default_factory=dict)
+    profile: dict[str, float] = field(default_factory=dict)
+
+
+def of_sink(sink: Sink, result: Result, keys: Iterable[str] | None = None, weights: np.ndarray | None = None) -> Slopes:
+    """Differentiate a result of `fem3d.runs.sink.solve` by its physical keys other than zero, or by some ``keys``.
+
+    With ``weights`` (places,) of the rises of its profile also differentiate their sum, at places that move along.
+    Raises NumericsError.
+    """
+    answer, left_out = result.details["answer"], dict[str, str]()
+    if answer.response is not None and (why := physics.nonlinear(sink.scene(), True)):
+        answer = replace(answer, response=None)
+        left_out["the traces"] = f"{why}, and a sensitivity is then one of the steady state alone"
+
+    def study(key: str = "", step: float = 0.0) -> Study:
+        other = neighbour(sink, key, step) if key else sink
+        made = sink_run.study(other, symmetry.reduce(other.scene()))
+        room = other.room_temperature
+        return replace(made, traces=lambda out: {n: v - room * n.endswith("_K") for n, v in made.traces(out).items()})
+
+    row = None
+    if weights is not None:
+        domain: Any = answer.heat.domain
+        places = zip(weights, result.details["profile"]["points_m"], strict=True)
+        row = sum((w * domain.mean(Probe("", tuple(x), tuple(x))) for w, x in places), np.zeros(domain.space.size))
+    known = {name: e for name, e in result.steady.items() if name in answer.fine.quantities and e.value}
+    chosen = {key: partial(study, key) for key in keys or numbers(sink)}
+    found = sensitivities(study(), answer, known, chosen, row)
+    slopes = Slopes(found.steady, known, left_out=left_out | found.left_out, profile=found.sums)
+    if found.course is None:
+        return slopes
+    course, errors = found.course, dict[str, dict[str, float]]()
+    relative = {key: {n: v / course.traces[n] for n, v in by_name.items()} for key, by_name in course.values.items()}
+    for key, by_name in relative.items():
+        errors[key] = {
+            n: float(np.abs(course.errors[key][n] / course.traces[n]).max())
+            + float(np.abs(v).max()) * answer.response.errors[n] / answer.response.scales[n]
+            + found.steady[key][n.replace("_K", "_rise_K")].error
+            for n, v in by_name.items()
+        }
+    return replace(slopes, times=course.times, course=relative, errors=errors)
+
+
+def of_scene(scene: AnyScene, result: Result, keys: Iterable[str] | None = None) -> Slopes:
+    """Differentiate a result of a whole scene by its numbers other than zero, or by some ``keys``. Raises
+    NumericsError."""
+    chosen = list(numbers(scene) if keys is None else keys)
+    steady = result.traces is None
+    if not steady and "transient" not in result.details:
+        return Slopes({}, {}, left_out=dict.fromkeys(chosen, AT_ONCE))
+
+    def study(key: str = "", step: float = 0.0) -> Study:
+        other = neighbour(scene, key, step) if key else scene
+        made = probe_quantities.study(other, scene_run.part_of(other, True))
+        floor = floor_of(scene, other) if steady else other.initial_temperature
+
+        def rises(out: Outputs) -> Quantities:
+            return {n: v - floor * (n in thermal) for n, v in made.steady(out).items()}
+
+        return replace(made, steady=rises, traces=rises)
+
+    thermal = [p.name for p in scene.probes if p.quantity == "temperature"]
+    floor = floor_of(scene, scene)
+    estimates = {n: Estimate(e.value - floor * (n in thermal), e.error) for n, e in result.steady.items()}
+    known, left_out = _known(estimates)
+    beside = {key: partial(study, key) for key in chosen}
+    answer = result.details["answer"]
+    if steady:
+        found = sensitivities(study(), answer, known, beside)
+        return Slopes(found.steady, known, left_out=left_out | found.left_out)
+    traces = result.over_time
+    late = traces.time >= study().earliest * (1 - 1e-9)
+    start = {n: scene.initial_temperature * (n in thermal) for n in traces.values}
+    sizes = {n: np.abs(v[late] - start[n]) for n, v in traces.values.items()}
+    instants = [float(traces.time[late][v.argmax()]) for v in sizes.values()]
+    return _over_time(result, sensitivities(study(), answer, {}, beside, None, instants))
+
+
+def _over_time(result: Result, found: Sensitivities) -> Slopes:
+    """The slopes of traces, and of the largest size of each."""
+    course, given = found.course, result.over_time.errors
+    assert course is not None
+    at = {n: int(np.abs(v).argmax()) for n, v in course.traces.items()}
+    known, left_out = _known({n: Estimate(float(v[at[n]]), given[n]) for n, v in course.traces.items()})
+    table, errors = Table(), dict[str, dict[str, float]]()
+    for key, by_name in course.values.items():
+        table[key], errors[key] = {}, {}
+        for n, change in by_name.items():
+            size = max(float(np.abs(course.traces[n]).max()), 1e-300)
+            errors[key][n] = float(course.errors[key][n].max() + given[n] * np.abs(change).max() / size)
+            if n in known:
+                value = known[n].value
+                table[key][n] = Estimate(float(change[at[n]]) / value, errors[key][n] / abs(value))
+    return Slopes(table, known, course.times, course.values, errors, left_out | found.left_out)
+
+
+def _known(estimates: Mapping[str, Estimate]) -> tuple[dict[str, Estimate], dict[str, str]]:
+    """The quantities that are not zero within their errors, and the reason why others have no slope."""
+    known = {n: e for n, e in estimates.items() if abs(e.value) > e.error}
+    return known, {f"probe {quoted(n)}": ZERO for n in estimates if n not in known}
+
+
+def floor_of(scene: AnyScene, other: AnyScene) -> float:
+    """What temperatures are above: the mean in another scene of those that are the coldest given ones in this."""
+    pairs: list[tuple[Any, Any]] = []
+    both: Iterable[tuple[Any, Any]] = zip(scene.boundaries, other.boundaries, strict=True)
+    for a, b in both:
+        if a.kind == "temperature":
+            pairs.append((a.value, b.value))
+        elif a.kind == "convection":
+            pairs.append((a.ambient, b.ambient))
+    if not pairs:
+        return other.initial_temperature
+    lowest = min(min(values(a)) for a, _ in pairs)
+    return float(np.mean([min(values(b)) for a, b in pairs if min(values(a)) <= lowest + SAME]))

@@ -1,0 +1,275 @@
+"""Differentiate the quantities of an answer by keys of its scene: differences of solutions on its mesh, moved.
+
+With f(x) the quantity at a key larger by a relative step x, and two steps a and b, usually h and -h, the derivative of
+the parabola through f(0), f(a) and f(b) is
+
+    D = (b D_a - a D_b) / (b - a),    D_a = (f(a) - f(0)) / a,
+
+for h and -h the central difference. Its distance from D_a bounds the truncation error and shows the noise of the
+solutions. The error of space is that of the next lower space: all solutions share their cells, so that the difference
+D_a is a smooth function of the mesh, and converges as the quantities do. Steady quantities are differentiated in
+logarithms, which are straight for powers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from fem3d.adaptivity import nested, transient_base
+from fem3d.adaptivity.estimator import left
+from fem3d.adaptivity.mesh import Answer
+from fem3d.adaptivity.nested import Problems
+from fem3d.results import outputs
+from fem3d.results.study import Study
+from fem3d.sensitivity.moved_mesh import move
+from fem3d.solution import transient
+from fem3d.solution.transient import Base, Krylov
+from fem3d.spaces.channels import Inputs
+from meshes import grading
+from scenes.errors import NumericsError, SceneError
+from scenes.model import Scene
+from scenes.result import Estimate
+
+STEP = 2.0**-10
+"""Relative step of a key: a parabola is then off by some 1e-6 of a derivative, and solutions are solved to 1e-10."""
+TIGHT = 1e-4
+"""Part of the accuracy to which solutions are solved: what iterations leave is divided by the step."""
+ROUNDING = 1e-8
+"""Relative error that rounding in two solutions leaves in their difference over the step."""
+GENERATIONS = 4
+"""More generations of Krylov fields than the traces take, as what is left of them is divided by the step."""
+MARCHED = 1e-8
+"""Relative error of time steps, which is divided by the step."""
+PER_DECADE, FIRST = 20, 1e-3
+"""Rows of a course in each decade after a jump, and the first of them, over the earliest time of interest."""
+BENDS = 1e-2
+"""Rows after a bend start at this fraction of the time to the next one."""
+JUST = 1e-12
+"""Relative distance of the row before a jump from the time of the jump."""
+
+Table = dict[str, dict[str, Estimate]]
+"""By key and quantity: d ln quantity / d ln key."""
+Traces = dict[str, np.ndarray]
+Vary = Callable[[float], Study]
+"""Make the study of the scene whose key is larger by a relative step. Raises SceneError where there is none."""
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """Derivatives of traces.
+
+    Attributes
+    ----------
+    times : (n,) s
+    traces : (n,) by trace, in its unit
+    values : d trace / d ln key (n,) by key and trace, in the trace's unit
+    errors : errors of these (n,), by key and trace
+    """
+
+    times: np.ndarray
+    traces: Traces
+    values: dict[str, Traces]
+    errors: dict[str, Traces]
+
+
+@dataclass(frozen=True, eq=False)
+class Sensitivities:
+    """Derivatives of an answer: of its steady quantities, and of its traces where it has them.
+
+    ``sums`` by key are derivatives of a weighted sum of rises (K); ``left_out`` has the reason why a key has none.
+    """
+
+    steady: Table
+    course: Course | None
+    sums: dict[str, float]
+    left_out: dict[str, str]
+
+
+@dataclass(frozen=True, eq=False)
+class Values:
+    """The steady quantities, the sum of rises and the traces of a scene in one space."""
+
+    steady: dict[str, float]
+    total: float = 0.0
+    traces: Traces = field(default_factory=dict)
+
+
+class Point(NamedTuple):
+    """The values of a scene, and where they are needed in the next lower space, in fewer Krylov fields."""
+
+    fine: Values
+    low: Values | None = None
+
+
+def sensitivities(
+    study: Study,
+    answer: Answer,
+    known: Mapping[str, Estimate],
+    keys: Mapping[str, Vary],
+    weights: np.ndarray | None = None,
+    instants: Sequence[float] = (),
+) -> Sensitivities:
+    """Return the derivatives of an answer by keys.
+
+    Parameters
+    ----------
+    study : the study of the answer, with rises in place of temperatures
+    known : the steady quantities to differentiate, with their errors
+    keys : by key the function that makes the study of a scene next to the answer's
+    weights : (functions,) of the rise, for ``Sensitivities.sums``
+    instants : times (s) that the course shall have
+
+    Raises
+    ------
+    NumericsError
+        if the scene itself cannot be solved again
+    """
+    solver = _Solver(study, answer, weights, instants)
+    base = solver.point(study, True)
+    steady, course = Table(), Course(solver.times, base.fine.traces, {}, {})
+    sums, left_out = dict[str, float](), dict[str, str]()
+    for key, vary in keys.items():
+        try:
+            found = difference(base, partial(solver.beside, vary, base), solver.edges)
+        except (SceneError, NumericsError) as error:
+            left_out[key] = str(error)
+            continue
+        steady[key] = {name: found.logarithmic(name, e) for name, e in known.items()}
+        sums[key] = found.slope(lambda values: values.total)[0]
+        traces = {name: found.of_trace(name) for name in base.fine.traces}
+        course.values[key] = {name: value for name, (value, _) in traces.items()}
+        course.errors[key] = {name: error for name, (_, error) in traces.items()}
+    return Sensitivities(steady, None if answer.response is None else course, sums, left_out)
+
+
+@dataclass(frozen=True, eq=False)
+class Difference:
+    """A scene and two scenes next to it, whose key differs by ``steps``; ``edges`` is the error of space over what the
+    lower space changes."""
+
+    base: Point
+    steps: tuple[float, float]
+    points: tuple[Point, Point]
+    edges: float
+
+    def slope(self, read: Callable[[Values], Any]) -> tuple[Any, Any]:
+        """The derivative of a reading, and its error."""
+        (a, b), zero = self.steps, read(self.base.fine)
+        first, second = ((read(p.fine) - zero) / h for p, h in zip(self.points, self.steps, strict=True))
+        slope = (b * first - a * second) / (b - a)
+        low, base_low = self.points[0].low, self.base.low
+        assert low is not None
+        assert base_low is not None
+        lower = (read(low) - read(base_low)) / a
+        return slope, abs(slope - first) + self.edges * abs(first - lower)
+
+    def logarithmic(self, name: str, known: Estimate) -> Estimate:
+        """d ln quantity / d ln key."""
+        if all(p.fine.steady[name] == self.base.fine.steady[name] for p in self.points):
+            return Estimate(0.0, 0.0)
+        slope, error = self.slope(lambda values: np.log(abs(values.steady[name])))
+        return Estimate(float(slope), float(error) + known.error / abs(known.value) + ROUNDING)
+
+    def of_trace(self, name: str) -> tuple[np.ndarray, np.ndarray]:
+        """d trace / d ln key (n,) and its error (n,), in the trace's unit."""
+        slope, error = self.slope(lambda values: values.traces[name])
+        return slope, error + MARCHED / STEP * np.abs(self.base.fine.traces[name]).max()
+
+
+def difference(base: Point, solve: Callable[[float, bool], Point], edges: float) -> Difference:
+    """Solve with a key changed on both sides, or twice on one side where the other has no solution.
+
+    ``solve`` takes the relative step of the key, and whether the lower space is needed. Raises SceneError where a scene
+    beside the base is not the same but for its numbers, and NumericsError where neither side has a solution.
+    """
+    solved, failure = list[tuple[float, Point]](), None
+    for step in (STEP, -STEP, STEP / 2, -STEP / 2):
+        try:
+            solved.append((step, solve(step, not solved)))
+        except NumericsError as error:
+            failure = failure or error
+        if len(solved) == 2:
+            (a, one), (b, other) = solved
+            return Difference(base, (a, b), (one, other), edges)
+    assert failure is not None
+    raise failure
+
+
+class _Solver:
+    """Solutions of scenes next to the scene of an answer, on its mesh, moved."""
+
+    def __init__(self, study: Study, answer: Answer, weights: np.ndarray | None, instants: Sequence[float]) -> None:
+        self._answer, self._part, self._weights, self._accuracy = answer, study.part, weights, TIGHT * study.accuracy
+        self.times = np.empty(0)
+        if answer.response is not None:
+            self.times = _rows(study, answer.heat.inputs, instants)
+            self._shift = transient.shift(min(study.end, answer.response.slowest), study.earliest)
+            if answer.steady is None:
+                self._base, self._hot = transient_base.searched(
+                    answer.heat, answer.conductor, self._shift, study.end, study.accuracy
+                )
+        self.edges = 1.0
+        if isinstance(study.part.scene, Scene):
+            sharpest = grading.features(study.part.scene).sharpest
+            self.edges = max(1.0, float(left(np.array([grading.LEAST_AT_EDGE]), np.array([4 * sharpest]))[0]))
+
+    def beside(self, vary: Vary, base: Point, step: float, lower: bool) -> Point:
+        """Solve a scene next to the base, or take its values where both have the same steady state and no traces."""
+        study = vary(step)
+        if self._answer.response is None and _at_rest(study.part.scene) == _at_rest(self._part.scene):
+            return base
+        return self.point(study, lower)
+
+    def point(self, study: Study, lower: bool) -> Point:
+        """Solve a scene, in the ``lower`` space too."""
+        study = replace(study, accuracy=self._accuracy)
+        given = nested.problems(move(self._answer.heat.domain, self._part, study.part), self._accuracy)
+        level = len(given.heats) - 1
+        return Point(self._values(study, given, level, 0), self._values(study, given, level - 1, 2) if lower else None)
+
+    def _values(self, study: Study, given: Problems, level: int, fewer: int) -> Values:
+        """Solve in one of the nested spaces; over time in ``fewer`` generations of Krylov fields."""
+        steady, total, base, response = dict[str, float](), 0.0, None, self._answer.response
+        if self._answer.steady is not None:
+            solution = nested.solution(study, given, level)
+            steady = {name: float(value) for name, value in solution.quantities.items()}
+            if self._weights is not None:
+                total = float(self._weights @ solution.state.heat.field(solution.state.rise))
+            base = Base.of_steady(solution.state)
+        if response is None:
+            return Values(steady, total, {})
+        heat, conductor = given.heats[level], given.conductors[level]
+        base = base or transient_base.hold(heat, conductor, self._hot, self._base.heat)
+        reduced = base.project(Krylov(base, self._shift).fields(response.generations + GENERATIONS - fewer))
+        marched = transient.march(base, reduced, study.end, MARCHED)
+        return Values(steady, total, study.traces(outputs.of_transient(marched, study.part, self.times)))
+
+
+def _at_rest(scene: Any) -> Any:
+    """A scene without heat capacities, which no steady state follows."""
+    parts = getattr(scene, scene.parts)
+    still = (replace(p, material=replace(p.material, density=None, specific_heat=None)) for p in parts)
+    return replace(scene, **{scene.parts: tuple(still)})
+
+
+def _rows(study: Study, inputs: Inputs, instants: Sequence[float]) -> np.ndarray:
+    """Times (s) that follow each bend and jump of the inputs ever less closely, with one just before each jump."""
+    end = study.end
+    knots = [0.0, *inputs.knots(end).tolist(), end]
+    rows = [np.array([t for t in (*instants, study.earliest, end) if 0 < t <= end])]
+    for start, following in pairwise(knots):
+        gap = following - start
+        first = BENDS * gap
+        if not start or inputs.jump(start).any():
+            first = min(FIRST * study.earliest, first)
+        rows.append(start + np.geomspace(first, gap, int(PER_DECADE * np.log10(gap / first)) + 2))
+        if start:
+            rows.append(np.array([start * (1 - JUST), start]))
+    times = np.unique(np.concatenate(rows))
+    return times[times >= study.earliest * (1 - 1e-9)]

@@ -1,0 +1,404 @@
+"""Sensitivities against closed forms, and against differences of solutions on meshes of their own."""
+
+from __future__ import annotations
+
+import math
+from copy import deepcopy
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fem3d.runs import scene as scene_run
+from fem3d.runs import sink as sink_run
+from fem3d.runs.sensitivities import Slopes, of_scene, of_sink
+from fem3d.sensitivity.differences import STEP, Point, Values, difference
+from scenes.errors import RunawayError
+from scenes.faces import SIGMA
+from scenes.free import from_dict
+from scenes.loading import load_free
+from scenes.model import MeshScene, Scene
+from scenes.result import Estimate
+from scenes.sink import Sink
+from scenes.varied import numbers, varied
+from tests.meshes.grouped import boxes
+
+FILES = Path(__file__).parents[1] / "meshes" / "grouped" / "files"
+LENGTH, SIDE = 1e-4, 1e-5
+
+
+def bar(**changes: Any) -> Any:
+    """A bar along y, both ends held at the start's temperature and at two voltages."""
+    ends = {"near": ([0, 0, 0], [SIDE, 0, SIDE]), "far": ([0, LENGTH, 0], [SIDE, LENGTH, SIDE])}
+    document: dict[str, Any] = {
+        "scene": {"initial_temperature": 300.0},
+        "run": {"steady": True, "accuracy": 1e-3},
+        "material": [{"name": "m", "thermal_conductivity": 100.0, "resistivity": 1e-5, "density": 2000.0,
+                      "specific_heat": 700.0}],
+        "box": [{"name": "bar", "material": "m", "lower": [0, 0, 0], "upper": [SIDE, LENGTH, SIDE]}],
+        "boundary": [
+            {"name": f"{kind} {name}", "lower": low, "upper": high, kind: value}
+            for (name, (low, high)), volts in zip(ends.items(), (0.1, 0.0), strict=True)
+            for kind, value in (("temperature", 300.0), ("voltage", volts))
+        ],
+        "probe": [
+            {"name": "peak", "at": [SIDE / 2, LENGTH / 2, SIDE / 2]},
+            {"name": "mean", "lower": [0, 0, 0], "upper": [SIDE, LENGTH, SIDE]},
+            {"name": "current", "quantity": "current", "lower": ends["near"][0], "upper": ends["near"][1]},
+        ],
+    }  # fmt: skip
+    return from_dict(document | changes)
+
+
+def solved(scene: Any, *keys: str) -> Slopes:
+    return of_scene(scene, scene_run.solve(scene, None, True), keys or None)
+
+
+def test_exponents_of_a_heated_bar() -> None:
+    """The peak is V^2 / (8 k rho), whatever the sizes; the current V A / (rho L)."""
+    slopes = solved(bar())
+    expected = {
+        "material.m.thermal_conductivity": (-1, 0),
+        "material.m.resistivity": (-1, -1),
+        "boundary.voltage near.voltage": (2, 1),
+        "box.bar.upper.y": (0, -1),
+        "box.bar.upper.x": (0, 1),
+        "box.bar.lower.z": (0, -1),
+    }
+    for key, (rise, current) in expected.items():
+        by_name = slopes.table[key]
+        for name, exponent in (("peak", rise), ("mean", rise), ("current", current)):
+            assert by_name[name].value == pytest.approx(exponent, abs=1e-5), (key, name)
+            assert abs(by_name[name].value - exponent) <= by_name[name].error < 1e-2
+    still = slopes.table["material.m.thermal_conductivity"]["current"]
+    assert still.value == 0.0
+    assert still.error == 0.0
+    assert set(slopes.table) == set(numbers(bar()))
+    assert not slopes.left_out
+
+
+def test_a_wire_that_radiates_alone() -> None:
+    """All heat leaves by radiation: eps sigma A (T^4 - T_a^4) = P, so that d T / d ln eps = -(T^4 - T_a^4) / (4 T^3),
+    and by the power of a source the same with the other sign."""
+    side, ambient, source = 1e-3, 300.0, 1e8
+    scene = from_dict({
+        "scene": {"initial_temperature": ambient},
+        "run": {"steady": True, "accuracy": 1e-3},
+        "material": [{"name": "m", "thermal_conductivity": 1e6}],
+        "box": [{"name": "b", "material": "m", "lower": [0, 0, 0], "upper": [side] * 3, "heat_source": source}],
+        "boundary": [{"name": "r", "lower": [0, 0, side], "upper": [side] * 3,
+                      "radiation": {"emissivity": 0.5, "ambient": ambient}}],
+        "probe": [{"name": "t", "at": [0, 0, side]}],
+    })  # fmt: skip
+    slopes = solved(scene)
+    fourth = source * side / (0.5 * SIGMA)
+    t = (fourth + ambient**4) ** 0.25
+    exact = fourth / (4 * t**3)
+    for key, sign in (("boundary.r.radiation.emissivity", -1), ("box.b.heat_source", 1)):
+        slope = slopes.table[key]["t"]
+        # The conductivity leaves q L / k = 1e-3 of the rise inside.
+        assert slope.value * slopes.values["t"].value == pytest.approx(sign * exact, rel=1e-5)
+        assert slope.error < 1e-2
+    # Held for a film of the coefficient there, the rise would follow the whole of it.
+    assert exact < 0.5 * (t - ambient)
+
+
+def test_a_table_and_a_film_on_a_mesh_file(tmp_path: Path) -> None:
+    """A bar of tetrahedra between a cold end and a film: what both carry, theta(T_end) / L and h (T_a - T_end), is one,
+    and differentiated by the law as a whole and by the coefficient gives the slopes."""
+    document = {
+        "scene": {"initial_temperature": 300.0},
+        "run": {"steady": True, "accuracy": 1e-2},
+        "material": [{"name": "m", "thermal_conductivity": {"temperatures": [300.0, 500.0], "values": [1.0, 2.0]}}],
+        "box": [{"name": "bar", "material": "m", "lower": [0, 0, 0], "upper": [1e-4, 2e-5, 2e-5]}],
+        "boundary": [
+            {"name": "cold", "lower": [0, 0, 0], "upper": [0, 2e-5, 2e-5], "temperature": 300.0},
+            {"name": "film", "lower": [1e-4, 0, 0], "upper": [1e-4, 2e-5, 2e-5],
+             "convection": {"coefficient": {"value": 1e4, "at": 300.0, "exponent": 1.0}, "ambient": 500.0}},
+        ],
+        "probe": [{"name": "end", "lower": [1e-4, 0, 0], "upper": [1e-4, 2e-5, 2e-5]}],
+    }  # fmt: skip
+    whole = from_dict(deepcopy(document))
+    assert isinstance(whole, Scene)
+    boxes.write(boxes.grouped(whole, "tetra", 1), tmp_path / "m.msh", 1e-6)
+    slopes = solved(from_dict(boxes.document(document, "m.msh", 1e-6), folder=str(tmp_path)))
+    rise = slopes.values["end"].value
+    t = 300.0 + rise
+    h = 1e4 * t / 300.0
+    # G = theta(T) / L - h(T) (T_a - T) = 0, theta = u + u^2 / 400 with u the rise.
+    conducted = (rise + rise**2 / 400) / 1e-4
+    assert conducted == pytest.approx(h * (500.0 - t), rel=1e-2)
+    steep = (1 + rise / 200) / 1e-4 + h - 1e4 / 300.0 * (500.0 - t)
+    expected = {
+        "material.m.thermal_conductivity": -conducted / steep,
+        "boundary.film.convection.coefficient": conducted / steep,
+        "boundary.film.convection.coefficient.exponent": conducted / steep * math.log(t / 300.0),
+    }
+    for key, change in expected.items():
+        slope = slopes.table[key]["end"]
+        assert abs(slope.value - change / rise) <= slope.error < 2e-2
+        assert abs(change / rise) > 10 * slope.error
+
+
+PAIR: dict[str, Any] = {
+    "scene": {"initial_temperature": 293.0},
+    "run": {"steady": True, "accuracy": 1e-3},
+    "material": [{"name": "si", "thermal_conductivity": 100.0, "resistivity": 1e-4}],
+    "box": [
+        {"name": "a", "material": "si", "lower": [0, 0, 0], "upper": [100e-6, 20e-6, 10e-6]},
+        {"name": "b", "material": "si", "lower": [100e-6, 0, 0], "upper": [180e-6, 20e-6, 10e-6]},
+    ],
+    "contact": [{"name": "ab", "between": ["a", "b"], "thermal_resistance": 2e-7, "electrical_resistance": 3e-9}],
+    "boundary": [
+        {"name": "cold", "lower": [0, 0, 0], "upper": [0, 20e-6, 10e-6], "temperature": 293.0},
+        {"name": "in", "lower": [0, 0, 0], "upper": [0, 20e-6, 10e-6], "voltage": 1.0, "series_resistance": 30.0},
+        {"name": "out", "lower": [180e-6, 0, 0], "upper": [180e-6, 20e-6, 10e-6], "voltage": 0.0},
+        {"name": "sun", "lower": [180e-6, 0, 0], "upper": [180e-6, 20e-6, 10e-6], "heat_flux": 1e8},
+    ],
+    "probe": [{"name": "side", "box": "b", "lower": [100e-6, 0, 0], "upper": [100e-6, 20e-6, 10e-6]},
+              {"name": "current", "quantity": "current", "lower": [0, 0, 0], "upper": [0, 20e-6, 10e-6]}],
+}  # fmt: skip
+
+
+def test_a_contact_and_a_series_resistance() -> None:
+    """The current is V / (R_s + r / A + rho L / A)."""
+    area = 200e-12
+    parts = {
+        "boundary.in.series_resistance": 30.0,
+        "contact.ab.electrical_resistance": 3e-9 / area,
+        "material.si.resistivity": 1e-4 * 180e-6 / area,
+    }
+    slopes = solved(from_dict(deepcopy(PAIR)))
+    for key, part in parts.items():
+        slope = slopes.table[key]["current"]
+        expected = -part / sum(parts.values())
+        assert abs(slope.value - expected) <= slope.error
+        assert slope.value == pytest.approx(expected, abs=1e-5)
+    # The face moves with the boxes, both of the same material.
+    moved = slopes.table["box.b.lower.x"]["current"]
+    assert moved.value == pytest.approx(0.0, abs=1e-5)
+    assert slopes.table["contact.ab.thermal_resistance"]["side"].value > 0.05
+
+
+@pytest.mark.long
+def test_every_number_of_a_symmetric_scene() -> None:
+    """The faces of either side are moved by themselves: together they make the size."""
+    scene = load_free("bridge")
+    slopes = solved(scene)
+    assert set(slopes.table) == set(numbers(scene))
+    table = slopes.table
+    assert table["box.beam.upper.x"]["current"].value == pytest.approx(1.0, abs=1e-5)
+    assert table["box.beam.lower.x"]["current"].value == pytest.approx(-1.0, abs=1e-5)
+    assert "boundary.right electrode.voltage" not in table  # it is 0
+    assert table["boundary.left electrode.voltage"]["quarter"].value == pytest.approx(1.018, abs=1e-3)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("key", ["parameters.h", "parameters.foot", "material.oxide.thermal_conductivity"])
+def test_bridge_against_solutions_on_meshes_of_their_own(key: str) -> None:
+    scene, step = load_free("bridge"), 0.02
+    slopes = solved(scene, key)
+    fine = replace(scene, accuracy=1e-5)
+    more, less = (scene_run.solve(varied(fine, key, 1 + s), None, True).steady for s in (step, -step))
+    for name, slope in slopes.table[key].items():
+        floor = 293.0 * (name in ("middle", "beam mean"))
+        expected = math.log((more[name].value - floor) / (less[name].value - floor)) / (2 * step)
+        # The step's square, and twice 1e-5 over the difference of both keys.
+        assert slope.value == pytest.approx(expected, abs=slope.error + 1e-3), name
+
+
+@pytest.mark.long
+def test_boxes_that_move_take_tetrahedra_along() -> None:
+    scene = load_free("bridge", ["run.accuracy=1e-2"])
+    keys = ("parameters.w", "parameters.L")
+    bricks, tetrahedra = (solved(replace(scene, mesh=mesh), *keys) for mesh in ("bricks", "tetrahedra"))
+    assert not tetrahedra.left_out
+    for key in keys:
+        for name, one in bricks.table[key].items():
+            other = tetrahedra.table[key][name]
+            assert abs(one.value - other.value) <= one.error + other.error, (key, name)
+    assert abs(tetrahedra.table["parameters.L"]["current"].value) > 0.5
+
+
+WIRE: dict[str, Any] = {
+    "mesh": {"file": "wire.msh", "unit": "um"},
+    "run": {"steady": True, "accuracy": 1e-2},
+    "material": [{"name": "metal", "groups": ["lower", "upper"], "thermal_conductivity": 100.0, "resistivity": 1e-5,
+                  "temperature_coefficient": 1e-3}],
+    "source": [{"name": "lower", "group": "lower", "heat_source": 1e12}],
+    "boundary": [
+        {"name": "cold", "group": "near", "temperature": 293.0},
+        {"name": "plus", "group": "near", "voltage": 0.01},
+        {"name": "minus", "group": "far", "voltage": 0.0},
+    ],
+    "probe": [
+        {"name": "end", "group": "far"},
+        {"name": "out", "group": "near", "quantity": "heat_flow"},
+        {"name": "current", "group": "joint", "quantity": "current"},
+        {"name": "half", "group": "joint", "quantity": "potential"},
+    ],
+}  # fmt: skip
+
+
+def test_a_mesh_file_has_no_coordinates() -> None:
+    """Materials, conditions and sources have slopes, against solutions of changed scenes."""
+    scene = from_dict(deepcopy(WIRE), folder=str(FILES))
+    assert isinstance(scene, MeshScene)
+    slopes = solved(scene)
+    assert not any(key.endswith((".x", ".y", ".z")) for key in slopes.table)
+    key, step = "source.lower.heat_source", 1e-2
+    more, less = (scene_run.solve(varied(scene, key, 1 + s)).steady for s in (step, -step))
+    assert set(slopes.table[key]) == {p.name for p in scene.probes}
+    for name, slope in slopes.table[key].items():
+        expected = (more[name].value - less[name].value) / (2 * step) / slopes.values[name].value
+        # The coupled iteration ends at 1e-5.
+        assert slope.value == pytest.approx(expected, abs=2e-3), (key, name)
+
+
+def test_zero_has_no_percent() -> None:
+    document = deepcopy(PAIR)
+    document["probe"].append({"name": "floor", "lower": [0, 0, 0], "upper": [0, 20e-6, 10e-6]})
+    assert set(solved(from_dict(document), "boundary.in.voltage").left_out) == {'probe "floor"'}
+
+
+HEATED: dict[str, Any] = {
+    "scene": {"initial_temperature": 300.0},
+    "run": {"end_time": 2e-3, "accuracy": 1e-2},
+    "material": [{"name": "m", "thermal_conductivity": 1.0, "density": 1000.0, "specific_heat": 1000.0}],
+    "box": [{"name": "bar", "material": "m", "lower": [0, 0, 0], "upper": [1e-5, 1e-5, 2e-5],
+             "heat_source": 1e9}],
+    "boundary": [{"name": "cold", "lower": [0, 0, 0], "upper": [1e-5, 1e-5, 0], "temperature": 300.0}],
+    "probe": [{"name": "top", "lower": [0, 0, 2e-5], "upper": [1e-5, 1e-5, 2e-5]},
+              {"name": "most", "lower": [0, 0, 0], "upper": [1e-5, 1e-5, 2e-5], "reduce": "max"}],
+}  # fmt: skip
+
+
+@pytest.mark.long
+def test_over_time() -> None:
+    """A heated bar: by the source all goes in proportion; material and source times one factor leave the rise as it is;
+    the diffusion time goes with the square of the length."""
+    scene = from_dict(deepcopy(HEATED))
+    result = scene_run.solve(scene, None, True)
+    found = of_scene(
+        scene, result,
+        ("box.bar.heat_source", "material.m.thermal_conductivity", "material.m.density", "box.bar.upper.z"),
+    )  # fmt: skip
+    assert found.times is not None
+    assert result.traces is not None
+    course = {key: by_name["top"] for key, by_name in found.course.items()}
+    own = np.interp(found.times, result.traces.time, result.traces.values["top"]) - 300.0
+    size = own.max()
+    # Traces are known to 1e-2.
+    source, conductivity, density, length = course.values()
+    assert source == pytest.approx(own, abs=5e-3 * size)
+    assert np.abs(source + conductivity + density).max() < 1e-4 * size
+    assert np.abs(conductivity).max() > 0.5 * size
+    # q L^2 / k times a function of k t / (c L^2): L acts like the square root of q and c, and the inverse one of 1 / k.
+    assert length == pytest.approx(2 * source + 2 * density, abs=1e-4 * size)
+    # The slopes are of the largest rise, which is that of the top.
+    for by_name in found.table.values():
+        assert by_name["most"].value == pytest.approx(by_name["top"].value, abs=by_name["most"].error)
+
+
+def test_inputs_that_jump() -> None:
+    """The scene is linear in its source and in all temperatures together."""
+    given = deepcopy(HEATED)
+    given["probe"] = given["probe"][:1]
+    jumping: dict[str, Any] = {"times": [0.0, 1e-3, 1e-3, 2e-3]}
+    given["box"][0]["heat_source"] = jumping | {"values": [1e9, 1e9, 3e9, 3e9]}
+    given["boundary"][0]["temperature"] = jumping | {"values": [300.0, 300.0, 330.0, 330.0]}
+    scene = from_dict(given)
+    result = scene_run.solve(scene, None, True)
+    found = of_scene(scene, result, ("box.bar.heat_source", "boundary.cold.temperature", "scene.initial_temperature"))
+    traces, together = result.over_time, sum(by_name["top"] for by_name in found.course.values())
+    assert found.times is not None
+    rows = np.interp(found.times, traces.time, traces.values["top"]) - 300.0
+    late = np.abs(found.times - 1e-3) > 2e-5
+    assert together[late] == pytest.approx(rows[late], abs=5e-3 * found.values["top"].value)
+    assert np.abs(found.course["boundary.cold.temperature"]["top"]).max() > 100
+
+
+SIZES = ("sink.length", "sink.width", "sink.thickness", "anchor.pad_length", "anchor.pad_width",
+         "anchor.oxide_length", "anchor.oxide_width", "anchor.oxide_thickness")  # fmt: skip
+
+
+def of(sink: Sink, *keys: str, transient: bool = False) -> Slopes:
+    return of_sink(sink, sink_run.solve(sink, transient=transient), keys or None)
+
+
+@pytest.mark.long
+def test_laws_of_scale() -> None:
+    """All sizes times one factor change an anchor's resistance by its inverse, and so do all conductivities; the rises
+    of a sink without air don't change with its sizes; no steady state has a heat capacity."""
+    slopes = of(Sink()).table
+    resistance = {key: by_name["anchor_resistance_K_per_W"].value for key, by_name in slopes.items()}
+    assert sum(resistance[key] for key in SIZES) == pytest.approx(-1, abs=1e-5)
+    conductivities = [f"materials.{name}.thermal_conductivity" for name in ("silicon", "oxide")]
+    assert sum(resistance[key] for key in conductivities) == pytest.approx(-1, abs=1e-5)
+    assert sum(slopes[key]["peak_rise_K"].value for key in SIZES) == pytest.approx(0, abs=1e-5)
+    assert slopes["materials.silicon.density"]["peak_rise_K"] == Estimate(0.0, 0.0)
+
+
+@pytest.mark.long
+def test_errors_hold() -> None:
+    """On coarse meshes, with films, a current that crowds and pads in the circuit."""
+    sink = Sink(electrodes="pad-edge", convection_coefficient=2e4, voltage=3.0)
+    coarse, fine = of(replace(sink, accuracy=1e-2)).table, of(replace(sink, accuracy=1e-4)).table
+    for key, by_name in coarse.items():
+        for name, slope in by_name.items():
+            assert abs(slope.value - fine[key][name].value) <= slope.error, (key, name)
+    assert max(slope.error for by_name in coarse.values() for slope in by_name.values()) < 0.05
+
+
+@pytest.mark.long
+def test_sink_over_time_against_runs_of_their_own() -> None:
+    sink, key, step = Sink(), "anchor.pad_length", 5e-3
+    found = of(sink, key, "materials.silicon.density", transient=True)
+    assert found.times is not None
+    runs = [sink_run.solve(varied(sink, key, 1 + s)).over_time for s in (step, -step)]
+    for name in ("peak_K", "end_K", "mean_K"):
+        at = np.array([1e-4, 1e-3, 1e-2])
+        more, less = (np.interp(at, run.time, run.values[name]) - sink.room_temperature for run in runs)
+        slope = np.interp(np.log(at), np.log(found.times), found.course[key][name])
+        # Both runs are off alike where their meshes are; straight lines between rows are off by 2.5e-4.
+        assert slope == pytest.approx(np.log(more / less) / (2 * step), abs=1e-2), name
+        steady = found.table[key][name.replace("_K", "_rise_K")]
+        assert found.course[key][name][-1] == pytest.approx(steady.value, abs=found.errors[key][name])
+    # Early on no heat has left: the rise is the energy over the heat capacity.
+    assert found.course["materials.silicon.density"]["peak_K"][0] == pytest.approx(-1, abs=1e-2)
+
+
+@pytest.mark.long
+def test_row_of_spans() -> None:
+    """Of the current's way 100 um of 3100 um are islands."""
+    row = Sink(spans=3, accuracy=1e-2, island_length=50e-6, convection_coefficient=1e4)
+    slopes = of(row, "sink.island_length", "drive.voltage").table
+    assert slopes["sink.island_length"]["current_A"].value == pytest.approx(-100 / 3100, abs=1.5e-3)
+    assert slopes["drive.voltage"]["power_W"].value == pytest.approx(
+        1 + slopes["drive.voltage"]["current_A"].value, abs=1e-5
+    )
+
+
+def test_faces_that_would_part_are_named() -> None:
+    """A beam as wide as its pads: a wider one and a narrower one have other cells."""
+    found = of(Sink(width=150e-6, accuracy=1e-2), "sink.width", "anchor.pad_width", "anchor.pad_length")
+    assert set(found.left_out) == {"sink.width", "anchor.pad_width"}
+    assert "move apart" in found.left_out["sink.width"]
+    assert "anchor.pad_length" in found.table
+
+
+def test_one_side_is_enough() -> None:
+    """At its limit a scene has no solution above: two steps below give the slope and its error."""
+
+    def solve(step: float, lower: bool) -> Point:
+        if step > 0:
+            raise RunawayError("above the limit", 1.0)
+        value = Values({"q": (1 + step) ** 2, "r": math.exp(3 * step)})
+        return Point(value, value if lower else None)
+
+    found = difference(solve(0.0, True), solve, 1.0)
+    for name, exact in (("q", 2.0), ("r", 3.0)):
+        slope = found.logarithmic(name, Estimate(1.0, 0.0))
+        assert abs(slope.value - exact) <= slope.error < 2 * STEP
