@@ -223,11 +223,11 @@ def device_1d(device: Device, result: Result) -> Slopes:
     return Slopes({name: e.value for name, e in result.steady.items()}, exact)
 
 
-def device_3d(device: Device, result: Result, model: DeviceModel) -> Slopes:
+def device_3d(device: Device, result: Result, model: DeviceModel, keys: Sequence[str] | None) -> Slopes:
     """The slopes of the device's steady state in 3D, by its model of a few states."""
     from fem3d.device import sensitivity
 
-    by_key, left_out = sensitivity.of_device(device, model)
+    by_key, left_out = sensitivity.of_device(device, model, keys)
     return Slopes({name: e.value for name, e in result.steady.items()}, by_key, left_out=left_out)
 
 

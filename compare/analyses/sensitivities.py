@@ -35,7 +35,7 @@ class Sensitivity(Analysis[AllSlopes]):
     name, figure_name = "sensitivities", "sensitivity"
 
     def plan(self, scene: Any, options: Options) -> Step:
-        return step("sensitivity", "how quantities follow each key, by dual solutions in 3D, by differences in 1D")
+        return step("sensitivity", "how quantities follow each key, in 3D by differences on the moved mesh")
 
     def run(self, outcome: Outcome[Any], progress: Progress) -> AllSlopes:
         slopes = slopes_of(outcome, progress)

@@ -135,7 +135,7 @@ class DeviceKind(Kind[Device]):
         made = {"reduced1d": slopes.device_1d(device, outcome.results["reduced1d"])}
         if solved is None:
             return made
-        return {"fem3d": slopes.device_3d(device, outcome.solved, solved.model)} | made
+        return {"fem3d": slopes.device_3d(device, outcome.solved, solved.model, keys)} | made
 
     def step(self, uncertainty: float) -> float:
         """A run is nonlinear: the key is moved by its own uncertainty (GUM 5.1.3, note 2)."""

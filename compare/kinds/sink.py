@@ -200,10 +200,10 @@ class SinkKind(Kind[Sink]):
         times = None
         if fem3d is not None:
             weights = misfit_weights(sink, fem3d) if outcome.options.uncertain and sink.spans == 1 else None
-            made["fem3d"] = slopes.sink_3d(sink, fem3d, weights=weights)
+            made["fem3d"] = slopes.sink_3d(sink, fem3d, keys, weights)
             times = made["fem3d"].times
             if "single" in outcome.results and outcome.options.uncertain:
-                made["single"] = slopes.sink_3d(replace(sink, spans=1), outcome.results["single"])
+                made["single"] = slopes.sink_3d(replace(sink, spans=1), outcome.results["single"], keys)
         elif reduced1d is not None and reduced1d.traces is not None:
             times = reduced1d.traces.time[1:]
         if reduced1d is not None and "own_model" in reduced1d.details and fem3d is not None:

@@ -5,6 +5,7 @@ For each key the structure is solved on its cells, moved, for its steady fields:
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 
 from fem3d.adaptivity.nested import problems
@@ -26,10 +27,10 @@ STORAGE = (".density", ".specific_heat")
 """Keys that no steady state depends on."""
 
 
-def of_device(device: Device, model: Model) -> tuple[Table, dict[str, str]]:
+def of_device(device: Device, model: Model, keys: Sequence[str] | None = None) -> tuple[Table, dict[str, str]]:
     """Return d ln quantity / d ln key of the steady state after the outer step, and why a key has none.
 
-    Quantities that are zero are left out. Raises NumericsError.
+    ``keys`` are the keys to differentiate by, instead of all. Quantities that are zero are left out. Raises NumericsError.
     """
     domain, part, accuracy = (
         model.structures[0].heat.domain,
@@ -52,6 +53,8 @@ def of_device(device: Device, model: Model) -> tuple[Table, dict[str, str]]:
     base, table, left_out = point("", 0.0, True), Table(), dict[str, str]()
     known = {q: Estimate(v, model.steady_errors(device)[q]) for q, v in base.fine.steady.items() if v}
     for key in numbers(device):
+        if keys is not None and key not in keys:
+            continue
         if key.endswith(STORAGE):
             table[key] = {q: Estimate(0.0, 0.0) for q in known}
             continue

@@ -6,7 +6,7 @@ of the coldest given temperatures (the start's, where none is given), over time 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
@@ -58,7 +58,7 @@ class Slopes:
     profile: dict[str, float] = field(default_factory=dict)
 
 
-def of_sink(sink: Sink, result: Result, keys: Iterable[str] | None = None, weights: np.ndarray | None = None) -> Slopes:
+def of_sink(sink: Sink, result: Result, keys: Sequence[str] | None = None, weights: np.ndarray | None = None) -> Slopes:
     """Differentiate a result of `fem3d.runs.sink.solve` by its physical keys other than zero, or by some ``keys``.
 
     With ``weights`` (places,) of the rises of its profile also differentiate their sum, at places that move along.
@@ -81,7 +81,7 @@ def of_sink(sink: Sink, result: Result, keys: Iterable[str] | None = None, weigh
         places = zip(weights, result.details["profile"]["points_m"], strict=True)
         row = sum((w * domain.mean(Probe("", tuple(x), tuple(x))) for w, x in places), np.zeros(domain.space.size))
     known = {name: e for name, e in result.steady.items() if name in answer.fine.quantities and e.value}
-    chosen = {key: partial(study, key) for key in keys or numbers(sink)}
+    chosen = {key: partial(study, key) for key in numbers(sink) if keys is None or key in keys}
     found = sensitivities(study(), answer, known, chosen, row)
     slopes = Slopes(found.steady, known, left_out=left_out | found.left_out, profile=found.sums)
     if found.course is None:

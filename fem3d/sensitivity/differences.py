@@ -141,7 +141,8 @@ def sensitivities(
             left_out[key] = str(error)
             continue
         steady[key] = {name: found.logarithmic(name, e) for name, e in known.items()}
-        sums[key] = found.slope(lambda values: values.total)[0]
+        if weights is not None:
+            sums[key] = found.slope(lambda values: values.total)[0]
         traces = {name: found.of_trace(name) for name in base.fine.traces}
         course.values[key] = {name: value for name, (value, _) in traces.items()}
         course.errors[key] = {name: error for name, (_, error) in traces.items()}
