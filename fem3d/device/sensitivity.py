@@ -30,7 +30,7 @@ STORAGE = (".density", ".specific_heat")
 def of_device(device: Device, model: Model, keys: Sequence[str] | None = None) -> tuple[Table, dict[str, str]]:
     """Return d ln quantity / d ln key of the steady state after the outer step, and why a key has none.
 
-    ``keys`` are the keys to differentiate by, instead of all. Quantities that are zero are left out. Raises NumericsError.
+    ``keys`` are the keys to differentiate by, instead of all. Quantities that are zero are left out.
     """
     domain, part, accuracy = (
         model.structures[0].heat.domain,
