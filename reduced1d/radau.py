@@ -20,9 +20,6 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.polynomial import legendre
 
-SWEEPS = 30
-"""The most sweeps of a step."""
-
 
 class ShortStepError(ArithmeticError):
     """A step from a ``start`` (s) would have to be too short: the solution grows without bound."""
@@ -125,7 +122,7 @@ def _step(problem: Problem, v: np.ndarray, start: float, stop: float, points: in
     h, stored = stop - start, problem.stored(v)[:, None]
     solvers = [problem.solver(h * (r if r.imag else r.real)) for r in rates]
     stages, before = np.repeat(v[:, None], points, axis=1), np.inf
-    for _ in range(SWEEPS):
+    for _ in range(30):  # a step that needs more sweeps is halved
         heat: Any = problem.heat(start + h * places, stages)
         if heat is None:
             return None

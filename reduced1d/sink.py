@@ -12,9 +12,6 @@ from reduced1d.lumped import Lump, rise_at, runaway_voltage, steady_rise, steady
 from scenes.result import Estimate, Result, Traces
 from scenes.sink import Sink
 
-_MOST_TIMES, _FINEST = 100_000, 1e-8
-"""The most rows of a trace, and the smallest accuracy that their spacing is made for."""
-
 
 def anchor_series_resistance(sink: Sink) -> float:
     """Eq 14's resistance (K/W) of one anchor: u_o of silicon as wide as the pad, then the oxide block."""
@@ -134,9 +131,9 @@ def time_grid(
     Intervals are halved where their middle is off the chord by a third of it: curves without a bend in an interval are
     nowhere farther off than twice that. Raises ArithmeticError where too many times would be needed.
     """
-    accuracy = max(accuracy, _FINEST)
+    accuracy, most = max(accuracy, 1e-8), 100_000
     times = np.concatenate([[0.0], end_time * np.geomspace(1e-4, 1.0, 13)])
-    while len(times) < _MOST_TIMES:
+    while len(times) < most:
         middle = (times[1:] + times[:-1]) / 2
         values = traces(np.sort(np.concatenate([times, middle])))
         off = np.zeros(len(middle))
@@ -148,4 +145,4 @@ def time_grid(
         if not wrong.any():
             return times
         times = np.sort(np.concatenate([times, middle[wrong]]))
-    raise ArithmeticError(f"more than {_MOST_TIMES} times are needed for linear interpolation within {accuracy:g}")
+    raise ArithmeticError(f"more than {most} times are needed for linear interpolation within {accuracy:g}")

@@ -15,10 +15,6 @@ from scenes.units import LENGTH
 
 _TERMS = 40
 """Terms of each sum per ratio of plate to source. The rest falls as their square, which half as many terms tell."""
-_FAR = 6
-"""Sides farther away than so many thicknesses don't matter: a reflection falls by exp(-pi) over each, to 6e-9."""
-_MOST = 500_000_000
-"""The most terms of a sum, some three seconds: for a plate 500 times as wide as the source and as thick."""
 
 
 def plate_resistance(
@@ -36,10 +32,12 @@ def plate_resistance(
 
     Raises NumericsError where the plate is so much larger than the source that this takes too many terms.
     """
-    far, away = _FAR * plate[2], other or place
+    # Sides farther away than six thicknesses don't matter: a reflection falls by exp(-pi) over each, to 6e-9.
+    far, away = 6 * plate[2], other or place
     length, width = (_near(*axis, far) for axis in zip(plate[:2], source, place, away, strict=True))
     near = length[0], width[0], plate[2]
-    if math.prod(_TERMS * side / extent for side, extent in zip(near[:2], source, strict=True)) > _MOST:
+    # Half a thousand million terms take some three seconds: a plate 500 times as wide as the source and as thick.
+    if math.prod(_TERMS * side / extent for side, extent in zip(near[:2], source, strict=True)) > 5e8:
         sides, under = (" by ".join(LENGTH.show(side) for side in sides) for sides in (plate, source))
         raise NumericsError(
             f"a substrate of {sides} is too large to be summed up under an oxide of {under} in 1D: give a smaller one"

@@ -11,12 +11,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-FIRST_PART, LEAST_PART = 1.0, 1e-3
-"""A lead grows in steps, as parts of the whole: the first is all of it; where the steady state can't be followed, steps
-shrink down to the second, to which the end is then known."""
-NEWTON, CLOSE = 20, 1e-9
-"""The most Newton steps, and the relative change that ends them: the error squares at each."""
-
 
 def currents(voltage: np.ndarray, resistance: np.ndarray, ground: float) -> np.ndarray:
     """(..., 2): the currents (A) of (sink, sensor) for voltages (V) and resistances (ohm) of the same shape."""
@@ -129,13 +123,14 @@ def held(
         return np.r_[heat, current * (hot - seen) + lead * current.sum()], float(np.linalg.det(jacobian))
 
     def solve(z: np.ndarray, lead: float, sign: float) -> np.ndarray | None:
-        for _ in range(NEWTON):
+        for _ in range(20):
             residual, determinant = linearise(z, lead)
             if not determinant * sign > 0:
                 return None
             change = np.linalg.solve(jacobian, residual)
             z = z - change
-            if np.abs(change[2:]).max() <= CLOSE * np.abs(z[2:]).max():
+            # The error squares at each step.
+            if np.abs(change[2:]).max() <= 1e-9 * np.abs(z[2:]).max():
                 kept = linearise(z, lead)[1] * sign > 0 and (z[2:][choice] > 0).all()
                 return z if kept else None
         return None
@@ -145,7 +140,7 @@ def held(
         return None
     heating = np.eye(2) - per_power * (current**2 * warm)
     z = np.r_[np.linalg.solve(heating, per_power @ (current**2 * resistance) + unheated), current]
-    sign, reached, part = float(np.sign(linearise(z, 0.0)[1])), 0.0, FIRST_PART
+    sign, reached, part = float(np.sign(linearise(z, 0.0)[1])), 0.0, 1.0
     while reached < 1.0:
         following = min(reached + part, 1.0)
         state = solve(z, ground * following, sign)
@@ -153,6 +148,6 @@ def held(
             reached, z = following, state
         else:
             part /= 4
-            if part < LEAST_PART:
+            if part < 1e-3:  # to which the end of the range is known
                 return None
     return z[:2], z[2:]

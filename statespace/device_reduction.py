@@ -27,14 +27,6 @@ from statespace.sampling import timetable
 DEVICE = "the device's model"
 LOOP = "closed loop"
 VOLTAGES = tuple(f"{film}_V" for film in FILMS)
-INSTANTS = 20
-"""Number of times, from the sample time to the end in equal ratios, at which a step's response is compared."""
-CLOSELY, LEAST = 1e-2, 1e-8
-"""Tolerance of each step of the whole model's runs, as a part of the accuracy; and the smallest one."""
-SHIFTS, SOONER = 12, 0.3
-"""Number of times (s) of the states' responses, from the second times the sample time to the slowest one."""
-MORE = 1.25
-"""Factor on the number of states where the closed loop needs more than the steps do."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +75,7 @@ def compact(
     NumericsError
         Where the closed loop cannot be followed to its end.
     """
-    judge = _Judge(whole, max(CLOSELY * accuracy, LEAST))
+    judge = _Judge(whole, max(1e-2 * accuracy, 1e-8))
     if whole.result.details.get("stopped"):
         raise NumericsError("the closed loop runs away, and no model of few states is held against that: no --export")
     most, count = whole.modal.count, states
@@ -97,14 +89,14 @@ def compact(
             missed = states is None and reached > accuracy
             warnings = [not_reached(accuracy, DEVICE, reached)] if missed else []
             return made | {"estimated": judge.estimated(len(made["error"])), "warnings": warnings}
-        count = min(int(np.ceil(MORE * made["states"])), most)
+        count = min(int(np.ceil(1.25 * made["states"])), most)
 
 
 class _Judge:
     def __init__(self, whole: Whole, tolerance: float) -> None:
         self.whole, self.device, self.modal, self.tolerance = whole, whole.device, whole.modal, tolerance
         self.room = self.device.sink.room_temperature
-        self.times = np.geomspace(self.device.control.sample_time, self.device.end_time, INSTANTS)
+        self.times = np.geomspace(self.device.control.sample_time, self.device.end_time, 20)
 
     def document(self, count: int) -> dict[str, Any]:
         """The model of some states, without its errors."""
@@ -128,7 +120,7 @@ class _Judge:
         heating, decaying = modal.shape.T, np.column_stack([modal.jump, modal.substrate.jump])
         rates = modal.rates[:, None]
         responses = [heating / rates]
-        for g in np.geomspace(SOONER * h, max(1 / modal.rates[0], h), SHIFTS).tolist():
+        for g in np.geomspace(0.3 * h, max(1 / modal.rates[0], h), 12).tolist():
             responses += [g * heating / (1 + g * rates), decaying / (1 + g * rates)]
         every = np.column_stack(responses)
         # Each alike, whatever its unit.

@@ -18,8 +18,6 @@ from statespace.stability import gains, plant, steady
 
 NARROW = 2e-3
 """The end of the range is bisected to this part of the set temperature's rise."""
-SMALLEST, LARGEST = 1e-12, 10.0
-"""The resistances of a lead that are searched, in units of the sensor's."""
 
 
 @dataclass(frozen=True)
@@ -124,7 +122,7 @@ def effects(modal: Modal, device: Device, resistances: Iterable[float], power: f
         state = steady(modal, grounded(device, lead))
         return abs(state.sensor_K - without.sensor_K) * per_kelvin / resistance
 
-    smallest, largest = (float(part * modal.resistance[1]) for part in (SMALLEST, LARGEST))
+    smallest, largest = (float(part * modal.resistance[1]) for part in (1e-12, 10.0))
     return Ground(
         tuple(shared(modal, device, lead) for lead in resistances),
         _reaches_one(off_power, smallest, largest), _reaches_one(off_resistance, smallest, largest),

@@ -25,8 +25,6 @@ from statespace.stability import state_of
 
 CEILING = 2000.0
 """K, beyond any metal: a run in which a film's rise gets there is stopped."""
-PICARD, NEWTON = 8, 30
-"""Iterations within a sample: the most simple ones, then the most by Newton's method."""
 POWER = 2  # The heat is a polynomial in t^(1/2).
 
 
@@ -137,14 +135,15 @@ class _Places:
         Raises ArithmeticError where neither iteration converges.
         """
         rise = free + kernel @ self.heats(self.driven(voltage, ratio)[0], ratio, free)
-        for attempt in range(PICARD + NEWTON):
-            if attempt == PICARD:
+        picard, newton = 8, 30
+        for attempt in range(picard + newton):
+            if attempt == picard:
                 rise = free
             ratio = 1 + self.change * (rise[self.mean] if self.local else rise)
             heating, part = self.driven(voltage, ratio)
             powers = self.heats(heating, ratio, rise)
             residual = free + kernel @ powers - rise
-            if attempt >= PICARD:
+            if attempt >= picard:
                 slope = heating / ratio * np.where(self.departs, -1.0, part) * self.change / ratio
                 residual = np.linalg.solve(np.eye(len(kernel)) + kernel * slope, residual)
                 tolerance = max(tolerance, 1e-12 * float(np.abs(rise).max()))

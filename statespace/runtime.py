@@ -18,8 +18,6 @@ import numpy as np
 
 Given = float | tuple[Sequence[float], Sequence[float]]
 """A number, or (times, values): linear between the times (s), constant outside; two equal times make a jump."""
-KEPT = 64
-"""Number of step lengths whose propagators are cached."""
 
 
 class CompactModel:
@@ -196,7 +194,7 @@ class CompactModel:
     def _propagators(self, h: float) -> tuple[np.ndarray, ...]:
         """phi_1 to phi_3 and the decay over a step (s), phi_1 and the decay over half a step; cached."""
         if h not in self._known:
-            if len(self._known) >= KEPT:
+            if len(self._known) >= 64:
                 self._known.clear()
             x = self.decay * h
             self._known[h] = (*_phi(x), np.exp(-x), _phi(x / 2)[0], np.exp(-x / 2))

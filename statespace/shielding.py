@@ -22,8 +22,6 @@ from statespace.stability import steady
 STEP = 1.0
 """K of substrate. Resistances are linear and both loops closed, so that powers are linear in it but for local
 departures of the films' temperatures."""
-CLOSELY = 1e-9
-"""K: tolerance of the iteration between samples; what is read is a millionth of the powers."""
 
 
 @dataclass(frozen=True)
@@ -97,7 +95,7 @@ def response(modal: Modal, nodes: int, device: Device) -> Response:
     stepped = replace(
         device, external=External(room, room + STEP, BEFORE * h), end_time=BEFORE * h + max(after, BEFORE * h)
     )
-    run = march(modal.above_substrate(outer), nodes, stepped, CLOSELY, start="settled")
+    run = march(modal.above_substrate(outer), nodes, stepped, 1e-9, start="settled")
     time = timetable(stepped).times[: len(run.powers)]
     change = (run.powers - run.powers[BEFORE - 1]) / STEP
     since = slice(BEFORE, None)

@@ -15,9 +15,6 @@ import numpy as np
 from statespace.document import facts, spice_names
 from statespace.runtime import CompactModel
 
-SMALL = 1e-15  # Entries below this part of the largest of their row are left out.
-WIDTH = 100  # Characters of a line.
-
 PINS = {
     "voltage": "an electrode: V against node 0, A into it",
     "temperature": "a boundary: its rise in K, the heat in W that enters there",
@@ -129,7 +126,7 @@ class _Netlist:
 
     def _sum(self, row: np.ndarray) -> str:
         """The terms of z with some factors (z,)."""
-        least = SMALL * float(np.abs(row).max(initial=0.0))
+        least = 1e-15 * float(np.abs(row).max(initial=0.0))
         kept = ((factor, name) for factor, name in zip(row.tolist(), self.z, strict=True) if abs(factor) > least)
         return "".join(f"{factor:+.12g}*{name}" if name else f"{factor:+.12g}" for factor, name in kept)
 
@@ -143,10 +140,10 @@ def _number(value: float) -> str:
 
 
 def _wrapped(line: str) -> str:
-    """A line without leading signs, which not every simulator reads, broken before terms."""
-    lines, rest = [], re.sub(r"(\(|= )\+", r"\1", line)
-    while len(rest) > WIDTH:
-        at = max(rest.rfind(sign, 20, WIDTH) for sign in ("+V(", "-V(", "+0.", "-0.", "*("))
+    """A line without leading signs, which not every simulator reads, broken before terms after 100 characters."""
+    width, lines, rest = 100, list[str](), re.sub(r"(\(|= )\+", r"\1", line)
+    while len(rest) > width:
+        at = max(rest.rfind(sign, 20, width) for sign in ("+V(", "-V(", "+0.", "-0.", "*("))
         at = at if at > 0 else next((m.start() for m in re.finditer(r"[+*]", rest) if m.start() >= 20), len(rest))
         lines.append(rest[:at])
         rest = rest[at:]

@@ -17,11 +17,6 @@ from statespace.result import GONE, Steady
 SMALLEST_GAIN, LARGEST_GAIN = 1e-6, 1e6  # V: the gains between which a limit is searched.
 CHOICES = ((True, True), (True, False), (False, True), (False, False))
 """Which of (sink, sensor) are held at the set temperature, in the order in which that is tried."""
-CLOSER = 1.6  # Ratio of the gains that are tried one after another.
-
-ROUNDED = 1e-11
-"""Relative to the largest rise: smaller changes that no longer halve are rounding, as each iteration that still gains
-shrinks them to a hundredth."""
 
 
 @dataclass(frozen=True)
@@ -101,7 +96,7 @@ def gain_limit(system: Plant, others: np.ndarray, element: int) -> float:
         return math.inf
     low, high = 0.0, SMALLEST_GAIN
     while growth(high) < 0:
-        low, high = high, CLOSER * high
+        low, high = high, 1.6 * high
         if high > LARGEST_GAIN:
             return math.inf
     return float(brentq(growth, low, high, xtol=1e-12 * high, rtol=1e-10))
@@ -148,7 +143,8 @@ def state_of(modal: Modal, device: Device, external: float | None = None) -> Sta
         first = CHOICES.index((bool(state.held[0]), bool(state.held[1]))) if device.control.ground_resistance else 0
         before, rise, last = rise, per_power @ state.power + unheated, moved
         moved = float(np.abs(rise - before).max() / max(abs(device.set_rise), np.abs(rise).max()))
-        if modal.responses == 2 or moved <= 1e-13 or last / 2 < moved < ROUNDED:
+        # Small changes that no longer halve are rounding: an iteration that still gains leaves a hundredth of them.
+        if modal.responses == 2 or moved <= 1e-13 or last / 2 < moved < 1e-11:
             break
     else:
         raise ArithmeticError("the steady state of the device does not converge")

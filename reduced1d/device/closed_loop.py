@@ -15,10 +15,6 @@ from statespace.stability import Plant, Stability
 
 DEGREE = 9
 """Polynomial degree of the layers' elements in questions about a steady state."""
-SHIELDING_DEGREE, SHIELDING_NODES = 12, 6
-"""Degree, and unknown powers between samples, where what is read is a small difference."""
-LEADS = tuple(10 ** (-half / 2) for half in range(8, 1, -1))
-"""Resistances of the leads to ground that are reported, in units of the sensor's, two a decade."""
 
 
 def _modal(device: Device, degree: int = DEGREE) -> Modal:
@@ -54,13 +50,13 @@ def at_sample_time(device: Device, sample_time: float) -> Device:
 @lru_cache(maxsize=8)
 def shielding(device: Device) -> Shielding:
     """Change of both powers per kelvin of the temperatures around a device."""
-    return around(_modal(device, SHIELDING_DEGREE), device)
+    return around(_modal(device, 12), device)
 
 
 @lru_cache(maxsize=8)
 def shielding_response(device: Device) -> Response:
     """Response of both powers to a step of the substrate's temperature."""
-    return response(_modal(device, SHIELDING_DEGREE), SHIELDING_NODES, device)
+    return response(_modal(device, 12), 6, device)
 
 
 @lru_cache(maxsize=8)
@@ -68,5 +64,6 @@ def ground_effects(device: Device, power: float, resistance: float) -> Ground:
     """Effects of leads to ground, the device's own among them; which are off by a step of the sensor's power (W), and
     of its resistance (ohm)."""
     film, lead = float(lump(device).resistance[1]), device.control.ground_resistance
-    leads = sorted({*(part * film for part in LEADS), *([lead] if lead else [])})
+    # Two a decade, from a ten-thousandth to a tenth of the sensor's.
+    leads = sorted({*(film * 10 ** (-half / 2) for half in range(8, 1, -1)), *([lead] if lead else [])})
     return effects(_modal(device), device, leads, power, resistance)

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from reduced1d.device.accurate import Resolution
 from reduced1d.device.closed_loop import DEGREE, at_sample_time, plant, stability
 from reduced1d.device.lumped import lump, modes, steady
 from scenes.device import Device, External
@@ -17,12 +16,6 @@ from statespace.ground import NARROW, held_range
 from statespace.march import march
 from statespace.result import Steady
 from statespace.stability import gain_limit, gains
-
-SAMPLE_TIMES = (1e-4, 1e-3, 5e-3)  # s: the sample times, beside the scene's own, whose gain limits are reported.
-QUICK = Resolution(9, 4)
-"""The resolution with which a gain's start is tried: only whether a voltage hits its limit is read."""
-START_TIME, START_SAMPLES = 0.05, 100
-"""A start from cold is watched for this long (s), or this many samples if that is longer."""
 
 
 @dataclass(frozen=True)
@@ -107,11 +100,12 @@ def resolution(device: Device, meter: Meter, external: float | None = None) -> E
 def limiter_acts(device: Device, element: int) -> bool:
     """Whether the limit V >= 0 acts on the sink (0) or the sensor (1) in the first 50 ms, or 100 samples if that is
     longer, of the cold start at the initial temperature."""
-    duration = max(START_TIME, START_SAMPLES * device.control.sample_time)
+    duration = max(0.05, 100 * device.control.sample_time)
     quiet = External(device.external.initial_temperature, device.external.initial_temperature, 2 * duration)
     control = replace(device.control, allow_negative_voltage=False)
     start = replace(device, external=quiet, control=control, end_time=duration)
-    run = march(modes(lump(start), QUICK.degree).modal, QUICK.nodes, start, 1e-5, watched=element)
+    # Only whether a voltage hits its limit is read.
+    run = march(modes(lump(start), DEGREE).modal, 4, start, 1e-5, watched=element)
     return bool(run.limited[:, element].any()) or run.stopped
 
 
@@ -175,7 +169,7 @@ def answer(device: Device, largest_voltage: float = np.inf, largest_power: float
     limits: list[GainLimits] = []
     resolutions: dict[str, ExternalStep | str] = {}
     said: dict[str, str] = {}
-    for time in dict.fromkeys((device.control.sample_time, *SAMPLE_TIMES)):
+    for time in dict.fromkeys((device.control.sample_time, 1e-4, 1e-3, 5e-3)):
         sampled = at_sample_time(device, time)
         stabilities = [stability(sampled, t) for t in (external.initial_temperature, external.final_temperature)]
         limits.append(GainLimits(

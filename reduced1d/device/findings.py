@@ -14,8 +14,6 @@ ELEMENTS = ("sink", "sensor")
 MARGIN = 2.0
 """Loops with a smaller gain margin are called near instability: 6 dB is the least that textbooks ask for (Franklin,
 Powell and Emami-Naeini, Feedback Control of Dynamic Systems, section 6.4)."""
-SWINGS = 20
-"""A loop swings at the end of a run where a voltage is at its limit in one of this many last samples."""
 
 
 def findings(device: Device, run: March, error: float, goal: float) -> tuple[str, ...]:
@@ -57,7 +55,7 @@ def findings(device: Device, run: March, error: float, goal: float) -> tuple[str
                 )
         comes_to_rest = name == "final" and device.control.ground_resistance and not state.cycles
         for i, element in enumerate(ELEMENTS if comes_to_rest else ()):
-            if run.limited[-SWINGS:, i].any() and not getattr(state, f"{element}_saturated"):
+            if run.limited[-20:, i].any() and not getattr(state, f"{element}_saturated"):
                 sentences.append(
                     f"at the end the {element}'s loop swings from no voltage on, though it could be held with "
                     f"{getattr(state, f'{element}_power_W') * 1e3:.4g} mW at the {name} outer temperature: over the "

@@ -32,10 +32,6 @@ ONE_NODE = 0.05
 SLENDER = 2.0
 """Beams shorter than this many widths get a warning, as the rise then varies across them."""
 
-_ZETA_3 = 1.2020569031595942  # Riemann's zeta(3), in the estimate of what a thin plate neglects at the oxide's edge.
-_SQUARE = np.array([[4, 2, -1], [2, 16, 2], [-1, 2, 4]]) / 30
-"""Mass matrix of a quadratic on a unit interval, by its values at the ends and the middle."""
-
 
 @dataclass(frozen=True)
 class Anchor:
@@ -80,6 +76,7 @@ def thin_plate_remainder(plate: Plate) -> float:
     the oxide is taken to fall linearly however fast it changes along the layer; the heat conducted sideways, k_ox |grad
     T|^2, is as large as the terms left out there. First-order perturbation of R by both, in terms of theta.
     """
+    from scipy.special import zeta
     from skfem import BilinearForm
     from skfem.helpers import dot, grad
 
@@ -90,8 +87,10 @@ def thin_plate_remainder(plate: Plate) -> float:
     edge = np.flatnonzero((second >= 0) & (above[first] != above[second]))
     h, t, k = film(sink), sink.thickness, sink.silicon.thermal_conductivity
     nodes, lengths = along(basis, edge)
-    squares = np.einsum("if,ij,jf,f->", theta[nodes], _SQUARE, theta[nodes], lengths)
-    at_edge = _ZETA_3 / math.pi**3 * (h * t) ** 2 / k * float(squares)
+    # The mass matrix of a quadratic on a unit interval, by its values at the ends and the middle.
+    mass = np.array([[4, 2, -1], [2, 16, 2], [-1, 2, 4]]) / 30
+    squares = np.einsum("if,ij,jf,f->", theta[nodes], mass, theta[nodes], lengths)
+    at_edge = float(zeta(3)) / math.pi**3 * (h * t) ** 2 / k * float(squares)
     sideways = BilinearForm(lambda u, v, w: dot(grad(u), grad(v))).assemble(basis.with_elements(np.flatnonzero(above)))
     in_oxide = sink.oxide_thickness * stored(sink) * sink.oxide.thermal_conductivity * float(theta @ (sideways @ theta))
     # Both ends carry a watt, so that the quarters hold two anchors.

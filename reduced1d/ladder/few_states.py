@@ -42,11 +42,8 @@ if TYPE_CHECKING:
     from scipy.sparse import csc_matrix
 
 
-POINTS = 5  # Radau points of a time step, whose order is 9.
 GROWTH, COARSE_GROWTH = 2.0, 2.8
 """Factors from one time step to the next, in the run and in the coarser one that estimates its error."""
-SETTLED = 1e-11  # The iteration within a step ends with a change below this part of the largest value.
-_FIRST = 1e-4  # The first time step, as a part of the end time.
 
 
 @dataclass(frozen=True, eq=False)
@@ -201,11 +198,11 @@ def trajectory(model: FewStates, times: np.ndarray, growth: float = 2.0) -> tupl
     end = float(times[-1]) if len(times) else 0.0
     steps = list[Step]()
     if end > 0:
-        first = min(float(times[times > 0][0]), _FIRST * end)
+        first = min(float(times[times > 0][0]), 1e-4 * end)
         count = max(int(np.ceil(np.log(end / first) / np.log(growth))), 1)
         marks = [0.0, *end * growth ** np.arange(-count, 1.0)]
         try:
-            march(_OverTime(model), np.zeros(model.states), marks, POINTS, SETTLED, end, steps)
+            march(_OverTime(model), np.zeros(model.states), marks, 5, 1e-11, end, steps)
         except ShortStepError as error:
             at = f"at {model.drive.value:g} {model.drive.unit}"
             text = f"{at} the heating runs away after {error.start:.3g} s (thermal runaway)"

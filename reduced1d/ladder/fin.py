@@ -32,8 +32,6 @@ from scenes.sink import Sink, decay, different
 _SPAN = np.array([0.0, 0.02, 0.08, 0.3, 1.0])
 """Element boundaries of half a span: fine near its end, from which heat has spread a little at 10 us."""
 _DEGREES = (5, 6, 7, 8)  # Polynomial degrees of these elements.
-_ISLAND = 4  # Polynomial degree over an island.
-_PLACES = 41  # Places along a span between which its hottest one is searched.
 _ALIKE = 1e-6
 """Spans where the effect of the row's end has fallen below this part are taken as alike."""
 
@@ -70,7 +68,7 @@ def fin(
             span = min(number, row.solved)
             outputs[f"span{number}_middle"] = row.along(span, [0.5])[0]
             outputs[f"span{number}_mean"] = row.mean(span)
-            outputs[f"span{number}_peak"] = row.along(span, np.linspace(0.0, 1.0, _PLACES))
+            outputs[f"span{number}_peak"] = row.along(span, np.linspace(0.0, 1.0, 41))
         for number in range(1, sink.spans // 2 + 1):
             # A block keeps a third of its capacity: the heat into the substrate over time is the film's alone.
             outputs[f"island{number}_heat"] = down * sink.island * row.mean(min(number, row.solved), island=True)
@@ -118,7 +116,7 @@ def _halved(sink: Sink, finer: int) -> _Row:
     inner, apart = different(sink.spans), math.ceil(math.log(_ALIKE) / math.log(decay(sink))) + finer // 2
     alike, solved = apart < inner, min(apart, inner)
     half, island = np.diff(_SPAN) * sink.length / 2, np.array([sink.island / 2])
-    degrees, over = [p + finer for p in _DEGREES], [_ISLAND + finer]
+    degrees, over = [p + finer for p in _DEGREES], [4 + finer]
     # Halves of spans and islands deeper than the middle of the first span that stands for others.
     deeper = (sink.spans - 2 * solved + 1) * alike
     elements: list[tuple[float, int, tuple[int, int], int, bool, int]] = []

@@ -21,12 +21,6 @@ from scenes.checks import FIRST_TIME
 PLATE_STATES = 24
 """With so many fields the projection equals the plate to 1e-5 at all times that are compared."""
 
-_DEPENDENT = 1e-10  # A field whose part outside the span of earlier ones is smaller (relative) is left out.
-_SETTLED = 1e-9  # The search for the steady state ends with a change below this part of the rise.
-_PATTERN = 1e-6
-"""The search for the pattern of the current's heat ends with this change: each of its steps gains far more."""
-_MOST_PATTERNS = 30  # The most steps of that search.
-
 
 def added(fields: np.ndarray, field: np.ndarray, model: FewStates) -> np.ndarray | None:
     """Fields (n, states), orthonormal in the model's conductance, extended by another; ``None`` if it depends on
@@ -36,7 +30,7 @@ def added(fields: np.ndarray, field: np.ndarray, model: FewStates) -> np.ndarray
     for _ in range(2):
         field = field - fields @ (fields.T @ (model.conductance @ field))
     size = math.sqrt(max(float(field @ (model.conductance @ field)), 0.0))
-    return np.column_stack([fields, field / size]) if size > _DEPENDENT * whole else None
+    return np.column_stack([fields, field / size]) if size > 1e-10 * whole else None
 
 
 def hot(plate: Plate) -> tuple[Plate, np.ndarray]:
@@ -49,10 +43,11 @@ def hot(plate: Plate) -> tuple[Plate, np.ndarray]:
         return plate, _steady_rise(plate)
     plate = plate.carrying(*current_through_pads(plate))
     rise = _steady_rise(plate)
-    for _ in range(_MOST_PATTERNS if plate.model.coefficient else 0):
+    for _ in range(30 if plate.model.coefficient else 0):
         plate = plate.carrying(*current_through_pads(plate, rise))
         before, rise = rise, _steady_rise(plate)
-        if np.abs(rise - before).max() <= _PATTERN * np.abs(rise).max():
+        # Each step gains far more than this change.
+        if np.abs(rise - before).max() <= 1e-6 * np.abs(rise).max():
             break
     return plate, rise
 
@@ -66,7 +61,7 @@ def _steady_rise(plate: Plate) -> np.ndarray:
         squared = steady_state(small.in_modes())[1] ** 2
         heating = np.eye(small.states) - model.coefficient * squared * small.feedback
         rise = fields @ np.linalg.solve(heating, squared * small.source)
-        if np.abs(rise - before).max() <= _SETTLED * np.abs(rise).max() or not model.coefficient:
+        if np.abs(rise - before).max() <= 1e-9 * np.abs(rise).max() or not model.coefficient:
             break
         fields = added(fields, plate.inverse.solve(model.feedback @ fields[:, -1]), model)
     return rise

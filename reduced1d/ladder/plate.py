@@ -35,8 +35,6 @@ if TYPE_CHECKING:
     from scipy.sparse import csc_matrix
 
 COPIES = 4.0  # The plate is a quarter of the sink.
-SLIVER = 1e-3
-"""Mesh planes closer than this part of the narrowest size are merged."""
 
 
 class Grading(NamedTuple):
@@ -286,7 +284,8 @@ def quarter(sink: Sink, grading: Grading) -> Quarter:
     healing = math.sqrt(sink.silicon.thermal_conductivity * sink.thickness / film(sink))
     outline = grading.outline * min(healing, oxide, sink.oxide_length / 2)
     corner = grading.corner * narrow
-    small = SLIVER * min(narrow, sink.oxide_length / 2, oxide)
+    # Planes closer than a thousandth of the narrowest size are merged.
+    small = 1e-3 * min(narrow, sink.oxide_length / 2, oxide)
 
     def free(distance: float) -> float:
         return (grading.ratio - 1) * distance

@@ -28,7 +28,6 @@ from statespace.document import Matrices, Port, in_kelvin, scene_document
 from statespace.reduction import Reference, reduce
 
 APART = 1e-7  # Patterns and fields with a smaller relative singular value are dropped.
-INSTANTS = 40  # Number of times at which the model is compared.
 
 
 def compact(
@@ -63,7 +62,7 @@ def _reference(shape: Layout, inputs: tuple[Channel, ...], own: Mapping[str, flo
     tables: dict[str, Any] = {c.name: values.get(c.name, 0.0) for c in inputs}
     tables = {n: (v.times, v.values) if isinstance(v, Schedule) else v for n, v in tables.items()}
     start = {p.name: scene.initial_temperature for p in scene.probes if p.quantity == "temperature"}
-    times = None if scene.steady else np.geomspace(10 * EARLY, 1, INSTANTS) * scene.end_time
+    times = None if scene.steady else np.geomspace(10 * EARLY, 1, 40) * scene.end_time
     result = solve_layout(shape, times, steady_too=False)
     if result.traces is None:
         exact = {n: np.array(e.value) for n, e in result.steady.items()}

@@ -22,8 +22,6 @@ from scenes import physics
 from scenes.errors import NumericsError
 from scenes.model import Schedule, Value, is_zero
 
-ROUNDING = 1e-14  # Iterations for potentials end with a change below this part of the largest potential.
-
 
 @dataclass(frozen=True, eq=False)
 class Inputs:
@@ -171,7 +169,7 @@ class Model:
             inner, before, size = inner - change, size, float(np.abs(change).max())
             largest = max(float(np.abs(inner).max()), float(np.abs(lift).max(initial=0.0)))
             stalls = size >= before / 2
-            if size <= ROUNDING * largest or (stalls and (alone or size <= 1e3 * ROUNDING * largest)):
+            if size <= 1e-14 * largest or (stalls and (alone or size <= 1e-11 * largest)):
                 return np.asarray(free @ inner + lift)
             if stalls:
                 break

@@ -15,7 +15,6 @@ from reduced1d.network.circuit import factor, weighted
 from reduced1d.network.model import Model
 from scenes.errors import NumericsError, RunawayError
 
-SETTLED = 1e-13  # Relative change that ends Newton's method: the rounding of sums of a few thousand terms.
 SHORTEST = 1e-8  # The last step of the factor on the voltages: the relative error of the largest one with a state.
 
 
@@ -121,7 +120,8 @@ class _Coupled:
             size, largest = float(np.abs(change).max()), max(1.0, float(np.abs(z).max()))
             if not np.isfinite(size) or size > 1e6:
                 return None
-            if size <= SETTLED * largest or (size < 1e-9 * largest and size >= before / 2):
+            # Sums of a few thousand terms are rounded by 1e-13.
+            if size <= 1e-13 * largest or (size < 1e-9 * largest and size >= before / 2):
                 return z
             before = size
         return None
