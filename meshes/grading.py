@@ -16,7 +16,7 @@ import numpy as np
 
 from meshes import connected, singular
 from meshes.grid import Grid
-from scenes.free.contacts import across, resistances
+from scenes.free.grid import across, resistances
 from scenes.model import Scene
 
 # Ratio of neighbouring intervals towards a feature; 0.15 is optimal for corner singularities (Gui and Babuska).

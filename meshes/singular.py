@@ -25,7 +25,7 @@ from numpy.polynomial import legendre
 from meshes import connected
 from meshes.grid import VOID, Grid
 from scenes import faces, laws
-from scenes.free.contacts import ELECTRIC, THERMAL, across, resistances
+from scenes.free.grid import ELECTRIC, THERMAL, across, resistances
 from scenes.model import Boundary, Box, Scene, Value, bends
 
 REGULAR = 0.95  # edges of this exponent or more are left to the degree, but for contradictions up to the next one

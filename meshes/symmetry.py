@@ -16,7 +16,7 @@ import numpy as np
 
 from meshes import connected
 from meshes.grid import Grid
-from scenes.free import contacts
+from scenes.free.grid import across, resistances
 from scenes.model import Boundary, Box, Point, Probe, Scene, Schedule, Value
 from scenes.plan import Step
 
@@ -203,9 +203,9 @@ class _Mirror:
         """Whether the mirror maps every face with a contact onto one that is the same, and none lies in its plane,
         where half of one would be left."""
         grid = self._both_sides(scene)
-        for table in contacts.resistances(scene):
+        for table in resistances(scene):
             for axis in range(3):
-                on_faces = np.moveaxis(contacts.across(grid.owner, axis, table), 0, axis)
+                on_faces = np.moveaxis(across(grid.owner, axis, table), 0, axis)
                 if (on_faces != np.flip(on_faces, self.axis)).any():
                     return False
                 count = grid.owner.shape[self.axis]

@@ -24,7 +24,7 @@ from fem3d.spaces.size import Size, foreseen
 from meshes import connected
 from meshes.columns import Columns
 from scenes.errors import NumericsError, TooLargeError
-from scenes.free.crowding import crowding
+from scenes.free.grid import crowding
 from scenes.model import Scene
 from scenes.plan import Step
 

@@ -13,7 +13,7 @@ from meshes import connected, edgewise, grading
 from meshes.grading import Features
 from meshes.grid import Grid
 from scenes.errors import NumericsError, TooLargeError
-from scenes.free.crowding import crowding
+from scenes.free.grid import crowding
 from scenes.model import Scene
 
 ADVICE = "ask for a larger accuracy, let more planes coincide, or leave out what does not matter"

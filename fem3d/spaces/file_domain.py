@@ -12,7 +12,6 @@ from fem3d.spaces.mapped_domain import MappedDomain
 from meshes.grouped.model import GroupedMesh
 from meshes.grouped.place import Placed
 from scenes.model import GroupBoundary, GroupProbe, Point
-from scenes.physics import is_exit
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,7 +24,7 @@ class Groups(MappedDomain):
 
     def facets(self, item: GroupBoundary | GroupProbe) -> np.ndarray:
         """The facets of a group."""
-        return self.placed.facets(item)
+        return self.placed.faces(item)
 
     def directions(self, item: GroupBoundary | GroupProbe) -> np.ndarray:
         """(facets,): 1 where the group's facets point out of their first cell, else -1."""
@@ -61,12 +60,9 @@ class Groups(MappedDomain):
 def groups(placed: Placed, degree: int = 3) -> Groups:
     """Return the domain of a scene on its mesh, with tetrahedra of a degree."""
     scene, mesh = placed.scene, placed.mesh
-    parts = mesh.parts(np.ones(mesh.count, bool))
-    exits = placed.touched(parts, [b for b in scene.boundaries if is_exit(b)])
-    live, still = placed.conductors
     space = MappedSpace(mesh.mesh, degree)
     return with_contacts(Groups(
         scene, space, placed.body, tuple(m.name for m in placed.materials), tuple(placed.materials),
-        tuple((s.heat_source, mesh.volumes[s.group]) for s in scene.sources), live, still,
-        len(exits) == parts.max(), placed,
+        tuple((s.heat_source, mesh.volumes[s.group]) for s in scene.sources),
+        placed.live, placed.still, placed.anchored, placed,
     ))  # fmt: skip

@@ -44,19 +44,12 @@ class GroupedMesh:
         """Whether the cells are tetrahedra."""
         return len(self.mesh.t) == 4
 
-    def exposed(self, facets: np.ndarray) -> np.ndarray:
-        """Return (n,) whether each facet is on the surface."""
-        return self.mesh.f2t[1, facets] < 0
-
-    def beside(self, facets: np.ndarray) -> np.ndarray:
-        """Return (k,) the cells beside some facets."""
-        cells = np.unique(self.mesh.f2t[:, facets])
-        return cells[cells >= 0]
-
-    def borders(self, facets: np.ndarray, inside: np.ndarray) -> np.ndarray:
-        """Return the facets that are sides of chosen cells (cells,)."""
-        cells = self.mesh.f2t[:, facets]
-        return facets[((cells >= 0) & inside[cells]).any(axis=0)]
+    def unjoined_corners(self) -> int:
+        """Return how many corners lie where another one is."""
+        points = self.mesh.doflocs[:, : self.mesh.nvertices].T
+        size = float(np.ptp(points, axis=0).max())
+        rounded = np.rint((points - points.min(axis=0)) / (1e-9 * size)).astype(np.int64)
+        return len(points) - len(np.unique(rounded, axis=0))
 
     def parts(self, inside: np.ndarray, cuts: np.ndarray | None = None) -> np.ndarray:
         """Return (cells,) a number from 1 on for each part of the chosen cells that facets join; 0 elsewhere.

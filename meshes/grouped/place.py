@@ -1,25 +1,26 @@
-"""Cells and facets of the materials, sources, conditions and probes of a scene on its mesh."""
+"""A scene on the cells and facets of its mesh."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from meshes.connected import between
-from meshes.grouped.model import GroupedMesh
-from scenes import physics
-from scenes.model import Contact, GroupBoundary, GroupProbe, Material, MeshScene, Value
+from meshes.grouped.model import GroupedMesh, locate
+from scenes.free.graph import CellGraph
+from scenes.model import Contact, GroupBoundary, GroupProbe, Material, MeshScene, is_zero
 
 
 @dataclass(frozen=True, eq=False)
-class Placed:
+class Placed(CellGraph):
     """A scene and its mesh with all groups that the scene names."""
 
     scene: MeshScene
     mesh: GroupedMesh
+
+    part_word, place_word, side_key = "volume group", "a surface group", "side"
 
     @cached_property
     def body(self) -> np.ndarray:
@@ -36,80 +37,80 @@ class Placed:
         return [body.material for body in self.scene.bodies]
 
     @cached_property
+    def solid(self) -> np.ndarray:
+        """True for each cell (cells,)."""
+        return np.ones(self.mesh.count, bool)
+
+    @cached_property
     def conducting(self) -> np.ndarray:
         """Whether each cell (cells,) conducts electricity."""
         return np.array([m.resistivity is not None for m in self.materials])[self.body]
 
-    @cached_property
-    def fixed(self) -> np.ndarray:
-        """Whether each cell (cells,) is in a conductor with an electrode, so that its potential is determined."""
-        live, still = self.conductors
-        return np.any([live, *(cells for cells, _ in still)], axis=0)
+    @property
+    def heated(self) -> np.ndarray:
+        """Whether each cell (cells,) has a heat source."""
+        sources = [self.part(s.group) for s in self.scene.sources if not is_zero(s.heat_source)]
+        return np.any([~self.solid, *sources], axis=0)
 
-    def part(self, group: str) -> np.ndarray:
+    @property
+    def part_names(self) -> list[str]:
+        """Names of the volume groups."""
+        return sorted(self.mesh.volumes)
+
+    def part(self, name: str) -> np.ndarray:
         """Return whether each cell (cells,) is in a volume group."""
         part = np.zeros(self.mesh.count, bool)
-        part[self.mesh.volumes[group]] = True
+        part[self.mesh.volumes[name]] = True
         return part
+
+    def faces(self, item: GroupBoundary | GroupProbe) -> np.ndarray:
+        """Return the facets of the group of a condition or a flat probe."""
+        return self.mesh.surfaces[item.group or ""][0]
+
+    def sides(self, faces: np.ndarray) -> np.ndarray:
+        """Return (2, facets) the cells beside each facet, -1 for none."""
+        cells: np.ndarray = self.mesh.mesh.f2t[:, faces]
+        return cells
+
+    def nodes(self, faces: np.ndarray) -> np.ndarray:
+        """Return (corners, facets) the corners of each facet."""
+        corners: np.ndarray = self.mesh.mesh.facets[:, faces]
+        return corners
 
     def between(self, contact: Contact) -> np.ndarray:
         """Return the facets of a contact."""
         return between(self.mesh.mesh.f2t, *map(self.part, contact.between))
 
-    def facets(self, item: GroupBoundary | GroupProbe) -> np.ndarray:
-        """Return the facets of the group of a condition or a flat probe."""
-        return self.mesh.surfaces[item.group or ""][0]
+    def covered(self, probe: GroupProbe, mask: np.ndarray) -> np.ndarray:
+        """Return (places,) whether each place of a probe, its point, facets or cells, touches a chosen cell."""
+        if probe.at is not None:
+            return np.array([locate(self.mesh, np.array(probe.at), mask) is not None])
+        if volumes := [self.mesh.volumes[g] for g in probe.groups or (probe.group or "",) if g in self.mesh.volumes]:
+            return mask[np.concatenate(volumes)]
+        return self.bordering(self.faces(probe), mask)
 
-    def acting(self, boundary: GroupBoundary) -> np.ndarray:
-        """Return the facets on which a condition acts: of conductors for a voltage, exposed ones for a flux."""
-        facets = self.facets(boundary)
-        if boundary.kind == "voltage":
-            return self.mesh.borders(facets, self.conducting)
-        return facets if boundary.kind == "temperature" else facets[self.mesh.exposed(facets)]
-
-    def covered(self, probe: GroupProbe) -> list[GroupBoundary]:
+    def conditions(self, probe: GroupProbe) -> list[GroupBoundary]:
         """Return the boundaries of the probe's kind, thermal or electric, with facets in its group."""
-        electric, facets = probe.quantity == "current", self.facets(probe)
+        electric, facets = probe.quantity == "current", self.faces(probe)
         return [
             b for b in self.scene.boundaries
             if (b.kind == "voltage") == electric and np.isin(self.acting(b), facets).any()
         ]  # fmt: skip
 
-    def touched(self, parts: np.ndarray, boundaries: Sequence[GroupBoundary]) -> set[int]:
-        """Return the numbers of the parts (`GroupedMesh.parts`) on which some conditions act."""
-        numbers: set[int] = set()
-        for b in boundaries:
-            numbers |= set(parts[self.mesh.beside(self.acting(b))].tolist())
-        return numbers - {0}
+    def parts(self, mask: np.ndarray, cuts: np.ndarray | None = None) -> np.ndarray:
+        """Return `GroupedMesh.parts`."""
+        return self.mesh.parts(mask, cuts)
 
-    @cached_property
-    def _parts(self) -> tuple[np.ndarray, list[GroupBoundary]]:
-        """Number of the part of the conductors of each cell (cells,), and the electrodes, at which parts end."""
-        electrodes = [b for b in self.scene.boundaries if b.kind == "voltage"]
-        cuts = np.concatenate([np.empty(0, int), *(self.acting(b) for b in electrodes)])
-        return self.mesh.parts(self.conducting, cuts), electrodes
+    def explain_separation(self, sentence: str) -> str:
+        """Return a refusal with the count of parts and of corners that are not joined, where there are any."""
+        count, corners = int(self.parts(self.solid).max()), self.mesh.unjoined_corners()
+        if count == 1 and not corners:
+            return sentence
+        where = f" ({corners} corners lie where another one is without being joined to it)" if corners else ""
+        return (
+            f"the mesh has {count} {'parts' if count > 1 else 'part'} that share no faces{where}, so that neither heat "
+            f"nor current passes between them: if they should touch, {CONFORMING}; as it is, {sentence}"
+        )
 
-    def joined(self) -> dict[int, set[str]]:
-        """Return the names of the electrodes of each part of the conductors."""
-        (parts, electrodes), names = self._parts, dict[int, set[str]]()
-        for b in electrodes:
-            for part in self.touched(parts, [b]):
-                names.setdefault(part, set()).add(b.name)
-        return names
 
-    @cached_property
-    def conductors(self) -> tuple[np.ndarray, tuple[tuple[np.ndarray, Value | str], ...]]:
-        """Cells (cells,) of conductors between electrodes of two voltages, and of each conductor with one voltage.
-
-        The latter come with the voltage, or the name of the electrode if its potential is unknown.
-        """
-        parts, electrodes = self._parts
-        voltages: dict[int, set[Value | str]] = {}
-        touched = [(b, self.touched(parts, [b])) for b in electrodes]
-        for b, of_one in touched:
-            for part in of_one:
-                voltages.setdefault(part, set()).add(physics.potential_of(b))
-        physics.share_terminals(voltages, touched)
-        live = np.isin(parts, [part for part, potentials in voltages.items() if len(potentials) > 1])
-        alone = ((part, next(iter(potentials))) for part, potentials in voltages.items() if len(potentials) == 1)
-        return live, tuple((parts == part, value) for part, value in alone)
+CONFORMING = "make the mesh conforming (in Gmsh: BooleanFragments, or Coherence)"

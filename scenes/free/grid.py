@@ -1,11 +1,13 @@
-"""The grid of all planes of a scene: which box owns each cell, which cells lie on either side of a flat box, and which
-parts of the solid hang together.
+"""The grid of all planes of a scene: which box owns each cell, and which cells and faces a condition or a probe covers.
 
-Planes closer than 1e-9 of the extent along their axis are one.
+Planes closer than 1e-9 of the extent along their axis are one. A cell has its number in the order of the array of
+owners. Of the faces, number 3 v + d lies across the axis d at the plane of the vertex v, its corner with the lowest
+coordinates; edge 3 v + d leads along the axis d from the vertex v.
 """
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,52 +15,25 @@ from functools import cached_property
 import numpy as np
 
 from scenes.errors import SceneError, listed
-from scenes.free.crowding import crowding
-from scenes.model import ROUNDING, Boundary, Point, Probe, Scene, Value
-from scenes.physics import potential_of, share_terminals
+from scenes.free.graph import CellGraph
+from scenes.model import ROUNDING, Boundary, Box, Contact, Point, Probe, Scene, is_zero
 
 VOID = -1  # The owner of a cell outside the solid.
 _MOST_CELLS = 10_000_000
 """The most cells of the planes' grid: checking them takes two or three seconds and 0.6 GB."""
-
-
-@dataclass(frozen=True)
-class Sheet:
-    """A flat box on the grid, as arrays over the faces of its plane that it covers.
-
-    ``below`` and ``above`` are the owners of the cells on the lower and the upper side of the axis, VOID for none;
-    ``faces`` number the faces and ``vertices`` (one longer along both) the grid's vertices.
-    """
-
-    axis: int
-    below: np.ndarray
-    above: np.ndarray
-    faces: np.ndarray
-    vertices: np.ndarray
-
-    def beside(self, cells: np.ndarray) -> np.ndarray:
-        """Which faces have, on either side, an owner for whom ``cells`` (by box, last entry for VOID) is true."""
-        return cells[self.below] | cells[self.above]
-
-    def corners(self, chosen: np.ndarray) -> set[int]:
-        v = self.vertices
-        return set(np.concatenate([part[chosen] for part in (v[:-1, :-1], v[:-1, 1:], v[1:, :-1], v[1:, 1:])]).tolist())
-
-    def edges(self, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The edges of some faces, by number, and which face each belongs to (four of each to a face)."""
-        first, second = (d for d in range(3) if d != self.axis)
-        at, across, along = (self.vertices[s] for s in (np.s_[:-1, :-1], np.s_[1:, :-1], np.s_[:-1, 1:]))
-        edges = [3 * at + first, 3 * along + first, 3 * at + second, 3 * across + second]
-        return np.concatenate([e[chosen] for e in edges]), np.tile(self.faces[chosen], 4)
+THERMAL, ELECTRIC = 0, 1
+"""First index of the table of `resistances`."""
 
 
 @dataclass(frozen=True, eq=False)
-class Grid:
+class Grid(CellGraph):
     """The planes of a scene along each axis (m, ascending) and the number of the box that owns each cell."""
 
     scene: Scene
     planes: tuple[np.ndarray, ...]
     owner: np.ndarray
+
+    part_word, place_word, side_key = "box", "corners", "box"
 
     @cached_property
     def small(self) -> tuple[float, ...]:
@@ -66,95 +41,155 @@ class Grid:
         return tuple(ROUNDING * float(p[-1] - p[0]) for p in self.planes)
 
     @cached_property
-    def conducting(self) -> np.ndarray:
-        """(boxes + 1,): which boxes conduct, and False for VOID, by the owner's number."""
-        return np.array([*(box.material.resistivity is not None for box in self.scene.boxes), False])
+    def _numbers(self) -> dict[str, int]:
+        return {box.name: number for number, box in enumerate(self.scene.boxes)}
+
+    def _owned(self, boxes: Sequence[bool]) -> np.ndarray:
+        """Whether each cell (cells,) is owned by one of the chosen boxes."""
+        return np.array([*boxes, False])[self.owner.ravel()]
+
+    @property
+    def part_names(self) -> list[str]:
+        """Names of the boxes."""
+        return list(self._numbers)
 
     @cached_property
     def solid(self) -> np.ndarray:
-        """(boxes + 1,): True for every box, False for VOID."""
-        return np.array([True] * len(self.scene.boxes) + [False])
+        """Whether each cell (cells,) belongs to a box."""
+        return self.owner.ravel() != VOID
 
     @cached_property
-    def _padded(self) -> np.ndarray:
-        """The owners with a layer of VOID around."""
-        return np.pad(self.owner, 1, constant_values=VOID)
+    def conducting(self) -> np.ndarray:
+        """Whether each cell (cells,) conducts electricity."""
+        return self._owned([box.material.resistivity is not None for box in self.scene.boxes])
 
-    def inside(self, lower: Point, upper: Point) -> bool:
-        along = zip(self.planes, self.small, lower, upper, strict=True)
-        return all(p[0] - s <= a and b <= p[-1] + s for p, s, a, b in along)
+    @property
+    def heated(self) -> np.ndarray:
+        """Whether each cell (cells,) has a heat source."""
+        return self._owned([not is_zero(box.heat_source) for box in self.scene.boxes])
+
+    def part(self, name: str) -> np.ndarray:
+        """Return whether each cell (cells,) belongs to a box."""
+        return self.owner.ravel() == self._numbers[name]
+
+    def names(self, mask: np.ndarray) -> list[str]:
+        """Return the boxes with some of the chosen cells."""
+        return [self.scene.boxes[number].name for number in np.unique(self.owner.ravel()[mask & self.solid]).tolist()]
 
     def span(self, axis: int, lower: float, upper: float) -> tuple[int, int]:
-        """The range of planes between two coordinates of the scene, clipped to the grid."""
+        """Return the range of planes between two coordinates of the scene, clipped to the grid."""
         # Half as much again, for a plane may stand for another that is just as far away as that.
         planes, small = self.planes[axis], 1.5 * self.small[axis]
         first = int(np.searchsorted(planes, lower - small))
         last = int(np.searchsorted(planes, upper + small, side="right")) - 1
         return min(first, len(planes) - 1), max(last, 0)
 
-    def cells(self, lower: Point, upper: Point, values: np.ndarray | None = None) -> np.ndarray:
-        """Return the owners of the cells that touch a box of any dimension.
-
-        Along the axes along which the box extends the cells lie inside, along the others on either side (VOID beyond
-        the grid). ``values`` of the cells replace the numbers of their owners (0 beyond the grid).
-        """
-        window = []
-        for axis in range(3):
-            first, last = self.span(axis, lower[axis], upper[axis])
-            if upper[axis] - lower[axis] <= self.small[axis]:
-                # Between two planes (a point need not be on one) first exceeds last, and it is one cell.
-                first, last = min(first, last), max(first, last)
-                window.append(slice(first, last + 2) if first == last else slice(last, last + 1))
-            else:
-                window.append(slice(first + 1, last + 1))
-        return (self._padded if values is None else np.pad(values, 1))[tuple(window)]
-
     def flat(self, lower: Point, upper: Point) -> tuple[int, ...]:
+        """Return the axes along which a box has no extent."""
         return tuple(d for d in range(3) if upper[d] - lower[d] <= self.small[d])
 
-    def sheet(self, item: Boundary | Probe, values: np.ndarray | None = None) -> Sheet | None:
-        """Return a flat box, without faces where it misses the grid; ``None`` for a box that is not flat.
+    def covered(self, probe: Probe, mask: np.ndarray) -> np.ndarray:
+        """Return (places,) whether each place of a probe touches a chosen cell.
 
-        ``values`` of the cells replace the numbers of their owners.
+        Along the axes along which the probe extends a place is one cell, along the others the cells on either side. A
+        volume that is read in boxes has the cells of these alone.
         """
-        flat = self.flat(item.lower, item.upper)
-        if len(flat) != 1:
-            return None
-        (axis,) = flat
+        lower, upper, flat = probe.lower, probe.upper, self.flat(probe.lower, probe.upper)
+        window = []
+        for axis, (planes, small) in enumerate(zip(self.planes, self.small, strict=True)):
+            if lower[axis] < planes[0] - small or upper[axis] > planes[-1] + small:
+                return np.zeros(1, bool)
+            first, last = self.span(axis, lower[axis], upper[axis])
+            if axis in flat:
+                # Between two planes (a point need not be on one) first exceeds last, and it is one cell.
+                at = max(first, last)
+                window.append(slice(at, at + 2) if first == last else slice(at, at + 1))
+            else:
+                window.append(slice(first + 1, last + 1))
+        chosen = np.pad(mask.reshape(self.owner.shape), 1)[tuple(window)]
+        if flat or not probe.boxes:
+            return np.asarray(chosen.any(axis=flat)).ravel()
+        owner = np.pad(self.owner, 1, constant_values=VOID)[tuple(window)]
+        return chosen[np.isin(owner, [self._numbers[name] for name in probe.boxes])]
+
+    def faces(self, item: Boundary | Probe) -> np.ndarray:
+        """Return the faces in a flat box, none where it misses the grid."""
+        (axis,) = self.flat(item.lower, item.upper)
         planes, at = self.planes[axis], item.lower[axis]
-        hit = planes[0] - self.small[axis] <= at <= planes[-1] + self.small[axis]
+        if not planes[0] - self.small[axis] <= at <= planes[-1] + self.small[axis]:
+            return np.empty(0, int)
         spans = [self.span(d, item.lower[d], item.upper[d]) for d in range(3)]
-        ranges = [np.arange(a, max(a, b) if hit else a) for a, b in spans]
-        cells, sides = self.owner if values is None else values, []
-        for cell in (spans[axis][0] - 1, spans[axis][0]):
-            ranges[axis] = np.array([cell])
-            inside = 0 <= cell < cells.shape[axis]
-            owners = cells[np.ix_(*ranges)] if inside else np.full([len(r) for r in ranges], VOID)
-            sides.append(owners.squeeze(axis))
-        corners = [np.arange(r[0], r[-1] + 2) if len(r) else np.array([0]) for r in ranges]
-        corners[axis] = ranges[axis]
-        vertices = np.ravel_multi_index(np.ix_(*corners), [len(p) for p in self.planes]).squeeze(axis)
-        return Sheet(axis, sides[0], sides[1], 3 * vertices[:-1, :-1] + axis, vertices)
+        ranges = [np.arange(a, a + 1 if d == axis else b) for d, (a, b) in enumerate(spans)]
+        return 3 * np.ravel_multi_index(np.ix_(*ranges), self._shape).ravel() + axis
 
-    def acting(self, sheet: Sheet, kind: str) -> np.ndarray:
-        """The faces of a boundary at which its condition acts."""
-        if kind in ("heat_flux", "convection", "radiation"):
-            return self.solid[sheet.below] ^ self.solid[sheet.above]
-        return sheet.beside(self.conducting if kind == "voltage" else self.solid)
+    @property
+    def _shape(self) -> tuple[int, ...]:
+        return tuple(len(p) for p in self.planes)
 
-    def parts(self, wanted: np.ndarray, cuts: Sequence[Boundary] = ()) -> np.ndarray:
-        """(cells): labels from 1 on of sets of ``wanted`` cells joined by faces that no cut covers, 0 elsewhere."""
+    def sides(self, faces: np.ndarray) -> np.ndarray:
+        """Return (2, faces) the solid cell below and the one above each face, -1 for none."""
+        at, axis, shape = np.array(np.unravel_index(faces // 3, self._shape)), faces % 3, np.array(self.owner.shape)
+        cells = []
+        for step in (1, 0):
+            place = at - step * (axis == np.arange(3)[:, None])
+            inside = ((place >= 0) & (place < shape[:, None])).all(axis=0)
+            cell = np.ravel_multi_index(tuple(np.where(inside, place, 0)), self.owner.shape)
+            cells.append(np.where(inside & self.solid[cell], cell, -1))
+        return np.array(cells)
+
+    def _across(self, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """The two axes in the plane of each face, and the step of the vertices' numbers along each."""
+        first, second = (faces + 1) % 3, (faces + 2) % 3
+        steps = np.array([self._shape[1] * self._shape[2], self._shape[2], 1])
+        return first, second, steps[first], steps[second]
+
+    def nodes(self, faces: np.ndarray) -> np.ndarray:
+        """Return (4, faces) the corners of each face."""
+        _, _, along, up = self._across(faces)
+        return faces // 3 + np.array([np.zeros_like(along), along, up, along + up])
+
+    def edges(self, faces: np.ndarray) -> np.ndarray:
+        """Return (4, faces) the edges of each face."""
+        (first, second, along, up), corner = self._across(faces), faces // 3
+        return 3 * np.array([corner, corner + up, corner, corner + along]) + np.array([first, first, second, second])
+
+    def between(self, contact: Contact) -> np.ndarray:
+        """Return the faces between two boxes."""
+        one, other = (self._numbers[name] for name in contact.between)
+        box = self.scene.boxes[one]
+        window = [self.span(d, box.lower[d], box.upper[d]) for d in range(3)]
+        start = [max(first - 1, 0) for first, _ in window]
+        owner, faces = self.owner[tuple(slice(a, last + 1) for a, (_, last) in zip(start, window, strict=True))], []
+        for axis in range(3):
+            low, high = (np.moveaxis(owner, axis, 0)[part] for part in (slice(None, -1), slice(1, None)))
+            pairs = ((low == one) & (high == other)) | ((low == other) & (high == one))
+            at = np.array(np.nonzero(np.moveaxis(pairs, 0, axis))) + np.array(start)[:, None]
+            at[axis] += 1
+            faces.append(3 * np.ravel_multi_index(tuple(at), self._shape) + axis)
+        return np.concatenate(faces)
+
+    def areas(self, faces: np.ndarray) -> np.ndarray:
+        """Return (faces,) the area (m2) of each face."""
+        at, lengths = np.unravel_index(faces // 3, self._shape), np.ones(len(faces))
+        for d in range(3):
+            gaps = np.append(np.diff(self.planes[d]), 1.0)
+            lengths = np.where(faces % 3 == d, lengths, lengths * gaps[at[d]])
+        return lengths
+
+    def parts(self, mask: np.ndarray, cuts: np.ndarray | None = None) -> np.ndarray:
+        """Return (cells,) labels from 1 on of the sets of chosen cells that faces join, except the faces ``cuts``."""
         from scipy.sparse import coo_array
         from scipy.sparse.csgraph import connected_components
 
-        inside = wanted[self.owner]
+        inside = mask.reshape(self.owner.shape)
         joined = [np.moveaxis(inside, axis, 0)[:-1] & np.moveaxis(inside, axis, 0)[1:] for axis in range(3)]
-        for sheet in (s for b in cuts if (s := self.sheet(b))):
-            at = np.array(np.unravel_index(sheet.faces.ravel() // 3, [len(p) for p in self.planes]))
+        cuts = np.empty(0, int) if cuts is None else cuts
+        for axis in range(3):
+            at = np.array(np.unravel_index(cuts[cuts % 3 == axis] // 3, self._shape))
             # The face across an axis at its plane i lies between the cells i - 1 and i along it.
-            at[sheet.axis] -= 1
-            at = at[:, (at[sheet.axis] >= 0) & (at[sheet.axis] < inside.shape[sheet.axis] - 1)]
-            joined[sheet.axis][at[sheet.axis], *np.delete(at, sheet.axis, axis=0)] = False
+            at[axis] -= 1
+            at = at[:, (at[axis] >= 0) & (at[axis] < inside.shape[axis] - 1)]
+            joined[axis][at[axis], *np.delete(at, axis, axis=0)] = False
         # Cells in a row along z are one node of a graph, whose edges are the faces between rows.
         starts = inside.copy()
         starts[..., 1:] &= ~np.moveaxis(joined[2], 0, 2)
@@ -169,44 +204,38 @@ class Grid:
         count = int(starts.sum())
         graph = coo_array((np.ones(len(rows), bool), (rows, columns)), shape=(count, count))
         labels = np.append(1 + connected_components(graph, directed=False)[1], 0)
-        return labels[np.where(inside, row, count)]
+        return labels[np.where(inside, row, count)].ravel()
 
-    def parts_at(self, labels: np.ndarray, boundary: Boundary) -> set[int]:
-        sheet, beside = self.sheet(boundary), self.sheet(boundary, labels)
-        assert sheet is not None
-        assert beside is not None
-        acts = self.acting(sheet, boundary.kind)
-        return {*beside.below[acts].tolist(), *beside.above[acts].tolist()} - {0, VOID}
+    def explain_separation(self, sentence: str) -> str:
+        """Return a refusal with the first two boxes that nearly touch."""
+        from scenes.free.structure import gaps
 
-    def electrified(self) -> tuple[np.ndarray, dict[int, set[Value | str]]]:
-        """A label for each cell of a conductor, electrodes being cuts, and the voltages at the cells of each label, as
-        `scenes.physics.potential_of` has them."""
-        electrodes = [b for b in self.scene.boundaries if b.kind == "voltage"]
-        labels, voltages = self.parts(self.conducting, electrodes), dict[int, set[Value | str]]()
-        touched = [(b, self.parts_at(labels, b)) for b in electrodes]
-        for b, parts in touched:
-            for label in parts:
-                voltages.setdefault(label, set()).add(potential_of(b))
-        share_terminals(voltages, touched)
-        return labels, voltages
+        return "; ".join([sentence, *gaps(self)[:1]])
 
-    def joined(self) -> dict[int, set[str]]:
-        """The names of the electrodes that each label of `electrified` touches."""
-        labels, names = self.electrified()[0], dict[int, set[str]]()
-        for b in self.scene.boundaries:
-            for label in self.parts_at(labels, b) if b.kind == "voltage" else ():
-                names.setdefault(label, set()).add(b.name)
-        return names
-
-    @cached_property
-    def fixed(self) -> np.ndarray:
-        """(cells): the cells of conductors that an electrode touches; any other potential is undetermined."""
-        labels, voltages = self.electrified()
-        return np.isin(labels, list(voltages))
+    def explain_cut(self) -> str:
+        """Return a sentence on insulating boxes between electrodes of different voltages, or ""."""
+        labels, potentials = self.potentials
+        insulating = self.parts(self.solid & ~self.conducting).reshape(self.owner.shape)
+        conductors = labels.reshape(self.owner.shape)
+        touched, boxes = dict[int, set[int]](), dict[int, set[int]]()
+        for axis in range(3):
+            insulator, conductor, owner = (np.moveaxis(a, axis, 0) for a in (insulating, conductors, self.owner))
+            for a, b in ((slice(None, -1), slice(1, None)), (slice(1, None), slice(None, -1))):
+                at = (insulator[a] > 0) & np.isin(conductor[b], list(potentials))
+                pairs = np.stack([insulator[a][at], conductor[b][at], owner[a][at]])
+                for part, label, box in np.unique(pairs, axis=1).T.tolist():
+                    touched.setdefault(part, set()).add(label)
+                    boxes.setdefault(part, set()).add(box)
+        for part, labels_beside in touched.items():
+            if len(set().union(*(potentials[label] for label in labels_beside))) > 1:
+                names = [self.scene.boxes[n].name for n in sorted(boxes[part])]
+                which = "box {}, which does" if len(names) == 1 else "boxes {}, which do"
+                return f"the current is cut at {which.format(listed(names))} not conduct"
+        return ""
 
 
 def grid_of(scene: Scene) -> Grid:
-    """The grid of a scene; SceneError where it would be too large to look at."""
+    """Return the grid of a scene; SceneError where it would be too large to look at."""
     planes = tuple(np.array(planes_of(scene, axis)) for axis in range(3))
     count = float(np.prod([len(p) - 1.0 for p in planes]))
     if count > _MOST_CELLS:
@@ -221,7 +250,7 @@ def grid_of(scene: Scene) -> Grid:
 
 
 def planes_of(scene: Scene, axis: int) -> list[float]:
-    """Where cells end along an axis (m): at faces of boxes, conditions and extended probes."""
+    """Return the coordinates (m) along an axis where cells end: at faces of boxes, conditions and extended probes."""
     planes = [c for b in scene.boxes for c in (b.lower[axis], b.upper[axis])]
     low, high = min(planes), max(planes)
     others = [(b.lower, b.upper) for b in scene.boundaries]
@@ -239,25 +268,49 @@ def distinct(coordinates: Sequence[float], small: float) -> list[float]:
     return kept
 
 
-def cut(grid: Grid) -> str:
-    """Return a sentence on insulating boxes between electrodes of different voltages, or ""."""
-    labels, voltages = grid.electrified()
-    insulating = grid.parts(grid.solid & ~grid.conducting)
-    touched: dict[int, set[int]] = {}
-    between: dict[int, set[int]] = {}
-    for axis in range(3):
-        insulator, conductor, owner = (np.moveaxis(a, axis, 0) for a in (insulating, labels, grid.owner))
-        for a, b in ((slice(None, -1), slice(1, None)), (slice(1, None), slice(None, -1))):
-            at = (insulator[a] > 0) & (conductor[b] > 0)
-            for part, label, box in np.unique(
-                np.stack([insulator[a][at], conductor[b][at], owner[a][at]]), axis=1
-            ).T.tolist():
-                if label in voltages:
-                    touched.setdefault(part, set()).add(label)
-                    between.setdefault(part, set()).add(box)
-    for part, conductors in touched.items():
-        if len(set().union(*(voltages[label] for label in conductors))) > 1:
-            names = [grid.scene.boxes[n].name for n in sorted(between[part])]
-            which = "box {}, which does" if len(names) == 1 else "boxes {}, which do"
-            return f"the current is cut at {which.format(listed(names))} not conduct"
-    return ""
+def crowding(scene: Scene, planes: tuple[np.ndarray, ...]) -> str:
+    """Say how many planes (m, ascending) cross a scene along each axis, and which items alone use most of them.
+
+    A plane of one small box crosses the whole scene.
+    """
+    items: list[Box | Boundary | Probe] = [
+        *scene.boxes, *scene.boundaries, *(p for p in scene.probes if p.lower != p.upper),
+    ]  # fmt: skip
+    alone: Counter[str] = Counter()
+    for axis, at in enumerate(planes):
+        users: dict[int, set[str]] = {}
+        for item in items:
+            for end in (item.lower[axis], item.upper[axis]):
+                users.setdefault(int(np.abs(at - end).argmin()), set()).add(item.name)
+        alone.update(next(iter(names)) for names in users.values() if len(names) == 1)
+    counts = ", ".join(f"{len(at)} along {'xyz'[axis]}" for axis, at in enumerate(planes))
+    sentence = f"boxes, boundaries and probes begin and end at planes that all cross the whole scene, {counts}"
+    if not alone:
+        return sentence
+    named = listed([name for name, _ in alone.most_common()])
+    return f"{sentence}; {alone.total()} of these are used once, most by {named}"
+
+
+def resistances(scene: Scene) -> np.ndarray:
+    """Return (2, boxes + 1, boxes + 1) the thermal (m2 K/W) and electrical (ohm m2) resistance between every two boxes.
+
+    The void has the last number, or -1. The entry is 0 where boxes touch perfectly.
+    """
+    resistances = np.zeros((2, len(scene.boxes) + 1, len(scene.boxes) + 1))
+    numbers = {box.name: number for number, box in enumerate(scene.boxes)}
+    for contact in scene.contacts:
+        one, other = (numbers.get(name) for name in contact.between)
+        # In the symmetric part of a scene a box may be missing.
+        if one is not None and other is not None:
+            both = contact.thermal_resistance, contact.electrical_resistance
+            resistances[:, one, other] = resistances[:, other, one] = both
+    return resistances
+
+
+def across(owner: np.ndarray, axis: int, between: np.ndarray) -> np.ndarray:
+    """Return the entries of a table (boxes + 1, boxes + 1) at the faces between neighbouring cells of these owners.
+
+    The result is one shorter along the axis, which comes first.
+    """
+    owners = np.moveaxis(owner, axis, 0)
+    return between[owners[:-1], owners[1:]]

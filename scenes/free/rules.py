@@ -1,81 +1,135 @@
-"""The rules for conditions and parts that hold for boxes and mesh files alike: can a scene be solved?"""
+"""The rules that decide whether a scene can be solved, for boxes and for mesh files alike.
+
+Each refusal is one sentence that names the part; none needs numerics.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 
-from scenes import physics
-from scenes.errors import SceneError, listed, quoted
-from scenes.model import AnyScene, Boundary, GroupBoundary, Value
-
-UNFIXED = (
-    "asks for a {} in a conductor that no electrode touches, which is solved for heat alone, as nothing determines "
-    "its potential: give a place in another, or a boundary with a voltage there"
-)  # The refusal of a probe in a conductor without a determined potential.
+from scenes import physics, readouts
+from scenes.errors import SceneError, did_you_mean, listed, quoted
+from scenes.free.graph import CellGraph
+from scenes.model import FLOWS, AnyScene, Boundary, GroupBoundary, Value, is_zero
+from scenes.units import point
 
 
-@dataclass(frozen=True, eq=False)
-class Acting:
-    """A condition with the numbers of the ``faces`` on which it acts and of their corners (``nodes``); ``between``
-    where a conductor is on both sides of one of them."""
+def check(graph: CellGraph) -> None:
+    """Refuse a scene that cannot be solved.
 
-    boundary: Boundary | GroupBoundary
-    faces: np.ndarray
-    nodes: np.ndarray
-    between: bool
+    Raises SceneError for impossible contacts; for conditions that act on nothing, lie on a contact, or contradict each
+    other; for probes outside of the solid or the conductors; for floating parts, and for scenes at rest.
+    """
+    physics.check_resistivities(graph.scene)
+    check_contacts(graph)
+    check_boundaries(graph)
+    for probe in graph.scene.probes:
+        check_probe(graph, probe)
+    with _explained(graph):
+        check_parts(graph)
 
 
-def check_conditions(acting: Sequence[Acting], place: str) -> None:
-    """Refuse conditions that act on nothing or contradict each other; ``place`` is the word for a place in a file."""
-    for each in acting:
-        b, name = each.boundary, f"boundary {quoted(each.boundary.name)}"
-        if not len(each.faces) and b.kind == "voltage":
+@contextmanager
+def _explained(graph: CellGraph) -> Iterator[None]:
+    """Add to a refusal that parts are apart, which may be its cause."""
+    try:
+        yield
+    except SceneError as error:
+        raise SceneError(graph.explain_separation(str(error))) from None
+
+
+def check_contacts(graph: CellGraph) -> None:
+    """Refuse contacts between unknown parts, twice between the same parts, of no face, or with an insulator."""
+    taken, part, names = dict[frozenset[str], str](), graph.part_word, graph.part_names
+    for contact in graph.scene.contacts:
+        label = f"contact {quoted(contact.name)}"
+        for name in contact.between:
+            if name not in names:
+                known = ", ".join(map(quoted, names[:20]))
+                raise SceneError(
+                    f"{label}.between names no {part} {quoted(name)}: give {known}{did_you_mean(name, names)}"
+                )
+        one, other = contact.between
+        both = f"{label} is between {_plural(part)} {quoted(one)} and {quoted(other)}"
+        if one == other:
+            raise SceneError(f"{label} is of {part} {quoted(one)} with itself: give two {_plural(part)} that touch")
+        if (graph.part(one) & graph.part(other)).any():
+            raise SceneError(f"{both}, which have cells in common: give two that touch")
+        if before := taken.get(pair := frozenset(contact.between)):
+            raise SceneError(f"{both}, as contact {quoted(before)} is: give one contact for both its resistances")
+        taken[pair] = contact.name
+        if not len(graph.between(contact)):
+            with _explained(graph):
+                raise SceneError(f"{both}, which have no face in common: give two that touch")
+        insulator = next((name for name in (one, other) if not graph.conducting[graph.part(name)].any()), None)
+        if contact.electrical_resistance and insulator is not None:
             raise SceneError(
-                f"{name}.{b.key} touches nothing that conducts: give its material a resistivity, or {place} on a "
-                "conductor"
+                f"{label}.electrical_resistance is one with {part} {quoted(insulator)}, which insulates: leave it out, "
+                "or give its material a resistivity"
             )
-        if not len(each.faces):
+
+
+def _plural(part: str) -> str:
+    return "boxes" if part == "box" else f"{part}s"
+
+
+def check_boundaries(graph: CellGraph) -> None:
+    """Refuse conditions that act on nothing, lie on a contact, or contradict each other."""
+    place, acting = graph.place_word, [(b, graph.acting(b)) for b in graph.scene.boundaries]
+    for b, faces in acting:
+        name = f"boundary {quoted(b.name)}.{b.key}"
+        if not len(faces) and b.kind == "voltage":
             raise SceneError(
-                f"{name}.{b.key}{_behind(b)} has solid on both sides everywhere, and acts on exposed faces only: give "
+                f"{name} touches nothing that conducts: give its material a resistivity, or {place} on a conductor"
+            )
+        if not len(faces):
+            raise SceneError(
+                f"{name}{_behind(b)} has solid on both sides everywhere, and acts on exposed faces only: give "
                 f"{place} on the surface"
             )
-        if b.kind == "voltage" and b.contact_resistance and each.between:
+        for contact in graph.scene.contacts if b.kind in ("voltage", "temperature") else ():
+            jumps = contact.electrical_resistance if b.kind == "voltage" else contact.thermal_resistance
+            if jumps and np.isin(faces, graph.between(contact)).any():
+                raise SceneError(
+                    f"{name} lies on contact {quoted(contact.name)}, where nothing says on which side of it: give "
+                    f"{place} elsewhere, or leave the contact out"
+                )
+        sides = graph.sides(faces)
+        if b.kind == "voltage" and b.contact_resistance and (graph.conducting[sides] & (sides >= 0)).all(axis=0).any():
             raise SceneError(
-                f"{name}.voltage behind a contact_resistance has conductors on both sides: give {place} on the surface "
-                "of one, or leave the resistance out"
+                f"{name} behind a contact_resistance has conductors on both sides: give {place} on the surface of one, "
+                "or leave the resistance out"
             )
-    _check_electrodes([each for each in acting if each.boundary.kind == "voltage"])
-    held = [each for each in acting if each.boundary.kind == "temperature"]
-    for one, other in combinations(held, 2):
-        a, b = one.boundary, other.boundary
-        if a.value != b.value and np.isin(one.faces, other.faces).any():
+    _check_electrodes(graph, [each for each in acting if each[0].kind == "voltage"])
+    held = [each for each in acting if each[0].kind == "temperature"]
+    for (a, of_a), (b, of_b) in combinations(held, 2):
+        if a.value != b.value and np.isin(of_a, of_b).any():
             raise SceneError(
                 f"boundaries {quoted(a.name)} and {quoted(b.name)} overlap with different temperatures, "
                 f"{_shown(a.value, 'K')} and {_shown(b.value, 'K')}: give {place} that do not overlap"
             )
-    fixed = np.concatenate([np.empty(0, int), *(each.faces for each in held)])
-    for each in acting:
-        b = each.boundary
-        if b.kind in ("heat_flux", "convection", "radiation") and np.isin(each.faces, fixed).all():
+    fixed = np.concatenate([np.empty(0, int), *(faces for _, faces in held)])
+    for b, faces in acting:
+        if b.kind in ("heat_flux", "convection", "radiation") and np.isin(faces, fixed).all():
             raise SceneError(
                 f"boundary {quoted(b.name)}.{b.key}{_behind(b)} lies where other boundaries fix the temperature, and "
                 f"changes nothing: leave it out, or give {place} that do not overlap theirs"
             )
 
 
-def _check_electrodes(electrodes: Sequence[Acting]) -> None:
-    """Refuse electrodes of different voltage that touch, though but at an edge: an infinite current would flow."""
-    nodes = [set(each.nodes.tolist()) for each in electrodes]
-    for (i, one), (j, other) in combinations(enumerate(electrodes), 2):
-        a, b = one.boundary, other.boundary
+def _check_electrodes(graph: CellGraph, electrodes: Sequence[tuple[Any, np.ndarray]]) -> None:
+    """Refuse electrodes of different voltage that touch, even at an edge, where an infinite current would flow."""
+    nodes = [np.unique(graph.nodes(faces)) for _, faces in electrodes]
+    for (i, (a, _)), (j, (b, _)) in combinations(enumerate(electrodes), 2):
         unknown = a.series_resistance or b.series_resistance
-        if (unknown or a.value != b.value) and not nodes[i].isdisjoint(nodes[j]):
-            why = f"with different voltages, {_shown(a.value, 'V')} and {_shown(b.value, 'V')}"
-            why = ", and the potential of one is not given" if unknown else f" {why}"
+        if (unknown or a.value != b.value) and np.isin(nodes[i], nodes[j]).any():
+            why = f" with different voltages, {_shown(a.value, 'V')} and {_shown(b.value, 'V')}"
+            why = ", and the potential of one is not given" if unknown else why
             raise SceneError(
                 f"boundaries {quoted(a.name)} and {quoted(b.name)} touch on a conductor{why}: leave a gap between them"
             )
@@ -90,22 +144,134 @@ def _shown(value: Value, unit: str) -> str:
     return f"{value:g} {unit}" if isinstance(value, (int, float)) else "one that varies in time"
 
 
-def refuse_part(names: Sequence[str], part: str, kept: bool, hint: str = "") -> None:
-    """Refuse a part of the solid, by the names of its boxes or groups: nothing acts on it, or it is ``kept`` without an
-    exit for heat in a steady state."""
+def check_probe(graph: CellGraph, probe: Any) -> None:
+    """Refuse a probe where there is no solid or no conductor, or on a contact without a side."""
+    name, quantity = f"probe {quoted(probe.name)}", probe.quantity
+    if quantity == "resistance":
+        return  # `check_parts` pairs its electrodes.
+    parts, total = named_parts(graph, probe), quantity in FLOWS or quantity == "power"
+    side = np.any([*map(graph.part, parts)] or [graph.solid], axis=0)
+    if not total:
+        check_side(graph, probe, side)
+
+    def covered(mask: np.ndarray) -> np.ndarray:
+        if quantity in FLOWS:
+            return graph.bordering(graph.faces(probe), mask)
+        return graph.covered(probe, mask)
+
+    in_solid = covered(graph.solid)
+    if not in_solid.any() or not (total or in_solid.all()):
+        some = "reaches" if in_solid.any() else "lies"
+        at = probe.lower if getattr(probe, "lower", 0) == getattr(probe, "upper", 1) else getattr(probe, "at", None)
+        where = "everywhere in its place" if at is None else f"at {point(at)}"
+        raise SceneError(f"{name} {some} outside the solid: there has to be solid {where}")
+    if quantity in ("temperature", "heat_flow"):
+        return
+    conducts, fixed = (covered(mask & side) for mask in (graph.conducting, graph.fixed))
+    if not (conducts.any() if total else conducts.all()):
+        asks = "the potential" if quantity == "potential" else f"a {quantity}"
+        raise SceneError(
+            f"{name} asks for {asks} where nothing conducts: give a place in a conductor, or its material a resistivity"
+        )
+    if quantity != "power" and not (fixed.any() if total else fixed.all()):
+        with _explained(graph):
+            raise SceneError(
+                f"{name} asks for a {quantity} in a conductor that no electrode touches, which is solved for heat "
+                "alone, as nothing determines its potential: give a place in another, or a boundary with a voltage "
+                "there"
+            )
+
+
+def named_parts(graph: CellGraph, probe: Any) -> tuple[str, ...]:
+    """Return the boxes or volume groups in which a probe is read; raises SceneError for an unknown one."""
+    names = getattr(probe, "boxes", None)
+    if names is None:
+        names = probe.groups or ((probe.side,) if probe.side else ())
+    for name in names:
+        if name not in graph.part_names:
+            raise SceneError(
+                f"probe {quoted(probe.name)}.{graph.side_key} = {quoted(name)} is no {graph.part_word} of the scene: "
+                f"give {', '.join(map(quoted, graph.part_names[:20]))}{did_you_mean(name, graph.part_names)}"
+            )
+    return tuple(names)
+
+
+def check_side(graph: CellGraph, probe: Any, side: np.ndarray) -> None:
+    """Refuse a probe on a contact without a side, and one that its ``side`` (cells,) does not cover."""
+    name, key = f"probe {quoted(probe.name)}", graph.side_key
+    if parts := named_parts(graph, probe):
+        inside = graph.covered(probe, side)
+        if not len(inside) or not inside.all():
+            raise SceneError(
+                f"{name}.{key} = {quoted(parts[0])} isn't everywhere at the probe: give a place in it or on its faces"
+            )
+        return
+    for contact in graph.scene.contacts:
+        jumps = contact.electrical_resistance if probe.quantity == "potential" else contact.thermal_resistance
+        if not jumps:
+            continue
+        beside = np.zeros(len(graph.solid), bool)
+        beside[graph.sides(graph.between(contact))] = True
+        one, other = (graph.covered(probe, beside & graph.part(part)) for part in contact.between)
+        if (one & other).any():
+            first, second = map(quoted, contact.between)
+            raise SceneError(
+                f"{name} lies on contact {quoted(contact.name)}, where the {probe.quantity} jumps: say on which side "
+                f"by {key} = {first} or {key} = {second}"
+            )
+
+
+def check_parts(graph: CellGraph) -> None:
+    """Refuse conductors without a voltage, floating parts, parts without an exit for heat, and scenes at rest."""
+    scene, labels = graph.scene, graph.parts(graph.solid)
+    physics.refuse_ungrounded(scene.boundaries, graph.joined().values())
+    readouts.pairs(scene, graph.joined().values())
+    heated = set(np.unique(labels[graph.heated]).tolist())
+    for label in _missing(labels, graph.touched(labels, scene.boundaries) | heated):
+        said, one = _called(graph, labels == label)
+        raise SceneError(
+            f"{said} {'is' if one else 'are'} joined to nothing that a boundary or a heat source acts on: let it touch "
+            "the rest with a face, or give it a boundary"
+        )
+    exits = [b for b in scene.boundaries if physics.is_exit(b)]
+    for label in _missing(labels, graph.touched(labels, exits)) if scene.steady and physics.heat(scene) else ():
+        said, one = _called(graph, labels == label)
+        raise SceneError(
+            f"{said} {'has' if one else 'have'} no exit for heat, so there is no steady state: give a boundary with a "
+            "temperature or a convection, or run.end_time"
+        )
+    if heated or any(physics.heats(b, scene.initial_temperature) for b in scene.boundaries):
+        return
+    # An electrode without a current takes the potential of its conductor.
+    driving = {
+        physics.potential_of(b)
+        for b in scene.boundaries
+        if b.kind == "voltage" and not (b.key == "current" and is_zero(b.value))
+    }
+    if len(driving) < 2 or not graph.live.any():
+        _refuse_idle(scene, graph.explain_cut())
+
+
+def _missing(labels: np.ndarray, fine: set[int]) -> list[int]:
+    return sorted(set(range(1, int(labels.max(initial=0)) + 1)) - fine)
+
+
+def _called(graph: CellGraph, mask: np.ndarray) -> tuple[str, bool]:
+    """The words for a part of the solid, and whether it is one box or volume group."""
+    names = graph.names(mask)
     one = len(names) == 1
-    said = f"{part if one else {'box': 'boxes', 'volume group': 'volume groups'}[part]} {listed(names)}"
-    if kept:
-        has = f"{said} {'has' if one else 'have'} no exit for heat, so there is no steady state"
-        raise SceneError(f"{has}: give a boundary with a temperature or a convection, or run.end_time{hint}")
-    is_ = f"{said} {'is' if one else 'are'} joined to nothing that a boundary or a heat source acts on"
-    raise SceneError(f"{is_}: let it touch the rest with a face, or give it a boundary{hint}")
+    return f"{graph.part_word if one else _plural(graph.part_word)} {listed(names)}", one
 
 
-def refuse_idle(scene: AnyScene, hint: str = "") -> None:
+def _refuse_idle(scene: AnyScene, cut: str) -> None:
     """Refuse a scene that stays as it starts."""
+    if cut:
+        raise SceneError(
+            f"nothing happens in this scene: {cut}, between electrodes of different voltages: give its material a "
+            "resistivity, or let the conductors touch"
+        )
     has = "no voltage across a conductor, " if physics.electric(scene) else ""
     raise SceneError(
         f"nothing happens in this scene: it has {has}no heat source, no flux, and no temperature other than "
-        f"scene.initial_temperature = {scene.initial_temperature:g} K: give at least one{hint}"
+        f"scene.initial_temperature = {scene.initial_temperature:g} K: give at least one"
     )

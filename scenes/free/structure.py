@@ -10,8 +10,7 @@ import numpy as np
 from scenes import laws, physics
 from scenes.errors import listed, quoted
 from scenes.formats import area, percent, quantity
-from scenes.free import contacts
-from scenes.free.grid import VOID, Grid, cut, grid_of
+from scenes.free.grid import VOID, Grid, grid_of
 from scenes.free.tables import CURRENT_CONTACT, HEAT_CONTACT
 from scenes.model import Boundary, Scene
 from scenes.units import TIME
@@ -47,7 +46,7 @@ def remarks(scene: Scene) -> list[str]:
     sentences += gaps(grid)
     if texts := losses(grid):
         sentences.append(f"boxes lose volume to later ones, which win: {_joined(texts)}")
-    if (where := cut(grid)) and not any(len(v) > 1 for v in grid.electrified()[1].values()):
+    if (where := grid.explain_cut()) and not grid.live.any():
         sentences.append(f"no current passes: {where}")
     return sentences + _hurried(scene)
 
@@ -72,7 +71,7 @@ def _hurried(scene: Scene) -> list[str]:
 def _bodies(grid: Grid) -> str:
     """The connected parts of the solid, and the boxes of each."""
     labels = grid.parts(grid.solid)
-    bodies = [listed(_boxes(grid, labels == label), MOST) for label in range(1, int(labels.max()) + 1)]
+    bodies = [listed(grid.names(labels == label), MOST) for label in range(1, int(labels.max()) + 1)]
     return f"one: {bodies[0]}" if len(bodies) == 1 else f"{len(bodies)} that nothing passes between: {_joined(bodies)}"
 
 
@@ -108,7 +107,7 @@ def _across_edges(grid: Grid) -> list[str]:
     """Narrow gaps between boxes of two bodies that lie diagonally from one another."""
     boxes, labels = grid.scene.boxes, grid.parts(grid.solid)
     body = np.zeros(len(boxes) + 1, int)
-    body[grid.owner] = labels
+    body[grid.owner.ravel()] = labels
     if labels.max() < 2 or len(boxes) > _MANY:
         return []
     lower, upper = np.array([b.lower for b in boxes]), np.array([b.upper for b in boxes])
@@ -152,15 +151,12 @@ def losses(grid: Grid) -> list[str]:
 def _conductors(grid: Grid) -> Iterable[str]:
     """The boxes and the electrodes of each conductor."""
     labels = grid.parts(grid.conducting)
-    joins: dict[int, list[str]] = {label: [] for label in range(1, int(labels.max()) + 1)}
-    for b in grid.scene.boundaries:
-        for label in grid.parts_at(labels, b) if b.kind == "voltage" else ():
-            joins[label].append(b.name)
-    for label, names in joins.items():
+    for label in range(1, int(labels.max()) + 1):
+        names = [b.name for b in grid.scene.boundaries if b.kind == "voltage" and label in grid.touched(labels, [b])]
         what = "touches no electrode and is solved for heat alone"
         if names:
             what = f"joins {listed(names, MOST)}" if len(names) > 1 else f"touches {listed(names)} alone"
-        yield f"{listed(_boxes(grid, labels == label), MOST)} {what}"
+        yield f"{listed(grid.names(labels == label), MOST)} {what}"
 
 
 def _contacts(grid: Grid) -> Iterable[str]:
@@ -171,7 +167,7 @@ def _contacts(grid: Grid) -> Iterable[str]:
             jumps.append(
                 f"the potential by {CURRENT_CONTACT.show(c.electrical_resistance)}, half of its heat to each side"
             )
-        where = f"{quoted(c.name)} between {listed(list(c.between))}, {area(contacts.area(grid, c))}"
+        where = f"{quoted(c.name)} between {listed(list(c.between))}, {area(float(grid.areas(grid.between(c)).sum()))}"
         yield f"{where}: {' and '.join(jumps) or 'perfect'}"
 
 
@@ -185,19 +181,7 @@ def _areas(grid: Grid) -> Iterable[str]:
 
 def touches(grid: Grid, boundary: Boundary) -> float:
     """Return the area (m2) on which a boundary acts."""
-    sheet = grid.sheet(boundary)
-    assert sheet is not None
-    acts = grid.acting(sheet, boundary.kind)
-    rest = [d for d in range(3) if d != sheet.axis]
-    lengths = []
-    for d in rest:
-        first, last = grid.span(d, boundary.lower[d], boundary.upper[d])
-        lengths.append(np.diff(grid.planes[d])[first:last])
-    return float((acts * np.outer(*lengths)).sum())
-
-
-def _boxes(grid: Grid, cells: np.ndarray) -> list[str]:
-    return [grid.scene.boxes[number].name for number in np.unique(grid.owner[cells]).tolist()]
+    return float(grid.areas(grid.acting(boundary)).sum())
 
 
 def _joined(texts: Iterable[str]) -> str:

@@ -313,7 +313,7 @@ REFUSED: dict[str, tuple[Callable[[Document], None], tuple[str, ...]]] = {
     "face probe partly on a contact": (both(joint(thermal_resistance=1), drop("probe", 0, "at"),
         put("probe", 0, lower=[0, 0, 0], upper=[2, 1, 0])), ('probe "tip" lies on contact "c"',)),
     "probe of an unknown box": (put("probe", 0, box="bem"), ('probe "tip".box = "bem" is no box', 'mean "beam"?')),
-    "probe away from its box": (put("probe", 0, box="foot"), ("isn't everywhere in the probe's box",)),
+    "probe away from its box": (put("probe", 0, box="foot"), ("isn't everywhere at the probe",)),
     "flow of a box": (both(drop("probe", 0, "at"), put("probe", 0, lower=[0, 0, -1], upper=[1, 1, -1], box="foot",
         quantity="heat_flow")), ('probe "tip".box = "foot" says nothing about a heat_flow',)),
     "temperature on a contact": (both(joint(thermal_resistance=1),

@@ -9,7 +9,7 @@ import pytest
 
 from scenes.errors import SceneError
 from scenes.free import from_dict
-from scenes.free.grid import cut, grid_of
+from scenes.free.grid import grid_of
 from scenes.free.structure import described, remarks, touches
 from scenes.model import Scene
 from tests.scenes.free.refused import beam, flat
@@ -122,7 +122,7 @@ def test_an_insulating_box_across_a_beam_cuts_the_current() -> None:
     document = wall(beam())
     document["boundary"][0]["temperature"] = 300
     found = scene(document)
-    assert cut(grid_of(found)) == 'the current is cut at box "wall", which does not conduct'
+    assert grid_of(found).explain_cut() == 'the current is cut at box "wall", which does not conduct'
     assert remarks(found)[-1] == 'no current passes: the current is cut at box "wall", which does not conduct'
     # One that leaves a way round does not cut it.
     document["box"][-1]["upper"] = [1.5, 0.5, 1]
