@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from meshes.grouped.data import MeshData, MeshFileError, Piece, collect, dimension, node_rows
+from meshes.grouped.data import Element, MeshData, MeshFileError, assemble
 
 # Types of elements: a family and the count of nodes (but STRI65 has 6); the kind of cell by meshio's names.
 _TYPE = re.compile(r"(?P<volume>(?:C|DC|DCC|AC|EMC|Q)3D)(\d+)|(?:CPS|CPEG?|D?CAX|DC2D|STRI|SFM3D|[MRF]3D|D?S)(\d)")
@@ -26,15 +27,51 @@ _REFUSED = {
 }  # fmt: skip
 
 
+@dataclass
+class _Block:
+    """The line, the keyword, the options and the data of a keyword line; keyword and options in capitals."""
+
+    line: int
+    keyword: str
+    options: dict[str, str] = field(default_factory=dict)
+    rows: list[list[str]] = field(default_factory=list)
+
+    @property
+    def words(self) -> list[str]:
+        """All data in one list, without blank fields."""
+        return [word for row in self.rows for word in row if word]
+
+
+def _blocks(text: str) -> list[_Block]:
+    blocks, open_line = list[_Block](), False
+    for number, line in enumerate(text.splitlines(), 1):
+        if line.startswith("**") or not line.strip():
+            continue
+        fields = [word.strip() for word in line.split(",")]
+        if line.lstrip().startswith("*") or open_line:
+            if not open_line:
+                blocks.append(_Block(number, " ".join(fields.pop(0).lstrip("* ").upper().split())))
+            # A line of options that ends in a comma goes on.
+            open_line = line.rstrip().endswith(",")
+            for word in filter(None, fields):
+                key, _, value = word.partition("=")
+                blocks[-1].options[key.strip().upper()] = value.strip().strip('"')
+        elif blocks:
+            blocks[-1].rows.append(fields)
+    return blocks
+
+
 def read_abaqus(text: str) -> MeshData:
     """Read an Abaqus input file. Raises MeshFileError."""
-    model, scope, parts, instances = _Model(), "FILE", 0, list[str]()
-    motion = list[float]()
-    for number, keyword, options, rows in _blocks(text):
+    scope, parts, instances, motion = "FILE", 0, list[str](), list[float]()
+    nodes, surfaces = dict[int, list[float]](), dict[str, list[list[str]]]()
+    elements, sets, names = dict[int, tuple[str, list[int]]](), dict[str, list[str]](), dict[str, str]()
+    for block in _blocks(text):
+        keyword, options, where = block.keyword, block.options, f"line {block.line} has *{block.keyword}"
         if keyword in _REFUSED:
-            raise MeshFileError(f"line {number} has *{keyword}: {_REFUSED[keyword]}")
+            raise MeshFileError(f"{where}: {_REFUSED[keyword]}")
         if "INPUT" in options and keyword in ("NODE", "ELEMENT", "ELSET"):
-            raise MeshFileError(f"line {number} has *{keyword} with INPUT: put that file's lines in its place")
+            raise MeshFileError(f"{where} with INPUT: put that file's lines in its place")
         if keyword in ("PART", "ASSEMBLY", "INSTANCE"):
             scope = keyword
             parts += keyword == "PART"
@@ -42,46 +79,55 @@ def read_abaqus(text: str) -> MeshData:
             scope = "ASSEMBLY" if keyword == "END INSTANCE" else "FILE"
         if keyword == "INSTANCE":
             instances.append(options.get("NAME", ""))
-            motion = [float(word) for row in rows for word in row if word]
+            motion = [float(word) for word in block.words]
         # Nodes and elements of the assembly itself are reference points and the like.
         elif keyword == "NODE" and scope != "ASSEMBLY":
             if options.get("SYSTEM", "R").upper() != "R":
-                raise MeshFileError(f"line {number} has *NODE with SYSTEM: write the nodes in rectangular coordinates")
-            model.nodes |= {int(row[0]): [float(x or 0) for x in (*row[1:4], "0", "0")[:3]] for row in rows}
+                raise MeshFileError(f"{where} with SYSTEM: write the nodes in rectangular coordinates")
+            nodes |= {int(row[0]): [float(x or 0) for x in (*row[1:4], "0", "0")[:3]] for row in block.rows}
         elif keyword == "ELEMENT" and scope != "ASSEMBLY":
-            model.add_elements(options, rows)
+            added = _elements(block)
+            elements |= added
+            members = list(map(str, added))
         elif keyword == "ELSET":
-            model.add_set(options, rows)
+            members = _members(block)
         elif keyword == "SURFACE" and options.get("TYPE", "ELEMENT").upper() == "ELEMENT":
-            model.surfaces[options.get("NAME", "")] = [(_unscoped(row[0]), *row[1:2]) for row in rows]
+            surfaces[options.get("NAME", "")] = block.rows
+        if keyword in ("ELEMENT", "ELSET") and (name := options.get("ELSET")):
+            sets.setdefault(name.upper(), []).extend(members)
+            if "INTERNAL" not in options:
+                names.setdefault(name.upper(), name)
     if parts > 1 or len(instances) > 1:
         shown = f"{len(instances)} *INSTANCE ({', '.join(instances)})" if len(instances) > 1 else f"{parts} *PART"
         raise MeshFileError(
             f"it has {shown}, whose nodes are not shared, and one part is read: merge them into one (in Abaqus/CAE: "
             "Assembly, Merge/Cut Instances, merge meshes) and write that part"
         )
-    return model.mesh(np.array(motion))
+    if not nodes or not elements:
+        raise MeshFileError("it has no *NODE, or no *ELEMENT of a solid: write nodes and elements")
+    groups: dict[int, list[str]] = {number: [] for number in elements}
+    for key, name in names.items():
+        for number in _resolved(key, sets) & elements.keys():
+            groups[number].append(name)
+    cells: list[Element] = [(kind, corners, groups[number]) for number, (kind, corners) in elements.items()]
+    for name, rows in surfaces.items():
+        cells += [(kind, corners, [name]) for kind, corners in _faces(rows, elements, sets)]
+    points = _moved(np.array(list(nodes.values())), np.array(motion))
+    return assemble(dict(zip(nodes, points, strict=True)), cells)
 
 
-def _blocks(text: str) -> Iterator[tuple[int, str, dict[str, str], list[list[str]]]]:
-    """Yield the line, the keyword, the options and the data of each block; keywords and options in capitals."""
-    blocks: list[tuple[int, str, dict[str, str], list[list[str]]]] = []
-    open_line = False
-    for number, line in enumerate(text.splitlines(), 1):
-        if line.startswith("**") or not line.strip():
-            continue
-        fields = [word.strip() for word in line.split(",")]
-        if line.lstrip().startswith("*") or open_line:
-            if not open_line:
-                blocks.append((number, " ".join(fields.pop(0).lstrip("* ").upper().split()), {}, []))
-            # A line of options that ends in a comma goes on.
-            open_line = line.rstrip().endswith(",")
-            for word in filter(None, fields):
-                key, _, value = word.partition("=")
-                blocks[-1][2][key.strip().upper()] = value.strip().strip('"')
-        elif blocks:
-            blocks[-1][3].append(fields)
-    return iter(blocks)
+def _elements(block: _Block) -> dict[int, tuple[str, list[int]]]:
+    """Return the kind and the nodes of each element of a block by its number; none of lines and points."""
+    form = block.options.get("TYPE", "").upper()
+    match = _TYPE.match(form)
+    if not match:
+        return {}
+    count = 6 if form == "STRI65" else int(match[2] or match[3])
+    kind = (_VOLUMES if match["volume"] else _SURFACES).get(count)
+    words = list(map(int, block.words))
+    if kind is None or len(words) % (count + 1):
+        raise MeshFileError(f"the data of an *ELEMENT block do not fit TYPE={form}")
+    return {words[i]: (kind, words[i + 1 : i + 1 + count]) for i in range(0, len(words), count + 1)}
 
 
 def _unscoped(name: str) -> str:
@@ -89,91 +135,34 @@ def _unscoped(name: str) -> str:
     return name.rpartition(".")[2].strip('"').upper()
 
 
-class _Model:
-    """Nodes, elements, sets of elements and surfaces of a part."""
+def _members(block: _Block) -> list[str]:
+    """Return the elements, by number or by the set that they are in, of a block that adds them to a set."""
+    if "GENERATE" not in block.options:
+        return list(map(_unscoped, block.words))
+    ranges = [[int(word) for word in row if word] for row in block.rows]
+    return [str(number) for first, last, *step in ranges for number in range(first, last + 1, *step)]
 
-    def __init__(self) -> None:
-        self.nodes = dict[int, list[float]]()
-        self.cells = dict[str, list[list[int]]]()
-        self.names = dict[str, str]()
-        self.sets = dict[str, list[int | str]]()
-        self.surfaces = dict[str, list[tuple[str, ...]]]()
 
-    def add_elements(self, options: dict[str, str], rows: list[list[str]]) -> None:
-        """Add the elements of a block; those of lines and points only to their set."""
-        kind = options.get("TYPE", "").upper()
-        match = _TYPE.match(kind)
-        if not match:
-            return
-        nodes = 6 if kind == "STRI65" else int(match[2] or match[3])
-        name = (_VOLUMES if match["volume"] else _SURFACES).get(nodes)
-        numbers = [int(x) for row in rows for x in row if x]
-        if name is None or len(numbers) % (nodes + 1):
-            raise MeshFileError(f"the data of an *ELEMENT block do not fit TYPE={kind}")
-        cells = np.array(numbers, int).reshape(-1, nodes + 1).tolist()
-        self.cells.setdefault(name, []).extend(cells)
-        if "ELSET" in options:
-            self._extend(options["ELSET"], [cell[0] for cell in cells])
+def _resolved(name: str, sets: dict[str, list[str]], above: tuple[str, ...] = ()) -> set[int]:
+    """Return the numbers of the elements of a set, which may hold other sets, or of one element."""
+    if name.isdigit():
+        return {int(name)}
+    if name not in sets or name in above:
+        raise MeshFileError(f'it uses element set "{name}" without defining it')
+    return set().union(*(_resolved(member, sets, (*above, name)) for member in sets[name]))
 
-    def add_set(self, options: dict[str, str], rows: list[list[str]]) -> None:
-        """Add elements, by number or by the set that they are in, to a set."""
-        members: list[int | str] = []
-        for row in rows:
-            words = [word for word in row if word]
-            if "GENERATE" in options:
-                first, last, *step = map(int, words)
-                members += range(first, last + 1, *step)
-            else:
-                members += [int(_unscoped(word)) if _unscoped(word).isdigit() else _unscoped(word) for word in words]
-        self._extend(options.get("ELSET", ""), members, "INTERNAL" in options)
 
-    def _extend(self, name: str, members: list, internal: bool = False) -> None:
-        if not internal:
-            self.names.setdefault(name.upper(), name)
-        self.sets.setdefault(name.upper(), []).extend(members)
-
-    def _elements(self, name: str, above: tuple[str, ...] = ()) -> set[int]:
-        """Return the numbers of the elements of a set, which may hold other sets."""
-        if name not in self.sets or name in above:
-            raise MeshFileError(f'it uses element set "{name}" without defining it')
-        parts = [{m} if isinstance(m, int) else self._elements(m, (*above, name)) for m in self.sets[name]]
-        return set().union(*parts)
-
-    def mesh(self, motion: np.ndarray) -> MeshData:
-        """Return the mesh, moved as its instance."""
-        if not self.nodes or not self.cells:
-            raise MeshFileError("it has no *NODE, or no *ELEMENT of a solid: write nodes and elements")
-        ids = np.array(list(self.nodes))
-        points = _moved(np.array(list(self.nodes.values())), motion)
-        mesh, numbers, start = MeshData(points, [], {}), dict[int, tuple[int, str, list[int]]](), 0
-        for kind, cells in self.cells.items():
-            mesh.blocks.append((kind, node_rows(ids, np.array(cells)[:, 1:])))
-            numbers |= {number: (start + i, kind, nodes) for i, (number, *nodes) in enumerate(cells)}
-            start += len(cells)
-        pieces: list[Piece] = []
-        for key, name in self.names.items():
-            members = [numbers[n] for n in self._elements(key) if n in numbers]
-            for dim in (2, 3):
-                pieces.append((name, dim, np.array([i for i, kind, _ in members if dimension(kind) == dim], int)))
-        for name, given in self.surfaces.items():
-            for kind, corners in self._faces(given, numbers).items():
-                mesh.blocks.append((kind, node_rows(ids, np.array(corners))))
-                pieces.append((name, 2, start + np.arange(len(corners))))
-                start += len(corners)
-        mesh.groups = collect(pieces)
-        return mesh
-
-    def _faces(self, given: list[tuple[str, ...]], numbers: dict) -> dict[str, list[list[int]]]:
-        """Return the corners of the faces of a surface (set or element, face), by kind."""
-        faces = dict[str, list[list[int]]]()
-        for name, *label in given:
-            for element in [int(name)] if name.isdigit() else self._elements(name):
-                _, kind, nodes = numbers.get(element, (0, "", []))
-                form = kind.rstrip("0123456789")
-                if form in _FACES and label and label[0].upper()[:1] == "S":
-                    face, corners = _FACES[form]
-                    faces.setdefault(face, []).append([nodes[i] for i in corners[int(label[0][1:]) - 1]])
-        return faces
+def _faces(
+    rows: list[list[str]], elements: dict[int, tuple[str, list[int]]], sets: dict[str, list[str]]
+) -> Iterator[tuple[str, list[int]]]:
+    """Yield the kind and the corners of the faces of a surface, whose rows have a set or element and a face."""
+    for name, *label in rows:
+        for number in _resolved(_unscoped(name), sets):
+            kind, nodes = elements.get(number, ("", []))
+            form = kind.rstrip("0123456789")
+            if form in _FACES and label and label[0].upper()[:1] == "S":
+                face, corners = _FACES[form]
+                yield face, [nodes[i] for i in corners[int(label[0][1:]) - 1]]
 
 
 def _moved(points: np.ndarray, motion: np.ndarray) -> np.ndarray:

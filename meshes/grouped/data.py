@@ -9,6 +9,8 @@ import numpy as np
 
 Piece = tuple[str, int, np.ndarray]
 """Name and dimension of a group, and some of its cells."""
+Element = tuple[str, list[int], list[str]]
+"""A cell of a file: its kind by meshio's name, the numbers of its nodes in meshio's order, and its groups."""
 
 
 class MeshFileError(ValueError):
@@ -48,6 +50,24 @@ def node_rows(ids: np.ndarray, wanted: np.ndarray) -> np.ndarray:
     if missing.any():
         raise MeshFileError(f"a cell has node {wanted[missing][0]}, which is not in the file: write the nodes too")
     return at
+
+
+def assemble(nodes: dict[int, np.ndarray], elements: list[Element]) -> MeshData:
+    """Make the mesh of nodes, by their numbers in the file, and of elements."""
+    mesh, pieces, start = MeshData(np.array(list(nodes.values()), float), [], {}), list[Piece](), 0
+    ids, by_kind = np.array(list(nodes)), dict[str, list[Element]]()
+    for element in elements:
+        by_kind.setdefault(element[0], []).append(element)
+    for kind, block in by_kind.items():
+        mesh.blocks.append((kind, node_rows(ids, np.array([corners for _, corners, _ in block]))))
+        members = dict[str, list[int]]()
+        for i, (_, _, names) in enumerate(block, start):
+            for name in names:
+                members.setdefault(name, []).append(i)
+        pieces += [(name, dimension(kind), np.array(cells)) for name, cells in members.items()]
+        start += len(block)
+    mesh.groups = collect(pieces)
+    return mesh
 
 
 def collect(pieces: Iterable[Piece]) -> dict[tuple[str, int], np.ndarray]:

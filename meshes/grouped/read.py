@@ -50,8 +50,11 @@ def read(path: Path, unit: float) -> GroupedMesh:
     first, same = np.unique(np.sort(cells, axis=1), axis=0, return_index=True, return_inverse=True)[1:]
     cells = cells[first]
     _refuse_broken(points, cells, path)
-    cells = _turned(points, cells, name)
     mesh = made(points, cells, name)
+    if name in _INVERSION:
+        inverted = np.asarray((_determinants(mesh) < 0).all(axis=1))[:, None]
+        cells = np.where(inverted, cells[:, _INVERSION[name]], cells)
+        mesh = made(points, cells, name)
     _refuse_inverted(mesh, path)
     mesh = ordered(mesh) if KINDS[name][0] == 4 else mesh
     of_cell = np.full(starts[-1], -1)
@@ -182,29 +185,21 @@ def _refuse_broken(points: np.ndarray, cells: np.ndarray, path: Path) -> None:
         raise SceneError(f"{shown} is flat, its nodes lie in one plane: give a mesh of volumes")
 
 
-def _turned(points: np.ndarray, cells: np.ndarray, name: str) -> np.ndarray:
-    """Return the cells with straight ones that are inverted turned round."""
-    if name == "tetra":
-        swap = [0, 2, 1, 3]
-        edges = [[(0, 1), (0, 2), (0, 3)]]
-    elif name == "hexahedron":
-        swap = [4, 5, 6, 7, 0, 1, 2, 3]
-        # The edges from each corner, along which a hexahedron has a positive determinant.
-        edges = [[(k, (k + 1) % 4), (k, (k + 3) % 4), (k, k + 4)] for k in range(4)]
-        edges += [[(k + 4, (k + 3) % 4 + 4), (k + 4, (k + 1) % 4 + 4), (k + 4, k)] for k in range(4)]
-    else:
-        return cells
-    ends = points[cells][:, np.array(edges)]  # (cells, corners, 3 edges, 2 ends, 3)
-    determinants = np.linalg.det(ends[..., 1, :] - ends[..., 0, :])
-    return np.where((determinants < 0).all(axis=1)[:, None], cells[:, swap], cells)
+# The nodes of a straight cell in the order of its mirror image.
+_INVERSION = {"tetra": [0, 2, 1, 3], "hexahedron": [4, 5, 6, 7, 0, 1, 2, 3]}
+
+
+def _determinants(mesh: Any) -> np.ndarray:
+    """Return (cells, points) the determinants of the maps of cells at their nodes and middles, positive in order."""
+    reference = mesh.elem().doflocs.T
+    places = np.concatenate([reference, reference.mean(axis=1, keepdims=True)], axis=1)
+    jacobians = np.moveaxis(mesh.mapping().DF(places), (0, 1), (-2, -1))
+    # scikit-fem's reference hexahedron has its corners the other way round.
+    return np.asarray((1 if len(mesh.t) == 4 else -1) * np.linalg.det(jacobians))
 
 
 def _refuse_inverted(mesh: Any, path: Path) -> None:
-    reference = mesh.elem().doflocs.T
-    places = np.concatenate([reference, reference.mean(axis=1, keepdims=True)], axis=1)
-    # scikit-fem's reference hexahedron has its corners the other way round.
-    jacobians = np.moveaxis(mesh.mapping().DF(places), (0, 1), (-2, -1))
-    determinants = (1 if len(mesh.t) == 4 else -1) * np.linalg.det(jacobians)
+    determinants = _determinants(mesh)
     size = np.abs(determinants).max(axis=1)
     wrong = np.flatnonzero(determinants.min(axis=1) <= 1e-9 * np.where(size > 0, size, 1.0))
     if len(wrong):
