@@ -22,7 +22,7 @@ def check(scene: MeshScene, mesh: GroupedMesh) -> Placed:
     named(scene, mesh)
     placed = Placed(scene, mesh)
     materials(placed)
-    rules.check(placed)
+    rules.check(placed, placed.explain_separation)
     for probe in scene.probes:
         if probe.quantity in FLOWS:
             _refuse_mixed(placed, probe)

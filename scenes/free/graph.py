@@ -80,10 +80,6 @@ class CellGraph(ABC):
     def parts(self, mask: np.ndarray, cuts: np.ndarray | None = None) -> np.ndarray:
         """Return (cells,) labels of the chosen cells that faces join, except the faces ``cuts``; 0 elsewhere."""
 
-    @abstractmethod
-    def explain_separation(self, sentence: str) -> str:
-        """Return a refusal with a remark on parts that are apart and perhaps should not be."""
-
     def explain_cut(self) -> str:
         """Return a sentence on an insulator between electrodes of different voltages, or ""."""
         return ""

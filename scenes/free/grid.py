@@ -206,12 +206,6 @@ class Grid(CellGraph):
         labels = np.append(1 + connected_components(graph, directed=False)[1], 0)
         return labels[np.where(inside, row, count)].ravel()
 
-    def explain_separation(self, sentence: str) -> str:
-        """Return a refusal with the first two boxes that nearly touch."""
-        from scenes.free.structure import gaps
-
-        return "; ".join([sentence, *gaps(self)[:1]])
-
     def explain_cut(self) -> str:
         """Return a sentence on insulating boxes between electrodes of different voltages, or ""."""
         labels, potentials = self.potentials

@@ -5,7 +5,7 @@ Each refusal is one sentence that names the part; none needs numerics.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import combinations
 from typing import Any
@@ -18,32 +18,34 @@ from scenes.free.graph import CellGraph
 from scenes.model import FLOWS, AnyScene, Boundary, GroupBoundary, Value, is_zero
 from scenes.units import point
 
+Explain = Callable[[str], str]
 
-def check(graph: CellGraph) -> None:
-    """Refuse a scene that cannot be solved.
+
+def check(graph: CellGraph, explain: Explain) -> None:
+    """Refuse a scene that cannot be solved; ``explain`` adds to a sentence that parts are apart, where that may matter.
 
     Raises SceneError for impossible contacts; for conditions that act on nothing, lie on a contact, or contradict each
     other; for probes outside of the solid or the conductors; for floating parts, and for scenes at rest.
     """
     physics.check_resistivities(graph.scene)
-    check_contacts(graph)
+    check_contacts(graph, explain)
     check_boundaries(graph)
     for probe in graph.scene.probes:
-        check_probe(graph, probe)
-    with _explained(graph):
+        check_probe(graph, probe, explain)
+    with _explained(explain):
         check_parts(graph)
 
 
 @contextmanager
-def _explained(graph: CellGraph) -> Iterator[None]:
-    """Add to a refusal that parts are apart, which may be its cause."""
+def _explained(explain: Explain) -> Iterator[None]:
+    """Explain a refusal whose cause may be that parts are apart."""
     try:
         yield
     except SceneError as error:
-        raise SceneError(graph.explain_separation(str(error))) from None
+        raise SceneError(explain(str(error))) from None
 
 
-def check_contacts(graph: CellGraph) -> None:
+def check_contacts(graph: CellGraph, explain: Explain) -> None:
     """Refuse contacts between unknown parts, twice between the same parts, of no face, or with an insulator."""
     taken, part, names = dict[frozenset[str], str](), graph.part_word, graph.part_names
     for contact in graph.scene.contacts:
@@ -64,7 +66,7 @@ def check_contacts(graph: CellGraph) -> None:
             raise SceneError(f"{both}, as contact {quoted(before)} is: give one contact for both its resistances")
         taken[pair] = contact.name
         if not len(graph.between(contact)):
-            with _explained(graph):
+            with _explained(explain):
                 raise SceneError(f"{both}, which have no face in common: give two that touch")
         insulator = next((name for name in (one, other) if not graph.conducting[graph.part(name)].any()), None)
         if contact.electrical_resistance and insulator is not None:
@@ -144,7 +146,7 @@ def _shown(value: Value, unit: str) -> str:
     return f"{value:g} {unit}" if isinstance(value, (int, float)) else "one that varies in time"
 
 
-def check_probe(graph: CellGraph, probe: Any) -> None:
+def check_probe(graph: CellGraph, probe: Any, explain: Explain) -> None:
     """Refuse a probe where there is no solid or no conductor, or on a contact without a side."""
     name, quantity = f"probe {quoted(probe.name)}", probe.quantity
     if quantity == "resistance":
@@ -174,7 +176,7 @@ def check_probe(graph: CellGraph, probe: Any) -> None:
             f"{name} asks for {asks} where nothing conducts: give a place in a conductor, or its material a resistivity"
         )
     if quantity != "power" and not (fixed.any() if total else fixed.all()):
-        with _explained(graph):
+        with _explained(explain):
             raise SceneError(
                 f"{name} asks for a {quantity} in a conductor that no electrode touches, which is solved for heat "
                 "alone, as nothing determines its potential: give a place in another, or a boundary with a voltage "

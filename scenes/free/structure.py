@@ -12,13 +12,12 @@ from scenes.errors import listed, quoted
 from scenes.formats import area, percent, quantity
 from scenes.free.grid import VOID, Grid, grid_of
 from scenes.free.tables import CURRENT_CONTACT, HEAT_CONTACT
-from scenes.model import Boundary, Scene
+from scenes.model import Boundary, Box, Scene
 from scenes.units import TIME
 
 NARROW = 0.1  # A gap narrower than this part of the thinner box beside it is reported as a likely slip.
 HURRIED = 1e-2
 """A run is too short where heat diffuses over less than this part of the thinnest box: only surfaces warm."""
-_MANY = 1_000  # Scenes with more boxes are not searched pair by pair.
 MOST = 20  # Bodies, boundaries and the like that one line names at most.
 _LOST = 1e-6  # A loss below this part of a box's volume is rounding of its corners.
 
@@ -76,53 +75,38 @@ def _bodies(grid: Grid) -> str:
 
 
 def gaps(grid: Grid) -> list[str]:
-    """Return a sentence for every two boxes with an empty gap below `NARROW` of the thinner one."""
-    boxes, narrow = grid.scene.boxes, dict[tuple[int, int, int], float]()
-    for axis, planes in enumerate(grid.planes):
-        owner = np.moveaxis(grid.owner, axis, 0)
-        solid, number = owner != VOID, np.arange(len(owner))[:, None, None]
-        # The nearest solid cell before each cell, along the axis.
-        before = np.maximum.accumulate(np.where(solid, number, -1), axis=0)[:-1]
-        ends = solid[1:] & ~solid[:-1] & (before >= 0)
-        i, j, k = np.nonzero(ends)
-        at = before[i, j, k]
-        sides, width = (owner[at, j, k], owner[i + 1, j, k]), planes[i + 1] - planes[at + 1]
-        for low, high, gap in np.unique(np.stack([*sides, width]), axis=1).T:
-            pair = boxes[int(low)], boxes[int(high)]
-            if gap < NARROW * min(b.upper[axis] - b.lower[axis] for b in pair):
-                key = min(int(low), int(high)), max(int(low), int(high)), axis
-                narrow[key] = min(float(gap), narrow.get(key, np.inf))
-    sentences = []
-    for (a, b, axis), gap in narrow.items():
-        thin = min(boxes[n].upper[axis] - boxes[n].lower[axis] for n in (a, b))
-        sentences.append(
-            f"boxes {listed([boxes[a].name, boxes[b].name])} are {quantity(gap, 'm', 3)} apart along {'xyz'[axis]}, "
-            f"where the thinner one has {quantity(thin, 'm', 3)}, and nothing passes there: if they should touch, let "
-            "their faces coincide"
-        )
-    return sentences + _across_edges(grid)
+    """Return a sentence for every two boxes with an empty gap below `NARROW` of the thinner one.
 
-
-def _across_edges(grid: Grid) -> list[str]:
-    """Narrow gaps between boxes of two bodies that lie diagonally from one another."""
-    boxes, labels = grid.scene.boxes, grid.parts(grid.solid)
+    Two boxes that lie diagonally from one another count where they belong to two bodies.
+    """
+    boxes, small, labels = grid.scene.boxes, np.array(grid.small), grid.parts(grid.solid)
+    lower, upper = np.array([b.lower for b in boxes]), np.array([b.upper for b in boxes])
     body = np.zeros(len(boxes) + 1, int)
     body[grid.owner.ravel()] = labels
-    if labels.max() < 2 or len(boxes) > _MANY:
-        return []
-    lower, upper = np.array([b.lower for b in boxes]), np.array([b.upper for b in boxes])
-    apart = np.maximum(lower[:, None] - upper, lower - upper[:, None])
-    extents = upper - lower
-    near = apart < NARROW * np.minimum(extents[:, None], extents)
-    small = np.array(grid.small)
-    diagonal = (apart > -small).sum(axis=2) > 1
-    beside = near.all(axis=2) & diagonal & (apart > small).any(axis=2) & (body[:-1, None] != body[:-1])
-    return [
-        f"boxes {listed([boxes[a].name, boxes[b].name])} lie diagonally at "
-        f"{quantity(float(np.linalg.norm(apart[a, b].clip(0.0))), 'm', 3)} from one another, and nothing passes there: "
-        "if they should touch, let their faces coincide"
-        for a, b in np.argwhere(np.triu(beside)).tolist()
-    ]
+    sentences = []
+    for a in range(len(boxes)):
+        apart = np.maximum(lower[a] - upper[a + 1 :], lower[a + 1 :] - upper[a])
+        thinner = np.minimum(upper[a] - lower[a], upper[a + 1 :] - lower[a + 1 :])
+        near = (apart < NARROW * thinner).all(axis=1) & (apart > small).any(axis=1)
+        for i in np.flatnonzero(near).tolist():
+            b, axes = a + 1 + i, np.flatnonzero(apart[i] > -small)
+            if len(axes) > 1:
+                shown = quantity(float(np.linalg.norm(apart[i].clip(0.0))), "m", 3)
+                if body[a] != body[b]:
+                    sentences.append(_gap(boxes[a], boxes[b], f"lie diagonally at {shown} from one another"))
+                continue
+            axis, ends = int(axes[0]), (np.maximum(lower[a], lower[b]), np.minimum(upper[a], upper[b]))
+            window = tuple(slice(*sorted(grid.span(d, *sorted((ends[0][d], ends[1][d]))))) for d in range(3))
+            if (grid.owner[window] == VOID).all(axis=axis).any():
+                shown, thin = (quantity(float(size), "m", 3) for size in (apart[i, axis], thinner[i, axis]))
+                where = f"are {shown} apart along {'xyz'[axis]}, where the thinner one has {thin}"
+                sentences.append(_gap(boxes[a], boxes[b], where))
+    return sentences
+
+
+def _gap(one: Box, other: Box, where: str) -> str:
+    ends = "and nothing passes there: if they should touch, let their faces coincide"
+    return f"boxes {listed([one.name, other.name])} {where}, {ends}"
 
 
 def losses(grid: Grid) -> list[str]:

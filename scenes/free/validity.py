@@ -11,6 +11,7 @@ import numpy as np
 from scenes.errors import SceneError, quoted
 from scenes.free import rules
 from scenes.free.grid import Grid, grid_of
+from scenes.free.structure import gaps
 from scenes.model import FLOWS, ROUNDING, Boundary, Box, Point, Probe, Scene
 from scenes.units import extent
 
@@ -46,7 +47,7 @@ def check(scene: Scene) -> Scene:
             )
     for probe in scene.probes:
         _check_probe(grid, probe)
-    rules.check(grid)
+    rules.check(grid, lambda sentence: "; ".join([sentence, *gaps(grid)[:1]]))
     return tidy(grid)
 
 
