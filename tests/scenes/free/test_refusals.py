@@ -121,15 +121,9 @@ def test_too_many_planes_is_refused_before_the_memory_is_gone() -> None:
 def test_boxes_that_cut_the_scene_into_too_many_cells_are_named() -> None:
     """150 boxes whose planes all differ make 27 million cells, which are never made."""
     document = beam()
-    document["box"] += [
-        {
-            "name": f"b{n}",
-            "material": "metal",
-            "lower": [x, x / 4, x / 4],
-            "upper": [x + 1e-3, x / 4 + 1e-3, x / 4 + 1e-3],
-        }
-        for n, x in enumerate(0.01 * k for k in range(1, 151))
-    ]
+    for n, x in enumerate(0.01 * k for k in range(1, 151)):
+        lower, upper = [x, x / 4, x / 4], [x + 1e-3, x / 4 + 1e-3, x / 4 + 1e-3]
+        document["box"].append(flat(f"b{n}", lower, upper, material="metal"))
     with pytest.raises(SceneError) as refused:
         from_dict(document)
     said = str(refused.value)
