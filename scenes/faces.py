@@ -11,8 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from scenes import laws
-
 SIGMA = 5.670374419e-8
 """The Stefan-Boltzmann constant, W/(m2 K4): CODATA 2018, exact in the SI."""
 NEAR = 1e-6  # Relative: temperatures closer than this are the same, as a law's difference between them is rounding.
@@ -48,17 +46,6 @@ def slope(boundary: Any, temperature: np.ndarray) -> np.ndarray:
     """Return the derivative of the flux, in W/(m2 K)."""
     rest = beyond(boundary, temperature)
     return coefficient(boundary, temperature) + (0.0 if rest is None else rest)
-
-
-def towards(boundary: Any, other: Any, temperature: np.ndarray) -> np.ndarray:
-    """Return the first-order change of the flux (W/m2) from a boundary to another that differs in its numbers."""
-    t, ambient = np.maximum(temperature, COLDEST), float(boundary.ambient)
-    warmer = float(other.ambient) - ambient
-    if boundary.kind == "radiation":
-        emitted: np.ndarray = (other.value - boundary.value) * SIGMA * (t**4 - ambient**4)
-        return emitted - 4 * boundary.value * SIGMA * ambient**3 * warmer
-    change = laws.towards(boundary.value, other.value, t)
-    return np.asarray(change * (temperature - ambient) - boundary.value(t) * warmer)
 
 
 def secant(boundary: Any, start: float, rise: np.ndarray) -> np.ndarray:

@@ -191,27 +191,3 @@ def _along(
     given: tuple[Property, ...], axis: int, times: Callable[[float], Property]
 ) -> Callable[[float], tuple[Property, ...]]:
     return lambda factor: (*given[:axis], times(factor), *given[axis + 1 :])
-
-
-def towards(law: Any, other: Any, temperature: Any) -> Any:
-    """First-order change of a property at a temperature (K) from a law, or number, to another of its kind."""
-    import numpy as np
-
-    if isinstance(law, PowerLaw):
-        logarithm = np.log(temperature / law.at)
-        share = (other.value - law.value) / law.value + (other.exponent - law.exponent) * logarithm
-        return law(temperature) * (share - law.exponent * (other.at - law.at) / law.at)
-    if isinstance(law, Inverse):
-        given, target = (Table(each.temperatures, each.values) for each in (law, other))
-        return -towards(given, target, temperature) * law(temperature) ** 2
-    if isinstance(law, Table):
-        values, places = (np.subtract(getattr(other, n), getattr(law, n)) for n in ("values", "temperatures"))
-        change = np.interp(temperature, law.temperatures, values)
-        if places.any():
-            change = change - law.slope(temperature) * np.interp(temperature, law.temperatures, places)
-        return change
-    if isinstance(law, Line):
-        of_line = (other.coefficient - law.coefficient) * (temperature - law.at)
-        of_line = of_line - law.coefficient * (other.at - law.at)
-        return (other.value - law.value) * (law(temperature) / law.value) + law.value * of_line
-    return np.full_like(temperature, other - law)

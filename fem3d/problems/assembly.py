@@ -9,7 +9,7 @@ from the current (`fem3d.solution`).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -26,29 +26,23 @@ from fem3d.spaces.integrals import Faces, halves, summed
 from fem3d.spaces.split import Interface
 from scenes.model import Schedule, Value, bends
 
-Matrices = Callable[[csc_array], Sequence[csc_array]]
-"""Stiffness and mass, in some order of the unknowns, by what films add to the former (functions, functions)."""
 
-
-def assemble(domain: Domain, order: np.ndarray | None = None, matrices: Matrices | None = None) -> HeatProblem:
-    """The heat problem of a domain, with its unknowns in an ``order`` and these ``matrices`` where they are known."""
+def assemble(domain: Domain) -> HeatProblem:
+    """Assemble the heat problem of a domain."""
     scene, space = domain.scene, domain.space
     sources, generated = _sources(domain)
     films = _films_and_fluxes(domain)
     held = _given_values(domain)
-    if order is None or matrices is None:
-        order = _numbering(domain, held.fixed)
-        conduction, capacity = space.matrices(
-            domain.per_cell("thermal_conductivity"), domain.per_cell("density") * domain.per_cell("specific_heat")
-        )
-        # scipy's sum of two matrices drops entries that cancel, and stiffness and mass must keep one pattern: an
-        # imaginary one beside each entry keeps it.
-        with_ones = csc_array((conduction.data + 1j, conduction.indices, conduction.indptr), conduction.shape)
-        stiffness = halves(csc_array(with_ones + films.matrix))[0] if films.matrix.nnz else conduction
-        stiffness, mass = part(stiffness, order), part(capacity, order)
-        _conserve(stiffness, space.unit[order], films.cooled[order])
-    else:
-        stiffness, mass = matrices(films.matrix)
+    order = _numbering(domain, held.fixed)
+    conduction, capacity = space.matrices(
+        domain.per_cell("thermal_conductivity"), domain.per_cell("density") * domain.per_cell("specific_heat")
+    )
+    # scipy's sum of two matrices drops entries that cancel, and stiffness and mass must keep one pattern: an
+    # imaginary one beside each entry keeps it.
+    with_ones = csc_array((conduction.data + 1j, conduction.indices, conduction.indptr), conduction.shape)
+    stiffness = halves(csc_array(with_ones + films.matrix))[0] if films.matrix.nnz else conduction
+    stiffness, mass = part(stiffness, order), part(capacity, order)
+    _conserve(stiffness, space.unit[order], films.cooled[order])
     free = int((~held.fixed[order]).sum())
     fixed = order[free:]
     return HeatProblem(

@@ -85,19 +85,6 @@ class OfCells:
         return self._made(rise, lambda law, t: law.integral(t) - law.integral(start[: len(t)]) if callable(law) else
                           law * (t - self._start))  # fmt: skip
 
-    def towards(self, other: OfCells, rise: np.ndarray) -> np.ndarray:
-        """What the property at a rise (K) changes by on the way to that of a scene that differs by its numbers, the
-        initial temperature among them, to first order."""
-        change = self.slope(rise) * (other._start - self._start)
-        temperature = np.maximum(self._start + rise, self._coldest)
-        for (at, given), (_, target) in zip(self._parts, other._parts, strict=True):
-            if self._axes:
-                for d, pair in enumerate(zip(laws.along(given), laws.along(target), strict=True)):
-                    change[d, at] += laws.towards(*pair, temperature[at])
-            else:
-                change[at] += laws.towards(given, target, temperature[at])
-        return change
-
     def of(self, cells: slice | np.ndarray) -> OfCells:
         """That of some of the cells, by their places among them, each as often as it is there."""
         some = copy(self)

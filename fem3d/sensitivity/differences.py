@@ -37,8 +37,8 @@ from scenes.model import Scene
 from scenes.result import Estimate
 
 STEP = 2.0**-10
-"""Relative step of a key: a parabola is then off by some 1e-6 of a derivative, and solutions are solved to 1e-10."""
-TIGHT = 1e-4
+"""Relative step of a key: a parabola is then off by some 1e-6 of a derivative."""
+TIGHT = 1e-2
 """Part of the accuracy to which solutions are solved: what iterations leave is divided by the step."""
 ROUNDING = 1e-8
 """Relative error that rounding in two solutions leaves in their difference over the step."""
@@ -46,6 +46,8 @@ GENERATIONS = 4
 """More generations of Krylov fields than the traces take, as what is left of them is divided by the step."""
 MARCHED = 1e-8
 """Relative error of time steps, which is divided by the step."""
+SMALL = 0.1
+"""Relative change of a quantity up to which its logarithm is differentiated; larger ones are of values near zero."""
 PER_DECADE, FIRST = 20, 1e-3
 """Rows of a course in each decade after a jump, and the first of them, over the earliest time of interest."""
 BENDS = 1e-2
@@ -171,10 +173,15 @@ class Difference:
         return slope, abs(slope - first) + self.edges * abs(first - lower)
 
     def logarithmic(self, name: str, known: Estimate) -> Estimate:
-        """d ln quantity / d ln key."""
-        if all(p.fine.steady[name] == self.base.fine.steady[name] for p in self.points):
+        """d ln quantity / d ln key, by differences of logarithms where these change little."""
+        zero = self.base.fine.steady[name]
+        changes = [p.fine.steady[name] / zero - 1 for p in self.points]
+        if not any(changes):
             return Estimate(0.0, 0.0)
-        slope, error = self.slope(lambda values: np.log(abs(values.steady[name])))
+        if max(map(abs, changes)) < SMALL:
+            slope, error = self.slope(lambda values: np.log(abs(values.steady[name])))
+        else:
+            slope, error = self.slope(lambda values: values.steady[name] / zero)
         return Estimate(float(slope), float(error) + known.error / abs(known.value) + ROUNDING)
 
     def of_trace(self, name: str) -> tuple[np.ndarray, np.ndarray]:

@@ -123,22 +123,10 @@ def _at(channels: np.ndarray, g: np.ndarray | None) -> np.ndarray:
 
 
 def project(
-    heat: HeatProblem, conductor: Conductor | None, fields: np.ndarray, patterns: Sequence[Pattern] = ()
+    heat: HeatProblem, conductor: Conductor | None, temperatures: np.ndarray, patterns: Sequence[Pattern] = ()
 ) -> Reduced:
     """The reduced problem on temperature fields (free nodes, r) and current fields."""
-    return on_basis(heat, conductor, orthonormal(heat, fields), patterns)
-
-
-def on_basis(
-    heat: HeatProblem,
-    conductor: Conductor | None,
-    basis: np.ndarray,
-    patterns: Sequence[Pattern] = (),
-    tested: JouleHeat | None = None,
-    stiffness: np.ndarray | None = None,
-) -> Reduced:
-    """The same on fields as they are, orthonormal or not; with the Joule heat and the stiffness (r, r) where these are
-    known."""
+    basis = orthonormal(heat, temperatures)
     n, channels, lifts = heat.free, heat.inputs.count, heat.lifts
     source, inertia = heat.loads[:, :n] @ basis, np.zeros((channels, basis.shape[1]))
     for c, lift in enumerate(lifts):
@@ -146,12 +134,10 @@ def on_basis(
             inertia[c] = (heat.mass @ lift)[:n] @ basis
             if not heat.anchored:
                 source[c] -= (heat.stiffness @ lift)[:n] @ basis
-    if tested is None:
-        nothing = joule_tensors.nothing(channels, 0, basis.shape[1])
-        tested = nothing if conductor is None else joule_tensors.of_pairs(conductor, basis, patterns)
+    nothing = joule_tensors.nothing(channels, 0, basis.shape[1])
+    tested = nothing if conductor is None else joule_tensors.of_pairs(conductor, basis, patterns)
     parts = {each.name: getattr(tested, each.name) for each in fields(JouleHeat)}
-    if stiffness is None:
-        stiffness = basis.T @ (heat.inner_stiffness @ basis)
+    stiffness = basis.T @ (heat.inner_stiffness @ basis)
     supply = np.array([p.supply for p in patterns]).reshape(-1, channels).T
     drawn, given = _given_currents(conductor, patterns, channels)
     return Reduced(

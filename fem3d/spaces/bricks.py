@@ -7,7 +7,6 @@ and means are read off by."""
 
 from __future__ import annotations
 
-from copy import copy
 from functools import cached_property, lru_cache, partial
 from itertools import product
 
@@ -55,16 +54,6 @@ class BrickSpace(Space):
         self._classes = [
             ((int(x), int(y), int(z)), np.flatnonzero(kind.ravel() == k)) for k, (x, y, z) in enumerate(kinds.T)
         ]
-
-    def moved(self, grid: Grid) -> BrickSpace:
-        """The same functions on a grid whose planes are elsewhere."""
-        space, mesh = copy(self), copy(self.mesh)
-        at = [np.searchsorted(b, x) for b, x in zip(self.grid.breaks, self.mesh.p, strict=True)]
-        vars(mesh).pop("_cached_mapping", None)
-        mesh.doflocs = np.array([b[i] for b, i in zip(grid.breaks, at, strict=True)])
-        space.grid, space.mesh = grid, mesh
-        space.h = np.array([np.diff(b)[i] for b, i in zip(grid.breaks, self.ijk, strict=True)])
-        return space
 
     @cached_property
     def position(self) -> np.ndarray:
@@ -139,39 +128,6 @@ class BrickSpace(Space):
         everywhere = np.zeros((*k.shape[:-1], self.h.shape[1]))
         everywhere[..., cells] = k
         return halves(self._matrix(cells, everywhere, np.zeros(self.h.shape[1])))[0]
-
-    def changes(
-        self, before: BrickSpace, k: tuple[np.ndarray, np.ndarray], c: tuple[np.ndarray, np.ndarray]
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """The entries of both `matrices`, in the order of ``before.pattern``, less those of the space ``before`` it
-        was moved; for k and c (cells,) before and now. Only cells that change are looked at."""
-        old, new = before._scale(k[0], c[0]), self._scale(k[1], c[1])
-        change = new - old
-        places, count = before.pattern[1], before.pattern[0].nnz
-        both = np.zeros(count), np.zeros(count)
-        for (degrees, cells), place in zip(self._classes, places, strict=True):
-            entries = local(self.p, degrees).entries
-            for sums, parts in zip(both, (slice(0, 3), slice(3, 4)), strict=True):
-                at = np.flatnonzero(change[parts][:, cells].any(axis=0))
-                if len(at):
-                    added = entries[parts].T @ change[parts][:, cells[at]]
-                    sums += np.bincount(place[:, at].ravel(), added.ravel(), count)
-        return both
-
-    @cached_property
-    def pattern(self) -> tuple[csc_array, list[np.ndarray]]:
-        """The pattern of the matrices, its entries numbered; and which of these (entries of a cell, cells) those of
-        the cells add to, class by class."""
-        at = [
-            (self.dofs[:, cells][local(self.p, d).rows], self.dofs[:, cells][local(self.p, d).columns])
-            for d, cells in self._classes
-        ]
-        keys = [columns.astype(np.int64) * self.size + rows for rows, columns in at]
-        every, places = np.unique(np.concatenate([key.ravel() for key in keys]), return_inverse=True)
-        starts = np.searchsorted(every, np.arange(self.size + 1, dtype=np.int64) * self.size)
-        ends = np.cumsum([key.size for key in keys])[:-1]
-        split = [p.reshape(key.shape) for p, key in zip(np.split(places.ravel(), ends), keys, strict=True)]
-        return csc_array((np.arange(len(every)), every % self.size, starts), (self.size,) * 2), split
 
     def _scale(self, k: np.ndarray, c: np.ndarray) -> np.ndarray:
         volume = self.h.prod(axis=0)
