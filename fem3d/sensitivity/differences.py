@@ -182,7 +182,8 @@ class Difference:
             slope, error = self.slope(lambda values: np.log(abs(values.steady[name])))
         else:
             slope, error = self.slope(lambda values: values.steady[name] / zero)
-        return Estimate(float(slope), float(error) + known.error / abs(known.value) + ROUNDING)
+        rounding = ROUNDING * (1 + abs(float(slope)))
+        return Estimate(float(slope), float(error) + known.error / abs(known.value) + rounding)
 
     def of_trace(self, name: str) -> tuple[np.ndarray, np.ndarray]:
         """d trace / d ln key (n,) and its error (n,), in the trace's unit."""
