@@ -31,12 +31,14 @@ APART = 0.95  # Two keys can't be told apart where their correlation exceeds thi
 TOLD = 0.5  # The data say nothing of a key whose relative standard uncertainty exceeds this.
 MOST = 20  # The most solutions of the least-squares iteration.
 SINGULAR = 1e-12  # Added to the normal matrix, times its trace: about the square of the derivatives' rounding.
-WIDEST = 50.0  # How far a fit may move the logarithm of a key.
+WIDEST = 50.0  # The largest step of the logarithm of a key without bounds.
 BESIDE = 1e-3  # Step of a central difference in the logarithm of a key; its relative error is the step's square.
 TINY = 1e-300  # A bound where there is none: still a number, as is its inverse.
 
 Modelled = tuple[Mapping[str, np.ndarray], Mapping[str, Mapping[str, np.ndarray]]]
 """Traces by quantity, and their derivatives by the logarithm of each key, by key and quantity, all (times,)."""
+SceneModel = Callable[[Any, Sequence[str], np.ndarray], Modelled]
+"""The quantities of a scene at times (s), with their derivatives by keys."""
 
 
 @dataclass(frozen=True)
@@ -70,14 +72,13 @@ class Fit:
         keys, said = list(self.fitted), []
         for i, a in enumerate(keys):
             if self.u[a] > TOLD:
-                said.append(f"the data tell little of {a}: it is fitted to {percent(self.u[a])}")
+                said.append(f"the data determine {a} to {percent(self.u[a])} only")
             for j in range(i):
                 r = float(self.correlations[i, j])
                 if abs(r) > APART:
-                    what = "product" if r < 0 else "ratio"
                     said.append(
                         f"{keys[j]} and {a} can't be told apart by these data (correlation {r:+.3f}): they fix about "
-                        f"their {what} alone"
+                        f"their {'product' if r < 0 else 'ratio'} alone"
                     )
         if self.misfit > 1 + 3 * np.sqrt(2 / max(self.points - len(keys), 1)):
             said.append(
@@ -98,54 +99,45 @@ def of_model(keys: Sequence[str]) -> bool:
     return any(flags)
 
 
-def keys_of(scene: Any, keys: Sequence[str], data: Data) -> tuple[str, ...]:
-    """Return the full names of keys to be fitted.
-
-    Raises SceneError for an unknown key, a key named twice, and data of fewer points than keys.
-    """
+def keys_of(scene: Any, keys: Sequence[str]) -> tuple[str, ...]:
+    """Return the full names of keys to be fitted. Raises SceneError for an unknown key, or one that is named twice."""
     paths = tuple(path_of(scene, key, numbers(scene), "--calibrate") for key in keys)
-    _refuse(scene, paths, data)
-    return paths
-
-
-def _refuse(scene: Any, paths: Sequence[str], data: Data) -> None:
     again = next((path for n, path in enumerate(paths) if path in paths[:n]), None)
     if again is not None:
         raise SceneError(f"--calibrate names {again} twice: give each key once")
-    points = int(quantities.of(scene).sure(data.time).sum()) * len(data.values)
-    if points <= len(paths):
-        raise SceneError(
-            f"--calibrate: {data.name} has {points} point{'s' * (points != 1)}, which can't tell {len(paths)} "
-            f"key{'s' * (len(paths) > 1)}: give data of more points than keys"
-        )
+    return paths
 
 
-def fit_scene(
-    scene: Any, data: Data, keys: Sequence[str],
-    model: Callable[[Any, Sequence[str], np.ndarray], Modelled] | None = None,
-) -> Fit:  # fmt: skip
-    """Fit keys (by their full names) of a scene to data, to those of its quantities that have an uncertainty.
+def fit_scene(scene: Any, data: Data, keys: Sequence[str], model: SceneModel | None = None) -> Fit:
+    """Fit keys (by their full names) of a scene to data, by a ``model``, by default 3D.
 
-    The ``model`` gives quantities at times (s) with their derivatives by keys; by default it is 3D.
-
-    Raises SceneError where the data do not follow a key, or a fit leaves the scenes that can be built.
+    Raises SceneError as `fit`, and where a fit leaves the scenes that can be built.
     """
 
-    def changed(x: np.ndarray) -> Any:
-        changed_scene = scene
-        for key, log in zip(keys, x.tolist(), strict=True):
-            changed_scene = varied(changed_scene, key, float(np.exp(log)))
-        return _checked(changed_scene)
+    def with_(values: Mapping[str, float]) -> Any:
+        changed = scene
+        for key, value in values.items():
+            changed = varied(changed, key, value / start[key])
+        if scene.kind == "sink":
+            from scenes.validity import check as check_sink
 
-    bounds = np.array([_bounds(scene, key) for key in keys]).T
-    sure = quantities.of(scene).sure(data.time)
-    x, *spread = _least_squares(data, sure, keys, bounds, lambda x: (model or in_3d)(changed(x), keys, data.time[sure]))
-    fitted = replace(changed(x), expected_to_differ=None)
-    return _fit(keys, numbers(scene), numbers(fitted), spread, fitted)
+            return replace(check_sink(changed), expected_to_differ=None)
+        from scenes.free import check
+
+        # A mesh is checked against its scene when it is read.
+        return replace(check(changed) if changed.parts == "boxes" else changed, expected_to_differ=None)
+
+    start, bounds = {key: numbers(scene)[key] for key in keys}, []
+    for key in keys:
+        kind, value = kind_of_key(scene, key), abs(start[key])
+        bounds.append([np.log(max(kind.lower, TINY) / value) - 1e-9, np.log(min(kind.upper, 1 / TINY) / value) + 1e-9])
+    by_scene = model or in_3d
+    found = fit(scene, data, start, lambda values, times: by_scene(with_(values), keys, times), with_, np.array(bounds))
+    return replace(found, fitted={key: numbers(found.scene)[key] for key in keys})
 
 
 def in_3d(scene: Any, keys: Sequence[str], times: np.ndarray) -> Modelled:
-    """The quantities in 3D at times (s), or at rest, with their derivatives. SceneError for a key that has none."""
+    """Return the quantities in 3D at times (s), or at rest. SceneError for a key that has no derivative."""
     from compare import slopes as slopes_
 
     if scene.kind == "sink":
@@ -166,61 +158,48 @@ def in_3d(scene: Any, keys: Sequence[str], times: np.ndarray) -> Modelled:
     return values, {key: {name: np.nan_to_num(slopes.at(key, name, times)) for name in names} for key in keys}
 
 
-def _checked(scene: Any) -> Any:
-    """A scene that can be built. Raises SceneError. A mesh is checked against its scene when it is read."""
-    if scene.kind == "sink":
-        from scenes.validity import check as check_sink
-
-        return check_sink(scene)
-    from scenes.free import check
-
-    return check(scene) if scene.parts == "boxes" else scene
-
-
-def fit_model(
-    scene: Any, data: Data, names: Sequence[str], start: Mapping[str, float],
-    model: Callable[[Mapping[str, float], np.ndarray], Mapping[str, np.ndarray]],
-    with_: Callable[[Mapping[str, float]], Any],
+def fit(
+    scene: Any, data: Data, start: Mapping[str, float],
+    model: Callable[[Mapping[str, float], np.ndarray], Modelled], with_: Callable[[Mapping[str, float]], Any],
+    bounds: np.ndarray,
 ) -> Fit:  # fmt: skip
-    """Fits parameters of a user's 1D model, from ``start``, to data of its quantities: ``model`` gives these for
-    parameters and times, ``with_`` the scene that has them. Raises SceneError as `fit`."""
-    _refuse(scene, names, data)
-    sure = quantities.of(scene).sure(data.time)
+    """Fit keys to the quantities of data that have an uncertainty.
 
-    def changed(x: np.ndarray) -> dict[str, float]:
-        return {n: start[n] * float(np.exp(log)) for n, log in zip(names, x.tolist(), strict=True)}
+    Parameters
+    ----------
+    start : the keys with their first values
+    model : the quantities for values of the keys at times (s), with their derivatives
+    with_ : the scene with values of the keys
+    bounds : (keys, 2) of the logarithm of a value over its first one
 
-    def modelled(x: np.ndarray) -> Modelled:
-        slopes = {}
-        for name, step in zip(names, BESIDE * np.eye(len(names)), strict=True):
-            more, less = (model(changed(x + shift), data.time[sure]) for shift in (step, -step))
-            slopes[name] = {n: (more[n] - less[n]) / (2 * BESIDE) for n in more}
-        return model(changed(x), data.time[sure]), slopes
-
-    bounds = np.array([[-WIDEST, WIDEST]] * len(names)).T
-    x, *spread = _least_squares(data, sure, names, bounds, modelled)
-    return _fit(names, start, changed(x), spread, with_(changed(x)))
-
-
-def _least_squares(
-    data: Data, sure: np.ndarray, keys: Sequence[str], bounds: np.ndarray, model: Callable[[np.ndarray], Modelled]
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The logarithms of the keys over where they start, their covariance, and the residuals."""
+    Raises SceneError for data of fewer points than keys, and where they do not follow a key.
+    """
     from scipy.optimize import least_squares
 
+    sure, keys = quantities.of(scene).sure(data.time), list(start)
+    points = int(sure.sum()) * len(data.values)
+    if points <= len(keys):
+        raise SceneError(
+            f"--calibrate: {data.name} has {points} point{'s' * (points != 1)}, which can't tell {len(keys)} "
+            f"key{'s' * (len(keys) > 1)}: give data of more points than keys"
+        )
     solved: dict[bytes, tuple[np.ndarray, np.ndarray]] = {}
 
+    def values(x: np.ndarray) -> dict[str, float]:
+        return {key: start[key] * float(np.exp(log)) for key, log in zip(keys, x.tolist(), strict=True)}
+
     def at(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Residuals and their derivatives."""
         if x.tobytes() not in solved:
-            values, slopes = model(x)
-            names = [name for name in data.values if name in data.u and name in values]
+            traces, slopes = model(values(x), data.time[sure])
+            names = [name for name in data.values if name in data.u and name in traces]
             if not names:
                 raise SceneError(
                     f"--calibrate: {data.name} has no quantity that the model answers and that is known to some "
                     "uncertainty: give --data-uncertainty of one"
                 )
             u = {name: data.u[name][sure] for name in names}
-            residuals = np.concatenate([(values[n] - data.values[n][sure]) / u[n] for n in names])
+            residuals = np.concatenate([(traces[n] - data.values[n][sure]) / u[n] for n in names])
             columns = [np.concatenate([slopes[key][n] / u[n] for n in names]) for key in keys]
             solved[x.tobytes()] = residuals, np.array(columns).T
         return solved[x.tobytes()]
@@ -230,31 +209,18 @@ def _least_squares(
     if still:
         raise SceneError(f"--calibrate {still[0]}: nothing in {data.name} follows it, so that it can't be fitted")
     solution = least_squares(
-        lambda x: at(x)[0], np.zeros(len(keys)), lambda x: at(x)[1], (bounds[0], bounds[1]), x_scale="jac",
-        xtol=1e-5, ftol=1e-8, max_nfev=MOST,
+        lambda x: at(x)[0], np.zeros(len(keys)), lambda x: at(x)[1], tuple(bounds.T), x_scale="jac", xtol=1e-5,
+        ftol=1e-8, max_nfev=MOST,
     )  # fmt: skip
     residuals, jacobian = at(solution.x)
     normal = jacobian.T @ jacobian
-    # Where keys can't be told apart at all it would have no inverse; they come out as known to next to nothing.
-    return solution.x, np.linalg.inv(normal + SINGULAR * np.trace(normal) * np.eye(len(keys))), residuals
-
-
-def _fit(
-    keys: Sequence[str], start: Mapping[str, float], fitted: Mapping[str, float],
-    spread: Sequence[np.ndarray], scene: Any,
-) -> Fit:  # fmt: skip
-    covariance, residuals = spread
-    deviations, free = np.sqrt(np.diag(covariance)), max(len(residuals) - len(keys), 1)
+    # Keys with the same effect would leave it singular; their uncertainties come out huge.
+    covariance = np.linalg.inv(normal + SINGULAR * np.trace(normal) * np.eye(len(keys)))
+    u, fitted = np.sqrt(np.diag(covariance)), values(solution.x)
     return Fit(
-        {key: start[key] for key in keys}, {key: fitted[key] for key in keys},
-        dict(zip(keys, deviations.tolist(), strict=True)), covariance / np.outer(deviations, deviations),
-        float(residuals @ residuals) / free, len(residuals), scene,
+        dict(start), fitted, dict(zip(keys, u.tolist(), strict=True)), covariance / np.outer(u, u),
+        float(residuals @ residuals) / max(len(residuals) - len(keys), 1), len(residuals), with_(fitted),
     )  # fmt: skip
-
-
-def _bounds(scene: Any, key: str) -> tuple[float, float]:
-    kind, value = kind_of_key(scene, key), abs(numbers(scene)[key])
-    return float(np.log(max(kind.lower, TINY) / value)) - 1e-9, float(np.log(min(kind.upper, 1 / TINY) / value)) + 1e-9
 
 
 def fit_own_model(outcome: Outcome[AnyScene]) -> Fit:
@@ -266,31 +232,39 @@ def fit_own_model(outcome: Outcome[AnyScene]) -> Fit:
     given = own_model(scene, outcome.options) if scene.kind == "free" else None
     if given is None:
         raise SceneError(f"--calibrate {keys[0]} is of a 1D model: give one with --model, too")
-    names = [key.removeprefix(OF_MODEL) for key in keys]
-    model, start = open_model(*given), dict(make_question(scene).parameters)
-    for name in names:
-        if not start.get(name):
-            listed = f"has {', '.join(start)}" if start else "has none"
-            why = "is zero, of which there is no percent" if name in start else f"is none: [model.parameters] {listed}"
-            raise SceneError(f"--calibrate model.parameters.{name} {why}{did_you_mean(name, start)}")
+    own, parameters = open_model(*given), dict(make_question(scene).parameters)
+    for name in (key.removeprefix(OF_MODEL) for key in keys):
+        if not parameters.get(name):
+            listed = f"has {', '.join(parameters)}" if parameters else "has none"
+            is_zero = name in parameters
+            why = "is zero, of which there is no percent" if is_zero else f"is none: [model.parameters] {listed}"
+            raise SceneError(f"--calibrate model.parameters.{name} {why}{did_you_mean(name, parameters)}")
 
     def with_(values: Mapping[str, float]) -> AnyScene:
-        own_model = scene.model or OwnModel()
-        changed = {key.partition("model.parameters.")[2]: value for key, value in values.items()}
-        return replace(
-            scene, model=replace(own_model, parameters=tuple((dict(own_model.parameters) | changed).items()))
-        )
+        model = scene.model or OwnModel()
+        changed = dict(model.parameters) | {key.removeprefix(OF_MODEL): value for key, value in values.items()}
+        return replace(scene, model=replace(model, parameters=tuple(changed.items())))
 
     def answers(values: Mapping[str, float], times: np.ndarray) -> dict[str, np.ndarray]:
         question = make_question(with_(values))
         if np.isinf(times[-1]):
-            return {n: np.atleast_1d(float(v)) for n, v in model.answer(question, None).values.items()}
+            return {n: np.atleast_1d(float(v)) for n, v in own.answer(question, None).values.items()}
         # A model over time is run up to the last time, which is that of the run.
         every = np.union1d(times, scene.end_time)
-        courses = {n: np.asarray(v, float) for n, v in model.answer(question, every).values.items()}
+        courses = {n: np.asarray(v, float) for n, v in own.answer(question, every).values.items()}
         for name, course in courses.items():
             if course.shape != every.shape:
-                raise SceneError(f"--model {model.name}: {quoted(name)} over time is not one number for each time")
+                raise SceneError(f"--model {own.name}: {quoted(name)} over time is not one number for each time")
         return {n: np.interp(times, every, v) for n, v in courses.items()}
 
-    return fit_model(scene, data, keys, {key: start[key.rpartition(".")[2]] for key in keys}, answers, with_)
+    def modelled(values: Mapping[str, float], times: np.ndarray) -> Modelled:
+        slopes = {}
+        for key, value in values.items():
+            more, less = (answers({**values, key: value * np.exp(step)}, times) for step in (BESIDE, -BESIDE))
+            slopes[key] = {n: (more[n] - less[n]) / (2 * BESIDE) for n in more}
+        return answers(values, times), slopes
+
+    start = {key: parameters[key.removeprefix(OF_MODEL)] for key in keys}
+    if len(start) < len(keys):
+        raise SceneError("--calibrate names a parameter twice: give each key once")
+    return fit(scene, data, start, modelled, with_, np.array([[-WIDEST, WIDEST]] * len(start)))

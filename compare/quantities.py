@@ -15,6 +15,12 @@ from scenes.model import UNITS, AnyScene
 from scenes.result import Result, Traces
 from scenes.sink import OF_A_SINK, Sink
 
+OF_A_DEVICE = {
+    "sink_K": ("sink temperature", "K"), "sensor_K": ("sensor temperature", "K"), "sink_V": ("sink voltage", "V"),
+    "sensor_V": ("sensor voltage", "V"), "sink_power_W": ("sink power", "W"), "sensor_power_W": ("sensor power", "W"),
+    "polymer_flux_W": ("heat into polymer", "W"),
+}  # fmt: skip
+"""Words and units of the device's quantities."""
 EDGE = 1e-5
 """Nothing is compared within this part of the run to either side of a drive's jump."""
 AT_REST = np.array([np.inf])

@@ -72,9 +72,8 @@ class Slopes:
 
     def combine(self, uncertain: Uncertain) -> dict[str, float]:
         """Return u_input by quantity, in its unit, where all uncertain keys have slopes."""
-        keys, covariance = list(uncertain.relative), uncertain.covariance()
-        vectors = {name: self.vector(name, keys) for name in self.sizes}
-        return {n: abs(self.sizes[n]) * combined(s, covariance) for n, s in vectors.items() if s is not None}
+        vectors = {name: self.vector(name, uncertain.relative) for name in self.sizes}
+        return {n: abs(self.sizes[n]) * combined(s, uncertain) for n, s in vectors.items() if s is not None}
 
     def at(self, key: str, name: str, times: np.ndarray) -> np.ndarray:
         """(times,): d Q / d ln key in the unit of the trace, or of the steady value at infinite time; else NaN."""
@@ -119,9 +118,9 @@ class Slopes:
         return max((abs(self.relative[key][name].value) for key in keys if name in self.relative[key]), default=0.0)
 
 
-def combined(slopes: np.ndarray, covariance: np.ndarray) -> float:
-    """The root of s^T C s."""
-    return float(np.sqrt(max(slopes @ covariance @ slopes, 0.0)))
+def combined(slopes: Sequence[float] | np.ndarray, uncertain: Uncertain) -> float:
+    """Return the root of s^T C s, with the covariance C of uncertain keys."""
+    return float(np.sqrt(max(slopes @ uncertain.covariance() @ np.asarray(slopes), 0.0)))
 
 
 def remarks(slopes: Mapping[str, Slopes]) -> tuple[str, ...]:

@@ -15,22 +15,22 @@ from typing import TYPE_CHECKING, Any
 
 import compare
 from compare import quantities
-from compare.verdict import COVERS, Check, Verdict, judge, relative, spread
+from compare.verdict import COVERS, Check, judge, ratio
 from scenes import load
 from scenes.checks import DEFAULT_TOLERANCES, OVER_TIME
 from scenes.errors import SceneError, did_you_mean, quoted
-from scenes.formats import difference_text, percent, quantity, sink_text, with_error
+from scenes.formats import difference_text, percent, quantity, sink_text
 from scenes.kinds import Quantity
 from scenes.model import OVER_TIME as PROBE_OVER_TIME
 from scenes.sink import OF_A_SINK, Sink
+from scenes.units import NUMBER
 
 if TYPE_CHECKING:
     from scenes.model import AnyScene
-from scenes.units import NUMBER
 
 QUANTITIES = {name: entry for name, entry in OF_A_SINK.items() if name != "heat_out"}
 """What can be asserted of the steady state, beside the checks by their ids."""
-_TOLERANCE = Quantity(NUMBER, 1e-15, 1.0, note="; it is relative: 0.05 is 5 %")
+TOLERANCE = Quantity(NUMBER, 1e-15, 1.0, note="; it is relative: 0.05 is 5 %")
 
 
 def assert_reduction_agrees(
@@ -52,11 +52,8 @@ def assert_reduction_agrees(
     allowed = _read(tolerances, (*QUANTITIES, *DEFAULT_TOLERANCES))
     steady = not set(allowed) & set(OVER_TIME)
     run = compare.run(scene, voltage=voltage, accuracy=accuracy, steady=steady, uncertain=uncertain)
-    verdicts = [
-        _quantity(run, name, tolerance) if name in QUANTITIES else _check(run.check(name), tolerance)
-        for name, tolerance in allowed.items()
-    ]
-    _fail(f"the 1D model of {sink_text(run.scene)}", verdicts)
+    checks = {name: _steady(run, name) if name in QUANTITIES else run.check(name) for name in allowed}
+    _assert(f"the 1D model of {sink_text(run.scene)}", [(checks[name], allowed[name]) for name in allowed])
     return run
 
 
@@ -76,19 +73,14 @@ def assert_model_agrees(
     without an answer.
     """
     __tracebackhide__ = True
-    solution = compare.solve(scene, model=model, accuracy=accuracy, uncertain=uncertain)
-    ids = [check for check in solution.checks if not check.startswith("slope_")]
+    run = compare.solve(scene, model=model, accuracy=accuracy, uncertain=uncertain)
+    ids = [check for check in run.checks if not check.startswith("slope_")]
     probes = dict.fromkeys(check.removesuffix(PROBE_OVER_TIME) for check in ids)
     allowed = _read(tolerances, tuple(dict.fromkeys([*probes, *ids])))
-    verdicts = [
-        _check(check, tolerance)
-        for name, tolerance in allowed.items()
-        for check in solution.checks.values()
-        if check.id in (name, f"{name}{PROBE_OVER_TIME}")
-    ]
-    name = "the model" if solution.reduced1d is None else solution.reduced1d.model
-    _fail(f"{name} for {solution.scene.name}", verdicts)
-    return solution
+    pairs = [(name, check) for name in allowed for check in ids if check in (name, f"{name}{PROBE_OVER_TIME}")]
+    name = "the model" if run.reduced1d is None else run.reduced1d.model
+    _assert(f"{name} for {run.scene.name}", [(run.checks[check], allowed[name]) for name, check in pairs])
+    return run
 
 
 def assert_traces_agree(
@@ -101,13 +93,13 @@ def assert_traces_agree(
     data_uncertainty: str | Sequence[str] = (),
     **tolerances: float | str,
 ) -> compare.Run:
-    """Assert that data in a file (COMSOL table, CSV, ngspice) are within tolerances of 3D, for any scene; return the
-    run.
+    """Assert that data in a file (COMSOL table, CSV, ngspice) are within tolerances of 3D, for any scene.
 
-    ``columns`` name the columns of quantities, {"peak": "T (K), Point 1"}; ``data_uncertainty`` counts with the error
-    of 3D. ``tolerances`` of a sink: ``peak``, ``end``, ``mean`` relative to the final 3D rise, ``current`` to its final
-    change, ``power`` to itself; ``voltage`` is a sink's. Of any other scene by probe, relative to its largest 3D rise,
-    or value. Raises as `assert_reduction_agrees`, and SceneError for a quantity that the file lacks.
+    Returns the run. ``columns`` name the columns of quantities, {"peak": "T (K), Point 1"}; ``data_uncertainty`` counts
+    with the error of 3D. ``tolerances`` of a sink: ``peak``, ``end``, ``mean`` relative to the final 3D rise,
+    ``current`` to its final change, ``power`` to itself; ``voltage`` is a sink's. Of any other scene by probe, relative
+    to its largest 3D rise, or value. Raises as `assert_reduction_agrees`, and SceneError for a quantity that the file
+    lacks.
     """
     __tracebackhide__ = True
     loaded: Any = load(scene) if isinstance(scene, (str, Path)) else scene
@@ -116,13 +108,12 @@ def assert_traces_agree(
     allowed = _read(tolerances, tuple(quantities.of(loaded).names))
     solve = partial(compare.run, voltage=voltage) if loaded.kind == "sink" else compare.solve
     run: compare.Run = solve(loaded, **options)
-    verdicts = [_check(run.check(f"against_{name}"), tolerance) for name, tolerance in allowed.items()]
-    _fail(f"{Path(file).name} for {loaded.name}", verdicts)
+    _assert(f"{Path(file).name} for {loaded.name}", [(run.check(f"against_{n}"), t) for n, t in allowed.items()])
     return run
 
 
 def _read(tolerances: Mapping[str, float | str], allowed: tuple[str, ...]) -> dict[str, float]:
-    """The tolerances as numbers; SceneError for a name or a value that there isn't."""
+    """The tolerances as numbers. Raises SceneError for an unknown name or a bad value."""
     if not tolerances:
         raise SceneError("nothing to assert: give at least one tolerance, such as peak=0.05")
     for name in tolerances:
@@ -130,50 +121,44 @@ def _read(tolerances: Mapping[str, float | str], allowed: tuple[str, ...]) -> di
             raise SceneError(
                 f"{quoted(name)} can't be asserted: give {', '.join(allowed)}{did_you_mean(name, allowed)}"
             )
-    return {name: float(_TOLERANCE.read(f"the tolerance {name}", value) or 0.0) for name, value in tolerances.items()}
+    return {name: float(TOLERANCE.read(f"the tolerance {name}", value) or 0.0) for name, value in tolerances.items()}
 
 
-def _quantity(run: compare.Run, name: str, tolerance: float) -> tuple[Verdict, str]:
-    """The verdict on a steady quantity, and its lines of the message."""
+def _steady(run: compare.Run, name: str) -> Check:
+    """A steady quantity as a check."""
     entry = QUANTITIES[name]
     assert run.reduced1d is not None
-    measured, predicted = run.fem3d.steady[entry.steady], run.reduced1d.steady[entry.steady].value
-    u_num = spread(lambda m: relative(predicted, m), {"m": measured})
-    value, error, shown, places, factor = with_error(measured.value, measured.error, entry.unit)
-    values = f"1D {predicted * factor:.{places}f} {shown}, 3D {value} \N{PLUS-MINUS SIGN} {error} {shown}"
-    u_input = 0.0 if run.uncertain is None else run.uncertain.difference.get(entry.steady, 0.0)
-    off = relative(predicted, measured.value)
-    return _told(f"{name}: steady {entry.called}, {values}", off, u_num, u_input, tolerance, "")
+    predicted, measured = run.reduced1d.steady[entry.steady], run.fem3d.steady[entry.steady]
+    off, title = ratio(predicted, measured), f"steady {entry.called}"
+    u_input = None if run.uncertain is None else run.uncertain.difference.get(entry.steady)
+    values = predicted.value, measured.value, entry.unit, off.value
+    return Check(name, title, *values, 0.0, off.error, judge(off.value, 0.0, off.error), u_input=u_input)
 
 
-def _check(check: Check, tolerance: float) -> tuple[Verdict, str]:
-    unit = "" if check.unit == "1" else check.unit
-    whose = "data" if check.id.startswith("against_") else "1D"
-    values = f"{whose} {quantity(check.predicted, unit, 5)}, 3D {quantity(check.measured, unit, 5)}"
-    said = f"{check.id}: {check.title}, {values}"
-    return _told(said, check.difference, check.known_to, check.u_input or 0.0, tolerance, check.because)
+def _assert(name: str, checks: Sequence[tuple[Check, float]]) -> None:
+    """Raise AssertionError with a line for each check where one is not within its tolerance."""
+    __tracebackhide__ = True
+    told = [_line(check, tolerance) for check, tolerance in checks]
+    bad = [line for agrees, line in told if not agrees]
+    if bad:
+        rest = [line for agrees, line in told if agrees]
+        raise AssertionError("\n".join([f"{name} is not within the tolerances", *bad, *rest]))
 
 
-def _told(
-    said: str, difference: float, u_num: float, u_input: float, tolerance: float, because: str
-) -> tuple[Verdict, str]:
-    known_to, uncertainty = u_num + COVERS * u_input, "numerical error"
-    if u_input:
+def _line(check: Check, tolerance: float) -> tuple[bool, str]:
+    """Whether a check is within a tolerance, and its values."""
+    unit, whose = "" if check.unit == "1" else check.unit, "data" if check.id.startswith("against_") else "1D"
+    known_to, uncertainty = check.known_to + COVERS * (check.u_input or 0.0), "numerical error"
+    if check.u_input:
         uncertainty += f" and {COVERS:g} u_input"
-    verdict = judge(difference, tolerance, known_to)
+    verdict = judge(check.difference, tolerance, known_to)
     mark = {"agrees": "within", "differs": "OUTSIDE", "unresolved": "UNDECIDED at"}[verdict]
-    off = difference_text(difference, known_to, "\N{PLUS-MINUS SIGN}")
-    lines = [f"  {said}", f"    difference {off} ({uncertainty}), {mark} the tolerance of {percent(tolerance)}"]
+    off = difference_text(check.difference, known_to, "\N{PLUS-MINUS SIGN}")
+    values = f"{whose} {quantity(check.predicted, unit, 5)}, 3D {quantity(check.measured, unit, 5)}"
+    lines = [f"  {check.id}: {check.title}, {values}"]
+    lines.append(f"    difference {off} ({uncertainty}), {mark} the tolerance of {percent(tolerance)}")
     if verdict == "unresolved":
         lines.append(f"    the {uncertainty} leaves it open: ask for a smaller accuracy=")
-    if because and verdict != "agrees":
-        lines.append(f"    {because}")
-    return verdict, "\n".join(lines)
-
-
-def _fail(what: str, verdicts: list[tuple[Verdict, str]]) -> None:
-    __tracebackhide__ = True
-    bad = [lines for verdict, lines in verdicts if verdict != "agrees"]
-    if bad:
-        rest = [lines for verdict, lines in verdicts if verdict == "agrees"]
-        raise AssertionError("\n".join([f"{what} is not within the tolerances asked for", *bad, *rest]))
+    if check.because and verdict != "agrees":
+        lines.append(f"    {check.because}")
+    return verdict == "agrees", "\n".join(lines)

@@ -7,8 +7,8 @@ A *change* is a quantity with the effect over the quantity without, less one. Bo
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from compare.analyses.base import Analysis
@@ -25,35 +25,15 @@ if TYPE_CHECKING:
     from scenes.device import Device
     from scenes.result import Estimate, Result
 
+    Solve = Callable[[Sink], Result]
+
 CLOSE = 1e-4
 """Both solutions have this accuracy or a better one, as the smallest effects are half a percent."""
 ALL = 1e-3
 """Accuracy of the solution with all effects: the gas leaves a tenth of the rise, so that the change is as accurate."""
-TOGETHER = "together"
-RANKED = "peak_rise_K"
+TOGETHER, PEAK = "together", "peak_rise_K"
 MOST_OF_IT = 0.5
 """An effect that takes more than this part of the heat leaves no heat sink of this kind."""
-GAS_CONSTANT, TEMPERATURE, RATIO, HEAT = 287.05, 300.0, 1.4, 718.0
-"""Air: specific gas constant (J/(kg K)), temperature (K), ratio of specific heats there, and c_v (J/(kg K))."""
-JUMP = "at less pressure Smoluchowski's jump of the temperature: Kennard, Kinetic Theory of Gases (1938), chapter 8"
-KNOWN, MOST_TRIALS = 1e-2, 6
-"""Relative tolerance of the peak's change at the pressure that is searched, and the most trials."""
-
-
-@dataclass(frozen=True)
-class Effect:
-    """An effect: its name in a sentence (``what``), the ``source`` of its magnitude, and functions of a sink.
-
-    ``assumed`` describes the magnitude, ``changed`` gives the keywords of the sink with the effect; none where the sink
-    has the effect.
-    """
-
-    what: str
-    source: str
-    assumed: Callable[[Sink], str]
-    changed: Callable[[Sink], dict[str, Any]]
-
-
 CONDUCTIVITY = 0.0263
 """W/(m K) of air at 300 K, within a percent (Carroll et al., J. Chem. Eng. Data 13, 1968: 0.0264 at 25 C)."""
 CONTACT = 2e-8
@@ -61,10 +41,43 @@ CONTACT = 2e-8
 EMISSIVITY = 0.7
 EXPONENT = -1.3
 """Silicon's conductivity falls as this power of the temperature from 300 to 1400 K, within a tenth."""
+SUBSTRATE = 0.5e-3
+"""Thickness (m) of the substrate."""
+GAS_CONSTANT, TEMPERATURE, RATIO, HEAT = 287.05, 300.0, 1.4, 718.0
+"""Air: specific gas constant (J/(kg K)), temperature (K), ratio of specific heats there, and c_v (J/(kg K))."""
+KNOWN, MOST_TRIALS = 1e-2, 6
+"""Relative tolerance of the peak's change at the pressure that is searched, and the most trials."""
+IN_AIR = ("gap_gas", "air")
+"""Effects that are absent in a vacuum."""
+
+
+@dataclass(frozen=True)
+class Effect:
+    """An effect that a sink may leave out, and its result.
+
+    Attributes
+    ----------
+    what, assumed, source : its name in a sentence, its magnitude, and the source of that
+    changed : keywords of a sink with the effect; empty where the sink has it
+    changes : by quantity the relative change; empty where the sink runs away
+    share : the part of the heat that a gas takes
+    """
+
+    what: str
+    assumed: str
+    source: str
+    changed: dict[str, Any]
+    changes: dict[str, Estimate] = field(default_factory=dict)
+    share: float | None = None
+
+    @property
+    def size(self) -> float:
+        """The size of the first change, infinite for a runaway."""
+        return abs(next(iter(self.changes.values())).value) if self.changes else math.inf
 
 
 def conduction(sink: Sink) -> float:
-    """The film coefficient (W/(m2 K)) of air at rest above the beam.
+    """Return the film coefficient (W/(m2 K)) of air at rest above the beam.
 
     Air conducts from one side of a thin plate, L long and w wide, with the shape factor pi L / ln(4 L / w) (Holman,
     Heat Transfer, chapter 3: a plate in the surface of a half space).
@@ -73,75 +86,48 @@ def conduction(sink: Sink) -> float:
     return math.pi * CONDUCTIVITY / (short * math.log(4 * long / short))
 
 
-def _falling(sink: Sink) -> dict[str, Any]:
-    """The keywords of a sink whose silicon's conductivity falls from its value at room temperature."""
-    conductivity = sink.silicon.thermal_conductivity
-    if laws.varies(conductivity):
-        return {}
-    conductivities = [laws.PowerLaw(k, sink.room_temperature, EXPONENT) for k in laws.along(conductivity)]
+def effects(sink: Sink) -> dict[str, Effect]:
+    """Return the effects by their names in summary.json."""
+    given, film = sink.silicon.thermal_conductivity, conduction(sink)
+    falling = [laws.PowerLaw(k, sink.room_temperature, EXPONENT) for k in laws.along(given) if not laws.varies(given)]
+    law = tuple(falling) if isinstance(given, tuple) else falling[0] if falling else given
+    rows: dict[str, tuple[str, str, str, str, Any, bool]] = {
+        "conductivity": (
+            "silicon's falling conductivity", f"that of room temperature times (T/{sink.room_temperature:g} K)^"
+            f"{EXPONENT:g}", "Glassbrenner and Slack, Phys. Rev. 134, A1058 (1964)", "silicon",
+            replace(sink.silicon, thermal_conductivity=law), laws.varies(given),
+        ),
+        "contact": (
+            "the contacts of the oxide", f"{THERMAL_CONTACT.show(CONTACT)} at both faces of the oxide",
+            "of films of SiO2 on silicon: Lee and Cahill, J. Appl. Phys. 81, 2590 (1997)", "contact_resistance",
+            CONTACT, sink.contact_resistance is not None,
+        ),
+        "gap_gas": (
+            "the gas under it",
+            f"{CONDUCTIVITY:g} W/(m K) under beam and pads, {1e6 * sink.oxide_thickness:.3g} um high",
+            "air at 300 K: Carroll et al., J. Chem. Eng. Data 13 (1968)", "gap_gas_conductivity", CONDUCTIVITY,
+            bool(sink.gap_gas_conductivity),
+        ),
+        "radiation": (
+            "radiation", f"emissivity {EMISSIVITY:g} of all bare faces of beam and pads",
+            "silicon has 0.42 to 0.78 from 880 to 1550 K: Jain et al., J. Phys. D 4, 1207 (1971)", "emissivity",
+            EMISSIVITY, bool(sink.emissivity),
+        ),
+        "substrate": (
+            "the substrate's own resistance", "a plate of silicon, 0.5 mm thick and 3 mm x 3 mm, under the oxide",
+            "525 um is the thickness of wafers of 100 mm (SEMI M1)", "substrate_thickness", SUBSTRATE,
+            sink.substrate_thickness is not None,
+        ),
+        "air": (
+            "the air above", f"{film:.3g} W/(m2 K) from the top of beam and pads",
+            "conduction of air at rest from one side of a thin plate: Holman, Heat Transfer, chapter 3",
+            "convection_coefficient", film, bool(sink.convection_coefficient),
+        ),
+    }  # fmt: skip
     return {
-        "silicon": replace(
-            sink.silicon,
-            thermal_conductivity=tuple(conductivities) if isinstance(conductivity, tuple) else conductivities[0],
-        )
+        name: Effect(what, assumed, source, {} if present else {key: value})
+        for name, (what, assumed, source, key, value, present) in rows.items()
     }
-
-
-EFFECTS = {
-    "conductivity": Effect(
-        "silicon's falling conductivity",
-        "Glassbrenner and Slack, Phys. Rev. 134, A1058 (1964)",
-        lambda sink: f"that of room temperature times (T/{sink.room_temperature:g} K)^{EXPONENT:g}",
-        _falling,
-    ),
-    "contact": Effect(
-        "the contacts of the oxide",
-        "of films of SiO2 on silicon: Lee and Cahill, J. Appl. Phys. 81, 2590 (1997)",
-        lambda sink: f"{THERMAL_CONTACT.show(CONTACT)} at both faces of the oxide",
-        lambda sink: {} if sink.contact_resistance is not None else {"contact_resistance": CONTACT},
-    ),
-    "gap_gas": Effect(
-        "the gas under it",
-        "air at 300 K: Carroll et al., J. Chem. Eng. Data 13 (1968)",
-        lambda sink: f"{CONDUCTIVITY:g} W/(m K) under beam and pads, {1e6 * sink.oxide_thickness:.3g} um high",
-        lambda sink: {} if sink.gap_gas_conductivity else {"gap_gas_conductivity": CONDUCTIVITY},
-    ),
-    "radiation": Effect(
-        "radiation",
-        "silicon has 0.42 to 0.78 from 880 to 1550 K: Jain et al., J. Phys. D 4, 1207 (1971)",
-        lambda sink: f"emissivity {EMISSIVITY:g} of all bare faces of beam and pads",
-        lambda sink: {} if sink.emissivity else {"emissivity": EMISSIVITY},
-    ),
-    "substrate": Effect(
-        "the substrate's own resistance",
-        "525 um is the thickness of wafers of 100 mm (SEMI M1)",
-        lambda sink: "a plate of silicon, 0.5 mm thick and 3 mm x 3 mm, under the oxide",
-        lambda sink: {} if sink.substrate_thickness is not None else {"substrate_thickness": 0.5e-3},
-    ),
-    "air": Effect(
-        "the air above",
-        "conduction of air at rest from one side of a thin plate: Holman, Heat Transfer, chapter 3",
-        lambda sink: f"{conduction(sink):.3g} W/(m2 K) from the top of beam and pads",
-        lambda sink: {} if sink.convection_coefficient else {"convection_coefficient": conduction(sink)},
-    ),
-}
-"""The effects by name, as summary.json has them."""
-IN_AIR = ("gap_gas", "air")
-"""Effects that are absent in a vacuum."""
-
-
-@dataclass(frozen=True)
-class Found:
-    """The result of an effect: by quantity the ``changes``, empty where the sink runs away.
-
-    ``assumed`` and ``source`` are of its magnitude; ``share`` is the part of the heat that a gas takes.
-    """
-
-    what: str
-    assumed: str
-    source: str
-    changes: dict[str, Estimate]
-    share: float | None = None
 
 
 @dataclass(frozen=True)
@@ -152,8 +138,8 @@ class LeftOut:
     ``called`` the quantities' words.
     """
 
-    effects: dict[str, Found]
-    together: Found | None
+    effects: dict[str, Effect]
+    together: Effect | None
     sum: dict[str, float]
     skipped: dict[str, str]
     sentence: str
@@ -174,55 +160,28 @@ class LeftOutStudy(Analysis[LeftOut]):
     def section(self, found: LeftOut, outcome: Outcome[Any], style: Style) -> Section:
         """By effect the changes of the steady state, the largest first."""
         shown = [q for q in found.called if style.page or q in kind_of(outcome.scene).shown]
-
-        def row(called: str, each: Found) -> Row:
-            if not each.changes:
-                return Row([called, *["runs away"] * len(shown)], below=each.assumed)
-            cells = (difference_text(c.value, c.error, style.plus_minus) for c in (each.changes[q] for q in shown))
-            said = f"{each.assumed}; {each.source}" if each.source and style.page else each.assumed
-            return Row([called, *cells], below=said)
-
-        rows = [row(name.replace("_", " "), each) for name, each in found.effects.items()]
-        if found.together is not None:
-            rows.append(row(TOGETHER, found.together))
+        together = {} if found.together is None else {TOGETHER: found.together}
+        rows = []
+        for name, each in (found.effects | together).items():
+            changes = (each.changes[q] for q in shown if each.changes)
+            cells = [difference_text(c.value, c.error, style.plus_minus) for c in changes]
+            source = f"; {each.source}" if each.source and style.page and each.changes else ""
+            cells = cells or ["runs away"] * len(shown)
+            rows.append(Row([name.replace("_", " "), *cells], below=each.assumed + source))
+        if together:
             rows.append(Row(["their sum", *(percent(found.sum[q], sign=True) for q in shown)]))
         skipped = [f"{name.replace('_', ' ')} is not here: {why}" for name, why in found.skipped.items()]
-        parts: list[Table | str | Sequence[str]] = []
-        if rows:
-            parts.append(Table(("left out", *(found.called[q] for q in shown)), rows))
-            parts.append("Changes of the 3D steady state with each effect, over that without.")
-        return Section("What both models leave out", [*parts, sentences(skipped)])
+        table = Table(("left out", *(found.called[q] for q in shown)), rows) if rows else ""
+        said = "Changes of the 3D steady state with each effect, over that without." * bool(rows)
+        return Section("What both models leave out", [table, said, sentences(skipped)])
 
     def document(self, found: LeftOut, outcome: Outcome[Any]) -> dict[str, Any]:
-        def entry(each: Found) -> dict[str, Any]:
-            changes = {name: {"change": c.value, "error": c.error} for name, c in each.changes.items()}
-            return {"assumed": each.assumed, "source": each.source, **changes}
-
         together = {} if found.together is None else {TOGETHER: found.together}
-        return {name: entry(each) for name, each in (found.effects | together).items()}
-
-
-@dataclass(frozen=True)
-class _Subject:
-    """What effects are asked of: a ``sink``, how another sink in its place is solved (``solve``), by quantity what that
-    is ``called``, which they are ``ranked`` by, and the ``effects``."""
-
-    sink: Sink
-    solve: Callable[[Sink], Result]
-    called: dict[str, str]
-    ranked: str
-    effects: dict[str, Effect]
-
-    def changes(self, bare: Result, with_it: Result) -> dict[str, Estimate]:
-        """By quantity the change from one result to another."""
-        from compare.verdict import relative, spread
-        from scenes.result import Estimate
-
-        changes = {}
-        for name in self.called:
-            inputs = {"predicted": with_it.steady[name], "measured": bare.steady[name]}
-            changes[name] = Estimate(relative(*(e.value for e in inputs.values())), spread(relative, inputs))
-        return changes
+        return {
+            name: {"assumed": each.assumed, "source": each.source}
+            | {q: {"change": c.value, "error": c.error} for q, c in each.changes.items()}
+            for name, each in (found.effects | together).items()
+        }
 
 
 def of_sink(sink: Sink, say: Callable[[str], None]) -> LeftOut:
@@ -230,9 +189,12 @@ def of_sink(sink: Sink, say: Callable[[str], None]) -> LeftOut:
     from fem3d.runs.sink import solve as solve_3d
     from scenes.validity import check
 
+    def solve(other: Sink) -> Result:
+        return solve_3d(check(other), transient=False)
+
     called = {each.steady: each.called for each in OF_A_SINK.values()}
     close = replace(sink, accuracy=min(sink.accuracy, CLOSE))
-    return _study(_Subject(close, lambda other: solve_3d(check(other), transient=False), called, RANKED, EFFECTS), say)
+    return _study(close, solve, called, effects(close), say)
 
 
 def of_device(device: Device, say: Callable[[str], None]) -> LeftOut:
@@ -251,108 +213,109 @@ def of_device(device: Device, say: Callable[[str], None]) -> LeftOut:
         steady, errors = states.steady(changed), states.steady_errors(changed)
         return Result("fem3d", {name: Estimate(getattr(steady, name), errors[name]) for name in OF_DEVICE}, None, {})
 
-    effects = {name: effect for name, effect in EFFECTS.items() if name != "air"}
-    return _study(_Subject(device.sink, solve, dict(OF_DEVICE), "sink_power_W", effects), say)
+    below = {name: effect for name, effect in effects(device.sink).items() if name != "air"}
+    return _study(device.sink, solve, dict(OF_DEVICE), below, say)
 
 
-def _study(subject: _Subject, say: Callable[[str], None]) -> LeftOut:
-    sink = subject.sink
+def _study(
+    sink: Sink, solve: Solve, called: dict[str, str], candidates: dict[str, Effect], say: Callable[[str], None]
+) -> LeftOut:
+    """Solve with each effect and with all; the first quantity ranks them."""
     say("without what is left out")
-    bare = subject.solve(sink)
-    effects: dict[str, Found] = {}
-    skipped: dict[str, str] = {}
+    bare, found, skipped = solve(sink), dict[str, Effect](), dict[str, str]()
     everything: dict[str, Any] = {"accuracy": max(sink.accuracy, ALL)}
-    for number, (name, effect) in enumerate(subject.effects.items(), 1):
-        changed = effect.changed(sink)
-        if not changed:
+
+    def with_it(effect: Effect) -> Effect:
+        from compare.verdict import ratio
+
+        try:
+            result = solve(replace(sink, **effect.changed))
+        except RunawayError:
+            return effect
+        changes = {name: ratio(result.steady[name], bare.steady[name]) for name in called}
+        return replace(effect, changes=changes, share=_share(result))
+
+    for number, (name, effect) in enumerate(candidates.items(), 1):
+        if not effect.changed:
             skipped[name] = "the scene has it"
             continue
-        say(f"with what is left out, {number} of {len(subject.effects)}: {effect.what}")
+        say(f"with what is left out, {number} of {len(candidates)}: {effect.what}")
         try:
-            effects[name] = _effect_of(subject, effect.what, effect.assumed(sink), effect.source, bare, changed)
-            if name == "gap_gas" and subject.ranked == RANKED:
+            found[name] = with_it(effect)
+            if name == "gap_gas" and PEAK in called:
                 say(f"from which pressure on {effect.what} matters")
-                effects[name] = _with_pressure(subject, effects[name], bare)
+                found[name] = _with_pressure(found[name], sink.oxide_thickness, sink.tolerance("fig4"), with_it)
         except (SceneError, NumericsError) as error:
             skipped[name] = str(error)
             continue
-        everything |= changed
+        everything |= effect.changed
     together = None
-    if len(effects) > 1:
+    if len(found) > 1:
         say("with all of that together")
         try:
-            together = _effect_of(subject, "all together", f"{', '.join(effects)} at once", "", bare, everything)
+            together = with_it(Effect("all together", f"{', '.join(found)} at once", "", everything))
         except (SceneError, NumericsError) as error:
             skipped[TOGETHER] = str(error)
-
-    def size(each: Found) -> float:
-        return abs(each.changes[subject.ranked].value) if each.changes else math.inf
-
-    ranked = dict(sorted(effects.items(), key=lambda item: -size(item[1])))
-    added = {q: sum(f.changes[q].value for f in effects.values() if f.changes) for q in subject.called}
-    return LeftOut(ranked, together, added, skipped, _sentence(subject, ranked), subject.called)
+    ranked = dict(sorted(found.items(), key=lambda item: -item[1].size))
+    added = {q: sum(each.changes[q].value for each in found.values() if each.changes) for q in called}
+    return LeftOut(ranked, together, added, skipped, _sentence(ranked, called), called)
 
 
-def _effect_of(
-    subject: _Subject, what: str, assumed: str, source: str, bare: Result, changed: dict[str, Any]
-) -> Found:  # fmt: skip
-    try:
-        with_it = subject.solve(replace(subject.sink, **changed))
-    except RunawayError:
-        return Found(what, assumed, source, {})
-    return Found(what, assumed, source, subject.changes(bare, with_it), _share(with_it))
-
-
-def _share(with_it: Result) -> float | None:
-    if "answer" not in with_it.details:
+def _share(result: Result) -> float | None:
+    """The part of the heat that leaves through the gas of the gap."""
+    if "answer" not in result.details:
         return None
-    flows = with_it.details["answer"].fine.out
+    flows = result.details["answer"].fine.out
     gas = [float(flow) for name, flow in flows.items() if name.startswith("flow:substrate-gas")]
     return -sum(gas) / float(flows["power"]) if gas else None
 
 
-def _with_pressure(subject: _Subject, effect: Found, bare: Result) -> Found:
-    sink, change = subject.sink, effect.changes
-    tolerance = sink.tolerance("fig4")
-    if not change or abs(change[RANKED].value) <= tolerance:
+def _with_pressure(effect: Effect, gap: float, tolerance: float, with_it: Callable[[Effect], Effect]) -> Effect:
+    """Add the pressure from which on the gas changes the peak by more than a tolerance."""
+    if not effect.changes or effect.size <= tolerance:
         return replace(effect, assumed=f"{effect.assumed}; within {percent(tolerance)} at any pressure")
-    wanted, k, size = -tolerance, CONDUCTIVITY, change[RANKED].value
+    k, change = CONDUCTIVITY, effect.changes[PEAK].value
     for _ in range(MOST_TRIALS):
         # One over the peak, over that without gas, less one, goes with k where that is little.
-        k *= (1 / (1 + wanted) - 1) / (1 / (1 + size) - 1)
-        size = subject.changes(bare, subject.solve(replace(sink, gap_gas_conductivity=k)))[RANKED].value
-        if abs(size / wanted - 1) < KNOWN:
+        k *= (1 / (1 - tolerance) - 1) / (1 / (1 + change) - 1)
+        change = with_it(replace(effect, changed={"gap_gas_conductivity": k})).changes[PEAK].value
+        if abs(change / tolerance + 1) < KNOWN:
             break
-    pressure = 2 * jump(1.0) / sink.oxide_thickness / (CONDUCTIVITY / k - 1)
-    when = f"from {quantity(pressure, 'Pa', 2)} on it changes the peak by more than {percent(tolerance)}"
-    return replace(effect, assumed=f"{effect.assumed}; {when}", source=f"{effect.source}; {JUMP}")
+    pressure = quantity(2 * jump(1.0) / gap / (CONDUCTIVITY / k - 1), "Pa", 2)
+    source = "at less pressure Smoluchowski's jump: Kennard, Kinetic Theory of Gases (1938), chapter 8"
+    return replace(
+        effect, assumed=f"{effect.assumed}; from {pressure} on it changes the peak by more than {percent(tolerance)}",
+        source=f"{effect.source}; {source}",
+    )  # fmt: skip
 
 
 def jump(pressure: float) -> float:
-    """Smoluchowski's distance g (m) at a pressure (Pa): at a wall the temperature of air jumps by g dT/dn, with g =
-    sqrt(2 pi R T) / ((gamma + 1) c_v) k / p for molecules that leave at its temperature (Kennard, Kinetic Theory of
-    Gases, 1938, chapter 8); at low pressure that is Knudsen's conduction."""
+    """Return Smoluchowski's distance g (m) at a pressure (Pa).
+
+    At a wall the temperature of air jumps by g dT/dn, with g = sqrt(2 pi R T) / ((gamma + 1) c_v) k / p for molecules
+    that leave at its temperature (Kennard, Kinetic Theory of Gases, 1938, chapter 8); at low pressure that is Knudsen's
+    conduction.
+    """
     return math.sqrt(2 * math.pi * GAS_CONSTANT * TEMPERATURE) / ((RATIO + 1) * HEAT) * CONDUCTIVITY / pressure
 
 
-def _sentence(subject: _Subject, ranked: dict[str, Found]) -> str:
+def _sentence(ranked: dict[str, Effect], called: dict[str, str]) -> str:
+    """Name the largest effect in air, and in vacuum."""
     if not ranked:
-        return "Of what both models leave out the scene has all that can be solved."
-    said = []
+        return "Of the effects that both models leave out the scene has all that can be solved."
+    said, whole = [], "peak" if PEAK in called else "power that the sink takes"
     for where, inside in (("In air", True), ("In vacuum", False)):
-        effects = [each for name, each in ranked.items() if (name in IN_AIR) is inside]
-        if effects:
-            said.append(f"{where} {_does(subject, effects[0], len(effects))}.")
+        some = [each for name, each in ranked.items() if (name in IN_AIR) is inside]
+        if not some:
+            continue
+        first = some[0]
+        if not first.changes:
+            does = f"{first.what} makes it run away"
+        elif first.share is not None and first.share > MOST_OF_IT:
+            does = f"the sink would not work: {first.what} takes {percent(first.share)} of the heat"
+        else:
+            most = " most," * (len(some) > 1)
+            change = percent(next(iter(first.changes.values())).value, sign=True)
+            does = f"{first.what} changes the {whole}{most} by {change}"
+        said.append(f"{where} {does}.")
     return " ".join(said)
-
-
-def _does(subject: _Subject, effect: Found, count: int) -> str:
-    if not effect.changes:
-        return f"{effect.what} makes it run away"
-    if effect.share is not None and effect.share > MOST_OF_IT:
-        return f"the sink would not work: {effect.what} takes {percent(effect.share)} of the heat"
-    change = percent(effect.changes[subject.ranked].value, sign=True)
-    peak = subject.ranked == RANKED
-    if count > 1:
-        return f"{effect.what} matters most, {change} {'at the peak' if peak else 'of the power that the sink takes'}"
-    return f"{effect.what} changes {'the peak' if peak else 'the power that the sink takes'} by {change}"

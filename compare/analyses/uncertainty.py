@@ -21,8 +21,6 @@ from scenes.formats import cut, percent, quantity
 from scenes.plan import Step, step
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from compare.slopes import Slopes
     from compare.verdict import Check
     from scenes.sink import Sink
@@ -60,19 +58,20 @@ class UncertainInputs(Analysis[Propagated]):
         return step("uncertain inputs", f"{given}: u_input by the sensitivities, to first order")
 
     def run(self, outcome: Outcome[Any], progress: Progress) -> Propagated:
+        from compare.slopes import combined
+
         uncertain, slopes = outcome.options.uncertain, slopes_of(outcome, progress)
         with progress.stage("sensitivities"):
             found = propagated(uncertain, slopes)
-            kind = kind_of(outcome.scene)
-            checks = by_differences(outcome.checks, outcome, kind.differences)
-            known = {check: found.difference[name] for check, name in OF_3D.items() if name in found.difference}
+            checks = by_differences(outcome.checks, outcome, kind_of(outcome.scene).differences)
+            known: dict[str, float | None] = {
+                check: found.difference[name] for check, name in OF_3D.items() if name in found.difference
+            }
             # Inputs do not move the balance of energy; the misfit of the profile has derivatives of its own.
-            known["energy"] = 0.0
             profile = slopes["fem3d"].profile if "fem3d" in slopes else {}
-            if all(key in profile for key in uncertain.relative):
-                from compare.slopes import combined
-
-                known["fig5"] = combined(_array([profile[key] for key in uncertain.relative]), uncertain.covariance())
+            by_key = [profile[key] for key in uncertain.relative if key in profile]
+            complete = len(by_key) == len(uncertain.relative)
+            known |= {"energy": 0.0, "fig5": combined(by_key, uncertain) if complete else None}
             outcome.checks = tuple(replace(c, u_input=known[c.id]) if c.id in known else c for c in checks)
             if outcome.scene.kind == "sink" and outcome.reduced1d is not None and outcome.reduced1d.model == "paper":
                 outcome.warn(*curved(outcome.scene, found))
@@ -112,7 +111,7 @@ class UncertainInputs(Analysis[Propagated]):
 
 
 def slopes_of(outcome: Outcome[Any], progress: Progress) -> dict[str, Slopes]:
-    """The slopes of the results, computed once for all analyses; remarks on them are warnings."""
+    """Return the slopes of the results, computed once for all analyses; remarks on them are warnings."""
     if not outcome.slopes:
         from compare.slopes import remarks
 
@@ -127,32 +126,33 @@ def slopes_of(outcome: Outcome[Any], progress: Progress) -> dict[str, Slopes]:
 
 def propagated(uncertain: Uncertain, slopes: Mapping[str, Slopes]) -> Propagated:
     """Combine the slopes of both models, and of their difference, with the covariance of the inputs."""
+    import numpy as np
+
     from compare.slopes import combined
 
-    keys, covariance = list(uncertain.relative), uncertain.covariance()
-    by_model = {model: slopes[model].combine(uncertain) for model in ("fem3d", "reduced1d") if model in slopes}
-    difference, most = dict[str, float](), dict[str, str]()
-    for model, u in by_model.items():
-        for name in u:
-            vector = slopes[model].vector(name, keys)
-            assert vector is not None
-            parts = vector**2 * covariance.diagonal()
-            if model == "fem3d" or name not in by_model.get("fem3d", {}):
-                most[name] = keys[int(parts.argmax())] if parts.any() else ""
-    if len(by_model) == 2:
-        three, one = slopes["fem3d"], slopes["reduced1d"]
-        for name in by_model["fem3d"].keys() & by_model["reduced1d"].keys():
-            ratio = one.sizes[name] / three.sizes[name] if three.sizes[name] else float("nan")
-            a, b = one.vector(name, keys), three.vector(name, keys)
-            if a is not None and b is not None:
-                difference[name] = abs(ratio) * combined(a - b, covariance)
-    return Propagated(uncertain, by_model.get("fem3d", {}), by_model.get("reduced1d", {}), difference, most)
+    keys, variances = list(uncertain.relative), uncertain.covariance().diagonal()
+    u = {model: slopes[model].combine(uncertain) for model in ("reduced1d", "fem3d") if model in slopes}
+    vectors = {
+        model: {name: np.array([slopes[model].relative[key][name].value for key in keys]) for name in by_name}
+        for model, by_name in u.items()
+    }
+    most = dict[str, str]()
+    for by_name in vectors.values():  # 3D last: its largest key stands
+        for name, vector in by_name.items():
+            parts = vector**2 * variances
+            most[name] = keys[int(parts.argmax())] if parts.any() else ""
+    three, one, difference = vectors.get("fem3d", {}), vectors.get("reduced1d", {}), {}
+    for name in three.keys() & one.keys():
+        size = slopes["fem3d"].sizes[name]
+        off = slopes["reduced1d"].sizes[name] / size if size else float("nan")
+        difference[name] = abs(off) * combined(one[name] - three[name], uncertain)
+    return Propagated(uncertain, u.get("fem3d", {}), u.get("reduced1d", {}), difference, most)
 
 
 def by_differences(
     checks: Sequence[Check], outcome: Outcome[Any], differences: Callable[[Outcome[Any]], Mapping[str, float]]
 ) -> tuple[Check, ...]:
-    """The checks with the u_input of their ``differences``, from outcomes with each key larger and smaller."""
+    """Return the checks with the u_input of their ``differences``, from outcomes with each key larger and smaller."""
     import numpy as np
 
     from compare.slopes import combined
@@ -166,13 +166,12 @@ def by_differences(
             return tuple(checks)
         for name, value in more.items():
             slopes.setdefault(name, []).append(0.0 if value == less[name] else (value - less[name]) / (2 * step))
-    covariance = uncertain.covariance()
-    known = {n: combined(np.array(s), covariance) for n, s in slopes.items() if np.isfinite(s).all()}
+    known = {name: combined(s, uncertain) for name, s in slopes.items() if np.isfinite(s).all()}
     return tuple(replace(check, u_input=known.get(check.id)) for check in checks)
 
 
 def curved(sink: Sink, found: Propagated) -> tuple[str, ...]:
-    """Sentences on keys so uncertain that a rise does not follow them in proportion over their range."""
+    """Return sentences on keys so uncertain that a rise does not follow them in proportion over their range."""
     from reduced1d.ladder import solve
     from scenes.sink import OF_A_SINK
     from scenes.varied import varied
@@ -187,15 +186,9 @@ def curved(sink: Sink, found: Propagated) -> tuple[str, ...]:
             matters = abs(first) / 2 > found.reduced1d.get(name, 0.0) * SHARE
             if matters and abs(second) > CURVED * abs(first):
                 said.append(
-                    f"{key} is known to {percent(u)} only: over that range the {words[name]} bends by "
+                    f"{key} is uncertain by {percent(u)}: over that range the {words[name]} bends by "
                     f"{percent(abs(second / first))} of its change, which u_input, of first order, leaves out; "
                     "--monte-carlo N samples it"
                 )
                 break
     return tuple(said)
-
-
-def _array(values: Sequence[float]) -> np.ndarray:
-    import numpy as np
-
-    return np.array(values)

@@ -23,16 +23,15 @@ if TYPE_CHECKING:
 
     from compare.against import Data
     from compare.slopes import Slopes
-    from compare.windows import Window
     from scenes.result import Result
     from scenes.uncertain import Uncertain
 
 NOTHING = 1e-6
 """Uncertainties below this part of u_val are shown as 0."""
-_V20 = (
-    "As ASME V&V 20 has it: the comparison error E = S - D, simulation less data, is known to u_val, of the numerics, "
-    "the inputs and the data. Each line is of the mean over a window of the trace, the worst of up to 16 and the last: "
-    "the error of the model itself lies within E - k u_val and E + k u_val (95 %), with k = 2, of the worst up to 3."
+V20 = (
+    "As ASME V&V 20 has it: the comparison error E = S - D, simulation less data, has an uncertainty u_val by the "
+    "numerics, the inputs and the data. Each line is of the mean over a window of the trace, the worst of up to 16 and "
+    "the last: the model's own error lies within E - k u_val and E + k u_val (95 %), with k = 2, of the worst up to 3."
 )
 
 
@@ -40,9 +39,12 @@ _V20 = (
 class Statement:
     """The comparison error of a ``model`` ("3D" or "1D") and a ``quantity`` over a window.
 
-    ``called`` is the user's word for the quantity; the window is from ``start`` to ``end`` (s), infinite in the steady
-    state, and ``where`` names it: the "worst", or the "end" of the data. E is the mean over so many ``rows``; ``k``
-    standard uncertainties make an interval of 95 %. All are in the quantity's ``unit``.
+    Attributes
+    ----------
+    called, unit : the user's word for the quantity, and the unit of E and the uncertainties
+    where, start, end : "worst", or the "end" of the data; from and to a time (s), infinite in the steady state
+    rows, E : E is the mean over so many rows
+    k : standard uncertainties that make an interval of 95 %
     """
 
     model: str
@@ -75,22 +77,17 @@ class Statement:
         return self.E - self.k * self.u_val, self.E + self.k * self.u_val
 
     def said(self) -> str:
-        """The interval in words: "-0.016 to +0.044 K"."""
+        """Return the interval in words: "-0.016 to +0.044 K"."""
         half = self.k * self.u_val
         if not math.isfinite(half):
-            return "not known"
+            return "unknown"
         _, _, unit, places, factor = with_error(self.E, half, self.unit)
         low, high = (f"{end * factor:+.{places}f}" for end in self.interval)
         return f"{low} to {high} {unit}"
 
     def when(self) -> str:
-        """The window in words."""
+        """Return the window in words."""
         return "steady state" if math.isinf(self.end) else span(self.start, self.end)
-
-    def document(self) -> dict[str, Any]:
-        document = asdict(self) | {"u_val": self.u_val, "interval": list(self.interval)}
-        document |= {"start_s": document.pop("start"), "end_s": document.pop("end")}
-        return document | {"seen": self.seen, "said": self.said()}
 
 
 @dataclass(frozen=True)
@@ -134,14 +131,14 @@ class Course:
         others = [float(((self.u_num**2 + self.u_input**2) ** 0.5)[window.rows].mean()) for window in means]
         i, k = windows.worst(means, others)
         last = len(means) - 1
-        worst = (self._over(means[i], "worst", k),) if i != last else ()
-        return (*worst, self._over(means[last], "end", COVERS))
-
-    def _over(self, window: Window, where: str, k: float) -> Statement:
-        rows, times = window.rows, self.times[window.rows]
-        return Statement(
-            self.model, self.quantity, self.called, self.unit, where, float(times[0]), float(times[-1]), len(times),
-            window.distance, float(self.u_num[rows].mean()), float(self.u_input[rows].mean()), window.u_data, k,
+        chosen = [(i, "worst", k)] * (i != last) + [(last, "end", COVERS)]
+        return tuple(
+            Statement(
+                self.model, self.quantity, self.called, self.unit, where, float(self.times[w.rows][0]),
+                float(self.times[w.rows][-1]), len(self.times[w.rows]), w.distance, float(self.u_num[w.rows].mean()),
+                float(self.u_input[w.rows].mean()), w.u_data, factor,
+            )
+            for w, where, factor in ((means[n], where, factor) for n, where, factor in chosen)
         )  # fmt: skip
 
 
@@ -164,52 +161,59 @@ class Validation(Analysis[Validated]):
         return given and options.against is not None and options.against.curve is None
 
     def run(self, outcome: Outcome[Any], progress: Progress) -> Validated:
-        results = {"3D": outcome.results.get("fem3d"), "1D": outcome.results.get("reduced1d")}
-        slopes = {"3D": outcome.slopes.get("fem3d"), "1D": outcome.slopes.get("reduced1d")}
-        models = {name: (result, slopes[name]) for name, result in results.items() if result is not None}
+        names = {"3D": "fem3d", "1D": "reduced1d"}
+        models = {
+            called: (outcome.results[name], outcome.slopes.get(name))
+            for called, name in names.items()
+            if name in outcome.results
+        }
         return validate(outcome.scene, outcome.options.against, models, outcome.options.uncertain)
 
     def section(self, found: Validated, outcome: Outcome[Any], style: Style) -> Section:
         """A line for each model and quantity in the worst window and at the end: E, its parts, the model's error."""
-        heads = ("S - D", "mean over", *["E"] * style.page, "u_num", "u_input", "u_D", "u_val", "model's error")
-        rows = []
+        heads, rows = (
+            ("S - D", "mean over", *["E"] * style.page, "u_num", "u_input", "u_D", "u_val", "model's error"),
+            [],
+        )
         for s in found.statements:
-            uncertainties = (s.u_num, s.u_input, s.u_data, s.u_val)
             parts = [
                 "?" if not math.isfinite(u) else quantity(u, s.unit, 2) if u > NOTHING * s.u_val else "0"
-                for u in uncertainties
+                for u in (s.u_num, s.u_input, s.u_data, s.u_val)
             ]
             middle = [signed(s.E, s.unit, 2)] * style.page
             rows.append([f"{cut(s.called, 20)} {s.model}", s.when(), *middle, *parts, s.said()])
-        points = [f"{c.called} {c.model} {c.inside} of {len(c.times)}" for c in found.courses]
+        points = ", ".join(f"{c.called} {c.model} {c.inside} of {len(c.times)}" for c in found.courses)
         exact = " and ".join(["the inputs"] * (not found.inputs) + ["the data"] * (not found.data))
         text = [
-            "" if outcome.options.against.at_rest else "The worst window and the last.",
-            "Where 0 is within (95 %), no error of the model is seen.",
-            f"Points of the data within 2 u_val: {', '.join(points)}.",
+            "The worst window and the last." * (not outcome.options.against.at_rest),
+            f"Where 0 is within (95 %), no error of the model is seen. Points of the data within 2 u_val: {points}.",
             f"Taken as exact: {exact}." if exact else "",
         ]
-        return Section("Validation", [_V20 if style.page else "", Table(heads, rows), *text], headed=False)
+        return Section("Validation", [V20 * style.page, Table(heads, rows), *text], headed=False)
 
     def document(self, found: Validated, outcome: Outcome[Any]) -> dict[str, Any]:
+        statements = []
+        for s in found.statements:
+            entry = asdict(s) | {"u_val": s.u_val, "interval": list(s.interval), "seen": s.seen, "said": s.said()}
+            statements.append(entry | {"start_s": entry.pop("start"), "end_s": entry.pop("end")})
         points = [
             {"model": c.model, "quantity": c.quantity, "points": len(c.times), "within_2_u_val": c.inside}
             for c in found.courses
         ]
-        return {"statements": [s.document() for s in found.statements], "points": points}
+        return {"statements": statements, "points": points}
 
 
 def finding(found: Validated) -> str:
-    """The errors of both models in a line: where each is surely furthest off, relative to its own uncertainty."""
+    """Return a line: where each model is surely furthest off, relative to its own uncertainty."""
     said = []
     for model in dict.fromkeys(course.model for course in found.courses):
         seen = [s for s in found.statements if s.model == model and s.seen]
         worst = max(seen, key=lambda s: abs(s.E) / s.u_val, default=None)
         if worst is None:
             said.append(f"no error of {model} is seen")
-            continue
-        when = f"{'in the' if math.isinf(worst.end) else 'over'} {worst.when()}"
-        said.append(f"{model} is off: {worst.called} {worst.said()} {when}")
+        else:
+            when = f"{'in the' if math.isinf(worst.end) else 'over'} {worst.when()}"
+            said.append(f"{model} is off: {worst.called} {worst.said()} {when}")
     text = "; ".join(said)
     return f"{text[0].upper()}{text[1:]}"
 
@@ -231,13 +235,10 @@ def validate(
             answers = result.steady if data.at_rest else result.traces.values if result.traces else {}
             if key not in data.values or key not in answers:
                 continue
-            values, error = simulated(result, key, times)
-            u_num, zero = np.full(len(times), error), np.zeros(len(times))
+            (values, error), zero = simulated(result, key, times), np.zeros(len(times))
             u_input = zero if uncertain is None or slopes is None else slopes.over_time(key, times, uncertain)
             u_data = data.u[key][late] if key in data.u else zero
-            measured = data.values[key][late]
-            courses.append(
-                Course(called, key, word, catalogue.units[key], times, values, measured, u_num, u_input, u_data)
-            )
+            measured, u_num, unit = data.values[key][late], zero + error, catalogue.units[key]
+            courses.append(Course(called, key, word, unit, times, values, measured, u_num, u_input, u_data))
     statements = tuple(statement for course in courses for statement in course.statements())
     return Validated(tuple(courses), statements, uncertain is not None, bool(data.u))

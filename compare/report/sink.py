@@ -1,4 +1,4 @@
-"""The report of a sink: the verdict first, then the numbers, then the reasons."""
+"""The report of a sink: the answer first, then the numbers, then the reasons."""
 
 from __future__ import annotations
 
@@ -6,7 +6,10 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from compare.report import checks
+from compare.report import document as entries
 from compare.report.table import Section, Style, Table, wrapped
 from compare.verdict import PAPERS, Check, relative
 from scenes.checks import OF_THE_REDUCTION
@@ -14,8 +17,6 @@ from scenes.formats import percent, quantity, sink_text, with_error
 from scenes.sink import OF_A_SINK
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from compare.outcome import Outcome
     from scenes.sink import Sink
 
@@ -26,14 +27,12 @@ QUANTITIES = {entry.steady: (entry.called, entry.unit) for entry in OF_A_SINK.va
 
 def headline(outcome: Outcome[Sink], contrary: Sequence[Check], style: Style) -> str:
     """State the answer, then the number of checks that differ."""
-    said = [style.paint(wrapped(outcome.answer), "heading")]
-    listed = checks.without_slopes(outcome.checks)
-    name, model = sink_text(outcome.scene), _model(outcome)
-    if model and model != "1D":
-        name += f", {model}" + (" against 3D" if outcome.fem3d is not None else "")
-    if counted := checks.counted(name, outcome, contrary):
-        said.append(style.paint(wrapped(counted), "heading"))
-    rest = Counter(check.verdict for check in listed if not check.own)
+    name, reduced1d = sink_text(outcome.scene), outcome.reduced1d
+    if reduced1d is not None and reduced1d.model not in PAPERS:
+        name += f", {reduced1d.model}" + " against 3D" * (outcome.fem3d is not None)
+    counted = checks.counted(name, outcome, contrary)
+    said = [style.paint(wrapped(text), "heading") for text in (outcome.answer, counted) if text]
+    rest = Counter(check.verdict for check in checks.without_slopes(outcome.checks) if not check.own)
     if rest:
         off = f"{rest['differs']} differ{'s' * (rest['differs'] == 1)}"
         said.append(wrapped(f"Of the paper's own {rest.total()} equations, which are not this model's, {off}."))
@@ -41,57 +40,44 @@ def headline(outcome: Outcome[Sink], contrary: Sequence[Check], style: Style) ->
 
 
 def sections(outcome: Outcome[Sink], contrary: Sequence[Check], style: Style) -> list[Section]:
-    """Return the quantities, and the checks with their reasons."""
-    judged = checks.sections(checks.without_slopes(outcome.checks), contrary, style)
-    return [quantities(outcome, style), *judged]
-
-
-def _model(outcome: Outcome[Sink]) -> str:
-    reduced1d = outcome.reduced1d
-    return "" if reduced1d is None else "1D" if reduced1d.model in PAPERS else reduced1d.model
-
-
-def quantities(outcome: Outcome[Sink], style: Style) -> Section:
-    """Return the steady quantities: 3D with its error, 1D, and the difference."""
-    fem3d, reduced1d, rows = outcome.fem3d, outcome.reduced1d, []
-    heads = ["steady state", *["3D"] * (fem3d is not None), *[_model(outcome)] * (reduced1d is not None)]
+    """Return the steady quantities, and the checks with their reasons."""
+    fem3d, reduced1d, rows, heads = outcome.fem3d, outcome.reduced1d, [], ["steady state"]
     for key, (name, unit) in QUANTITIES.items():
-        cells = [name]
+        cells, in_1d = [name], None if reduced1d is None else reduced1d.steady.get(key)
         if fem3d is not None:
             value, error, shown, places, factor = with_error(fem3d.steady[key].value, fem3d.steady[key].error, unit)
             cells.append(f"{value} {style.plus_minus} {error} {shown}")
-        if reduced1d is not None and key not in reduced1d.steady:
-            cells += ["", ""][: 1 + (fem3d is not None)]
-        elif reduced1d is not None and fem3d is not None:
-            predicted = reduced1d.steady[key].value
-            off = percent(relative(predicted, fem3d.steady[key].value), sign=True)
-            cells += [f"{predicted * factor:.{min(places, 4)}f} {shown}", off]
+        if in_1d is not None and fem3d is not None:
+            off = percent(relative(in_1d.value, fem3d.steady[key].value), sign=True)
+            cells += [f"{in_1d.value * factor:.{min(places, 4)}f} {shown}", off]
         elif reduced1d is not None:
-            cells.append(quantity(reduced1d.steady[key].value, unit, 6))
+            cells += ["" if in_1d is None else quantity(in_1d.value, unit, 6), *[""] * (fem3d is not None)]
         rows.append(cells)
-    return Section("Steady state", [Table(heads + ["1D/3D - 1"] * (len(heads) > 2), rows)], headed=False)
+    heads += ["3D"] * (fem3d is not None)
+    if reduced1d is not None:
+        heads += ["1D" if reduced1d.model in PAPERS else reduced1d.model, *["1D/3D - 1"] * (fem3d is not None)]
+    judged = checks.sections(outcome.checks, contrary, style)
+    return [Section("Steady state", [Table(heads, rows)], headed=False), *judged]
 
 
 def document(outcome: Outcome[Sink]) -> dict[str, Any]:
-    from compare.report.document import check_document, of_3d
-
+    """Return the entries of summary.json."""
     fem3d, reduced1d = outcome.fem3d, outcome.reduced1d
     document: dict[str, Any] = {"fem3d": None, "reduced1d": None, "answer": outcome.answer}
     if fem3d is not None:
-        document["fem3d"] = of_3d(fem3d, "energy_imbalance", "unknowns", "steps", "symmetry", "mesh")
+        document["fem3d"] = entries.in_3d(fem3d, "energy_imbalance", "unknowns", "steps", "symmetry", "mesh")
         if fem3d.traces is not None:
             imbalance = fem3d.details.get("transient_imbalance")
             document["fem3d"]["transient"] = {"errors": fem3d.traces.errors, "imbalance": imbalance}
+    judged = entries.checks(outcome)
     if reduced1d is not None:
-        steady = {key: {"value": e.value} for key, e in reduced1d.steady.items()}
         document["reduced1d"] = {
-            "name": reduced1d.model,
-            "steady": steady,
+            "name": reduced1d.model, "steady": {key: {"value": e.value} for key, e in reduced1d.steady.items()},
             "details": {k: v for k, v in reduced1d.details.items() if k not in HIDDEN},
-        }
-    # The others are of the paper's equations, whichever reduction was chosen.
-    model = {} if reduced1d is None else {check: {"model": reduced1d.model} for check in OF_THE_REDUCTION}
-    return document | {"checks": [check_document(check) | model.get(check.id, {}) for check in outcome.checks]}
+        }  # fmt: skip
+        # The others are of the paper's equations, whichever reduction was chosen.
+        judged = [c | {"model": reduced1d.model} if c["id"] in OF_THE_REDUCTION else c for c in judged]
+    return document | {"checks": judged}
 
 
 def columns(outcome: Outcome[Sink]) -> dict[str, np.ndarray]:
@@ -99,8 +85,6 @@ def columns(outcome: Outcome[Sink]) -> dict[str, np.ndarray]:
 
     Raises ValueError where the models' times differ.
     """
-    import numpy as np
-
     columns: dict[str, np.ndarray] = {}
     for name, result in (("fem3d", outcome.fem3d), ("reduced1d", outcome.reduced1d)):
         if result is None or result.traces is None:

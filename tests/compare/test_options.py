@@ -9,7 +9,6 @@ import pytest
 
 import compare
 from compare.options import check, folder_name, of_kind, read, settings
-from compare.report.checks import _once
 from scenes import load
 from scenes.errors import SceneError
 
@@ -68,8 +67,3 @@ def test_overrides_take_python_values() -> None:
 def test_impossible_temperatures_come_first() -> None:
     report = compare.solve("bridge", overrides={"boundary.left electrode.voltage": "300V"}, accuracy=1e-2).report()
     assert re.match(r"Warning: \S+ reaches [\d,]+ K", report)
-
-
-def test_a_clause_is_written_once() -> None:
-    shared = "the anchor's constriction is left out of eq 14"
-    assert _once({"a": f"1; {shared}", "b": f"2; {shared}"}) == [f"a: 1; {shared}", "b: 2; as a"]

@@ -111,7 +111,7 @@ def test_a_parameter_is_fitted(mine: Path) -> None:
         return own.over_time.values, {k: {n: slopes.at(k, n, at) for n in own.over_time.values} for k in keys}
 
     data = replace(data, u=read_uncertainty(quantities.of(sink), data, ["0.05K"]))
-    found = fit_scene(sink, data, keys_of(sink, ["parameters.k"], data), in_1d)
+    found = fit_scene(sink, data, keys_of(sink, ["parameters.k"]), in_1d)
     assert found.fitted["parameters.k"] == pytest.approx(0.9 * 1.38, rel=1e-4)
     assert found.scene.oxide.thermal_conductivity == pytest.approx(0.9 * 1.38, rel=1e-4)
 

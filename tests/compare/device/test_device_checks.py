@@ -13,7 +13,6 @@ from compare.kinds.device import DeviceKind
 from compare.options import Options
 from compare.outcome import Outcome, Progress
 from compare.report.checks import claimed, off_by
-from compare.report.device import _in_3d
 from compare.verdict import Check, judged
 from reduced1d.device.closed_loop import largest_eigenvalue
 from reduced1d.device.runs import solve
@@ -68,15 +67,6 @@ def test_a_step_that_changes_almost_nothing_is_held_to_the_change_from_cold(move
     assert settling(device, shifted, "sink_V")[-1].band == pytest.approx(0.01 * after.sink_V)
 
 
-@pytest.mark.parametrize(("one", "three", "said"), [
-    (4.2311e-3, 4.4105e-3, "takes 4.2 % more"), (4.4105e-3, 4.2311e-3, "takes 4.1 % less"),
-    (4.2311e-3, 4.2311e-3, "takes as much as in 1D"),
-])  # fmt: skip
-def test_how_much_more_the_sink_takes_is_of_what_1d_says(one: float, three: float, said: str) -> None:
-    check = Check("dev3d_sink_power", "", one, three, "W", one / three - 1, 0.02, 1e-6, "differs")
-    assert said in _in_3d([check])
-
-
 def test_steady_power_and_flow(found: dict[str, Check]) -> None:
     for name in ("fig9_balance", "fig10_steady"):
         assert found[name].measured == pytest.approx(SLOPE * 37.5, rel=1e-10)
@@ -91,7 +81,7 @@ def test_slow_sampling_is_slower(found: dict[str, Check]) -> None:
     slow = found["fig11_slow"]
     assert slow.measured > 4 * slow.predicted
     assert (slow.sense, slow.difference, slow.verdict) == ("at least", 0.0, "agrees")
-    assert (claimed(slow), off_by(slow)) == (">=50.70 ms", "holds")
+    assert (claimed(slow), off_by(slow)) == ("at least 50.70 ms", "holds")
     assert found["fig9_settling"].sense == "equal"
 
 

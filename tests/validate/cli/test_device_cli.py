@@ -225,7 +225,7 @@ def test_the_report_has_names_and_units(full: tuple[str, Path]) -> None:
     page = (full[1] / "report.html").read_text(encoding="utf-8").replace("&nbsp;", " ")
     assert not re.search(r"sink_K|sensor_power_W|_ohm|_per_s|time_s", page)
     assert '<th>check</th><th>of</th><th class="n">paper</th><th class="n">1D</th>' in page
-    for said in ("at least ", "heat into polymer", "within 0.1 %", "lowest", "177.17 K", "371304J-01"):
+    for said in ("at least ", "heat into polymer", "lowest", "177.17 K", "371304J-01"):
         assert said in page, said
     assert page.count("<tr") < 100
 

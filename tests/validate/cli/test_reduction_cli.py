@@ -70,7 +70,6 @@ def test_why(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["sink", "--why", "--out", "here"]) == 0
     text = capsys.readouterr().out
     assert "Why the paper's model differs from 3D" in text
-    assert "others, each" in text
     assert "2 figures" in text
     assert max(map(len, text.splitlines())) <= 80
     found = summary("here")

@@ -46,7 +46,7 @@ def in_1d(sink: Sink, keys: Sequence[str], times: np.ndarray) -> Modelled:
 def fitted(data: Data, *keys: str) -> Fit:
     sink = Sink()
     data = replace(data, u=read_uncertainty(quantities.of(sink), data, [f"{NOISE}K"]))
-    return fit_scene(sink, data, keys_of(sink, keys, data), in_1d)
+    return fit_scene(sink, data, keys_of(sink, keys), in_1d)
 
 
 @pytest.mark.long
@@ -89,14 +89,14 @@ def test_a_model_that_is_wrong_is_seen() -> None:
 ])  # fmt: skip
 def test_refused(keys: list[str], said: str) -> None:
     with pytest.raises(SceneError, match=said):
-        keys_of(Sink(), keys, measured(Sink(), 0))
+        keys_of(Sink(), keys)
 
 
 def test_fewer_points_than_unknowns_are_refused() -> None:
     data = measured(Sink(), 0)
     few = replace(data, time=data.time[:1], values={"peak_K": data.values["peak_K"][:1]})
     with pytest.raises(SceneError, match="1 point, which can't tell 2 keys"):
-        keys_of(Sink(), [OXIDE, SILICON], few)
+        fitted(few, OXIDE, SILICON)
 
 
 def test_what_nothing_follows_is_refused() -> None:

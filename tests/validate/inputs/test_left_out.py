@@ -96,7 +96,8 @@ def test_the_jump_is_1_64_mean_free_paths() -> None:
 
 def few(monkeypatch: pytest.MonkeyPatch, *names: str) -> None:
     """Some of the effects alone."""
-    monkeypatch.setattr(left_out, "EFFECTS", {name: left_out.EFFECTS[name] for name in names})
+    every = left_out.effects
+    monkeypatch.setattr(left_out, "effects", lambda sink: {name: every(sink)[name] for name in names})
 
 
 def test_what_the_scene_has_is_not_left_out(found: left_out.LeftOut, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -136,8 +137,8 @@ def test_an_effect_with_which_the_sink_runs_away_decides(monkeypatch: pytest.Mon
 def test_it_is_told_kept_and_drawn(tmp_path: Path) -> None:
     run = compare.run(SINK, steady=True, left_out=True, out=tmp_path / "run", figures=True)
     summary = json.loads((tmp_path / "run" / "summary.json").read_text(encoding="utf-8"))
-    assert {*summary["left_out"]} == {*left_out.EFFECTS, "together"}
-    assert {*left_out.EFFECTS} == {"conductivity", "contact", "gap_gas", "radiation", "substrate", "air"}
+    effects = {"conductivity", "contact", "gap_gas", "radiation", "substrate", "air"}
+    assert {*summary["left_out"]} == {*effects, "together"}
     assert (tmp_path / "run" / "left_out.png").exists()
     assert summary["answer"].startswith("In air ")
     assert "left_out" in run.outcome.analyses

@@ -41,7 +41,7 @@ def test_a_slope_is_judged_by_the_largest_of_its_quantity() -> None:
 @pytest.mark.parametrize(("one", "said"), [
     (0.8, "underrates how the end rise follows width by 60 %"),
     (3.0, "overrates how the end rise follows width by 50 %"),
-    (-2.0, "has how the end rise follows width the wrong way round"),
+    (-2.0, "reverses how the end rise follows width"),
     (0.0, "does not see how the end rise follows width"),
 ])  # fmt: skip
 def test_the_worst_in_a_sentence(one: float, said: str) -> None:

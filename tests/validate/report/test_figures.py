@@ -11,11 +11,9 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
 
-from compare.analyses.why import Why
 from compare.blame import Budget, Part, Split
 from compare.options import Options
 from compare.outcome import Outcome
-from compare.report.table import Style
 from compare.sink_checks import Models, profile
 from fem3d.runs.sink import solve
 from scenes.loading import load, load_free
@@ -79,19 +77,6 @@ def test_the_legend_has_what_can_be_seen() -> None:
     assert seen_parts(budget(-1.0, 0.3, 0.001)) == [0, 1]
     # What shows on the way only is seen too.
     assert seen_parts(budget(-1.0, 0.0, 0.0, over_time=np.array([[-1.0, -1.0], [0.0, 0.0], [0.1, 0.0]]))) == [0, 2]
-
-
-def test_rows_of_nothing_are_one_row() -> None:
-    def said(*values: float) -> str:
-        return Why().section(budget(*values), Outcome(load("sink"), Options()), Style()).text(Style())
-
-    text = said(-1.0, 0.3, 0.005, -0.002)
-    rows = [line for line in text.splitlines() if line.startswith("  part")]
-    assert [row.split()[1] for row in rows] == ["0", "1"]
-    assert "2 others, each" in text
-    assert "    part 2, part 3" in text
-    # A part that is more than its error keeps its row.
-    assert "others" not in said(-1.0, 0.3, 0.02, -0.002)
 
 
 END = 0.1

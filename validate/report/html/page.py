@@ -17,7 +17,7 @@ from compare.kinds.device import DEVICE_FIGURES
 from compare.kinds.sink import ROW_FIGURES
 from compare.outcome import Outcome
 from compare.pipeline import sections
-from compare.report.checks import NAMES as DEVICE
+from compare.quantities import OF_A_DEVICE as DEVICE
 from compare.report.sink import QUANTITIES as SINK
 from compare.report.table import Section, Style, Table, html_table
 from compare.report.table import html_section as section
