@@ -75,12 +75,8 @@ def stand_in(
     points = np.array(
         [[x, y, z] for z in (0, sink.thickness) for y in (0, sink.length) for x in (0, sink.width)], float
     )
-    fields = SimpleNamespace(
-        points=points, hexes=np.array([[0, 1, 3, 2, 4, 5, 7, 6]]), material=np.array([0]), material_names=["silicon"],
-        steady=np.linspace(293.0, 300.0, 8), at=lambda times: np.full((len(times), 8), 293.0),
-        has_steady=True, quadratic=lambda times, accuracy: Cells(sink, len(times)),
-    )  # fmt: skip
-    fields.ceiling = lambda times: np.inf
+    fields = StandInFields(sink)
+    fields.points = points
     return Result(
         "fem3d",
         {key: Estimate(value, 1e-4 * abs(value)) for key, value in values.items()},
@@ -93,29 +89,38 @@ def stand_in(
     )  # fmt: skip
 
 
-class Cells:
-    """One quadratic cell the size of the beam, as ``fem3d.results.fields.quadratic.Quadratic``; the steady rise is 7
-    K."""
+class StandInFields:
+    """One cell the size of the beam, as ``fem3d.results.fields.Fields``; the steady rise is 7 K, and less over time."""
 
-    hexes = np.arange(27)[None]
-    material = np.array([0])
+    points = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], float)
+    hexes = np.array([[0, 1, 3, 2, 4, 5, 7, 6]])
+    cells = np.arange(27)[None]
+    material = cell_material = np.array([0])
     material_names = ("silicon",)
-    error = 1e-3
+    cell_type = "hexahedron27"
+    has_steady = True
+    steady = np.linspace(293.0, 300.0, 8)
 
-    def __init__(self, sink: Sink, times: int) -> None:
-        from fem3d.results.fields.quadratic import ORDER
+    def __init__(self, sink: Sink) -> None:
+        from fem3d.results.fields import _hexahedron
 
-        self._room, self._rises = sink.room_temperature, np.linspace(7.0, 0.0, 1 + times)
-        self.points = np.array(ORDER) / 2 * [sink.width, sink.length, sink.thickness]
+        places, order, *_ = _hexahedron()
+        places = places[order]
+        self._sink, self.cell_points = sink, places * [sink.width, sink.length, sink.thickness]
 
-    def snapshot(self, k: int) -> SimpleNamespace:
-        grown = self._rises[k] * self.points[:, 1] / self.points[:, 1].max()
+    def at(self, times: np.ndarray) -> np.ndarray:
+        return np.full((len(times), 8), 293.0)
+
+    def ceiling(self, times: np.ndarray) -> float:
+        return float(np.inf)
+
+    def snapshot(self, time: float | None) -> SimpleNamespace:
+        y = self.cell_points[:, 1] / self._sink.length
+        rise = 7.0 if time is None else 6.0 / (1.0 + time / 1e-3)
         return SimpleNamespace(
-            temperature=self._room + grown,
-            potential=1 - self.points[:, 1] / self.points[:, 1].max(),
-            current_density=np.array([[0.0, 1e7, 0.0]]),
-            heat_source=np.array([1e10]),
-        )
+            temperature=self._sink.room_temperature + rise * y, potential=1 - y, distance=1e-3,
+            current_density=np.array([[0.0, 1e7, 0.0]]), heat_source=np.array([1e10]),
+        )  # fmt: skip
 
 
 def _traces(sink: Sink, steady: dict[str, float]) -> Traces:

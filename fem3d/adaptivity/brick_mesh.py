@@ -16,17 +16,15 @@ from fem3d.adaptivity.reach import not_reached
 from fem3d.adaptivity.suited import suited
 from fem3d.adaptivity.trace_errors import Response
 from fem3d.problems.heat import HeatProblem
-from fem3d.results.fields.fields import Fields
 from fem3d.results.study import Study
 from fem3d.solution.steady import SteadyState
-from fem3d.solution.transient import Base, Transient
+from fem3d.solution.transient import Base
 from fem3d.spaces.domain import boxes
 from fem3d.spaces.size import foreseen
 from meshes import diffusion, edgewise, grading
 from meshes import grid as grids
 from meshes.grading import Features
 from meshes.grid import Grid
-from meshes.symmetry import Symmetry
 from scenes.errors import RunawayError
 from scenes.model import Scene
 from scenes.plan import Step
@@ -150,11 +148,6 @@ class Bricks:
             return ()
         why = "run.mesh asks for it" if self.scene.mesh else "tetrahedra are foreseen to take more"
         return (Step("mesh", "done", f"a grid of bricks of {size.unknowns:,} unknowns to start with; {why}"),)
-
-    def fields(
-        self, heat: HeatProblem, part: Symmetry, state: SteadyState | None, transient: Transient | None
-    ) -> Fields:
-        return Fields(heat, state, part, transient)
 
     def statistics(self, heat: HeatProblem) -> dict[str, Any]:
         return grids.statistics(self.grid)

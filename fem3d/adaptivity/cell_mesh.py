@@ -22,15 +22,12 @@ from fem3d.adaptivity.mesh import Indicators, less_accurate
 from fem3d.adaptivity.nested import Problems, Solution
 from fem3d.adaptivity.trace_errors import Response
 from fem3d.problems.heat import HeatProblem
-from fem3d.results.fields.mesh_fields import MeshFields
 from fem3d.results.study import Study
-from fem3d.solution.steady import SteadyState
-from fem3d.solution.transient import Base, Transient
+from fem3d.solution.transient import Base
 from fem3d.spaces import edge_exponents
 from fem3d.spaces.domain import Domain
 from fem3d.spaces.size import START_UP, Size, of_cells
 from meshes import grading
-from meshes.symmetry import Symmetry
 from scenes.errors import TooLargeError
 from scenes.model import AnyScene
 from scenes.plan import Step
@@ -249,11 +246,6 @@ class CellMesh:
 
     def steps(self, levels: int | None) -> tuple[Step, ...]:
         return self.layout.steps(levels, self.degree)
-
-    def fields(
-        self, heat: HeatProblem, part: Symmetry, state: SteadyState | None, transient: Transient | None
-    ) -> MeshFields:
-        return MeshFields(heat, state, transient)
 
     def with_scene(self, scene: Any) -> CellMesh:
         return CellMesh(self.layout.with_scene(scene), scene.accuracy, self.degree, self.levels)

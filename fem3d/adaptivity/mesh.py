@@ -14,11 +14,9 @@ from fem3d.adaptivity.nested import Problems, Solution
 from fem3d.adaptivity.trace_errors import Response
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
-from fem3d.results.fields.fields import RunFields
 from fem3d.results.study import Study
 from fem3d.solution.steady import SteadyState
-from fem3d.solution.transient import Base, Transient
-from meshes.symmetry import Symmetry
+from fem3d.solution.transient import Base
 from scenes.plan import Step
 
 
@@ -82,11 +80,6 @@ class Mesh(Protocol):
 
     def with_scene(self, scene: Any) -> Mesh:
         """Return the same cells with another scene, whose parts are in the same places."""
-
-    def fields(
-        self, heat: HeatProblem, part: Symmetry, state: SteadyState | None, transient: Transient | None
-    ) -> RunFields:
-        """Return the fields of a run."""
 
     def statistics(self, heat: HeatProblem) -> dict[str, Any]:
         """Return cells, degrees and volume for a result."""

@@ -14,6 +14,7 @@ from fem3d.adaptivity.mesh import Answer
 from fem3d.adaptivity.trace_errors import ROW_SHARE, Response
 from fem3d.results import outputs
 from fem3d.results.beyond import tables
+from fem3d.results.fields import Fields
 from fem3d.results.study import Study
 from fem3d.runs import currents, probe_quantities, readouts
 from meshes import connected, symmetry
@@ -145,7 +146,7 @@ def described(study: Study, answer: Answer) -> dict[str, Any]:
         "unknowns": heat.free if physics.heat(heat.domain.scene) else electric, "electric_unknowns": electric,
         "levels": answer.levels, "symmetry": study.part.part,
         "warnings": [*physics.frozen(study.part.scene), *_of_rows(study, response), *beyond],
-        "fields": mesh.fields(heat, study.part, state, transient), "mesh": mesh.statistics(heat),
+        "fields": Fields(heat, study.part, state, transient), "mesh": mesh.statistics(heat),
         "steps": 0 if transient is None else len(transient.trajectory.steps),
         "energy_imbalance": over_time if answer.steady is None else outputs.unbalanced(answer.steady.out)[1],
         "transient_imbalance": over_time,

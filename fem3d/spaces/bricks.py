@@ -192,8 +192,8 @@ class BrickSpace(Space):
         h = self.h[:, cells, None]
         return 1 / h, h.prod(axis=0)
 
-    def at(self, X: np.ndarray) -> np.ndarray:
-        return _values(self.p, X)
+    def at(self, X: np.ndarray, along: int | None = None) -> np.ndarray:
+        return _values(self.p, X, along)
 
     def sample(self, u: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray, *, slope: int = 3) -> np.ndarray:
         """(..., x, y, z): fields (..., functions), or their derivative along an axis, on a grid of coordinates (m).

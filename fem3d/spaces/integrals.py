@@ -120,8 +120,12 @@ class Space(ABC):
         """The integral of k grad u . grad v over some cells, for k (of them,), or (3, of them) along the axes."""
 
     @abstractmethod
-    def at(self, X: np.ndarray) -> np.ndarray:
-        """(points, functions of a cell): their values at reference points (3, points)."""
+    def at(self, X: np.ndarray, along: int | None = None) -> np.ndarray:
+        """(points, functions of a cell): their values at reference points (3, points), or slopes along an axis."""
+
+    def ceiling(self, u: np.ndarray) -> float:
+        """Return a value that fields (..., functions) exceed nowhere; infinite where no bound is known."""
+        return np.inf
 
     @abstractmethod
     def rule(self, cells: np.ndarray, more: int) -> Rule:

@@ -159,8 +159,8 @@ class MappedSpace(Space):
         mapping = self.mesh.mapping()
         return mapping.invDF(X, tind=cells), np.abs(mapping.detDF(X, tind=cells))
 
-    def at(self, X: np.ndarray) -> np.ndarray:
-        return _values(self._kind, X)
+    def at(self, X: np.ndarray, along: int | None = None) -> np.ndarray:
+        return _values(self._kind, X, along)
 
 
 def _order(kind: Kind) -> int:

@@ -163,9 +163,8 @@ def test_fields_show_the_jump(of_file: bool, tmp_path: Path) -> None:
     on = np.isclose(fields.points[:, 0], LENGTH, rtol=1e-9)
     both = [expected["temperature a"], expected["temperature b"]]
     assert np.unique(fields.steady[on].round(6)) == pytest.approx(both)
-    cells = fields.quadratic(np.empty(0), 1e-3)
-    snapshot = cells.snapshot(0)
-    on = np.isclose(cells.points[:, 0], LENGTH, rtol=1e-9)
+    snapshot = fields.snapshot(None)
+    on = np.isclose(fields.cell_points[:, 0], LENGTH, rtol=1e-9)
     assert np.unique(snapshot.temperature[on].round(6)) == pytest.approx(both)
     assert np.unique(snapshot.potential[on].round(9)) == pytest.approx(
         [expected["potential b"], expected["potential a"]]

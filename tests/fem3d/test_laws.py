@@ -420,9 +420,9 @@ def test_pictures_have_the_heat_of_the_law():
         {"name": "current", "lower": [LENGTH, 0, 0], "upper": [LENGTH, 1e-5, 2e-6], "quantity": "current"}
     ]
     result = solve(from_dict(given))
-    cells = result.details["fields"].quadratic(np.empty(0), 1e-3)
-    sides = np.ptp(cells.points[cells.hexes], axis=1)
-    heat = float(cells.snapshot(0).heat_source @ sides.prod(axis=1))
+    fields = result.details["fields"]
+    sides = np.ptp(fields.cell_points[fields.cells], axis=1)
+    heat = float(fields.snapshot(None).heat_source @ sides.prod(axis=1))
     assert heat == pytest.approx(0.5 * abs(result.steady["current"].value), rel=2e-3)
     assert heat < 0.95 * 0.5**2 / RHO / LENGTH * 2e-11
 

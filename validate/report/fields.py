@@ -11,7 +11,7 @@ from reduced1d.painted import Reduction
 from scenes.checks import FIRST_TIME
 from scenes.result import Result
 
-_TYPES = {"tetra": 10, "hexahedron": 12, "tetra10": 24, "hexahedron20": 25, "hexahedron27": 29}
+_TYPES = {"tetra10": 24, "hexahedron27": 29}
 """VTK's cell types by meshio's names."""
 TIMES = 13
 """Number of times that are stored beside the start and those asked for."""
@@ -29,39 +29,39 @@ ARRAYS = {
 
 
 def write_fields(
-    folder: Path, result: Result, accuracy: float, times: np.ndarray, ambient: float, reduction: Reduction | None = None
+    folder: Path, result: Result, times: np.ndarray, ambient: float, reduction: Reduction | None = None
 ) -> list[str]:
     """Write fem3d_steady.vtu if there is a steady state, fem3d_<k>.vtu for each of ``times`` (s), and fem3d.pvd.
 
     Returns the names of the files.
 
-    Cells are triquadratic hexahedra (27 points), so many that they follow the solution to a tenth of the ``accuracy``,
-    or the cells of the user's mesh. ``ARRAYS`` has the names of the arrays. Point data: temperature, rise above
-    ``ambient`` (K), potential (not a number where no current flows) and, with a ``reduction``, its rise painted on the
-    same points and by how much that is above 3D. Cell data: the number of the material, current density and heat
-    source, means over each cell. Field data: "material_<name>", its number. The collections hold the times; without any
-    they hold the steady state.
+    Cells are triquadratic hexahedra (27 points), as many along a brick as half of its degree, or those of the mesh, of
+    second order. fem3d.pvd states their largest distance from the finite-element temperature. ``ARRAYS``
+    has the names of the arrays. Point data: temperature, rise above ``ambient`` (K), potential (not a number where no current flows)
+    and, with a ``reduction``, its rise painted on the same points and by how much that is above 3D. Cell data: the
+    number of the material, current density and heat source, means over each cell. Field data: "material_<name>", its
+    number. The collections hold the times; without any they hold the steady state.
     """
     import pyvista as pv
 
     fields = result.details["fields"]
-    cells = fields.quadratic(times, accuracy)
-    kind = _TYPES[getattr(cells, "cell_type", "hexahedron27")]
-    bare = pv.UnstructuredGrid({kind: cells.hexes}, cells.points)
-    for number, material in enumerate(cells.material_names):
+    bare = pv.UnstructuredGrid({_TYPES[fields.cell_type]: fields.cells}, fields.cell_points)
+    for number, material in enumerate(fields.material_names):
         bare.field_data[f"material_{material}"] = np.array([number], np.int32)
     moments = [*[None] * fields.has_steady, *map(float, times)]
     names = [*["fem3d_steady.vtu"] * fields.has_steady, *(f"fem3d_{k:02d}.vtu" for k in range(len(times)))]
-    for k, (name, time) in enumerate(zip(names, moments, strict=True)):
-        snapshot, grid = cells.snapshot(k), bare.copy(deep=False)
+    distance = 0.0
+    for name, time in zip(names, moments, strict=True):
+        snapshot, grid = fields.snapshot(time), bare.copy(deep=False)
+        distance = max(distance, snapshot.distance)
         rise = snapshot.temperature - ambient
         point = {"temperature": snapshot.temperature, "rise": rise, "potential": snapshot.potential}
         if reduction is not None:
-            painted = reduction.rise(cells.points, time)
+            painted = reduction.rise(fields.cell_points, time)
             point |= {"rise_1d": painted, "difference": painted - rise}
         for array, values in point.items():
             grid.point_data[ARRAYS[array]] = values
-        grid.cell_data["material"] = np.asarray(cells.material, np.int32)
+        grid.cell_data["material"] = np.asarray(fields.cell_material, np.int32)
         for array in ("current_density", "heat_source"):
             grid.cell_data[ARRAYS[array]] = getattr(snapshot, array)
         (folder / name).write_text(_as_xml(grid), encoding="utf-8")
@@ -71,9 +71,9 @@ def write_fields(
         f'    <DataSet timestep="{time!r}" part="0" file="{name}"/>\n'
         for name, time in zip(names[first:], shown, strict=True)
     )
-    comment = f"<!-- the quadratic cells are within {cells.error or 0:.2g} K of the finite-element solution -->\n"
+    comment = f"<!-- the quadratic cells are within {distance:.2g} K of the finite-element solution -->\n"
     (folder / "fem3d.pvd").write_text(
-        f'<?xml version="1.0"?>\n{comment if cells.error is not None else ""}'
+        f'<?xml version="1.0"?>\n{comment}'
         '<VTKFile type="Collection" version="0.1" byte_order="LittleEndian">\n'
         f"  <Collection>\n{rows}  </Collection>\n</VTKFile>\n",
         encoding="utf-8",

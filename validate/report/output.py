@@ -73,7 +73,7 @@ def write(outcome: Outcome[Any], folder: Path, renderer: Renderer, progress: Pro
         if any(line.step == "field files" and line.state == "done" for line in outcome.plan):
             from validate.report.fields import write_fields
 
-            written += write_fields(folder, outcome.solved, outcome.scene.accuracy, *pictures.stored(outcome))
+            written += write_fields(folder, outcome.solved, *pictures.stored(outcome))
     if outcome.options.figures:
         from validate.report.figures.drawing import field_figure, save, style
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from types import ModuleType, SimpleNamespace
+from types import ModuleType
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ from scenes.model import Scene
 from scenes.plan import Step
 from scenes.result import Estimate, Result, Traces
 from scenes.sink import Sink
-from tests.conftest import Cells
+from tests.conftest import StandInFields
 
 STEP = Step("stand-in", "done", "numbers made up in place of the 3D solver")
 
@@ -22,13 +22,8 @@ def solve(scene: Scene, progress: object = None, whole: bool = False) -> Result:
     end time, and is nine times that before its errors hold."""
     values = {probe.name: float(i + 1) for i, probe in enumerate(scene.probes)}
     errors = {name: 1e-3 * value for name, value in values.items()}
-    corners = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], float)
-    fields = SimpleNamespace(
-        ceiling=lambda times: np.inf,
-        points=1e-4 * corners, hexes=np.array([[0, 1, 3, 2, 4, 5, 7, 6]]), material=np.array([0]),
-        material_names=["m"], steady=np.linspace(293.0, 300.0, 8), at=lambda times: np.full((len(times), 8), 293.0),
-        has_steady=scene.steady, quadratic=lambda times, accuracy: Cells(Sink(), len(times)),
-    )  # fmt: skip
+    fields = StandInFields(Sink())
+    fields.points, fields.has_steady = 1e-4 * fields.points, scene.steady
     traces = None
     if not scene.steady:
         times = scene.end_time * np.array([0.0, 0.25, 0.25, 1.0])

@@ -1,0 +1,297 @@
+"""Fields of the whole structure, for pictures and files: temperature, potential, current density and heat source.
+
+A file for other programs holds quadratic cells at most. So a brick of degree p is cut along each axis into p/2 pieces,
+which have as many nodes as the solution has coefficients; cells of mesh files and tetrahedra are kept whole. A field is
+interpolated at the nodes of second order, and the distance of this interpolant from the solution is measured between
+the nodes. Pictures connect the same nodes by linear hexahedra.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import combinations, product
+
+import numpy as np
+from skfem import ElementHex2, ElementTetP2
+from skfem.refdom import RefTet
+
+from fem3d.problems.current import Conductor
+from fem3d.problems.heat import HeatProblem
+from fem3d.problems.paths import Paths
+from fem3d.solution.steady import SteadyState
+from fem3d.solution.transient import Transient
+from fem3d.spaces.bricks import BrickSpace
+from fem3d.spaces.integrals import Cells, Space
+from fem3d.spaces.quadrature import product_rule, rule
+from meshes.symmetry import Symmetry
+
+# VTK's order of the corners of a hexahedron, of its edges by their corners, and of the middles of its faces, doubled.
+CORNERS = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))
+EDGES = ((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7))
+FACES = ((0, 1, 1), (2, 1, 1), (1, 0, 1), (1, 2, 1), (1, 1, 0), (1, 1, 2))
+SAME = 1e-9  # of the largest extent: points that are closer are one, unless a field jumps there
+# The remainder s (s^2 - 1) of a parabola through -1, 0 and 1 over its value at Gauss's three points, at most.
+BETWEEN = 2 / (3 * np.sqrt(3)) / (np.sqrt(0.6) * 0.4)
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """The fields of one state.
+
+    Attributes
+    ----------
+    temperature : (points,) array in K
+    potential : (points,) array in V, not a number where no current flows
+    current_density : (cells, 3) array in A/m2, means over the cells
+    heat_source : (cells,) array in W/m3, means over the cells
+    distance : largest distance (K) of the quadratic cells from the finite-element temperature
+    """
+
+    temperature: np.ndarray
+    potential: np.ndarray
+    current_density: np.ndarray
+    heat_source: np.ndarray
+    distance: float
+
+
+class Fields:
+    """Temperatures of a run on the nodes of second order of its cells, mirrored to the whole structure.
+
+    Attributes
+    ----------
+    cell_type : meshio's name of the cells
+    points : (n, 3) array in m, of pictures
+    hexes : (m, 8) array, linear hexahedra of pictures by the numbers of their points, in VTK's order
+    material : (m,) array, the material of each of these hexahedra
+    cell_points, cells, cell_material : points, quadratic cells and their materials of files
+    material_names : names of the materials, by their numbers
+    """
+
+    def __init__(
+        self, heat: HeatProblem, symmetry: Symmetry, state: SteadyState | None, transient: Transient | None
+    ) -> None:
+        self._heat, self._state, self._transient = heat, state, transient
+        self._domain, self._space, self._planes = heat.domain, heat.domain.space, symmetry.planes
+        simplex = len(self._space.mesh.t) == 4
+        self.cell_type, self._element = ("tetra10", ElementTetP2()) if simplex else ("hexahedron27", ElementHex2())
+        self._places, self._order, self._hexes, self._flipped = _tetrahedron() if simplex else _hexahedron()
+        self.material_names = list(dict.fromkeys(m.name for m in self._domain.materials))
+        self._levels = [  # the potentials of the mirror planes
+            next((b.value for b in symmetry.scene.boundaries if b.name == f"symmetry-{'xyz'[axis]}"), 0.0)
+            for axis, _, _ in self._planes
+        ]
+
+    @cached_property
+    def _cut(self) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+        """Cells (n,) that are cut alike, with the lower corners (pieces, 3) and the sides (3,) of their pieces."""
+        if not isinstance(self._space, BrickSpace):
+            return [(np.arange(self._space.mesh.t.shape[1]), np.zeros((1, 3)), np.ones(3))]
+        each = zip(self._space.grid.degrees, self._space.ijk, strict=True)
+        kinds, kind = np.unique([((p + 1) // 2)[i] for p, i in each], axis=1, return_inverse=True)
+        return [
+            (np.flatnonzero(kind.ravel() == k), np.array(list(np.ndindex(*n))) / n, 1 / n)
+            for k, n in enumerate(kinds.T)
+        ]
+
+    @cached_property
+    def _cell(self) -> np.ndarray:
+        """(pieces,): the cell of each piece of the part that is solved."""
+        return np.concatenate([np.repeat(cells, len(low)) for cells, low, _ in self._cut])
+
+    def _at_nodes(self, space: Space, functions: np.ndarray) -> np.ndarray:
+        """(..., pieces, nodes): functions (..., functions) of a space."""
+        values = []
+        for cells, low, sides in self._cut:
+            table = space.at((low[:, None] + sides * self._places).reshape(-1, 3).T)
+            each = functions[..., space.dofs[:, cells].T] @ table.T
+            values.append(each.reshape(*functions.shape[:-1], -1, len(self._places)))
+        return np.concatenate(values, axis=-2)
+
+    @cached_property
+    def _numbered(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:
+        """Places (points, 3) in m, the node (points,) of all images that each is, the points (images, pieces, nodes)
+        of the nodes, and how many points are of files, which come first."""
+        mapping, random = self._space.mesh.mapping(), np.random.default_rng(0)
+        at = np.concatenate([
+            mapping.F((low[:, None] + sides * self._places).reshape(-1, 3).T, tind=cells)
+            .reshape(3, -1, len(self._places)) for cells, low, sides in self._cut
+        ], axis=1)[:, None]  # fmt: skip
+        for axis, middle, _ in self._planes:
+            image = at.copy()
+            image[axis] = 2 * middle - image[axis]
+            at = np.concatenate([at, image], axis=1)
+        # Nodes at one place are one point unless a field jumps there: then a random function has two values.
+        spaces = self._space, self._domain.electric.space
+        values = [np.broadcast_to(self._at_nodes(s, random.normal(size=s.size)), at.shape[1:]) for s in spaces]
+        size = SAME * float(np.ptp(at, axis=(1, 2, 3)).max())
+        # Round coordinates are not at the border of two intervals of this length.
+        whole = np.floor(np.array([*(at / size), *(np.array(values) / SAME)]) + 0.1234).astype(np.int64)
+        key = np.tensordot(random.integers(1, 2**62, size=5) * 2 + 1, whole, 1).view(np.uint64) // np.uint64(2)
+        key[..., len(self._element.doflocs) :] += np.uint64(2**63)
+        different, first, number = np.unique(key, return_index=True, return_inverse=True)
+        of_files = int(np.searchsorted(different, np.uint64(2**63)))
+        return at.reshape(3, -1)[:, first].T, first, number.reshape(key.shape), of_files
+
+    @cached_property
+    def _nodes(self) -> np.ndarray:
+        """(images pieces, nodes): the points of the nodes, in an order that turns no cell inside out."""
+        number = self._numbered[2]
+        middle = self._space.mesh.refdom.p.mean(axis=1, keepdims=True)
+        inverted = self._space.mesh.mapping().detDF(middle)[self._cell, 0] < 0
+        odd = np.array([image.bit_count() % 2 == 1 for image in range(len(number))])
+        flipped = (odd[:, None] != inverted)[..., None]
+        return np.where(flipped, number[..., self._flipped], number).reshape(-1, len(self._places))
+
+    @property
+    def points(self) -> np.ndarray:
+        return self._numbered[0]
+
+    @cached_property
+    def hexes(self) -> np.ndarray:
+        return self._nodes[:, self._hexes].reshape(-1, 8)
+
+    @property
+    def material(self) -> np.ndarray:
+        return np.repeat(self.cell_material, len(self._hexes))
+
+    @property
+    def cell_points(self) -> np.ndarray:
+        return self.points[: self._numbered[3]]
+
+    @property
+    def cells(self) -> np.ndarray:
+        return self._nodes[:, self._order]
+
+    @property
+    def cell_material(self) -> np.ndarray:
+        number = np.array([self.material_names.index(m.name) for m in self._domain.materials])
+        return np.tile(number[self._domain.body[self._cell]], 2 ** len(self._planes))
+
+    @property
+    def has_steady(self) -> bool:
+        """Whether the run has a steady state."""
+        return self._state is not None
+
+    @property
+    def steady(self) -> np.ndarray:
+        """(n,): temperatures (K) at the points; ValueError where the run has no steady state."""
+        if self._state is None:
+            raise ValueError("the run has no steady state")
+        return self._kelvins(self._state.rise)
+
+    def at(self, times: np.ndarray) -> np.ndarray:
+        """(times, n): temperatures (K) at the points; ValueError where the run has no transient."""
+        return self._kelvins(self._rises(times))
+
+    def _kelvins(self, rises: np.ndarray) -> np.ndarray:
+        nodal = self._at_nodes(self._space, self._heat.field(rises))
+        nodal = nodal.reshape(*rises.shape[:-1], -1)[..., self._numbered[1] % self._numbered[2][0].size]
+        return np.asarray(self._domain.scene.initial_temperature + nodal)
+
+    def _rises(self, times: np.ndarray) -> np.ndarray:
+        if self._transient is None:
+            raise ValueError("the run has no transient")
+        return self._transient.rises(np.asarray(times, dtype=float))
+
+    def ceiling(self, times: np.ndarray) -> float:
+        """Return a temperature (K) that is exceeded nowhere in the steady state nor at some times (s)."""
+        rises = [] if self._state is None else [self._state.rise]
+        rises += [*self._rises(times)] if len(times) else []
+        return float(self._domain.scene.initial_temperature + self._space.ceiling(self._heat.field(np.array(rises))))
+
+    def snapshot(self, time: float | None) -> Snapshot:
+        """Return the fields at a time (s), or in the steady state; the potential is solved for at its temperature."""
+        heat, state = self._heat, self._state
+        if time is None:
+            assert state is not None
+            rise, inputs = state.rise, heat.inputs.at(np.zeros(1))[0]
+        else:
+            rise, inputs = self._rises(np.array([time]))[0], heat.inputs.at(np.array([time]))[0]
+        # A run at another voltage keeps the scene of the first one, and has the factor of its drive.
+        inputs = inputs * (1.0 if state is None else state.drive)
+        number, count = self._numbered[1:3], self._numbered[3]
+        kelvins, potential = self._kelvins(rise)[:count], np.full(count, np.nan)
+        conductor, electric = self._conductor, None
+        if conductor is not None:
+            electric = conductor.solve(rise, inputs @ conductor.voltages).potential
+            values = self._at_nodes(self._domain.electric.space, electric)[None]
+            for (_, _, parity), level in zip(self._planes, self._levels, strict=True):
+                image = values if parity == "even" else 2 * float(heat.inputs.split(level) @ inputs) - values
+                values = np.concatenate([values, image])
+            live = np.unique(number[1][:, self._domain.live[self._cell], : len(self._element.doflocs)])
+            potential[live] = values.ravel()[number[0][live]]
+        density, heating, distance = self._means(heat.field(rise), electric)
+        for value, cells in self._domain.sources:
+            heating[np.isin(self._cell, cells)] += float(heat.inputs.split(value) @ inputs)
+        for axis, _, parity in self._planes:
+            # A mirror turns the component along its axis where the potential is even, the others where it is odd.
+            turned = np.where((np.arange(3) == axis) == (parity == "even"), -density, density)
+            density, heating = np.concatenate([density, turned]), np.concatenate([heating, heating])
+        return Snapshot(kelvins, potential, density, heating, distance)
+
+    @property
+    def _conductor(self) -> Conductor | None:
+        if self._state is not None and self._state.conductor is not None:
+            return self._state.conductor
+        return None if self._transient is None else self._transient.base.conductor
+
+    def _means(self, field: np.ndarray, potential: np.ndarray | None) -> tuple[np.ndarray, np.ndarray, float]:
+        """(pieces, 3) and (pieces,): current density and Joule heat, means over the pieces of the part, at a rise and a
+        potential (functions,); and the distance of the quadratic rise (K)."""
+        density, heating, distance = np.zeros((len(self._cell), 3)), np.zeros(len(self._cell)), 0.0
+        conductor, nodal, start = self._conductor, self._at_nodes(self._space, field), 0
+        row = np.full(len(self._domain.body), -1)
+        if conductor is not None:
+            row[conductor.cells] = np.arange(len(conductor.cells))
+        inside = self._space.rule(np.zeros(1, int), 0) if self.cell_type == "tetra10" else None
+        X, w = product_rule(3, 3) if inside is None else (inside.points.T, inside.weights)
+        shape = np.array([self._element.lbasis(X.T, i)[0] * np.ones(len(X)) for i in range(len(self._element.doflocs))])
+        for cells, low, sides in self._cut:
+            some = rule((low[:, None] + sides * X).reshape(-1, 3).T, np.tile(w, len(low)), self._space.at)
+            on, pieces = Cells(self._space, cells, some), slice(start, start := start + len(cells) * len(low))
+            rise = on.value(field)
+            off = nodal[pieces, : len(shape)] @ shape - rise.reshape(-1, len(X))
+            distance = max(distance, BETWEEN * float(np.abs(off).max()))
+            live = np.flatnonzero(row[cells] >= 0)
+            if conductor is None or potential is None or not len(live):
+                continue
+            law, rows = conductor.following, row[cells[live]]
+            resistivity = conductor.cold[rows] + conductor.warm[rows] * rise[live]
+            if law is not None:
+                resistivity = law.of(rows).value(rise[live])
+            ratios = conductor.on.roots[:, rows] ** 2 if isinstance(conductor.on, Paths) else np.ones((3, 1, 1))
+            slope = Cells(self._domain.electric.space, cells[live], some).gradient(potential)
+            fields = np.array([*(-slope / (resistivity * ratios)), (slope**2 / (resistivity * ratios)).sum(axis=0)])
+            weights = on.weights[live].reshape(-1, len(X))
+            means = (weights * fields.reshape(4, -1, len(X))).sum(axis=-1) / weights.sum(axis=-1)
+            at = (pieces.start + live[:, None] * len(low) + np.arange(len(low))).ravel()
+            density[at], heating[at] = means[:3].T, means[3]
+        return density, heating, distance
+
+
+def _hexahedron() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """The nodes (27, 3) of the reference hexahedron, their order (27,) in VTK, the linear hexahedra (8, 8) between
+    them, and the nodes (27,) of its mirror image."""
+    places = np.asarray(ElementHex2().doflocs)
+    number = {tuple(p): n for n, p in enumerate((2 * places).astype(int).tolist())}
+    hexes = [[number[i + a, j + b, k + c] for a, b, c in CORNERS] for i, j, k in product((0, 1), repeat=3)]
+    flipped = np.array([number[2 - i, j, k] for i, j, k in number])
+    corners = 2 * np.array(CORNERS)
+    middles = [(corners[a] + corners[b]) // 2 for a, b in EDGES]
+    order = [number[tuple(p)] for p in np.array([*corners, *middles, *FACES, (1, 1, 1)]).tolist()]
+    return places, np.array(order), np.array(hexes), flipped
+
+
+def _tetrahedron() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """The same of a tetrahedron, of which the middles of its faces and its own (15, 3) follow the nodes of second order
+    (10, 3): a linear hexahedron (4, 8) at each corner."""
+    corners, every = np.vstack([np.zeros(3), np.eye(3)]), range(4)
+    sets = [frozenset(x) for x in (*((a,) for a in every), *RefTet.edges, *combinations(every, 3), every)]
+    hexes = []
+    for a, b, c, d in ((0, 1, 2, 3), (1, 0, 3, 2), (2, 3, 0, 1), (3, 2, 1, 0)):  # even orders: all turn alike
+        hexes.append([sets.index(frozenset({a} | {n for n, on in zip((b, c, d), at, strict=True) if on}))
+                      for at in CORNERS])  # fmt: skip
+    swapped = [sets.index(frozenset({0: 1, 1: 0}.get(n, n) for n in each)) for each in sets]
+    places = np.array([corners[list(each)].mean(axis=0) for each in sets])
+    return places, np.arange(10), np.array(hexes), np.array(swapped)

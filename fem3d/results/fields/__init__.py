@@ -1,1 +1,0 @@
-"""Fields for pictures and files: temperature, potential, current density and heat of the whole structure."""
