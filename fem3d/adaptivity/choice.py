@@ -19,7 +19,7 @@ from fem3d.adaptivity.brick_mesh import LARGE, Bricks
 from fem3d.adaptivity.cell_mesh import CellMesh, fitting
 from fem3d.adaptivity.mesh import Answer, Mesh
 from fem3d.results.study import Study
-from fem3d.spaces.box_cells import BoxCells, box_cells
+from fem3d.spaces.domain import Boxes, box_cells
 from fem3d.spaces.size import Size, foreseen
 from meshes import connected
 from meshes.columns import Columns
@@ -56,7 +56,7 @@ class BoxLayout:
     def cells(self) -> Any:
         return self.columns.mesh
 
-    def domain(self, degree: int) -> BoxCells:
+    def domain(self, degree: int) -> Boxes:
         return box_cells(self.scene, self.cells, degree)
 
     def refine(self, shorter: np.ndarray, sharp: np.ndarray) -> BoxLayout:

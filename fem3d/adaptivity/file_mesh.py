@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from fem3d.adaptivity.cell_mesh import CellMesh, fitting
-from fem3d.spaces.domain import Domain
-from fem3d.spaces.file_domain import groups
+from fem3d.spaces.domain import Domain, groups
 from meshes.grouped.check import check, remarks
 from meshes.grouped.place import Placed
 from meshes.grouped.read import read

@@ -12,9 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from fem3d.spaces.box_cells import BoxCells, box_cells
-from fem3d.spaces.domain import Domain, boxes
-from fem3d.spaces.file_domain import groups
+from fem3d.spaces.domain import Domain, box_cells, boxes, groups
 from meshes.grouped.place import Placed
 from meshes.symmetry import Symmetry
 from scenes.errors import SceneError
@@ -46,7 +44,7 @@ def move(domain: Any, part: Symmetry, other: Symmetry) -> Domain:
     if isinstance(scene, MeshScene):
         return groups(Placed(scene, domain.placed.mesh), domain.space.p)
     maps = [_planes(part.scene, scene, axis) for axis in range(3)]
-    if isinstance(domain, BoxCells):
+    if domain.space.by_cells:
         mesh = domain.space.mesh
         points = np.array([np.interp(x, *each) for x, each in zip(mesh.p, maps, strict=True)])
         return box_cells(scene, replace(mesh, doflocs=points), domain.space.p)

@@ -1,6 +1,7 @@
-"""A scene laid on the cells of a mesh: which cells and facets its materials, sources, conditions and probes are on.
+"""A scene laid on the cells of a mesh: the cells and facets of its materials, sources, conditions and probes.
 
-Boxes (`Boxes`) and mesh files (`fem3d.spaces.mapped`) say it in their own ways; the problems are assembled from here.
+The problems are assembled from a `Domain`. `Domain.locate` finds the cells, facets, edges or the point of a condition
+or a probe: of boxes by coordinates (`Boxes`), on bricks and on tetrahedra alike, of a mesh file by groups (`Groups`).
 """
 
 from __future__ import annotations
@@ -9,23 +10,46 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, ClassVar, TypeVar
+from typing import Any, ClassVar, NamedTuple, TypeVar
 
 import numpy as np
 
 from fem3d.spaces.bricks import BrickSpace
 from fem3d.spaces.channels import Inputs
+from fem3d.spaces.element import gauss
 from fem3d.spaces.integrals import Faces, Space
-from fem3d.spaces.quadrature import product_rule
+from fem3d.spaces.mapped import MappedSpace
 from fem3d.spaces.split import split, twin
 from meshes import connected
 from meshes.grid import Grid
+from meshes.grouped.model import GroupedMesh, locate
+from meshes.grouped.place import Placed
 from scenes import laws
-from scenes.model import Boundary, Contact, Material, Probe, Scene, Schedule, Value
+from scenes.model import Boundary, Contact, GroupBoundary, GroupProbe, Material, Point, Probe, Scene, Schedule, Value
 
 D = TypeVar("D", bound="Domain")
 Patch = tuple[np.ndarray, np.ndarray, np.ndarray]
 """Cells (n,), and in the coordinates of their reference cell the corner (3,) and the sides (k, 3) of a part of each."""
+
+
+class Region(NamedTuple):
+    """The place of a condition or a probe.
+
+    Attributes
+    ----------
+    dimension : 3 for a volume, 2 for a surface, 1 for a line, 0 for a point
+    numbers : (n,) array, its cells, facets or edges
+    signs : (n,) array, of a surface: 1 where the direction in which flows count points out of a facet's first cell,
+        else -1
+    point : coordinates of a point (m)
+    parts : names of the parts in which a probe is read, where it names some
+    """
+
+    dimension: int
+    numbers: np.ndarray
+    signs: np.ndarray | None = None
+    point: Point | None = None
+    parts: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -86,7 +110,7 @@ class Domain(ABC):
 
     @property
     def stands_for(self) -> np.ndarray:
-        """(bodies,): how many such in series each body is to a current."""
+        """(bodies,): 1 for each."""
         return np.ones(len(self.names))
 
     @cached_property
@@ -173,8 +197,22 @@ class Domain(ABC):
         return {b.name: self.faces(b).functions for b in self.scene.boundaries if b.kind in kinds}
 
     @abstractmethod
+    def locate(self, item: Any) -> Region:
+        """Return the place of a condition or a probe."""
+
     def facets(self, item: Any) -> np.ndarray:
-        """The facets of a condition or of a flat probe."""
+        """Return the facets of a condition or of a flat probe."""
+        return self.locate(item).numbers
+
+    def directions(self, item: Any) -> np.ndarray:
+        """Return `Region.signs` of the facets of a flat probe."""
+        signs = self.locate(item).signs
+        assert signs is not None
+        return signs
+
+    def is_flat(self, probe: Any) -> bool:
+        """Return whether a probe is a surface."""
+        return self.locate(probe).dimension == 2
 
     def part(self, name: str) -> np.ndarray:
         """(cells,): which are of a part that a contact or a probe names; in the symmetric part of a scene it may be
@@ -185,134 +223,160 @@ class Domain(ABC):
         """(cells,): those in any part with one of some names."""
         return np.any([np.zeros(len(self.body), bool), *map(self.part, names)], axis=0)
 
-    @abstractmethod
-    def directions(self, item: Any) -> np.ndarray:
-        """(facets,): 1 where the direction in which flows through a flat probe count points out of a facet's first
-        cell, else -1."""
-
-    @abstractmethod
     def mean(self, probe: Any, inside: np.ndarray | None = None) -> np.ndarray:
-        """(functions,): what each adds to the mean over a probe; ``inside`` are the cells of those that matter."""
+        """(functions,): the contribution of each to the mean over a probe; of ``inside`` (cells,) alone where given."""
+        region, space = self.locate(probe), self.space
+        beside = self._beside(region, inside)
+        if region.dimension == 3:
+            cells, row = region.numbers, np.zeros(space.size)
+            for alike in space.alike(cells if beside is None else cells[beside[cells]]):
+                row += space.on(alike).load(np.ones((len(alike), 1)))
+            return row / sum(space.on(alike).weights.sum() for alike in space.alike(cells))
+        if region.dimension == 2:
+            return self.seen(region.numbers, beside).load() / self.seen(region.numbers).areas.sum()
+        row, lengths = np.zeros(space.size), 0.0
+        for cells, corner, sides in self.patches(probe, inside):
+            if not len(sides):
+                row[space.dofs[:, cells[0]]] = space.at(corner[:, None])[0]
+                return row
+            ends = space.mesh.mapping().F(np.stack([corner, corner + sides[0]], axis=1), tind=cells)
+            length = np.linalg.norm(ends[..., 1] - ends[..., 0], axis=0)
+            for x, w in zip(*gauss(space.p // 2 + 1), strict=True):
+                values = space.at((corner + x * sides[0])[:, None])[0]
+                np.add.at(row, space.dofs[:, cells], values[:, None] * (w * length))
+            lengths += float(length.sum())
+        return row / max(lengths, 1e-300)
 
-    @abstractmethod
     def patches(self, probe: Any, inside: np.ndarray | None = None) -> list[Patch]:
-        """The parts of cells that a probe lies in."""
+        """Return the parts of cells that a probe lies in: whole cells, or their sides, edges or a point, each of one
+        cell."""
+        region, mesh = self.locate(probe), self.space.mesh
+        beside = self._beside(region, inside)
+        if region.dimension == 3:
+            cells = region.numbers if beside is None else region.numbers[beside[region.numbers]]
+            return [(cells, np.zeros(3), np.eye(3))]
+        if region.dimension == 0:
+            place = locate(self.grouped, np.array(region.point), beside)
+            return [] if place is None else [(np.array([place[0]]), place[1], np.zeros((0, 3)))]
+        flat = region.dimension == 2
+        parts, corners = (mesh.t2f, mesh.refdom.facets) if flat else (mesh.t2e, mesh.refdom.edges)
+        numbers, cells = np.nonzero(np.isin(parts, region.numbers) & (True if beside is None else beside))
+        _, first = np.unique(parts[numbers, cells], return_index=True)
+        numbers, cells = numbers[first], cells[first]
+        patches = []
+        for number in np.unique(numbers):
+            a, *others = mesh.refdom.p[:, list(corners[number])].T
+            sides = np.stack([others[0] - a, others[-1] - a] if flat else [others[0] - a])
+            patches.append((cells[numbers == number], a, sides))
+        return patches
 
-    @abstractmethod
-    def is_flat(self, probe: Any) -> bool:
-        """Whether a probe is a surface."""
+    @cached_property
+    def grouped(self) -> GroupedMesh:
+        """The mesh, as points are looked for in it."""
+        return GroupedMesh(self.space.mesh, {}, {})
+
+    def _beside(self, region: Region, inside: np.ndarray | None) -> np.ndarray | None:
+        """(cells,): those ``inside`` that are in the parts of a region, where it names some."""
+        if not region.parts:
+            return inside
+        return self.parts(region.parts) if inside is None else inside & self.parts(region.parts)
 
 
 @dataclass(frozen=True, eq=False)
 class Boxes(Domain):
-    """A scene of boxes on a grid of bricks."""
+    """A scene of boxes on bricks or tetrahedra, none of which is cut by a plane of the scene."""
 
     scene: Scene
-    space: BrickSpace
 
-    @property
-    def stands_for(self) -> np.ndarray:
-        """(bodies,): what the boxes say."""
-        return np.array([b.stands_for for b in self.scene.boxes])
+    def locate(self, item: Boundary | Probe) -> Region:
+        mesh, names, grid = self.space.mesh, getattr(item, "boxes", ()), connected.coarsest(self.scene)
+        small = np.array([grid.small(d) for d in range(3)])
+        extended = np.subtract(item.upper, item.lower) > small
+        dimension = int(extended.sum())
+        if dimension == 0:
+            return Region(0, np.empty(0, int), point=item.lower, parts=names)
+        corners = mesh.t if dimension == 3 else mesh.facets if dimension == 2 else mesh.edges
+        low, high = ([grid.breaks[d][grid.at(d, c)] for d, c in enumerate(end)] for end in (item.lower, item.upper))
+        within = ((low - small <= mesh.p.T) & (high + small >= mesh.p.T)).all(axis=1)
+        numbers, signs = np.flatnonzero(within[corners].all(axis=0)), None
+        if dimension == 3 and names:
+            numbers = numbers[self.parts(names)[numbers]]
+        if dimension == 2:
+            d = int(np.flatnonzero(~extended)[0])
+            first = mesh.p[d][mesh.t[:, mesh.f2t[0, numbers]]].mean(axis=0)
+            signs = np.where(mesh.p[d][mesh.facets[:, numbers]].mean(axis=0) > first, 1, -1)
+        return Region(dimension, numbers, signs, parts=names)
 
-    def facets(self, item: Boundary | Probe) -> np.ndarray:
-        """The facets on a flat box."""
-        grid, d = self.space.grid, self.space.grid.flat(item.lower, item.upper)
-        on = np.abs(self._middles[d] - grid.breaks[d][grid.at(d, item.lower[d])]) <= grid.small(d)
-        for e in range(3):
-            if e != d:
-                low, high = (grid.breaks[e][i] for i in grid.span(e, item.lower[e], item.upper[e]))
-                on &= (self._middles[e] > low) & (self._middles[e] < high)
-        return np.flatnonzero(on)
+
+@dataclass(frozen=True, eq=False)
+class Groups(Domain):
+    """A scene on the cells of a mesh file with groups."""
+
+    space: MappedSpace
+    placed: Placed
+
+    conditions_first = True
 
     @cached_property
-    def _middles(self) -> np.ndarray:
-        mesh = self.space.mesh
-        return mesh.p[:, mesh.facets].mean(axis=1)
+    def grouped(self) -> GroupedMesh:
+        """The mesh of the file."""
+        return self.placed.mesh
 
-    def directions(self, item: Boundary | Probe) -> np.ndarray:
-        """(facets,): 1 where the first cell is the lower one along the axis."""
-        facets = self.facets(item)
-        middles = self.space.mesh.p[:, self.space.mesh.t[:, self.space.mesh.f2t[0, facets]]].mean(axis=1)
-        return np.where((self._middles[:, facets] - middles).sum(axis=0) > 0, 1, -1)
+    def part(self, name: str) -> np.ndarray:
+        """(cells,): those of a volume group."""
+        return self.placed.part(name)
 
-    def mean(self, probe: Probe, inside: np.ndarray | None = None) -> np.ndarray:
-        """(functions,): what a function adds to the mean over a probe."""
-        if self.space.plain and not probe.boxes:
-            row = self.space.mean(probe.lower, probe.upper)
-            return row if inside is None else np.where(self.space.of(inside), row, 0.0)
-        return self._mean_of_one_side(probe, inside)
-
-    def _mean_of_one_side(self, probe: Probe, inside: np.ndarray | None) -> np.ndarray:
-        """The same where functions jump: each place is read in one of the cells that it is in, if need be of those that
-        matter."""
-        space, mean, whole, taken = self.space, np.zeros(self.space.size), 0.0, np.empty((0, 3))
-        for part in (inside, None) if inside is not None else (None,):
-            for cells, corner, sides in self.patches(probe, part):
-                extended = sides.sum(axis=0)
-                # The interval and a half, the breakpoint, or where between two: what cells beside one another share.
-                places = np.round(space.ijk[:, cells].T + corner + extended / 2, 6)
-                _, first = np.unique(np.concatenate([taken, places]), axis=0, return_index=True)
-                new_cells, taken = cells[first[first >= len(taken)] - len(taken)], np.concatenate([taken, places])
-                points, weights = product_rule(space.p + 1, len(sides))
-                size = np.where(extended[:, None] > 0, space.h[:, new_cells], 1.0).prod(axis=0)
-                whole += float(size.sum())
-                if part is inside:
-                    row = weights @ space.at((corner + points @ sides).T)
-                    np.add.at(mean, space.dofs[:, new_cells], row[:, None] * size)
-        return mean / whole
-
-    def patches(self, probe: Probe, inside: np.ndarray | None = None) -> list[Patch]:
-        """The parts of the cells that a box of any dimension lies in."""
-        space, grid = self.space, self.space.grid
-        chosen = np.ones(space.ijk.shape[1], bool) if inside is None else inside.copy()
-        if probe.boxes:
-            chosen &= self.parts(probe.boxes)
-        corner, sides = np.zeros((3, space.ijk.shape[1])), np.ones(3)
-        for d in range(3):
-            i, j = grid.span(d, probe.lower[d], probe.upper[d])
-            interval = space.ijk[d]
-            if i < j:
-                chosen &= (interval >= i) & (interval < j)
-                continue
-            at = (probe.lower[d] - grid.breaks[d][interval]) / space.h[d]
-            chosen &= (at > -1e-9) & (at < 1 + 1e-9)
-            corner[d], sides[d] = np.clip(at, 0.0, 1.0), 0.0
-        cells = np.flatnonzero(chosen)
-        kinds, kind = np.unique(corner[:, cells], axis=1, return_inverse=True)
-        extended = np.eye(3)[sides > 0]
-        return [(cells[kind.ravel() == k], kinds[:, k], extended) for k in range(kinds.shape[1])]
-
-    def across(self, probe: Probe) -> int:
-        """The axis across a flat box."""
-        return self.space.grid.flat(probe.lower, probe.upper)
-
-    def is_flat(self, probe: Probe) -> bool:
-        """Whether a probe is a flat box."""
-        return sum(a == b for a, b in zip(probe.lower, probe.upper, strict=True)) == 1
-
-
-def heated(scene: Scene, owner: np.ndarray) -> tuple[tuple[Value, np.ndarray], ...]:
-    """The heat sources (W/m3) of boxes with their cells, for the numbers of the boxes that own each (cells,)."""
-    return tuple((b.heat_source, np.flatnonzero(owner == n)) for n, b in enumerate(scene.boxes) if b.heat_source)
+    def locate(self, item: GroupBoundary | GroupProbe) -> Region:
+        name, mesh = item.group or "", self.placed.mesh
+        if isinstance(item, GroupProbe):
+            parts = (item.side,) if item.side else ()
+            if item.at is not None:
+                return Region(0, np.empty(0, int), point=item.at, parts=parts)
+            if item.groups:
+                return Region(3, np.flatnonzero(self.parts(item.groups)), parts=parts)
+            # A potential is read on the surface of this name where not all cells conduct.
+            cells = mesh.volumes.get(name)
+            if cells is not None and (item.quantity != "potential" or self.placed.conducting[cells].all()):
+                return Region(3, cells, parts=parts)
+            return Region(2, mesh.surfaces[name][0], 1 - 2 * mesh.surfaces[name][1], parts=parts)
+        return Region(2, mesh.surfaces[name][0], 1 - 2 * mesh.surfaces[name][1])
 
 
 def boxes(scene: Scene, grid: Grid) -> Boxes:
-    """The domain of a scene of boxes (or of its symmetric part) on a grid."""
-    space = BrickSpace(grid)
-    owner, at = grid.owner, tuple(space.ijk)
-    coarse = connected.coarsest(scene)
+    """Return the domain of a scene of boxes (or of its symmetric part) on a grid."""
+    space, coarse = BrickSpace(grid), connected.coarsest(scene)
+    middles = [(b[1:] + b[:-1])[i] / 2 for b, i in zip(grid.breaks, space.ijk, strict=True)]
+    return _boxes(scene, space, middles, coarse)
 
-    def cells(flags: np.ndarray) -> np.ndarray:
-        return grid.refined(coarse, flags)[at]
 
-    domain = Boxes(
-        scene, space, owner[at], tuple(b.name for b in scene.boxes), tuple(b.material for b in scene.boxes),
-        heated(scene, owner[at]),
-        cells(connected.live(scene)), tuple((cells(part), value) for part, value in connected.still(scene)),
+def box_cells(scene: Scene, mesh: Any, degree: int = 3) -> Boxes:
+    """Return the domain of a scene of boxes on scikit-fem's mesh of `meshes.columns`, or of halves of its cells."""
+    return _boxes(scene, MappedSpace(mesh, degree), list(mesh.p[:, mesh.t].mean(axis=1)), connected.coarsest(scene))
+
+
+def _boxes(scene: Scene, space: Space, middles: list[np.ndarray], coarse: Grid) -> Boxes:
+    """The domain on cells with their ``middles`` (3, cells)."""
+    at = tuple(
+        np.clip(np.searchsorted(b, x, side="right") - 1, 0, len(b) - 2)
+        for b, x in zip(coarse.breaks, middles, strict=True)
+    )
+    owner = coarse.owner[at]
+    sources = tuple((b.heat_source, np.flatnonzero(owner == n)) for n, b in enumerate(scene.boxes) if b.heat_source)
+    return with_contacts(Boxes(
+        scene, space, owner, tuple(b.name for b in scene.boxes), tuple(b.material for b in scene.boxes), sources,
+        connected.live(scene)[at], tuple((cells[at], value) for cells, value in connected.still(scene)),
         connected.anchored(scene),
-    )  # fmt: skip
-    return with_contacts(domain)
+    ))  # fmt: skip
+
+
+def groups(placed: Placed, degree: int = 3) -> Groups:
+    """Return the domain of a scene on its mesh, with tetrahedra of a degree."""
+    scene, mesh = placed.scene, placed.mesh
+    return with_contacts(Groups(
+        scene, MappedSpace(mesh.mesh, degree), placed.body, tuple(m.name for m in placed.materials),
+        tuple(placed.materials), tuple((s.heat_source, mesh.volumes[s.group]) for s in scene.sources),
+        placed.live, placed.still, placed.anchored, placed,
+    ))  # fmt: skip
 
 
 def with_contacts(domain: D) -> D:

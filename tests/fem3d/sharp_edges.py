@@ -5,13 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from fem3d.spaces import edge_exponents
-from fem3d.spaces.box_cells import BoxCells, box_cells
-from fem3d.spaces.domain import Domain
+from fem3d.spaces.domain import Boxes, Domain, box_cells
 from meshes.columns import Columns
 from scenes.model import Scene
 
 
-def halved(scene: Scene) -> BoxCells:
+def halved(scene: Scene) -> Boxes:
     """A scene on tetrahedra that are halved along each axis, as if no edge were sharp."""
     columns = Columns.of(scene)
     mesh = columns.mesh

@@ -16,8 +16,7 @@ from fem3d.problems import conductors
 from fem3d.problems.assembly import assemble
 from fem3d.runs.scene import solve
 from fem3d.runs.sensitivities import of_scene
-from fem3d.spaces.box_cells import box_cells
-from fem3d.spaces.file_domain import groups
+from fem3d.spaces.domain import box_cells, groups
 from meshes.columns import Columns
 from meshes.grouped.check import check as placed
 from meshes.grouped.read import read

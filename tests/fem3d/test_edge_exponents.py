@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from fem3d.runs.scene import solve
 from fem3d.spaces import edge_exponents
-from fem3d.spaces.box_cells import box_cells
+from fem3d.spaces.domain import box_cells
 from fem3d.spaces.mapped import MappedSpace
 from meshes.columns import Columns
 from meshes.singular import exponent

@@ -15,7 +15,6 @@ from scenes.sink import SILICON
 from tests.fem3d import grid_of
 
 BOX = Box("box", SILICON, (0.0, 0.0, 0.0), (2.0, 1.0, 1.0))
-SCENE = Scene("box", (BOX,), (), ())
 PROBES = [
     Probe("volume", BOX.lower, BOX.upper),
     Probe("half", (1.0, 0.0, 0.0), (2.0, 1.0, 1.0)),
@@ -23,6 +22,7 @@ PROBES = [
     Probe("line", (0.0, 1.0, 1.0), (2.0, 1.0, 1.0)),
     Probe("point", (0.37, 0.21, 0.8), (0.37, 0.21, 0.8)),
 ]
+SCENE = Scene("box", (BOX,), (), tuple(PROBES))
 
 
 def domain(degree):
@@ -59,7 +59,6 @@ def test_extremes_are_those_of_a_dense_sampling_within_their_doubt(degree, probe
         values, left = Extreme(own.space, own.patches(probe), sign)(fields, np.eye(12))
         sampled = np.array([sign * (sign * found).max() for found in everywhere])
         size = np.abs(sampled).max()
-        # Of three tops of nearly one height within one cell the search knows two: 2e-5 was found.
         assert (sign * (values - sampled) >= -left - 1e-4 * size).all()
         assert (sign * (values - sampled) <= 2e-3 * size).all()
         assert (left <= 2e-3 * size).all()
@@ -81,7 +80,7 @@ def test_a_search_that_knows_one_top_of_a_cell_misses_the_other(monkeypatch):
         return max(missed(probe, sign) for probe in PROBES[:4] for sign in (1.0, -1.0))
 
     assert worst() < 1e-4
-    monkeypatch.setattr(extreme, "APART", 1.0)
+    monkeypatch.setattr(extreme, "CANDIDATES", 1)
     assert worst() > 1e-3
 
 
