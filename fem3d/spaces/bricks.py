@@ -18,13 +18,12 @@ from skfem.refdom import RefHex
 
 from fem3d.spaces import varying as coefficient
 from fem3d.spaces.cut import Boxes, Cut
-from fem3d.spaces.element import Degrees, ElementHexTrunk, active, factors, gauss, heights, line, local, modes
+from fem3d.spaces.element import Degrees, ElementHexTrunk, active, gauss, heights, line, local, modes
 from fem3d.spaces.entities import entities
 from fem3d.spaces.integrals import Space, halves
 from fem3d.spaces.quadrature import Rule, Side, rule, side
 from meshes import edgewise
 from meshes.grid import Grid
-from scenes.model import Point
 
 
 class BrickSpace(Space):
@@ -216,29 +215,6 @@ class BrickSpace(Space):
         high = heights(self.p)
         tops = (v[self.dofs[:8]].max(axis=0) + high @ abs(v[self.dofs[8:]]) for v in u.reshape(-1, self.size))
         return float(max(top.max() for top in tops))
-
-    def mean(self, lower: Point, upper: Point) -> np.ndarray:
-        """(functions,): what each adds to the mean over a point, a line, a flat box or a box inside the solid, the
-        last three with corners on breakpoints."""
-        mean = np.ones(self.size)
-        for d in range(3):
-            breaks = self.grid.breaks[d]
-            i, j = self.grid.span(d, lower[d], upper[d])
-            if i == j:
-                row = self._table(d, np.array([lower[d]]), False).toarray()[0]
-            else:
-                row, h = np.zeros(self._count(d)), np.diff(breaks) / (upper[d] - lower[d])
-                one = factors(self.p).integral
-                for n in range(i, j):
-                    row[n : n + 2] += h[n] * one[:2]
-                    row[self._bubbles(d, n)] = h[n] * one[2:]
-            mean *= row[self._factors[0][d]]
-        return mean
-
-    @property
-    def torn_planes(self) -> list[tuple[int, ...]]:
-        """Per axis the numbers of the breakpoints at which functions jump."""
-        return [tuple(np.flatnonzero(below != above).tolist()) for below, above in self._at_breaks]
 
     @cached_property
     def _at_breaks(self) -> list[tuple[np.ndarray, np.ndarray]]:

@@ -386,14 +386,6 @@ class Faces:
             normals += np.stack([cells.load(n, power=2) for n in normal], axis=1)
         return normals
 
-    def along(self, stretch: np.ndarray) -> np.ndarray:
-        """(facets,): how the logarithm of the area of each, across an axis, changes with those of the cells' sides (3,
-        cells)."""
-        changes = np.empty(len(self.cells))
-        for at, _, normal in self.sides:
-            changes[at] = ((1 - normal[..., 0] ** 2) * stretch[:, self.cells[at]]).sum(axis=0)
-        return changes
-
 
 def summed(entries: list[np.ndarray], size: int) -> csc_array:
     """(size, size): the matrix of `Cells.entries`."""

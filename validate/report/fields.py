@@ -36,8 +36,8 @@ def write_fields(
     Returns the names of the files.
 
     Cells are triquadratic hexahedra (27 points), as many along a brick as half of its degree, or those of the mesh, of
-    second order. fem3d.pvd states their largest distance from the finite-element temperature. ``ARRAYS``
-    has the names of the arrays. Point data: temperature, rise above ``ambient`` (K), potential (not a number where no current flows)
+    second order. fem3d.pvd states their largest distance from the finite-element temperature. ``ARRAYS`` has the names
+    of the arrays. Point data: temperature, rise above ``ambient`` (K), potential (not a number where no current flows)
     and, with a ``reduction``, its rise painted on the same points and by how much that is above 3D. Cell data: the
     number of the material, current density and heat source, means over each cell. Field data: "material_<name>", its
     number. The collections hold the times; without any they hold the steady state.
