@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, fields, is_dataclass
 from numbers import Real
-from typing import Any
+from typing import Any, NamedTuple
 
 from scenes.errors import SceneError, did_you_mean, quoted
 from scenes.expressions import is_expression
@@ -23,6 +23,15 @@ MOST_TIMES = 10_000  # output times: each is a row of traces.csv
 UNITS_OF_LENGTH = (1e-12, 1e6)  # m, of a mesh file: from a picometre to a thousand kilometres
 
 _MEMORY = re.compile(r"\s*(\d+\.?\d*(?:e\+?\d+)?)\s*(kB|MB|GB|TB)?\s*", re.ASCII)
+
+
+class Part(NamedTuple):
+    """A number in a value: the end of its key, its SI value and kind, and the value with this number times a factor."""
+
+    end: str
+    number: float
+    quantity: Quantity
+    times: Callable[[float], Any]
 
 
 class Kind:
@@ -46,6 +55,10 @@ class Kind:
     def show(self, value: Any) -> str:
         """Return the value as text."""
         return str(self.write(value))
+
+    def numbers(self, value: Any) -> Iterator[Part]:
+        """Yield the numbers in a value by which a scene can be varied."""
+        return iter(())
 
     def refusal(self, path: str, given: object, fault: str) -> SceneError:
         """Return the error for a value with a fault."""
@@ -105,6 +118,10 @@ class Quantity(Kind):
 
     def show(self, value: Any) -> str:
         return self.word or "" if value is None else self.dimension.show(value)
+
+    def numbers(self, value: Any) -> Iterator[Part]:
+        if value is not None:
+            yield Part("", value, self, lambda factor: factor * value)
 
     def _number(self, given: object) -> tuple[float, str]:
         """The SI value and its fault, one of the two being empty."""

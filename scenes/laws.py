@@ -5,8 +5,8 @@ A *property* is a number, a law, or three of these along x, y and z (anisotropic
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Any
 
 Property = Any
@@ -156,38 +156,3 @@ def varies(given: Property) -> bool:
 def is_plain(given: Property) -> bool:
     """Whether a property is one number, or nothing."""
     return not isinstance(given, (Law, tuple))
-
-
-def numbers(given: Property) -> Iterator[tuple[str, float, Callable[[float], Property]]]:
-    """The numbers that a property is varied by: what each is called behind its key, its value, and what makes the
-    property with it some times as large. A law is one as a whole (a power by its value, a table by its largest), its
-    exponent another; of three along the axes each has its own."""
-    if isinstance(given, tuple):
-        for d, each in enumerate(given):
-            for name, value, times in numbers(each):
-                yield f"[{'xyz'[d]}]{name}", value, _along(given, d, times)
-    elif isinstance(given, PowerLaw):
-        yield "", given.value, lambda factor: replace(given, value=factor * given.value)
-        yield ".exponent", given.exponent, lambda factor: replace(given, exponent=factor * given.exponent)
-    elif isinstance(given, Table):
-        yield "", max(given.values), lambda factor: replace(given, values=tuple(factor * v for v in given.values))
-    else:
-        yield "", given, lambda factor: factor * given
-
-
-def in_proportion(given: Property) -> Iterator[tuple[str, float, Callable[[float], Property]]]:
-    """`numbers`, but of power laws along x, y and z that are proportional: these have one exponent."""
-    if not isinstance(given, tuple):
-        yield from numbers(given)
-        return
-    yield from (number for number in numbers(given) if not number[0].endswith(".exponent"))
-    powers = [each for each in given if isinstance(each, PowerLaw)]
-    if powers:
-        exponent = powers[0].exponent
-        yield ".exponent", exponent, lambda factor: tuple(replace(each, exponent=factor * exponent) for each in powers)
-
-
-def _along(
-    given: tuple[Property, ...], axis: int, times: Callable[[float], Property]
-) -> Callable[[float], tuple[Property, ...]]:
-    return lambda factor: (*given[:axis], times(factor), *given[axis + 1 :])

@@ -17,14 +17,14 @@ from operator import attrgetter
 from typing import Any, TypeVar
 
 from scenes import laws, physics
-from scenes.free.tables import CURRENT_CONTACT, HEAT_CONTACT, HEAT_SOURCE, LISTS, SERIES
-from scenes.functions import Surroundings, number_of
+from scenes.free.tables import CURRENT_CONTACT, LISTS
+from scenes.functions import ContactResistance
 from scenes.keys import TYPES, type_of
 from scenes.kinds import KELVIN, Quantity
-from scenes.model import ROUNDING, AnyScene, Material, Scene, Schedule, Value, values
+from scenes.model import ROUNDING, AnyScene, Scene
 from scenes.parameters import SECTION, Parameters, transferred
-from scenes.schema import CONDUCTIVITY, label_of, twin
-from scenes.units import LENGTH, NUMBER, dimension_of
+from scenes.schema import CONDUCTIVITY, Item, Schema, label_of
+from scenes.units import LENGTH, dimension_of
 
 T = TypeVar("T")
 Change = Callable[[float], Any]
@@ -33,10 +33,7 @@ SETTINGS = ("run.", "control.", "external.step_time")
 """Keys that say how a scene is run, which nobody measures."""
 MEANT = {"oxide_offset": "anchor_distance"}
 """Attributes that may be a word, and the property with the number that the word stands for."""
-EXPONENT = ".exponent"
-"""The end of the keys of exponents."""
 _SIZE = Quantity(LENGTH, 0.0, 1e4)
-_POWER = Quantity(NUMBER, 0.0, inf, signed=True)
 
 
 def is_free(scene: object) -> bool:
@@ -183,8 +180,8 @@ def _of_parametric(scene: Any) -> dict[str, Number]:
     schema, numbers = type_of(scene).schema, dict[str, Number]()
     written = schema.write(scene)
     for path, key in schema.paths.items():
-        kind, value = number_of(key.kind), _value(scene, key.attribute)
-        if kind is None or value is None or not key.physical or path not in written:
+        value = _value(scene, key.attribute)
+        if value is None or not key.physical or path not in written:
             continue
         if path.startswith((*SETTINGS, *getattr(scene, "sink", scene).absent)):
             continue
@@ -192,12 +189,12 @@ def _of_parametric(scene: Any) -> dict[str, Number]:
             resistivity = attrgetter(key.attribute.rpartition(".")[0])(scene).resistivity
             if resistivity is None or laws.varies(resistivity):
                 continue
-        for name, number, times in laws.numbers(value):
+        for end, number, quantity, times in key.kind.numbers(value):
 
             def more(part: float, path: str = path, times: Callable[[float], Any] = times) -> Any:
                 return schema.apply({path: times(1 + part)}, scene)
 
-            numbers[path + name] = Number(float(number), _POWER if name.endswith(EXPONENT) else kind, more)
+            numbers[path + end] = Number(float(number), quantity, more)
     return numbers
 
 
@@ -212,116 +209,71 @@ def _value(scene: object, attribute: str) -> Any:
 
 def of_free(scene: AnyScene) -> dict[str, Number]:
     """Return the numbers of a free scene by their keys, zeros among them."""
-    by_key = dict([*_materials(scene), *_conditions(scene), *_contacts_and_sources(scene)])
+    document = _read(scene)
+    start = document.build(document.values)
+    numbers = dict[str, Number]()
+    for table in ("material", "boundary", "contact", scene.heated[0]):
+        kinds = document.schema.lists[table]
+        for n, item in enumerate(document.values.get(table, ())):
+            for key, value in item.values.items():
+                kind = kinds[key]
+                if table == "material" and not _matters(scene, item, key):
+                    continue
+                if key == "contact_resistance" and {"voltage", "current"} & set(item.values):
+                    kind = ContactResistance((CURRENT_CONTACT,))
+                for end, number, quantity, times in kind.numbers(value):
+
+                    def more(
+                        part: float, at: tuple[str, int, str] = (table, n, key), times: Callable[[float], Any] = times
+                    ) -> Any:
+                        changed = transferred(scene, start, document.build(document.changed(*at, times(1 + part))))
+                        return replace(changed, parameters=scene.parameters)
+
+                    numbers[f"{table}.{item.name}.{key}{end}"] = Number(float(number), quantity, more)
     if isinstance(scene, Scene):
-        by_key |= dict(_planes(scene))
+        numbers |= dict(_planes(scene))
     if not scene.steady or not physics.heat(scene):
-        start = scene.initial_temperature
-        by_key["scene.initial_temperature"] = Number(
-            start, KELVIN, lambda part: replace(scene, initial_temperature=start * (1 + part))
+        initial = scene.initial_temperature
+        numbers["scene.initial_temperature"] = Number(
+            initial, KELVIN, lambda part: replace(scene, initial_temperature=initial * (1 + part))
         )
-    return by_key
+    return numbers
 
 
-def _times(value: Value, factor: float) -> Value:
-    if isinstance(value, Schedule):
-        return Schedule(value.times, tuple(factor * v for v in value.values))
-    return factor * value
+def _matters(scene: AnyScene, material: Item, key: str) -> bool:
+    """Whether the physics of the scene needs a property of a material."""
+    if key in ("temperature_coefficient", "reference_temperature", "resistivity", CONDUCTIVITY):
+        warms = key != "reference_temperature" or bool(material.values["temperature_coefficient"])
+        return physics.electric(scene) and warms
+    return key in physics.needed(scene)
 
 
-def _largest(value: Value) -> float:
-    return max(values(value), key=abs)
+@dataclass(frozen=True)
+class _Document:
+    """The values of a free scene's file and the function that builds the scene of such values, unchecked."""
+
+    schema: Schema
+    values: dict[str, Any]
+    build: Callable[[Mapping[str, Any]], AnyScene]
+
+    def changed(self, table: str, number: int, key: str, value: Any) -> dict[str, Any]:
+        """Return the values with another one for a key of an item."""
+        items = list(self.values[table])
+        items[number] = replace(items[number], values={**items[number].values, key: value})
+        return {**self.values, table: tuple(items)}
 
 
-def _changing(scene: Any, items: str, chosen: Callable[[Any], bool], **makers: Callable[[float], Any]) -> Change:
-    """The function that makes the scene in which attributes of some items differ by a part."""
+def _read(scene: AnyScene) -> _Document:
+    """Read a free scene back from its own document."""
+    from scenes import free
+    from scenes.free import document
 
-    def more(part: float) -> Any:
-        changes = {name: make(part) for name, make in makers.items()}
-        return replace(
-            scene, **{items: tuple(replace(i, **changes) if chosen(i) else i for i in getattr(scene, items))}
-        )
-
-    return more
-
-
-def _scaled(scene: Any, items: str, item: Any, name: str, kind: Any) -> Number:
-    """The number of an attribute of one item, all of whose values change together."""
-    value = getattr(item, name)
-    more = _changing(scene, items, lambda i: i is item, **{name: lambda part: _times(value, 1 + part)})
-    return Number(_largest(value), kind, more)
-
-
-def _materials(scene: AnyScene) -> Iterator[tuple[str, Number]]:
-    """The properties of each material that the physics of the scene needs."""
-    for material in dict.fromkeys(physics.materials(scene)):
-        keys = list(physics.needed(scene))
-        if physics.electric(scene) and material.resistivity is not None:
-            keys.append("resistivity" if material.electrical_conductivity is None else CONDUCTIVITY)
-            keys += [] if laws.varies(material.resistivity) else ["temperature_coefficient"]
-            keys += ["reference_temperature"] if material.temperature_coefficient else []
-        for key in keys:
-            given = getattr(material, key)
-            for name, value, times in laws.in_proportion(given) if twin(key) else laws.numbers(given):
-                kind: Any = _POWER if name.endswith(EXPONENT) else number_of(LISTS["material"][key])
-                more = _with_material(scene, material, key, times)
-                yield f"material.{material.name}.{key}{name}", Number(float(value), kind, more)
-
-
-def _with_material(scene: AnyScene, material: Material, key: str, times: Callable[[float], Any]) -> Change:
-    def changed(part: float) -> Material:
-        value = times(1 + part)
-        return replace(material, **({key: value} | ({twin(key): laws.inverse(value)} if key == CONDUCTIVITY else {})))
-
-    return _changing(scene, scene.parts, lambda each: each.material == material, material=changed)
-
-
-def _conditions(scene: AnyScene) -> Iterator[tuple[str, Number]]:
-    boundaries: tuple[Any, ...] = scene.boundaries
-    for b in boundaries:
-        owner, kind = f"boundary.{b.name}", LISTS["boundary"][b.key]
-        resistance = b.contact_resistance
-        if resistance:
-            per_area = CURRENT_CONTACT if b.kind == "voltage" else HEAT_CONTACT
-            yield f"{owner}.contact_resistance", Number(resistance, per_area, _with_contact(scene, b))
-        if b.kind == "convection" and resistance:
-            yield f"{owner}.{b.key}", _scaled(scene, "boundaries", b, "ambient", KELVIN)
-            continue
-        key, quantity = f"{owner}.{b.key}", number_of(kind) or kind.quantity  # type: ignore[attr-defined]
-        if isinstance(kind, Surroundings):
-            yield f"{key}.ambient", _scaled(scene, "boundaries", b, "ambient", KELVIN)
-            key = f"{key}.{kind.name}"
-        if laws.varies(b.value):
-            for name, value, times in laws.numbers(b.value):
-                kind_of_number = _POWER if name.endswith(EXPONENT) else quantity
-                yield key + name, Number(value, kind_of_number, _with_law(scene, b, times))
-        else:
-            yield key, _scaled(scene, "boundaries", b, "value", quantity)
-        if 0 < b.series_resistance < inf:
-            yield f"{owner}.series_resistance", _scaled(scene, "boundaries", b, "series_resistance", SERIES)
-
-
-def _with_contact(scene: AnyScene, boundary: Any) -> Change:
-    resistance = boundary.contact_resistance
-    makers: dict[str, Change] = {"contact_resistance": lambda part: resistance * (1 + part)}
-    if boundary.kind == "convection":
-        makers["value"] = lambda part: 1 / (resistance * (1 + part))
-    return _changing(scene, "boundaries", lambda i: i is boundary, **makers)
-
-
-def _with_law(scene: AnyScene, boundary: Any, times: Callable[[float], Any]) -> Change:
-    return _changing(scene, "boundaries", lambda i: i is boundary, value=lambda part: times(1 + part))
-
-
-def _contacts_and_sources(scene: AnyScene) -> Iterator[tuple[str, Number]]:
-    for contact in scene.contacts:
-        for key, kind in (("thermal_resistance", HEAT_CONTACT), ("electrical_resistance", CURRENT_CONTACT)):
-            yield f"contact.{contact.name}.{key}", _scaled(scene, "contacts", contact, key, kind)
-    table, items = scene.heated
-    for item in getattr(scene, items):
-        if _largest(item.heat_source):
-            source = _scaled(scene, items, item, "heat_source", HEAT_SOURCE.quantity)
-            yield f"{table}.{item.name}.heat_source", source
+    schema, folder = free.schema_of_scene(scene), getattr(scene, "folder", "")
+    given = {name: table for name, table in free.as_dict(scene).items() if name != SECTION}
+    build = document.of_boxes if isinstance(scene, Scene) else document.on_mesh
+    return _Document(
+        schema, schema.read(schema.flatten(given)), lambda values: build(values, scene.name, folder)
+    )  # fmt: skip
 
 
 def _planes_of(scene: Any) -> Iterator[tuple[str, list[str]]]:

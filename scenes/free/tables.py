@@ -50,8 +50,8 @@ HEAT_CONTACT = k.Quantity(d.THERMAL_CONTACT, 1e-12, 1e6, note=_PERFECT)
 CURRENT_CONTACT = k.Quantity(d.ELECTRICAL_CONTACT, 1e-18, 1e6, note=_PERFECT)
 CONTACT_RESISTANCE = ck.ContactResistance((HEAT_CONTACT, CURRENT_CONTACT))
 """The key beside a boundary's temperature or voltage."""
-RESISTIVITY = Following(k.Quantity(d.RESISTIVITY, 1e-12, 1e9, word="insulator"), axes=True)
-CONDUCTIVITY = Following(k.Quantity(d.ELECTRICAL_CONDUCTIVITY, 1e-9, 1e12), axes=True)
+RESISTIVITY = Following(k.Quantity(d.RESISTIVITY, 1e-12, 1e9, word="insulator"), axes=True, proportional=True)
+CONDUCTIVITY = Following(k.Quantity(d.ELECTRICAL_CONDUCTIVITY, 1e-9, 1e12), axes=True, proportional=True)
 HEAT_SOURCE = ck.Varying(k.Quantity(d.HEAT_SOURCE, 0.0, 1e20, signed=True))
 
 
