@@ -14,7 +14,7 @@ from scenes import units as d
 from scenes.checks import DEVICE_CHECKS, SLOPE_TOLERANCES, Differing, tolerances
 from scenes.device import Device
 from scenes.functions import Following
-from scenes.kinds import NAME, Choice, Count, Insulator, Kind, Numbers, Quantity, Switch
+from scenes.kinds import NAME, SWITCH, Choice, Count, Insulator, Kind, Numbers, Quantity
 from scenes.schema import Key, Schema
 from scenes.sink import Sink
 
@@ -117,7 +117,7 @@ _DEVICE = Schema((
     *_material("pdms", INSULATOR),
     *_section(
         "control", "control.", sample_time=Quantity(d.TIME, 1e-6, 100.0), sink_gain=GAIN, sensor_gain=GAIN,
-        set_temperature=TEMPERATURE, allow_negative_voltage=Switch(),
+        set_temperature=TEMPERATURE, allow_negative_voltage=SWITCH,
         ground_resistance=Quantity(d.RESISTANCE, 0.0, 1e3),
     ),
     *_section(

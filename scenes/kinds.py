@@ -20,7 +20,6 @@ from scenes.parameters import quantity
 from scenes.units import LENGTH, PLAIN, TEMPERATURE, TIME, Dimension, UnitError, called, meant, parse_quantity
 
 MOST_TIMES = 10_000  # output times: each is a row of traces.csv
-UNITS_OF_LENGTH = (1e-12, 1e6)  # m, of a mesh file: from a picometre to a thousand kilometres
 
 _MEMORY = re.compile(r"\s*(\d+\.?\d*(?:e\+?\d+)?)\s*(kB|MB|GB|TB)?\s*", re.ASCII)
 
@@ -173,25 +172,6 @@ class Count(Kind):
 
 
 @dataclass(frozen=True)
-class Memory(Kind):
-    """A size of memory in bytes: a number, or text such as "8 GB"."""
-
-    @property
-    def form(self) -> str:
-        return 'a number of bytes or text such as "8 GB"'
-
-    def read(self, path: str, given: object) -> float:
-        match = _MEMORY.fullmatch(str(given))
-        size = float(match[1]) * 1e3 ** ["", "kB", "MB", "GB", "TB"].index(match[2] or "") if match else math.nan
-        if isinstance(given, bool) or not 1e8 <= size <= 1e15:
-            raise SceneError(f"{path} = {quoted(given)} is no size of memory: give {self.form}, at least 0.1 GB")
-        return size
-
-    def show(self, value: Any) -> str:
-        return "" if value is None else f"{value / 1e9:g} GB"
-
-
-@dataclass(frozen=True)
 class Insulator(Quantity):
     """A resistivity that is checked and then left out, for a material that the model takes for an insulator."""
 
@@ -217,65 +197,95 @@ class Choice(Kind):
 
 
 @dataclass(frozen=True)
-class Switch(Kind):
-    """True or false."""
+class Converted(Kind):
+    """A value that a function makes of the content of a file, ``None`` where this is unfit; ``fault`` refuses it."""
 
-    form = "true or false"
-
-    def read(self, path: str, given: object) -> bool:
-        if isinstance(given, bool):
-            return given
-        raise self.refusal(path, given, "is neither true nor false")
-
-    def show(self, value: Any) -> str:
-        return str(value).lower()
-
-
-@dataclass(frozen=True)
-class Text(Kind):
-    """A text of a ``pattern`` (a regular expression), with the end of the sentence that refuses any other."""
-
-    pattern: str
-    fault: str
     description: str
-    longest: int = 60
+    fault: str
+    convert: Callable[[Any], Any]
+    shown: Callable[[Any], str] = str
 
     @property
     def form(self) -> str:
         return self.description
 
-    def read(self, path: str, given: object) -> str:
-        if isinstance(given, str) and len(given) <= self.longest and re.fullmatch(self.pattern, given):
-            return given
-        raise self.refusal(path, given, self.fault)
+    def read(self, path: str, given: object) -> Any:
+        value = self.convert(given)
+        if value is None:
+            raise self.refusal(path, given, self.fault)
+        return value
+
+    def show(self, value: Any) -> str:
+        return "" if value is None else self.shown(value)
 
 
-_SHORT = "with a letter or digit at either end"
-NAME = Text(
-    r"\w([\w .-]*\w)?", "cannot name a results folder",
-    f"text of 1 to 60 letters, digits, spaces, dots, - and _, {_SHORT}",
+def _matching(pattern: str, longest: int = 60) -> Callable[[Any], str | None]:
+    """Return the function that accepts texts of a regular expression."""
+    return lambda given: (
+        given if isinstance(given, str) and len(given) <= longest and re.fullmatch(pattern, given) else None
+    )
+
+
+def _bytes(given: Any) -> float | None:
+    match = _MEMORY.fullmatch(str(given))
+    size = float(match[1]) * 1e3 ** ["", "kB", "MB", "GB", "TB"].index(match[2] or "") if match else 0.0
+    return size if 1e8 <= size <= 1e15 and not isinstance(given, bool) else None
+
+
+def _number_or_text(given: Any) -> float | str | None:
+    if isinstance(given, str):
+        return given if given.strip() else None
+    number = isinstance(given, Real) and not isinstance(given, bool) and math.isfinite(given)
+    return float(given) if number else None
+
+
+def _group(given: Any) -> str | None:
+    whole = isinstance(given, int) and not isinstance(given, bool)
+    return str(given) if whole or (isinstance(given, str) and given.strip()) else None
+
+
+def _metres(given: Any) -> float | None:
+    try:
+        if isinstance(given, str):
+            value, unit = parse_quantity(given if given[:1].isdigit() else f"1 {given}")
+            value = value if unit is None or unit.powers == LENGTH.powers else 0.0
+        else:
+            value = 0.0 if isinstance(given, bool) else float(given)
+    except (UnitError, TypeError, ValueError):
+        return None
+    # From a picometre to a thousand kilometres.
+    return value if 1e-12 <= value <= 1e6 else None
+
+
+_ENDS = "with a letter or digit at either end"
+NAME = Converted(
+    f"text of 1 to 60 letters, digits, spaces, dots, - and _, {_ENDS}", "cannot name a results folder",
+    _matching(r"\w([\w .-]*\w)?"),
 )  # fmt: skip
 """The name of a scene, safe in a folder's name."""
-LABEL = Text(
-    r"\w([\w .+-]*\w)?", "is not a name", f"text of 1 to 60 letters, digits, spaces, dots, +, - and _, {_SHORT}"
-)
+LABEL = Converted(
+    f"text of 1 to 60 letters, digits, spaces, dots, +, - and _, {_ENDS}", "is not a name",
+    _matching(r"\w([\w .+-]*\w)?"),
+)  # fmt: skip
 """The name of a part, used by messages, overrides and columns."""
-MODEL_FILE = Text(r"[ -~\u00a0-\uffff]*\S[ -~\u00a0-\uffff]*", "is no text of one line", "a line of text", 4096)
-MESH_FILE = Text(r"[^\0]*[^\0\s][^\0]*", "is no path of a mesh", 'one such as "chip.msh"', longest=4096)
-
-
-@dataclass(frozen=True)
-class NumberOrText(Kind):
-    """A finite number, or a text that the user of the value reads."""
-
-    form = 'a number, or text such as "2 um"'
-
-    def read(self, path: str, given: object) -> float | str:
-        if isinstance(given, str) and given.strip():
-            return given
-        if isinstance(given, bool) or not isinstance(given, Real) or not math.isfinite(given):
-            raise self.refusal(path, given, "is not a value")
-        return float(given)
+MODEL_FILE = Converted(
+    "a line of text", "is no text of one line", _matching(r"[ -~\u00a0-\uffff]*\S[ -~\u00a0-\uffff]*", 4096)
+)
+MESH_FILE = Converted('one such as "chip.msh"', "is no path of a mesh", _matching(r"[^\0]*[^\0\s][^\0]*", 4096))
+SWITCH = Converted(
+    "true or false", "is neither true nor false", lambda given: given if isinstance(given, bool) else None,
+    lambda value: str(value).lower(),
+)  # fmt: skip
+MEMORY = Converted(
+    'a number of bytes or text such as "8 GB", at least 0.1 GB', "is no size of memory", _bytes,
+    lambda value: f"{value / 1e9:g} GB",
+)  # fmt: skip
+NUMBER_OR_TEXT = Converted('a number, or text such as "2 um"', "is not a value", _number_or_text)
+"""A finite number, or a text that the user of the value reads."""
+GROUP = Converted("its name, or its number where it has none", "is not a group", _group)
+"""The name of a group of a mesh, or the number of one that has no name."""
+LENGTH_UNIT = Converted('"um", "mm" or 1e-6', "is not a unit of length", _metres)
+"""The unit (m) of a file's coordinates."""
 
 
 @dataclass(frozen=True)
@@ -350,41 +360,8 @@ class Instants(Items):
         return tuple(sorted(set(super().read(path, given))))
 
 
-@dataclass(frozen=True)
-class GroupName(Kind):
-    """The name of a group of a mesh, or the number of one that has no name."""
-
-    form = "its name, or its number where it has none"
-
-    def read(self, path: str, given: object) -> str:
-        if isinstance(given, int) and not isinstance(given, bool):
-            return str(given)
-        if isinstance(given, str) and given.strip():
-            return given
-        raise self.refusal(path, given, "is not a group")
-
-
-@dataclass(frozen=True)
-class LengthUnit(Kind):
-    """The unit of a file's coordinates: "um", or the length in m."""
-
-    form = '"um", "mm" or 1e-6'
-
-    def read(self, path: str, given: object) -> float:
-        text = f"1 {given}" if isinstance(given, str) and not given[:1].isdigit() else given
-        try:
-            value, unit = parse_quantity(text) if isinstance(text, str) else (float(text), None)  # type: ignore[arg-type]
-        except (UnitError, TypeError, ValueError):
-            value, unit = 0.0, None
-        fine = unit is None or unit.powers == LENGTH.powers
-        if isinstance(given, bool) or not fine or not UNITS_OF_LENGTH[0] <= value <= UNITS_OF_LENGTH[1]:
-            raise self.refusal(path, given, "is not a unit of length")
-        return value
-
-
 INSTANT = Quantity(TIME, 0.0, 1e9)
 KELVIN = Quantity(TEMPERATURE, 0.0, 1e6)
-GROUP = GroupName()
 OUTPUT_TIMES = Instants(INSTANT, "times", '[0.1, "200 ms"]')
 
 

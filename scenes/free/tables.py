@@ -55,17 +55,17 @@ CONDUCTIVITY = Following(k.Quantity(d.ELECTRICAL_CONDUCTIVITY, 1e-9, 1e12), axes
 HEAT_SOURCE = ck.Varying(k.Quantity(d.HEAT_SOURCE, 0.0, 1e20, signed=True))
 
 
-_NAMED = k.Numbers(k.NumberOrText(), (), "parameter", 'a table such as {R0 = "300 ohm"}')
+_NAMED = k.Numbers(k.NUMBER_OR_TEXT, (), "parameter", 'a table such as {R0 = "300 ohm"}')
 _NAMED_TEXTS = k.Numbers(k.MODEL_FILE, (), "probe", 'a table such as {middle = "v(mid)"}')
 
 _SCENE_AND_RUN = (
     Key("scene.name", "name", k.NAME),
     Key("scene.initial_temperature", "initial_temperature", k.KELVIN),
-    Key("run.steady", "steady", k.Switch()),
+    Key("run.steady", "steady", k.SWITCH),
     Key("run.end_time", "end_time", k.Quantity(d.TIME, 1e-12, 1e9)),
     Key("run.output_times", "output_times", k.OUTPUT_TIMES),
     Key("run.accuracy", "accuracy", ACCURACY),
-    Key("run.memory", "memory", k.Memory(), physical=False),
+    Key("run.memory", "memory", k.MEMORY, physical=False),
     Key("model.file", "model.file", k.MODEL_FILE, physical=False),
     Key("model.parameters", "model.parameters", _NAMED, physical=False),
     Key("model.outputs", "model.outputs", _NAMED_TEXTS, physical=False),
@@ -137,7 +137,7 @@ BOXES = Schema(
 
 _OF_BOXES = ("lower", "upper", "box", "boxes")
 ON_MESH = Schema(
-    (*_SCENE_AND_RUN, Key("mesh.file", "file", k.MESH_FILE), Key("mesh.unit", "unit", k.LengthUnit())),
+    (*_SCENE_AND_RUN, Key("mesh.file", "file", k.MESH_FILE), Key("mesh.unit", "unit", k.LENGTH_UNIT)),
     {
         "material": {**LISTS["material"], "groups": k.Items(k.GROUP, "groups", '["silicon"]')},
         "source": {"name": k.LABEL, "group": k.GROUP, "heat_source": HEAT_SOURCE},
