@@ -1,14 +1,12 @@
 """Expressions of quantities: "w/2", "L - 2*w", "max(2 um, h + gap)".
 
-Python's own parser makes a syntax tree, of which only sums, products, powers, signs, names and three functions are
-evaluated; no text is ever run as code. Units are checked: only like quantities are added or compared. Numbers are exact
-fractions but for roots, so that "2 um + 0.5 um" is the very double that "2.5 um" is, and faces that are meant to lie in
-one plane do.
+The grammar has sums, products, powers, signs, brackets, names, numbers with units, and three functions. Units are
+checked: only like quantities are added or compared. Numbers are exact fractions but for roots, so that
+"2 um + 0.5 um" is the very double that "2.5 um" is, and faces that are meant to lie in one plane do.
 """
 
 from __future__ import annotations
 
-import ast
 import math
 import re
 from collections.abc import Mapping
@@ -21,14 +19,10 @@ from scenes.units import LEADING_UNIT, PLAIN, Powers, UnitError, called, parse_q
 LONGEST = 500  # characters of an expression
 DEEPEST = 40  # nested operations, and parameters that are made of one another: far below Python's limit of recursion
 LARGEST_EXPONENT = 100  # of a power: no formula needs more, and exact fractions stay small
-MOST_BITS = 4000  # of an exact fraction; one with more is rounded to a double
-ROOTS = 12  # largest denominator of a unit's exponent
 
 FUNCTIONS = ("sqrt", "min", "max")
 PI = "pi"
 _NAME = re.compile(r"(?<![\w.])[A-Za-z_]\w*", re.ASCII)
-_NUMBER = re.compile(r"(?<![\w.])(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
-_ALLOWED = re.compile(r"[\w .+*/(),-]*", re.ASCII)
 
 
 @dataclass(frozen=True)
@@ -86,112 +80,112 @@ def evaluate(text: str, names: Mapping[str, Measure]) -> Measure:
     """Evaluate an expression. Raises UnitError."""
     if len(text) > LONGEST:
         raise UnitError(f"is longer than {LONGEST} characters: say parts of it as parameters of their own")
-    plain, quantities = _extract(spelled(text).strip().replace("^", "**"), names)
-    try:
-        if not _ALLOWED.fullmatch(plain):
-            raise SyntaxError
-        tree = ast.parse(plain, mode="eval").body
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
-        raise _UnreadError(
-            'is no expression: give numbers with units, names, + - * / **, brackets, such as "w/2"'
-        ) from None
-    return _evaluate(tree, names, quantities, 0)
+    parser = _Parser(spelled(text).replace("^", "**"), names)
+    value = parser.sum()
+    if parser.rest.strip():
+        raise parser.unread()
+    return value
 
 
-def _extract(text: str, names: Mapping[str, Measure]) -> tuple[str, dict[str, Measure]]:
-    """The text with a name of its own in place of every number, and the quantities by these names."""
-    quantities, pieces, at = dict[str, Measure](), list[str](), 0
-    for number in _NUMBER.finditer(text):
-        if number.start() < at:
-            continue  # a digit inside of a unit
-        unit, end, powers, factor = LEADING_UNIT.match(text, number.end()), number.end(), PLAIN, Fraction(1)
-        if unit is not None:
-            end, said = unit.end(), unit[0]
-            _refuse_ambiguous(said, names)
-            parsed = parse_unit(said)
-            if parsed.celsius:
-                raise UnitError(
-                    "has a temperature in degC among other terms: give it in K, or as a parameter of its own"
-                )
-            if text[end:].lstrip().startswith("**"):
-                raise UnitError(f'has a power right after "{number[0]}{said}": put brackets around what it is of')
-            powers, factor = parsed.powers, parsed.factor
-        elif (name := re.match(r"\s*([A-Za-z_]\w*)", text[end:], re.ASCII)) is not None:
-            raise _UnreadError(f'has "{number[0]} {printable(name[1])}": write {number[0]}*{printable(name[1])}')
-        # A double bounds the exponent before an exact power of ten could fill the memory.
-        if not math.isfinite(value := float(number[0])):
-            raise UnitError("is not a finite number")
-        key = f"_{len(quantities)}"
-        quantities[key] = Measure(Fraction(number[0]) * factor if value else Fraction(0), powers)
-        pieces += [text[at : number.start()], key]
-        at = end
-    return "".join([*pieces, text[at:]]), quantities
+class _Parser:
+    """A recursive descent through an expression; ``rest`` is the text that has not been read."""
 
+    def __init__(self, text: str, names: Mapping[str, Measure]) -> None:
+        self.rest, self.names, self.depth = text, names, 0
 
-def _refuse_ambiguous(unit: str, names: Mapping[str, Measure]) -> None:
-    """Refuse a unit that is a parameter's name too, such as m2 in "5 W/m2"."""
-    for name in _NAME.findall(unit):
-        if name in names:
-            base = name.rstrip("0123456789")
-            power = f"write {base}**{name[len(base) :]} for the unit, or rename the parameter"
-            raise UnitError(f'has "{name}", a unit and a parameter: {power}')
+    def unread(self) -> _UnreadError:
+        return _UnreadError('is no expression: give numbers with units, names, + - * / **, brackets, such as "w/2"')
 
+    def take(self, pattern: str) -> str:
+        """Return and consume a token at the start of the rest, or return ""."""
+        match = re.match(rf"\s*({pattern})", self.rest, re.ASCII)
+        if match is None:
+            return ""
+        self.rest = self.rest[match.end() :]
+        return match[1]
 
-def _evaluate(node: ast.expr, names: Mapping[str, Measure], quantities: Mapping[str, Measure], depth: int) -> Measure:
-    if depth > DEEPEST:
-        raise UnitError(f"is nested more than {DEEPEST} deep: say parts of it as parameters of their own")
+    def sum(self) -> Measure:
+        total = self.product()
+        while sign := self.take("[+-]"):
+            term = self.product()
+            _refuse_unlike(total, term, "adds {1} to {0}" if sign == "+" else "subtracts {1} from {0}")
+            total = Measure(_short(total.value + (term.value if sign == "+" else -term.value)), total.powers)
+        return total
 
-    def inner(part: ast.expr) -> Measure:
-        return _evaluate(part, names, quantities, depth + 1)
+    def product(self) -> Measure:
+        total = self.signed()
+        while operator := self.take(r"\*(?!\*)|/"):
+            factor, by = self.signed(), 1 if operator == "*" else -1
+            if by == -1 and not factor.value:
+                raise UnitError("divides by zero")
+            powers: Powers = tuple(p + by * q for p, q in zip(total.powers, factor.powers, strict=True))  # type: ignore[assignment]
+            total = Measure(_short(total.value * factor.value**by), powers)
+        return total
 
-    match node:
-        case ast.Name(id=name):
-            if name == PI:
-                return Measure(Fraction(math.pi), PLAIN)
-            if name in quantities:
-                return quantities[name]
-            if name not in names:
-                raise _UnreadError(f'names no parameter "{printable(name)}"{did_you_mean(name, names).rstrip("?")}')
-            return names[name]
-        case ast.UnaryOp(op=ast.UAdd(), operand=operand):
-            return inner(operand)
-        case ast.UnaryOp(op=ast.USub(), operand=operand):
-            return Measure(-(negated := inner(operand)).value, negated.powers)
-        case ast.BinOp(left=left, op=ast.Pow(), right=right):
-            return _raised(inner(left), inner(right))
-        case ast.BinOp():
-            # Terms of one sum are not nested, however many there are.
-            terms, first = list[ast.BinOp](), node
-            while isinstance(first, ast.BinOp) and not isinstance(first.op, ast.Pow):
-                terms.append(first)
-                first = first.left  # type: ignore[assignment]
-            total = inner(first)
-            for term in reversed(terms):
-                total = _combined(total, term.op, inner(term.right))
-            return total
-        case ast.Call(func=ast.Name(id=name), args=args, keywords=[]) if args:
+    def signed(self) -> Measure:
+        self.depth += 1
+        if self.depth > DEEPEST:
+            raise UnitError(f"is nested more than {DEEPEST} deep: say parts of it as parameters of their own")
+        if sign := self.take("[+-]"):
+            operand = self.signed()
+            value = Measure(-operand.value, operand.powers) if sign == "-" else operand
+        else:
+            value = self.atom()
+            if self.take(r"\*\*"):
+                value = _raised(value, self.signed())
+        self.depth -= 1
+        return value
+
+    def atom(self) -> Measure:
+        if number := self.take(r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?(?![\d.])"):
+            return self.quantity(number)
+        if self.take(r"\("):
+            value = self.sum()
+        elif name := self.take(r"[A-Za-z_]\w*"):
+            if not self.take(r"\("):
+                return self.named(name)
             if name not in FUNCTIONS:
                 raise _UnreadError(f'has no function "{printable(name)}": there are {listed(FUNCTIONS)}')
-            return _function(name, [inner(each) for each in args])
-    raise _UnreadError("is no expression of numbers, names, + - * / **, brackets and functions")
+            arguments = [self.sum()]
+            while self.take(","):
+                arguments.append(self.sum())
+            value = _function(name, arguments)
+        else:
+            raise self.unread()
+        if not self.take(r"\)"):
+            raise self.unread()
+        return value
 
+    def named(self, name: str) -> Measure:
+        if name == PI:
+            return Measure(Fraction(math.pi), PLAIN)
+        if name not in self.names:
+            near = did_you_mean(name, self.names).rstrip("?")
+            raise _UnreadError(f'names no parameter "{printable(name)}"{near}')
+        return self.names[name]
 
-def _combined(a: Measure, op: ast.operator, b: Measure) -> Measure:
-    """A sum, difference, product or quotient."""
-    match op:
-        case ast.Add():
-            _refuse_unlike(a, b, "adds {1} to {0}")
-            return Measure(_short(a.value + b.value), a.powers)
-        case ast.Sub():
-            _refuse_unlike(a, b, "subtracts {1} from {0}")
-            return Measure(_short(a.value - b.value), a.powers)
-        case ast.Mult() | ast.Div():
-            by = 1 if isinstance(op, ast.Mult) else -1
-            if by == -1 and not b.value:
-                raise UnitError("divides by zero")
-            powers: Powers = tuple(p + by * q for p, q in zip(a.powers, b.powers, strict=True))  # type: ignore[assignment]
-            return Measure(_short(a.value * b.value**by), powers)
-    raise _UnreadError("has an operator other than + - * / **")
+    def quantity(self, number: str) -> Measure:
+        """The measure of a number and the unit behind it."""
+        # A double bounds the exponent before an exact power of ten could fill the memory.
+        if not math.isfinite(float(number)):
+            raise UnitError("is not a finite number")
+        exact = Fraction(number) if float(number) else Fraction(0)
+        match = LEADING_UNIT.match(self.rest)
+        if match is None:
+            if name := self.take(r"[A-Za-z_]\w*"):
+                raise _UnreadError(f'has "{number} {printable(name)}": write {number}*{printable(name)}')
+            return Measure(exact, PLAIN)
+        for name in _NAME.findall(match[0]):
+            if name in self.names:
+                base = name.rstrip("0123456789")
+                power = f"write {base}**{name[len(base) :]} for the unit, or rename the parameter"
+                raise UnitError(f'has "{name}", a unit and a parameter: {power}')
+        self.rest, unit = self.rest[match.end() :], parse_unit(match[0])
+        if unit.celsius:
+            raise UnitError("has a temperature in degC among other terms: give it in K, or as a parameter of its own")
+        if self.rest.lstrip().startswith("**"):
+            raise UnitError(f'has a power right after "{number}{match[0]}": put brackets around what it is of')
+        return Measure(exact * unit.factor, unit.powers)
 
 
 def _function(name: str, arguments: list[Measure]) -> Measure:
@@ -219,7 +213,7 @@ def _raised(base: Measure, exponent: Measure) -> Measure:
         raise UnitError(f"has an exponent beyond {LARGEST_EXPONENT}")
     if not value and e < 0:
         raise UnitError("divides by zero")
-    near = e.limit_denominator(ROOTS)
+    near = e.limit_denominator(12)
     if base.powers != PLAIN and abs(near - e) > 1e-12:
         raise UnitError(f"raises {called(base.powers)} to {float(e):g}: give a fraction such as 1/2 or 2/3")
     powers: Powers = tuple(near * p for p in base.powers)  # type: ignore[assignment]
@@ -233,7 +227,7 @@ def _raised(base: Measure, exponent: Measure) -> Measure:
 
 def _short(value: Fraction) -> Fraction:
     """The fraction, rounded to a double where it has very many digits."""
-    if max(value.numerator.bit_length(), value.denominator.bit_length()) <= MOST_BITS:
+    if max(value.numerator.bit_length(), value.denominator.bit_length()) <= 4000:
         return value
     return Fraction(_double(value))
 

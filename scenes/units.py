@@ -42,7 +42,10 @@ _PREFIXES = {"G": 9, "M": 6, "k": 3, "": 0, "c": -2, "m": -3, "u": -6, "n": -9, 
 _ICE_POINT = Fraction("273.15")  # K, of 0 degC: the definition of the degree Celsius
 
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)(.*)", re.ASCII | re.DOTALL)
-_TOKEN = re.compile(r"[A-Za-z%]+(?:-?\d+)?|[/()]|1(?=/)", re.ASCII)
+_UNIT_FACTOR = re.compile(
+    r"\s*(?P<slash>/?)\s*(?P<open>\(?)\s*(?P<name>[A-Za-z%]+|1(?=\s*/))(?P<power>-?\d+)?(?![\w%])\s*(?P<close>\)?)\s*",
+    re.ASCII,
+)
 _SPELLINGS = str.maketrans({
     "\N{MICRO SIGN}": "u", "\N{GREEK SMALL LETTER MU}": "u",
     "\N{OHM SIGN}": "ohm", "\N{GREEK CAPITAL LETTER OMEGA}": "ohm",
@@ -109,17 +112,27 @@ def parse_unit(text: str) -> Unit:
 
     Raises UnitError.
     """
-    close_up = re.sub(r"\s*([/()])\s*", r"\1", _plain(text).strip())
-    tokens, unknown = _TOKEN.findall(close_up), UnitError(f'has an unknown unit "{printable(text.strip())}"')
-    if "".join(tokens) != re.sub(r"\s+", "", close_up):
-        raise unknown
-    if tokens == ["degC"]:
+    plain, powers, scale, group = _plain(text).strip(), PLAIN, Fraction(1), 1
+    if plain == "degC":
         return Unit(_WITHOUT_PREFIX["degC"][0], Fraction(1), celsius=True)
-    tokens.reverse()
-    unit = _product(tokens)
-    if tokens:
+    at, unknown = 0, UnitError(f'has an unknown unit "{printable(text.strip())}"')
+    while at < len(plain):
+        match = _UNIT_FACTOR.match(plain, at)
+        if match is None or (match["open"] and group == -1):
+            raise unknown
+        # A bracket behind a slash divides by all factors in it.
+        sign = -1 if match["slash"] else group
+        group = sign if match["open"] else group
+        base, size = _named(match["name"])
+        power = sign * int(match["power"] or 1)
+        if match["power"] in ("0", "1") and match["name"] != "1":
+            raise unknown
+        powers, scale, at = _combine(powers, base, power), scale * size**power, match.end()
+        if match["close"]:
+            group = 1
+    if plain.count("(") != plain.count(")"):
         raise unknown
-    return unit
+    return Unit(powers, scale)
 
 
 def spelled(text: str) -> str:
@@ -152,36 +165,6 @@ def _separated(name: str) -> str:
     """Two units written together, such as "mK", with a space between; any other name as it is."""
     splits = ((name[:at], name[at:]) for at in range(1, len(name)))
     return next((" ".join(pair) for pair in splits if all(map(is_unit, pair))), name)
-
-
-def _product(tokens: list[str]) -> Unit:
-    """Consume factors from the end of ``tokens`` up to its start or a closing bracket."""
-    powers, scale, sign = PLAIN, Fraction(1), 1
-    while tokens and tokens[-1] != ")":
-        token = tokens.pop()
-        if token == "/":
-            if sign == -1:
-                raise UnitError('has a unit with "//" in it')
-            sign = -1
-            continue
-        if token == "(":
-            factor = _product(tokens)
-            if not tokens:
-                raise UnitError("has a unit with an open bracket")
-            tokens.pop()
-        else:
-            name = token.rstrip("-0123456789") or "1"
-            base, size = _named(name)
-            power = int(token[len(name) :] or 1)
-            if power in (0, 1) and token != name:
-                raise UnitError(f'has an unknown unit "{printable(token)}"')
-            factor = Unit(_combine(PLAIN, base, power), size**power)
-        powers = _combine(powers, factor.powers, sign)
-        scale *= factor.factor**sign
-        sign = 1
-    if sign == -1:
-        raise UnitError('has a unit that ends in "/"')
-    return Unit(powers, scale)
 
 
 def _named(name: str) -> tuple[Powers, Fraction]:
