@@ -1,11 +1,11 @@
 """Tetrahedra of a union of boxes, in columns: the scene seen along one axis is cut into triangles (`meshes.tiles`), and
 over each stand prisms between the heights that are needed there, each cut into tetrahedra.
 
-No plane crosses more than what it bounds, and a film, however thin, is one layer of cells. Each vertex of the plan has
-the heights that any tile around it needs. Over a triangle the three chains of nodes are climbed in the order of
-(height, vertex), and each step adds the tetrahedron of its node and the three that were reached: two triangles climb
-the chains of their common edge alike, so that what stands on them fits. Refined, tiles are cut along either axis, and
-chains get more nodes: in the middle, or near an end at which edges are sharp (`meshes.tiles.NEAR`).
+A plane cuts no cells beyond the part that it bounds, and a film, however thin, is one layer of cells. Each vertex of
+the plan has the heights that any tile around it needs. Over a triangle the three chains of nodes are climbed in the
+order of (height, vertex), and each step adds the tetrahedron of its node and the last node of each chain: two triangles
+climb the chains of their common edge alike, so that their tetrahedra fit. Refinement cuts tiles along either axis
+and adds nodes to chains: in the middle, or near an end at which edges are sharp (`meshes.tiles.NEAR`).
 """
 
 from __future__ import annotations
@@ -28,9 +28,15 @@ STEEP = 2.0
 
 @dataclass(frozen=True, eq=False)
 class Columns:
-    """The plan of a scene seen along the axis ``up``, in ``tiles``; the ``heights`` (k,) of all nodes, in
-    `meshes.tiles.UNIT` of the planes, and which of them the columns over each tile have that no part needs (``more``:
-    tiles, heights)."""
+    """The plan of a scene seen along an axis, and the heights of the nodes over it.
+
+    Attributes
+    ----------
+    up : the axis of sight
+    tiles : the plan
+    heights : (k,) heights of all nodes, in `meshes.tiles.UNIT` of the planes
+    more : (tiles, heights) whether the columns over a tile have a height that no part needs
+    """
 
     scene: Scene
     up: int
@@ -66,7 +72,7 @@ class Columns:
 
     @cached_property
     def _cells(self) -> tuple[Any, np.ndarray, np.ndarray]:
-        """scikit-fem's mesh, the tile that each cell stands on, and (cells, 2) from which height to which it goes."""
+        """scikit-fem's mesh, the tile under each cell, and (cells, 2) the lowest and the highest node of each cell."""
         from skfem import MeshTet
 
         triangles, tile = self.tiles.triangles
@@ -87,9 +93,11 @@ class Columns:
         return self._cells[0]
 
     def _needs(self, triangles: np.ndarray, tile: np.ndarray) -> np.ndarray:
-        """(points, heights): which the chain of each point has: what the tiles around it ask for, where the owner
-        changes over one of them, and where a part ends that covers one or, if it is a sheet that stands upright, has
-        the point; and what follows from that."""
+        """(points, heights): whether the chain of each point has a node at each height.
+
+        The tiles around the point need a node where the owner changes over a tile and where a part ends that covers a
+        tile. An upright sheet needs a node at its ends over each of its points. `_graded` adds further nodes.
+        """
         low, points = self.tiles.low // UNIT, self.tiles.places
         padded = np.pad(self._owner, [(0, 0), (1, 1)], constant_values=VOID)
         planes = np.arange(len(self._grid.breaks[self.up]))
@@ -179,8 +187,8 @@ def _parts(scene: Scene) -> np.ndarray:
 def _climbed(
     triangles: np.ndarray, owner: np.ndarray, layer: np.ndarray, needs: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Nodes (n, 2), as point and height, the tetrahedra (m, 4) of them that a box owns, and the triangle (m,) under
-    each; ``layer`` (heights,) is that of the planes below each height."""
+    """Nodes (n, 2), as point and height, the tetrahedra (m, 4) that a box owns, and the triangle (m,) under each;
+    ``layer`` (heights,) is the layer of planes below each height."""
     filled = np.pad(owner != VOID, [(0, 0), (1, 0)])[:, layer + 1]
     highest = filled.shape[1] - 1 - filled[:, ::-1].argmax(axis=1)
     # Below the first height of a solid layer.

@@ -15,8 +15,8 @@ FIRM = 0.1  # a film counts as a jump of the temperature from this fraction of w
 
 
 def graded(grid: Grid, scene: Scene, earliest: float) -> Grid:
-    """The grid with more intervals towards each face whose temperature jumps, down to what heat reaches in the earliest
-    time of interest (s)."""
+    """The grid with more intervals towards each face whose temperature jumps, down to the diffusion length of the
+    earliest time of interest (s)."""
     axes = [_graded(grid.breaks[d], grid.degrees[d], _lengths(scene, d, earliest)) for d in range(3)]
     return grid.with_axes([breaks for breaks, _ in axes], [degrees for _, degrees in axes])
 
@@ -37,8 +37,8 @@ def _lengths(scene: Scene, d: int, earliest: float) -> dict[float, float]:
 
 
 def _jumps(b: Boundary, initial: float, conductance: float) -> bool:
-    """Whether a boundary makes the temperature of its face jump; ``conductance`` (W/(m2 K)) is that of a diffusion
-    length."""
+    """Whether a boundary makes the temperature of its face jump; ``conductance`` (W/(m2 K)) is the conductance of
+    a diffusion length."""
     if b.kind == "temperature":
         steps = isinstance(b.value, Schedule) and any(np.diff(b.value.times) == 0)
         return steps or _at_start(b.value) != initial

@@ -15,7 +15,7 @@ from meshes import grading
 from meshes.grading import Features
 from meshes.grid import Grid
 
-# Factor by which the error indicator of an edge is expected to fall per degree; the next grid estimates it anew.
+# Factor by which the error indicator of an edge is expected to fall per degree; the next grid has a new estimate.
 FALLS = 10.0
 
 

@@ -5,11 +5,11 @@ Near an edge along z (or x, y) the solution behaves as r^s; the smallest exponen
 rays along which its value is given. A flat surface or a convex corner has s of 1 or more, a re-entrant corner 2/3, the
 rim of an electrode on a flat face 1/2; a jump of conductivity shifts it. Where a given temperature meets, at a right
 angle, a face that heat passes, s is 1 and the two conditions contradict each other at the edge, which leaves r log r:
-too rough for the degree alone, unless what passes hardly matters. Where two given values differ the solution itself
-jumps (s = 0), and what a reading sees of it falls with the length of the first interval to the power of the exponent of
-the dual solution, as if both had half of that. Across a contact nothing passes at distances from its rim below its
-resistance times the conductivity, and as if it were perfect far beyond these: the smaller exponent of the two counts,
-and 1/2 where a contact ends inside. A quadrant for which that distance is beneath what is resolved counts as void in
+too rough for the degree alone, unless the heat that passes is small. Where two given values differ the solution itself
+jumps (s = 0), and its effect on a reading falls with the length of the first interval to the power of the exponent of
+the dual solution, as if both had half of this exponent. Across a contact nothing passes at distances from its rim below
+its resistance times the conductivity, and as if it were perfect far beyond these: the smaller exponent of the two
+counts, and 1/2 where a contact ends inside. A quadrant for which that distance is not resolved counts as void in
 the former: as near to the rim as any cell comes it carries less around it than the contact passes. Sources: Grisvard,
 Elliptic Problems in Nonsmooth Domains, section 4.4; Kellogg, Applicable Analysis 4, 1975.
 """
@@ -41,8 +41,8 @@ QUARTERS: Numbers = (np.pi / 2,) * 4
 
 
 def edges(scene: Scene) -> list[dict[float, float]]:
-    """Per axis, for the coordinate (m) of each plane with a singular edge in it, the smallest exponent, be it of the
-    temperature or of the potential.
+    """Per axis, for the coordinate (m) of each plane with a singular edge in it, the smallest exponent, for the
+    temperature or the potential.
 
     An edge lies in two planes, one of each axis across it; both are listed.
     """
@@ -138,7 +138,7 @@ def _passing(grid: Grid, scene: Scene) -> list[np.ndarray]:
 
 
 def _across(box: Box, boundary: Boundary) -> float:
-    """The extent (m) of a box at right angles to a boundary that it touches; nought where it doesn't."""
+    """The extent (m) of a box at right angles to a boundary that it touches; 0 where it does not."""
     d = next(d for d in range(3) if boundary.lower[d] == boundary.upper[d])
     small = 1e-9 * max(box.upper[e] - box.lower[e] for e in range(3))
     touches = min(abs(boundary.lower[d] - box.lower[d]), abs(boundary.lower[d] - box.upper[d])) <= small and all(
@@ -210,7 +210,7 @@ def _angular() -> tuple[np.ndarray, np.ndarray]:
 
 
 def _functions(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(ANGULAR + 1, points) twice: the functions on (-1, 1) and their slopes, the linear ones first and last."""
+    """(ANGULAR + 1, points) twice: the functions on (-1, 1) and their slopes, the linear functions first and last."""
     v = legendre.legvander(x, ANGULAR).T
     one = np.ones_like(x)
     inner = [(v[k] - v[k - 2]) / (2 * k - 1) for k in range(2, ANGULAR + 1)]

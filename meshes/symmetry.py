@@ -2,7 +2,7 @@
 
 A scene is symmetric about a plane through the middle of its boxes if the mirror maps materials, sources, thermal
 conditions and probes onto themselves, and electrodes either onto electrodes of the same voltage (even: the plane is
-insulated) or onto electrodes whose voltages add to a constant (odd: the plane is at half of it).
+insulated) or onto electrodes whose voltages add to a constant (odd: the plane is at half of the constant).
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from scenes.plan import Step
 Corners = tuple[Point, Point]
 Item = Box | Boundary | Probe
 Readings = dict[str, tuple[float, tuple[Value, ...]]]
-"""What takes what each probe reads in a part to what it reads in the whole: a factor, and values to add."""
+"""The reading of each probe in the whole from its reading in a part: a factor, and values to add."""
 
 
 @dataclass(frozen=True)
@@ -40,8 +40,8 @@ class Symmetry:
     """The part of a scene that is solved.
 
     ``planes`` are (axis, coordinate, "even" | "odd"); the part is the lower side of each, ``copies`` times in the
-    whole. ``flows`` maps each boundary of the whole scene to the kept boundary that stands for it; ``box_copies`` says
-    how many times a kept box is in the box it was cut from.
+    whole. ``flows`` maps each boundary of the whole scene to the kept boundary that stands for it; ``box_copies``
+    counts how often a kept box fits into the original.
     """
 
     scene: Scene
@@ -52,7 +52,7 @@ class Symmetry:
     probes: Readings
 
     def mirrored(self, points: np.ndarray) -> np.ndarray:
-        """Points (n, 3) of the whole scene, moved to where the part holds their value."""
+        """Points (n, 3) of the whole scene, moved into the part that is solved."""
         moved = np.array(points, dtype=float)
         for axis, middle, _ in self.planes:
             moved[:, axis] = np.minimum(moved[:, axis], 2 * middle - moved[:, axis])
@@ -81,7 +81,7 @@ def reduce(scene: Scene) -> Symmetry:
         if mirror is None:
             continue
         part, step, read = mirror.cut(part)
-        # Outer planes come first: what this plane adds is seen through their factors.
+        # Outer planes come first: the values that this plane adds are multiplied by their factors.
         probes = {
             n: (f * read[n][0], (*added, *(_times(f, v) for v in read[n][1]))) for n, (f, added) in probes.items()
         }
@@ -107,8 +107,15 @@ def _untouched(scene: Any) -> tuple[dict[str, Flow], Readings]:
 
 @dataclass(frozen=True)
 class _Mirror:
-    """A mirror plane across an axis, with the potential of it where it is odd; ``half`` is then what drives the one
-    electrode of two whose potentials are not all given, in their places. Lengths below ``small`` are nothing."""
+    """A mirror plane across an axis.
+
+    Attributes
+    ----------
+    middle : coordinate of the plane (m)
+    small : lengths below this count as nothing (m)
+    level : potential of an odd plane (V)
+    half : value and series resistance that drive the kept electrode of two whose potentials are not all given
+    """
 
     axis: int
     middle: float
@@ -145,13 +152,15 @@ class _Mirror:
         return None if sums or total is None else replace(mirror, level=_times(0.5, total))
 
     def _between(self, scene: Scene, electrodes: list[Boundary]) -> _Mirror | None:
-        """The plane between two electrodes that map onto each other, which is at half of the potentials' sum, whatever
-        that is: the current is odd, and the plane's potential is called zero. Where it matters what that is, None."""
+        """The plane between two electrodes that map onto each other, at half of the sum of their unknown potentials.
+
+        The current is odd, and the potential of the plane is called zero. None where a probe reads a potential.
+        """
         if len(electrodes) != 2 or self.maps(electrodes[0], electrodes[0]):
             return None
         if any(p.quantity == "potential" for p in scene.probes):
             return None
-        # What drives the electrode that is kept, the lower one, through half of the circuit.
+        # The lower electrode is kept, and driven through half of the circuit.
         low, high = sorted(electrodes, key=lambda b: b.lower[self.axis])
         if inf in (low.series_resistance, high.series_resistance):
             current = low.value if low.series_resistance == inf else _times(-1.0, high.value)
@@ -179,7 +188,7 @@ class _Mirror:
         return item.upper[self.axis] > self.middle + self.small
 
     def _below(self, item: Item) -> Corners | None:
-        """What of a box is on the lower side, or in the plane."""
+        """The part of a box on the lower side, or in the plane."""
         if item.lower[self.axis] >= self.middle - self.small and self._reaches_over(item):
             return None
         low, high = (min(c[self.axis], self.middle) for c in (item.lower, item.upper))
@@ -238,7 +247,7 @@ class _Mirror:
         return True
 
     def _keeps_probes(self, scene: Scene) -> bool:
-        """Whether no probe crosses the plane unevenly, or reads what passes it."""
+        """Whether no probe crosses the plane unevenly, or reads a flow through the plane."""
         for probe in scene.probes:
             low, high = probe.lower[self.axis] - self.middle, probe.upper[self.axis] - self.middle
             if low < -self.small and high > self.small and not self.maps(probe, probe):
@@ -272,8 +281,8 @@ class _Mirror:
         return replace(scene, boxes=tuple(boxes), boundaries=tuple(kept.values()), probes=tuple(probes)), flows, read
 
     def _driven(self, b: Boundary, corners: Corners) -> Boundary:
-        """What is left of a boundary: of an electrode of unknown potential that is cut in two one half, with half of
-        the current and twice the resistance."""
+        """The kept part of a boundary; half of an electrode of unknown potential has half the current and twice the
+        resistance."""
         boundary = replace(b, lower=corners[0], upper=corners[1])
         if b.kind == "voltage" and self.half is not None:
             return replace(boundary, value=self.half[0], series_resistance=self.half[1])
@@ -285,7 +294,7 @@ class _Mirror:
         )  # fmt: skip
 
     def _reading(self, probe: Probe, scene: Scene) -> tuple[float, tuple[Value, ...]]:
-        """What a probe reads in the whole: a factor of what it reads in the part, and a value to add."""
+        """The reading of a probe in the whole: a factor of its reading in the part, and a value to add."""
         mirrored = self._below(probe) is None
         crosses = not mirrored and self._reaches_over(probe)
         if probe.quantity == "temperature" or not (crosses or mirrored):
@@ -297,13 +306,13 @@ class _Mirror:
             return (0.0, (self.level,)) if crosses else (-1.0, (_times(2.0, self.level),))
         turns = probe.quantity == "current" and self.level is not None
         if crosses:
-            # Both halves carry the same heat; the current of the other half is that of this one, or its opposite.
+            # Both halves carry the same heat; the current of the other half is the same or the opposite.
             return 0.0 if turns else 2.0, ()
         sign = -1.0 if probe.lower[self.axis] == probe.upper[self.axis] and self._inside(probe, scene) else 1.0
         return -sign if turns else sign, ()
 
     def _inside(self, probe: Probe, scene: Scene) -> bool:
-        """Whether there is solid on both sides of a flat probe, so that its sign is that of the axis."""
+        """Whether there is solid on both sides of a flat probe, so that a flow counts along the axis."""
         point = [(a + b) / 2 for a, b in zip(probe.lower, probe.upper, strict=True)]
         return all(
             any(all(b.lower[d] <= q[d] <= b.upper[d] for d in range(3)) for b in scene.boxes)
@@ -312,7 +321,7 @@ class _Mirror:
 
 
 def _thermal(b: Boundary) -> tuple[object, ...]:
-    """What a boundary says of heat; nothing of an electrode."""
+    """The thermal condition of a boundary, empty for an electrode."""
     return () if b.kind == "voltage" else (b.kind, b.value, b.ambient, b.contact_resistance)
 
 

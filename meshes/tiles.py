@@ -2,7 +2,7 @@
 
 Tiles end where they are needed: along an outline they get thin and stay long. Where other tiles have corners on the
 sides of one, it is cut into triangles that have these corners too. Tiles that would get wide angles are cut:
-interpolation degrades with the largest angle alone, as 1/sin of it (Babuska and Aziz, SIAM J. Numer. Anal. 13, 1976).
+interpolation degrades with the sine of the largest angle alone (Babuska and Aziz, SIAM J. Numer. Anal. 13, 1976).
 """
 
 from __future__ import annotations
@@ -17,15 +17,15 @@ from scenes.errors import NumericsError
 WIDEST = np.radians(140.0)  # angle of a triangle
 # Of other tiles, on one side of a tile: with more, fans of triangles fill in the factors, and errors are no smaller.
 MOST_CORNERS = 2
-# A tile with more is cut across its longer axis, so that those that follow get larger, but if it is so many times
+# A tile with more is cut across its longer axis, so that the next tiles get larger, but if it is so many times
 # longer than wide: then cuts through its whole length are fewer.
 THIN = 4.0
 MOST_ROUNDS = 200  # of cuts that follow from others
 # A tile is cut at a corner of another one on its side, if that is at least this fraction of its length from its ends;
-# half of that where it is cut near an end.
+# half of this where it is cut near an end.
 MIDDLE = 0.25
-# What has a sharp edge at one end is cut so far from that end, over its length: on the part beside the edge degree 3
-# leaves as much of a power of the distance as on the other one, so that half as many cuts reach as near
+# A tile with a sharp edge at one end is cut so far from that end, over its length: degree 3 then leaves as much of a
+# power of the distance on either part, so that half as many cuts reach as near
 # (`validate stress`: "constants").
 NEAR = 0.25
 UNIT = 1 << 36  # from one plane to the next: coordinates are whole numbers, of which equal ones are the same
@@ -44,13 +44,15 @@ class Tiles:
 
     @staticmethod
     def of(breaks: tuple[np.ndarray, ...], rectangles: np.ndarray) -> Tiles:
-        """The fewest tiles of which all ``rectangles`` (n, 2, 2), in numbers of planes, are made, lines and points too:
-        halves on either side of the line of which outlines cover most, until none is crossed by an outline."""
+        """Cover all ``rectangles`` (n, 2, 2), in numbers of planes, lines and points too, by the fewest tiles.
+
+        A tile is halved along the line that outlines cover most, until no outline crosses a tile.
+        """
         walls = [np.zeros((len(breaks[e]), len(breaks[1 - e]) - 1), bool) for e in range(2)]
         for ends in rectangles.tolist():
             for e, wall in enumerate(walls):
                 first, last = ends[1 - e]
-                # What is a point there stands at the end of a wall.
+                # A point there stands at the end of a wall.
                 first = min(first, wall.shape[1] - 1)
                 for at in ends[e]:
                     wall[at, first : max(last, first + 1)] = True
@@ -107,7 +109,7 @@ class Tiles:
         return np.column_stack([self.metres(e, self.places[:, e]) for e in range(2)])
 
     def _on_sides(self, axis: int) -> np.ndarray:
-        """(tiles, 2 sides, 2): the first of the corners inside each side along an axis, and the one after the last."""
+        """(tiles, 2 sides, 2): the first corner inside each side along an axis, and the next after the last."""
         values, keys, _ = self._corners
         ends = [np.searchsorted(values[axis], each[:, axis]) for each in (self.low, self.high)]
         across = [np.searchsorted(values[1 - axis], each[:, 1 - axis]) for each in (self.low, self.high)]
@@ -115,9 +117,11 @@ class Tiles:
         return np.moveaxis(np.searchsorted(keys[axis], at) + np.array([1, 0])[:, None], 2, 0)
 
     def _cut(self, axis: int, which: np.ndarray, at: np.ndarray | float, part: float) -> tuple[Tiles, np.ndarray]:
-        """The tiles with some of them (n,) cut across an axis, and (tiles,) of which each is a part: so far from the
-        low side as ``at`` says (n,), or for all, over the length, or at the corner on its sides that is next to there,
-        if one is nearer than a ``part`` of the way to either end."""
+        """Cut some tiles (n,) across an axis; return the tiles, and (tiles,) their parents.
+
+        The cut is at the distance ``at`` (n,), or for all, from the low side, over the length, or at the nearest corner
+        on the sides of the tile, if it is nearer than a ``part`` of the way to either end.
+        """
         values, keys, _ = self._corners
         count = len(values[axis])
         ends = np.array([self.metres(axis, each[which, axis]) for each in (self.low, self.high)])
@@ -147,8 +151,10 @@ class Tiles:
         return Tiles(self.breaks, np.concatenate([low, second]), np.concatenate([high, self.high[which]])), parents
 
     def finer(self, cut: np.ndarray, near: np.ndarray | None = None) -> tuple[Tiles, np.ndarray]:
-        """With some tiles ``cut`` (tiles, 2) along each axis, ``near`` either end (tiles, 2, 2) or in the middle, and
-        those that must follow; and of which tile each is a part."""
+        """Cut tiles along each axis (tiles, 2), ``near`` either end (tiles, 2, 2) or in the middle.
+
+        Neighbours are cut until all triangles are fit. Return the tiles, and (tiles,) their parents.
+        """
         tiles, parents = self, np.arange(len(self.low))
         at = np.full(cut.shape, 0.5) if near is None else share(near)
         for axis in range(2):
@@ -221,14 +227,14 @@ def share(near: np.ndarray) -> np.ndarray:
 
 
 def _middle(shares: np.ndarray) -> int:
-    """Of the largest shares the one nearest to the middle."""
+    """The largest share nearest to the middle."""
     best = np.flatnonzero(shares >= shares.max() * (1 - 1e-9))
     return int(best[np.abs(best - (len(shares) - 1) / 2).argmin()])
 
 
 def _clipped(points: np.ndarray, rings: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Triangles (n, 3) of convex ``rings`` (m, corners) of points, -1 after the last, some of which lie in line, and
-    (n,) the ring of each: the corner whose triangle has the least widest angle is cut off first."""
+    """Triangles (n, 3) of convex ``rings`` (m, corners) of points, -1 after the last, some in line, and (n,) the ring
+    of each: the corner whose triangle has the least widest angle is cut off first."""
     triangles, owners = [], []
     number, count = np.arange(len(rings)), (rings >= 0).sum(axis=1)
     while len(rings):
@@ -250,7 +256,7 @@ def _clipped(points: np.ndarray, rings: np.ndarray) -> tuple[np.ndarray, np.ndar
         squares = np.sort([(s**2).sum(axis=-1) for s in (to_a, to_b, across)], axis=0)
         with np.errstate(divide="ignore", invalid="ignore"):
             widest = (squares[2] - squares[0] - squares[1]) / (2 * np.sqrt(squares[0] * squares[1]))
-            # Of equal ones the smallest.
+            # The smallest triangle among equals.
             score = widest + 1e-3 * squares[2] / squares[2].max(axis=1, keepdims=True)
         score[(area <= FLAT * whole) | (whole - area <= FLAT * whole)] = np.inf
         rows, best = np.arange(len(rings)), score.argmin(axis=1)

@@ -51,7 +51,7 @@ class Device:
     Thicknesses in m, ``end_time`` in s. ``accuracy`` is the largest numerical error of a temperature, as a fraction
     of the set temperature's rise above room temperature, in 1D, and ``accuracy_3d`` in 3D, of steady powers too. The
     sink's own voltage, electrodes, end time, accuracy and
-    checks are not used. ``tolerances`` and ``expected_to_differ`` are as those of a sink, for the device's checks.
+    checks are not used. ``tolerances`` and ``expected_to_differ`` are as for a sink, with the device's checks.
     """
 
     kind: ClassVar[str] = "device"
@@ -97,7 +97,7 @@ class Device:
             boxes.append(Box(name, material, (-half, 0.0, height), (half, sink.length, height + thickness)))
             height += thickness
         beam, gold, polymer = base.boxes[0], boxes[1], boxes[2]
-        # What the structure stands on is an input of its own, at room temperature throughout.
+        # The ground under the structure is an input of its own, at room temperature throughout.
         below = Schedule((0.0,), (sink.room_temperature,))
         boundaries = [
             b

@@ -108,7 +108,7 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
 
 
 def unknown(said: str, name: object, known: Iterable[str]) -> SceneError:
-    """Return the error for an unknown name, with the valid and the nearest ones."""
+    """Return the error for an unknown name, with the valid and the nearest names."""
     names = list(known)
     hint = did_you_mean(name, names) if isinstance(name, str) else ""
     return SceneError(f"{said} {quoted(name)}: give {', '.join(map(quoted, names[:20])) or 'none'}{hint}")

@@ -78,7 +78,7 @@ class Varying(Kind):
 @dataclass(frozen=True)
 class Following(Kind):
     """A quantity, or a law of the temperature: {value, at, exponent}, or {temperatures = [...], values = [...]}; where
-    ``axes``, also three of these along x, y and z; ``proportional`` ones have one exponent."""
+    ``axes``, also three of these along x, y and z; ``proportional`` laws have one exponent."""
 
     quantity: Quantity
     axes: bool = False

@@ -1,6 +1,6 @@
 """The keys of the parametric scenes, sink and device, with their dimensions and bounds.
 
-The bounds are those of continuum heat conduction in solids, wide enough for any buildable device; a value outside is a
+The bounds hold for continuum heat conduction in solids, wide enough for any buildable device; a value outside is a
 slip of the unit. The defaults are in ``scenes.sink.Sink`` and ``scenes.device.Device``. A type of scene file is a
 schema, the scene with the default values, and a leading key.
 """

@@ -112,7 +112,7 @@ class Quantity(Kind):
         return value
 
     def write(self, value: Any) -> Any:
-        # What is no number stays as it is, for `read` to refuse.
+        # Anything else stays as it is, for `read` to refuse.
         return float(value) if isinstance(value, int) and not isinstance(value, bool) else super().write(value)
 
     def show(self, value: Any) -> str:

@@ -53,7 +53,7 @@ class Table:
         return np.interp(temperature, self.temperatures, self.values)
 
     def slope(self, temperature: Any) -> Any:
-        """Its derivative (per K), at a bend that of what follows."""
+        """Its derivative (per K), at a bend the slope of the next line."""
         import numpy as np
 
         slopes = np.concatenate([[0.0], np.diff(self.values) / np.diff(self.temperatures), [0.0]])

@@ -1,4 +1,4 @@
-"""Read scenes, built-in or from TOML files, with overrides; write the parametric ones back; name their folders."""
+"""Read scenes, built-in or from TOML files, with overrides; write parametric scenes back; name their folders."""
 
 from __future__ import annotations
 
@@ -152,7 +152,7 @@ def _built(flat: Mapping[str, Any], overrides: Sequence[str], scene_type: SceneT
 def refuse_unused(paths: Iterable[str], scene: Any) -> None:
     """Refuse settings of drives, given by their paths, that have no effect on a sink or a device.
 
-    A file may have them side by side, as the built-in ones do.
+    A file may have them side by side, as the built-in scenes do.
     """
     by_controllers = scene.kind == Device.kind
     given = {path for path in paths if path.startswith("drive.")}
@@ -192,7 +192,7 @@ def written(scene: Any) -> dict[str, Any]:
 
 
 def known_names() -> tuple[str, ...]:
-    """Return the names of the built-in scenes, the parametric ones first."""
+    """Return the names of the built-in scenes, the parametric scenes first."""
     return (*TYPES, *examples())
 
 

@@ -222,7 +222,7 @@ class Probe:
 
     "temperature" (K) and "potential" (V): the mean, largest or smallest value. "heat_flow" (W) and "current" (A): the
     flow through a flat box, positive into the solid on the surface, along the positive axis inside. "resistance" (ohm):
-    the potential of the electrode on a flat box less that of the other electrode of its conductor, divided by the
+    the difference of potential of the electrode on a flat box to the other electrode of its conductor, divided by the
     current that enters. "power" (W): the Joule heat in a volume, with the heat that contacts pass into it. Temperature
     and potential are read in the named ``boxes`` alone: one box decides the side of a contact, several are the parts of
     a volume.

@@ -127,7 +127,7 @@ def nonlinear(scene: AnyScene, over_time: bool) -> str:
 
 
 def refuse_faces(scene: AnyScene, what: str) -> None:
-    """Refuse a boundary with a nonlinear heat flux, for ``what`` takes linear ones alone."""
+    """Refuse a boundary with a nonlinear heat flux, for ``what`` takes linear fluxes alone."""
     for b in scene.boundaries:
         if bends(b):
             has = "radiates" if b.kind == "radiation" else "has a convection.coefficient that follows the temperature"

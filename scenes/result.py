@@ -49,7 +49,7 @@ class Traces:
 class Result:
     """A model's steady state, its traces over time (``None`` for a steady run) and remarks on the run.
 
-    Steady keys are those of summary.json (``peak_rise_K``, ``current_A`` ...), trace keys those of traces.csv without
+    Steady keys are as in summary.json (``peak_rise_K``, ``current_A`` ...), trace keys as in traces.csv without
     the model's name (``peak_K``, ``current_A`` ...). ``details`` holds quantities of some models (unknowns, steps,
     energy imbalance, profiles, fields).
     """

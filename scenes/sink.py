@@ -74,7 +74,7 @@ class Sink:
     at both faces of each block of oxide, ``None`` where these are perfect. ``gap_gas_conductivity`` in W/(m K) is of a
     gas that fills the gap, as high as the oxide, under beam and bare pads. With an ``emissivity`` all bare faces of
     beam and pads radiate to room temperature. ``tolerances`` holds
-    those that are declared, by check id; ``expected_to_differ`` is ``None`` where nothing is declared about it.
+    declared tolerances, by check id; ``expected_to_differ`` is ``None`` where nothing is declared about it.
     ``uncertainties`` are relative and standard, by key, typical for the materials.
     """
 
@@ -266,7 +266,7 @@ def _contacts(sink: Sink, boxes: tuple[Box, ...]) -> tuple[Contact, ...]:
 
 def over_gap(sink: Sink) -> list[tuple[str, tuple[float, float], tuple[float, float]]]:
     """The rectangles (x, y; m) of one span's underside that are over the gap, each with a name: the beam, and around
-    its oxide each pad's sides, its part near the beam and that far from it."""
+    its oxide each pad's sides, its part near the beam and its far part."""
     pad, oxide, end = sink.pad_width / 2, sink.oxide_width / 2, sink.pad_length
     near, far = sink.anchor_distance, sink.anchor_distance + sink.oxide_length
     around = [
@@ -285,7 +285,7 @@ def over_gap(sink: Sink) -> list[tuple[str, tuple[float, float], tuple[float, fl
 def _boundaries(sink: Sink, boxes: tuple[Box, ...]) -> tuple[Boundary, ...]:
     room, pads = sink.room_temperature, [b for b in boxes if b.name.startswith("pad")]
     beams = [b for b in boxes if b.name.startswith(("beam", "span", "bridge"))]
-    # Heat leaves by the undersides of all oxide, or by that of the plate below.
+    # Heat leaves by the undersides of all oxide, or of the plate below.
     lowest = {f"substrate-{b.name.removeprefix('oxide-')}": b for b in boxes if b.name.startswith(("oxide", "island"))}
     if sink.substrate_thickness is not None:
         lowest = {"substrate": boxes[-1]}
@@ -342,7 +342,7 @@ def _probes(sink: Sink, boxes: tuple[Box, ...]) -> tuple[Probe, ...]:
         centre = (0.0, sink.length / 2, sink.thickness / 2)
         gas: tuple[Probe, ...] = ()
         if sink.gap_gas_conductivity and sink.substrate_thickness is not None:
-            # What the gas between takes from the beam.
+            # The gas between takes heat from the beam.
             foot = (-sink.width / 2, 0.0, -sink.oxide_thickness), (sink.width / 2, sink.length, -sink.oxide_thickness)
             gas = Probe("underside", *face(spans[0], 2, 0)), Probe("below", *foot)
         return Probe("peak", centre, centre), end, Probe("mean", spans[0].lower, spans[0].upper), *gas
@@ -366,7 +366,7 @@ def face(box: Box, axis: int, side: int) -> tuple[Point, Point]:
 
 
 class SinkQuantity(NamedTuple):
-    """A quantity: the key of its ``steady`` value in summary.json, that of its ``trace`` in traces.csv (or ""), its SI
+    """A quantity: the keys of its ``steady`` value in summary.json and of its ``trace`` in traces.csv (or ""), its SI
     unit, and its name in text."""
 
     steady: str

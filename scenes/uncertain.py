@@ -51,7 +51,7 @@ def read(scene: object, given: Sequence[str], correlated: Sequence[str] = ()) ->
     values, relative = numbers(scene), dict[str, float]()
     for text in given:
         if text.strip() == MATERIALS:
-            # A device has that of its sink.
+            # A device has the table of its sink.
             table: Mapping[str, float] = getattr(getattr(scene, "sink", scene), "uncertainties", {})
             for key, u in table.items():
                 # Of three along the axes each.

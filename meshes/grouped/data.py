@@ -84,7 +84,7 @@ def add_gmsh_groups(
 ) -> None:
     """Add Gmsh's physical groups and, for cells in none, its elementary entities by their tags.
 
-    ``names`` are those of physical groups, by dimension and tag.
+    ``names`` are the names of physical groups, by dimension and tag.
     """
     mesh.groups |= collect((names.get((dim, int(tag)), tag), dim, cells) for tag, dim, cells in physical)
     grouped = np.concatenate([np.empty(0, int), *(cells for _, _, cells in physical)])

@@ -1,6 +1,6 @@
 """Gmsh's format 4.1, in text or binary (https://gmsh.info/doc/texinfo/gmsh.html, "MSH file format").
 
-meshio cannot read files of this format in which some entities are in a physical group and others are not.
+meshio cannot read files of this format where some entities are in a physical group and others are not.
 """
 
 from __future__ import annotations

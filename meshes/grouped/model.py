@@ -1,4 +1,4 @@
-"""A mesh with groups, and the cell of it that a point lies in."""
+"""A mesh with groups, and the search for the cell at a point."""
 
 from __future__ import annotations
 

@@ -75,7 +75,7 @@ def own_order(name: str) -> np.ndarray:
 
 def made(points: np.ndarray, cells: np.ndarray, name: str) -> Any:
     """scikit-fem's mesh of cells (m, nodes) in meshio's order; its vertices are the corners, sorted. Hexahedra of 20
-    nodes get the 7 more that give them the same shape among those of 27."""
+    nodes get 7 more, which give the same shape with 27 nodes."""
     from skfem import ElementHex2, ElementHexS2, MeshHex, MeshHex2, MeshTet, MeshTet2
 
     corners, nodes = KINDS[name]
@@ -162,8 +162,7 @@ def _kind(data: MeshData, path: Path) -> str:
 
 
 def _refuse_broken(points: np.ndarray, cells: np.ndarray, path: Path) -> None:
-    """Refuses what is no mesh at all: coordinates that are no numbers, cells that have a node twice, and nodes that lie
-    in one plane."""
+    """Refuse coordinates that are no numbers, cells that have a node twice, and nodes that all lie in one plane."""
     shown = f"mesh.file: {quoted(path)}"
     used = np.unique(cells)
     unknown = used[~np.isfinite(points[used]).all(axis=1)]
@@ -237,8 +236,8 @@ _CORNERS = {"tria": 3, "quad": 4}
 
 
 def _facets(mesh: Any, corners: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(n,) twice: the facets with some corners (n, 3 or 4), -1 where there is none, and from which of their two cells
-    they point outwards as their corners are given."""
+    """(n,) twice: the facets with some corners (n, 3 or 4), -1 where there is none, and the row of the cell out of
+    which they point in the order of their corners."""
     wanted = np.where(known, corners, -1)
     both = np.concatenate([np.sort(mesh.facets, axis=0).T, np.sort(wanted, axis=1)])
     number = np.unique(both, axis=0, return_inverse=True)[1].ravel()

@@ -15,14 +15,15 @@ from skfem import MeshHex, MeshTet
 
 from meshes.grouped.model import GroupedMesh
 
-# A place is on a facet where it is less than this away from it in the coordinates of the reference cell; the parts of a
-# cell are larger by far.
+# A place is on a facet where its distance in the coordinates of the reference cell is less; parts of a cell are larger.
 ON_FACET = 1e-7
 
 
 def refine(given: GroupedMesh, times: np.ndarray | None = None) -> GroupedMesh:
-    """The mesh with eight cells in place of each, or with each tetrahedron halved so many ``times`` (cells,), and what
-    must be beside them; the old cells' corners keep their numbers."""
+    """Return the mesh with each cell cut into eight, or with each tetrahedron halved so many ``times`` (cells,).
+
+    Neighbours are halved until no node hangs. The corners of the old cells keep their numbers.
+    """
     mesh = given.mesh
     flat, fine, parents = _cut(mesh, given.simplex, times)
     if type(mesh) is not type(flat):
@@ -58,9 +59,11 @@ def ordered(mesh: Any) -> Any:
 
 
 def bisected(mesh: Any, times: np.ndarray) -> tuple[Any, np.ndarray]:
-    """A mesh of straight tetrahedra with each halved so many ``times`` (cells,) and what must be beside them; and the
-    cell that each is a part of (new cells,)."""
-    # scikit-fem tells edges of one length apart by 1e-10 of its unit, and says in a warning when it copies arrays.
+    """Return a mesh of straight tetrahedra with each halved so many ``times`` (cells,), and (new cells,) their parents.
+
+    Neighbours are halved until no node hangs.
+    """
+    # scikit-fem compares lengths to 1e-10 of its unit, and warns when it copies arrays.
     size, logger = float(np.ptp(mesh.p, axis=1).max()), logging.getLogger("skfem")
     before, parents = logger.level, np.arange(mesh.t.shape[1])
     logger.setLevel(logging.ERROR)
@@ -78,7 +81,7 @@ def bisected(mesh: Any, times: np.ndarray) -> tuple[Any, np.ndarray]:
 
 
 class _Followed(MeshTet):
-    """A mesh that knows which cells are halved, round by round: of each one half keeps its number."""
+    """A mesh that records the cells halved in each round; one half keeps the number of the cell."""
 
     def _adaptive_sort_mesh(self, p: np.ndarray, t: np.ndarray, marked: np.ndarray) -> np.ndarray:
         self.rounds = [*self.rounds, marked.copy()]
@@ -105,7 +108,7 @@ def _cut(mesh: Any, simplex: bool, times: np.ndarray | None) -> tuple[Any, Any, 
 
 
 def _within(flat: Any, fine: Any, parents: np.ndarray) -> np.ndarray:
-    """(facets of the fine mesh,): the old facet that each lies in, -1 for those inside of old cells."""
+    """(facets of the fine mesh,): the old facet around each, -1 inside of old cells."""
     size, reference = float(np.ptp(flat.p, axis=1).max()), flat.refdom
     cell = parents[fine.f2t[0]]
     middles = fine.p[:, fine.facets].mean(axis=1) / size

@@ -100,7 +100,7 @@ class CellGraph(ABC):
         return solid[0] ^ solid[1]
 
     def acting(self, boundary: Any) -> np.ndarray:
-        """Return the faces on which a condition acts: of conductors for a voltage, exposed ones for a flux."""
+        """Return the faces on which a condition acts: of conductors for a voltage, exposed faces for a flux."""
         faces = self.faces(boundary)
         if boundary.kind in ("voltage", "temperature"):
             return faces[self.bordering(faces, self.conducting if boundary.kind == "voltage" else self.solid)]

@@ -110,7 +110,7 @@ def _gap(one: Box, other: Box, where: str) -> str:
 
 
 def losses(grid: Grid) -> list[str]:
-    """Return the part of its volume that each box loses to later ones of another material or heat source."""
+    """Return the part of its volume that each box loses to later boxes of another material or heat source."""
     sizes = [np.diff(p) for p in grid.planes]
     boxes, sentences = grid.scene.boxes, []
     for number, box in enumerate(boxes):

@@ -43,7 +43,7 @@ RADIATION = " radiation"
 SERIES = k.Quantity(d.RESISTANCE, 1e-9, 1e15)
 """The series resistance of a voltage; a larger one is a given current."""
 
-# The least are those of interfaces within a crystal, or of metals in one another (kapitza resistances are from 1e-9
+# The least are found at interfaces within a crystal, or of metals in one another (kapitza resistances are from 1e-9
 # m2 K/W on, contacts of silicides from 1e-13 ohm m2 on), far below; the largest pass nothing that matters.
 _PERFECT = ", or 0 for a perfect contact"
 HEAT_CONTACT = k.Quantity(d.THERMAL_CONTACT, 1e-12, 1e6, note=_PERFECT)

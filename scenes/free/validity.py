@@ -21,7 +21,7 @@ T = TypeVar("T", Box, Boundary, Probe)
 def check(scene: Scene) -> Scene:
     """Return the scene with nearly equal corners made equal, and flat boxes cut to the extent of the solid.
 
-    Raises SceneError for boxes without volume or covered by later ones, for boundaries and probes without the extent
+    Raises SceneError for boxes without volume or covered by later boxes, for boundaries and probes without the extent
     that they need, for flows that are infinite, and where `rules.check` does.
     """
     for axis in range(3):
