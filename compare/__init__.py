@@ -3,7 +3,7 @@
     run = compare.run("sink", voltage=1)         # both models of a sink, and the checks; reduction="plate", why=True
     found = compare.solve("bridge")              # any scene of boxes or on a mesh, in 3D
     sensor = compare.device("device")            # the whole sensor in 1D
-    table = compare.sweep("sink", {"sink.width": "10um:200um:20"})    # many designs, as an xarray.Dataset
+    table = compare.sweep("sink", {"sink.width": "10um:200um:20"})    # many designs, as arrays by column
 
 The first three print as their answer and have .fem3d, .reduced1d, .checks, .traces, .report() and .outcome.
 Scenes are what ``scenes.load`` returns, or what it takes. ``compare.testing`` has assertions for tests of your own.

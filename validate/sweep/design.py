@@ -1,10 +1,10 @@
-"""Which designs are solved: a scene, its keys that vary, and the points that a grid or a sample makes of them."""
+"""Designs of a sweep: a scene, its varied keys, and the points of a grid or a sample."""
 
 from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -25,15 +25,13 @@ from scenes.sink import Sink
 from scenes.units import UnitError, parse_quantity, unit_of
 
 Value = float | str
-VOLTAGE = "drive.voltage"  # the key that points may differ in and still share their mesh and fields
-TOGETHER = 16  # points of one task, at most: they are stored together, so this is also what a kill can cost
 MOST = 1_000_000  # the most points of a sweep
 
 
 @dataclass(frozen=True)
 class Base:
-    """The scene that a sweep varies, as it can be sent to where it is solved: what stands in its file and the
-    ``settings`` ("KEY=VALUE") over it; ``folder`` is where its mesh lies."""
+    """The scene that a sweep varies, in a form that other processes can read: the ``document`` of its file and the
+    ``settings`` ("KEY=VALUE") over it; its mesh lies in ``folder``."""
 
     kind: Literal["sink", "free"]
     name: str
@@ -55,16 +53,14 @@ class Base:
         """The scene with more settings, checked; raises SceneError."""
         if self.kind == "free":
             return free.from_dict(self.document, self.name, self.folder, (*self.settings, *settings))
-        # What a scene expects of its checks is said of that scene alone.
+        # Expected differences of checks hold for the scene in the file alone.
         read = {"scene.name": self.name} | self._read(settings) | {"checks.expect_differs": None}
         return check(SINK.schema.apply(read, SINK.default))
 
     def read(self, key: str, text: str) -> tuple[str, Value]:
-        """The key by its full name, and a value of it in SI units, or as it stands where it is no number; of keys that
-        move together, joined by "+", all their names.
+        """Return the full name of a key, or of keys that move together ("+"), and the value in SI units or as a word.
 
-        Raises SceneError for a key that there isn't and a value that it can't have; whether the scene as a whole can
-        is another matter.
+        Raises SceneError for an unknown key and a value outside its range; the whole scene is not checked.
         """
         if "+" in key:
             read = [self.read(part.strip(), text) for part in key.split("+")]
@@ -88,17 +84,17 @@ class Base:
         return isinstance(self._kind(key), Count)
 
     def unit(self, key: str) -> str:
-        """The SI unit of a key's numbers, "" where that isn't known."""
+        """Return the SI unit of a key, "" without one."""
         section, _, name = key.partition("+")[0].partition(".")
         if section == SECTION:
             return unit_of(Names(self._flat(())[SECTION])[name].powers)
         kind = self._kind(key)
-        # Of a point its coordinates, of a value that may vary what varies.
+        # A point has coordinates, and a value over time has a quantity.
         kind = getattr(kind, "coordinate", getattr(kind, "quantity", kind))
         return kind.dimension.unit if isinstance(kind, Quantity) else ""
 
     def _kind(self, key: str) -> Any:
-        """What values a key takes, the first of several that move together; ``None`` where that isn't known."""
+        """The kind of a key's values, or of the first of several that move together; ``None`` without one."""
         key = key.partition("+")[0]
         if key in self.schema.paths:
             return self.schema.paths[key].kind
@@ -115,7 +111,7 @@ class Base:
 
 
 def base(source: str | Path | Sink | AnyScene, settings: Sequence[str] = ()) -> Base:
-    """What a scene, its name or its file stands for. Raises SceneError."""
+    """Return the base of a scene, of its name or of its file. Raises SceneError."""
     if not isinstance(source, str | Path):
         given: Any = source
         given_folder = getattr(getattr(given, "model", None), "folder", "") or getattr(given, "folder", "")
@@ -157,10 +153,10 @@ class Axis:
 
 
 def parse(base: Base, text: str, form: str) -> Axis:
-    """An axis from a command's text: of the form "grid", "range", or "sample", which takes a range or a list.
+    """Return the axis of a command's text: of the form "grid", "range", or "sample", which takes a range or a list.
 
-    Raises SceneError for what is not of the form, an unknown key, values that it can't have, an empty range, a
-    logarithm over zero and a count out of range.
+    Raises SceneError for another form, an unknown key, values outside its range, an empty range, a logarithm over zero
+    and a count out of range.
     """
     key, equals, given = (part.strip() for part in text.partition("="))
     wanted = "give KEY=FROM:TO[:log], such as sink.width=10um:200um"
@@ -190,7 +186,7 @@ def parse(base: Base, text: str, form: str) -> Axis:
 
 
 def listed(base: Base, key: str, given: Sequence[Any]) -> Axis:
-    """An axis of the values given one by one: texts with units, words or SI numbers."""
+    """Return the axis of values given one by one: texts with units, words or SI numbers."""
     read = [base.read(key, base.text(key, value)) for value in given]
     if not read:
         raise SceneError(f"{key} is varied over no values: give at least one")
@@ -264,18 +260,6 @@ class Design:
     def columns(self, numbers: Iterable[int]) -> dict[str, np.ndarray]:
         points = [self.point(number) for number in numbers]
         return {key: array([point[i] for point in points]) for i, key in enumerate(self.keys)}
-
-    def tasks(self) -> Iterator[tuple[int, ...]]:
-        """The points by task. Those of a grid that differ in voltage alone are together, from the highest voltage down,
-        and which are does not depend on what has been solved before; all others are alone."""
-        alike = np.arange(self.count).reshape(-1, 1)
-        for n, axis in enumerate(self.axes):
-            if axis.key == VOLTAGE and axis.numeric and self.sample is None:
-                order = np.argsort([-abs(float(value)) for value in axis.values], kind="stable")
-                alike = np.moveaxis(alike.reshape(self.shape), n, -1)[..., order].reshape(-1, len(order))
-        for numbers in alike:
-            for first in range(0, len(numbers), TOGETHER):
-                yield tuple(numbers[first : first + TOGETHER].tolist())
 
 
 def settings(base: Base, keys: Sequence[str], point: Sequence[Value]) -> list[str]:

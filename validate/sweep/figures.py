@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-import textwrap
-import warnings
 from itertools import cycle
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -18,24 +16,15 @@ from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator
 from matplotlib.tri import LinearTriInterpolator, Triangulation
 
 from compare.report.checks import with_mu
-from scenes.formats import percent, scale
+from scenes.formats import scale
 from scenes.model import UNITS
 from validate.report.figures import INK, PARTS
 from validate.report.figures.drawing import new_figure
-from validate.sweep.table import TITLES, Table, of_many_keys, too_few
-
-if TYPE_CHECKING:
-    from validate.sweep.mapping import Map
+from validate.sweep.table import TITLES, Table, of_many_keys
 
 _LOST: dict[str, Any] = {"marker": "x", "ls": "", "color": "#d55e00", "ms": 5, "clip_on": False}
-DRAWS = 4096  # Points of the surface, which costs nothing to ask, from which the indices are estimated.
-SPECK = 1e-9
-"""Patches whose side of the tolerance no point confirms are drawn on the other side, by this relative distance."""
 BROAD = 30  # Characters of a line of an axis's label: the smallest panel's side.
 LINE = 0.17  # Inches of one more line of an axis's label.
-_JOINT = "\N{ZERO WIDTH SPACE}"  # Marks dots after which a line may end.
-FOLDS = 8
-"""The points are cut into so many parts; the surface through all others predicts each, which says how good it is."""
 
 
 def draw(table: Table) -> dict[str, Figure]:
@@ -46,8 +35,7 @@ def draw(table: Table) -> dict[str, Figure]:
     if table.map:
         return {"figure_map": _map(table, scope.reductions[0])}
     if of_many_keys(table):
-        shares = None if too_few(table) else _shares(table)
-        return {"figure_pairs": _pairs(table)} | ({} if shares is None else {"figure_indices": shares})
+        return {"figure_pairs": _pairs(table)}
     if len(table.keys) == 2 and table.relative and all(values.dtype != object for values in table.keys.values()):
         known = [name for name in scope.reductions if scope.check in table.series(name)]
         ends = {name: "" if name == scope.reductions[0] else "_" + name.replace(":", "") for name in known}
@@ -108,16 +96,15 @@ def _of_probe(table: Table, name: str) -> tuple[float, str]:
 
 
 def _map(table: Table, reduction: str) -> Figure:
-    """|1D/3D - 1| over two keys with the tolerance as a bold line (broken where it may be off by more than a cell),
-    solved points as dots, those without an answer as crosses; beside it the assumption to blame beyond the
-    tolerance."""
+    """|1D/3D - 1| over two keys: the tolerance is a bold line, solved points are dots, points without an answer are
+    crosses; beside it the assumption to blame beyond the tolerance."""
     check, ok = table.job.scope.check, table.ok
     tolerance = table.tolerances[check]
     x, y = (_shown(table, key, values) for key, values in table.keys.items())
     if table.map:
         across, up = (_shown(table, key, table.map[key]) for key in table.keys)
         assert table.cells is not None
-        size, words = without_specks(table.cells).ravel(), table.map["blame"]
+        size, words = np.abs(table.cells.value).ravel(), table.map["blame"]
     else:
         across, up, size = x, y, np.abs(table.series(reduction)[check][0])
         is_first = reduction == table.job.scope.reductions[0]
@@ -145,14 +132,9 @@ def _map(table: Table, reduction: str) -> Figure:
     )
     molten = bool((excess > 0).any())
     crossed = percents[known].min() < 100 * tolerance < most
-    unsure = np.zeros(len(size), bool) if table.cells is None else placed_badly(table.cells).ravel()
-    unsure_there = unsure[net.triangles].any(axis=1)
     for ax in axes:
-        for mask, line in ((unsure_there, "-"), (~unsure_there, (0, (2, 1.5)))) if crossed else ():
-            hidden = mask | ~known[net.triangles].all(axis=1)
-            part = Triangulation(across, up, net.triangles, hidden)
-            if not hidden.all():
-                ax.tricontour(part, percents, levels=[100 * tolerance], colors=[INK], linewidths=2.4, linestyles=[line])
+        if crossed:
+            ax.tricontour(net, percents, levels=[100 * tolerance], colors=[INK], linewidths=2.4)
         if molten:
             colder = np.where(np.isfinite(excess), excess, -1.0)
             ax.tricontourf(net, colder, levels=[0.0, np.inf], colors="none", hatches=["//"])
@@ -165,7 +147,7 @@ def _map(table: Table, reduction: str) -> Figure:
     cause = f" (where it is exceeded: {names[0]})" if len(names) == 1 else ""
     line = f"bold: {100 * tolerance:g} %" if crossed else f"the line of {100 * tolerance:g} % is not in the range"
     notes = [
-        line + cause + ", broken where it may be off by more than a cell" * bool(crossed and unsure.any()),
+        line + cause,
         "dots: solved",
         *(["hatched: hotter than a material's valid_to"] if molten else []),
         *([] if ok.all() else ["crosses: no answer"]),
@@ -173,31 +155,6 @@ def _map(table: Table, reduction: str) -> Figure:
     figure.text(0.012, 0.02, "; ".join(notes), fontsize=9, color=INK)
     figure.subplots_adjust(wspace=0.24)
     return figure
-
-
-def placed_badly(cells: Map) -> np.ndarray:
-    """(n, m): where a line of equal difference may be off by more than a cell: its error is more than what the
-    difference changes by from one cell to the next."""
-    slopes = np.gradient(np.abs(cells.value), axis=tuple(d for d in (0, 1) if cells.value.shape[d] > 1))
-    steepest = np.hypot(*slopes) if isinstance(slopes, tuple) else np.abs(slopes)
-    return np.asarray(cells.error > steepest)
-
-
-def without_specks(cells: Map) -> np.ndarray:
-    """(n, m): the size of the difference, but on the other side of the tolerance in a patch, of less than half of the
-    map, of which no cell is known to be on its own side: it is an error of the interpolation as likely as not."""
-    from scipy.ndimage import label
-
-    size, tolerance = np.abs(cells.value), cells.tolerance
-    for verdict, sign in (("differs", 1.0), ("agrees", -1.0)):
-        on_side = size > tolerance if sign > 0 else size <= tolerance
-        patches, count = label(on_side)
-        surely = np.unique(patches[on_side & (cells.verdicts == verdict)])
-        for number in np.setdiff1d(np.arange(1, count + 1), surely):
-            patch = patches == number
-            if patch.mean() < 0.5:
-                size[patch] = tolerance * (1 - sign * SPECK)
-    return size
 
 
 def _blamed(ax: Axes, net: Triangulation, percents: np.ndarray, words: list[int], tolerance: float) -> None:
@@ -214,7 +171,7 @@ def _blamed(ax: Axes, net: Triangulation, percents: np.ndarray, words: list[int]
 
 
 def _pairs(table: Table) -> Figure:
-    """Every pair of keys, each point coloured by the size of its difference; those beyond the tolerance on top."""
+    """Every pair of keys, each point coloured by the size of its difference, the largest on top."""
     keys, ok = list(table.keys), table.ok
     name, (values, _) = next(iter(table.series().items()))
     factor, unit = (100.0, "%") if table.relative else _of_probe(table, name)
@@ -243,55 +200,6 @@ def _pairs(table: Table) -> Figure:
     return figure
 
 
-def _shares(table: Table) -> Figure | None:
-    """How much of the variance each key explains, alone and with all others: Sobol' indices of a smooth surface through
-    the sample, each key uniform in its range (or in its logarithm), with 95 % intervals. The axis says what part of the
-    variance the surface predicts of points left out of it, the rest being more than it can say. ``None`` where
-    nothing varies."""
-    from scipy.interpolate import RBFInterpolator
-    from scipy.stats import sobol_indices, uniform
-
-    keys = table.job.design.keys
-    values, _ = next(iter(table.series().values()))
-    known = table.ok & np.isfinite(values)
-    given = [np.log(table.keys[axis.key]) if axis.log else table.keys[axis.key] for axis in table.job.design.axes]
-    places = np.column_stack([(side - side.min()) / (np.ptp(side) or 1.0) for side in given])[known]
-    y = values[known]
-    if np.ptp(y) <= 1e-12 * np.abs(y).max():
-        return None
-
-    def fitted(x: np.ndarray, v: np.ndarray) -> RBFInterpolator:
-        return RBFInterpolator(x, v, kernel="cubic", neighbors=None if len(v) <= 2000 else 60)
-
-    rng = np.random.default_rng(0)
-    fold = rng.permutation(len(y)) % FOLDS
-    left_out = np.empty_like(y)
-    for k in range(FOLDS):
-        left_out[fold == k] = fitted(places[fold != k], y[fold != k])(places[fold == k])
-    explained = 1 - float(np.var(left_out - y) / np.var(y))
-    surface = fitted(places, y)
-    with warnings.catch_warnings(action="ignore"):
-        indices = sobol_indices(
-            func=lambda x: surface(x.T), n=DRAWS, dists=[uniform()] * len(keys), random_state=rng
-        )  # fmt: skip
-        spread = indices.bootstrap(n_resamples=99)
-    figure = new_figure(6.4, 0.75 * len(keys) + 1.7, f"{table.job.base.name}: how much each key explains", [], left=2.2)
-    ax = figure.add_subplot()
-    at = np.arange(len(keys))
-    for index, bootstrap, shift, colour, name in (
-        (indices.first_order, spread.first_order, -0.18, PARTS[0], "alone (first order)"),
-        (indices.total_order, spread.total_order, 0.18, PARTS[1], "with the others (total)"),
-    ):
-        ends = bootstrap.confidence_interval
-        half = (ends.high - ends.low) / 2
-        ax.barh(at + shift, index, 0.34, xerr=half, color=colour, label=name, error_kw={"lw": 1.0, "capsize": 2})
-    said = f"Sobol' index; the surface explains {percent(explained, 3)} of the variance"
-    ax.set(yticks=at, yticklabels=keys, xlabel=said)
-    ax.invert_yaxis()
-    ax.legend(fontsize=9)
-    return figure
-
-
 def _unit(table: Table, key: str) -> tuple[float, str]:
     """The factor from SI to the unit that suits a key's values, and that unit."""
     return scale(float(np.abs(table.keys[key]).max()), table.units[key])
@@ -306,12 +214,10 @@ def _shown(table: Table, key: str, values: np.ndarray) -> np.ndarray:
 
 
 def _label(table: Table, key: str) -> str:
-    """A key with its unit, in lines of at most BROAD letters that end at a dot or a blank."""
+    """A key with its unit, in two lines that part at a dot where it is long."""
     unit = _unit(table, key)[1] if table.keys[key].dtype != object else ""
     text = with_mu(f"{key} ({unit})" if unit else key)
-    return (
-        "\n".join(textwrap.wrap(text.replace(".", f".{_JOINT} "), BROAD)).replace(f"{_JOINT} ", "").replace(_JOINT, "")
-    )
+    return text if len(text) <= BROAD else ".\n".join(text.rsplit(".", 1))
 
 
 def _axis(ax: Axes, side: str, table: Table, key: str, labelled: bool = True) -> None:

@@ -1,10 +1,8 @@
-"""The line of a tolerance over two keys, found by solving where it runs: each round of cells is chosen from what all
-before it have shown, so that a map goes on as it would have after any interruption.
+"""The line of a tolerance over two keys: cells are solved in rounds, each chosen from the results of the earlier ones.
 
-The difference over the cells is interpolated from those that are solved, twice: piecewise linear on the triangles
-between them, and smooth through all of them (cubic radial functions). How far the two disagree anywhere in a triangle
-says how rough the surface is there; how much of that the smooth one is off by is measured on every cell that was solved
-after it had been predicted.
+The difference over the cells is interpolated from the solved ones twice: piecewise linear on the triangles between
+them, and smooth through all of them (cubic radial functions). The largest distance of the two in a triangle estimates
+the error there.
 """
 
 from __future__ import annotations
@@ -24,21 +22,26 @@ from validate.sweep.store import Store
 VERDICTS = ("agrees", "differs", "unresolved")
 FIRST = 9  # Cells along either key that are solved first, the corners of the map among them.
 ROUND = 16  # Cells of a round: a quarter where interpolations disagree most, the others where the verdict is open.
-LOOKS = 2  # Rounds that only look for disagreement, so that the error has been measured before it is relied on.
+LOOKS = 2  # Rounds that only look for disagreement, before verdicts rely on the error.
 ENOUGH = 0.01
 """The part of the cells that may stay unresolved; each of the last ones would need a solution."""
-
-CAUTION = 0.5  # The least part of the disagreement that counts as the error, however good the predictions were.
-RECENT = 48  # Predictions that are judged: older ones, on a coarser net, say little of today's.
 
 
 @dataclass(frozen=True, eq=False)
 class Map:
-    """The row of each cell that is solved, by its number, and the tolerance. Over the cells (n, m) the ``value``, NaN
-    where there is none, its ``error``, of which ``corner_error`` is that of the solved values at the triangle's
-    corners, and the greatest ``disagreement`` in the cell's triangle and its neighbours, infinite where a corner has no
-    answer. ``unanswered`` are the cells all of whose corners have none, and ``refused`` those that can't be built,
-    which is known without a solution."""
+    """The map of a check over two keys; arrays are (n, m), over the cells.
+
+    Attributes
+    ----------
+    solved : rows of the solved cells by number
+    tolerance : tolerance of the check
+    value : difference, NaN without an answer
+    error : error bound of ``value``
+    corner_error : its part from the solved values at the corners of the triangle
+    disagreement : its part from the two interpolations; infinite where a corner has no answer
+    unanswered : whether no corner has an answer
+    refused : whether the design can't be built
+    """
 
     solved: dict[int, Row]
     tolerance: float
@@ -91,8 +94,8 @@ class Map:
 
     @cached_property
     def excess(self) -> np.ndarray:
-        """(n, m): how far (K) a material gets past its valid_to, interpolated between the cells that are solved; NaN
-        where there is no answer, or nothing says how far a material is valid."""
+        """(n, m): the excess (K) of a material over its valid_to, interpolated between the solved cells; NaN without an
+        answer or a valid_to."""
         from scipy.interpolate import RBFInterpolator
 
         shape = self.value.shape
@@ -126,39 +129,27 @@ def _places(numbers: Iterable[int], shape: tuple[int, ...]) -> np.ndarray:
 
 
 def refine(job: Job, store: Store, gather: Callable[[Iterable[Work], int, str], None]) -> Map:
-    """Solves cells until few are unresolved, or as many are solved as may be. Cells that are refused, which costs
-    nothing, don't count, and where designs can't be built is not searched for. ``gather`` solves tasks and stores their
-    rows; it is told of how many in all, and what else to say."""
+    """Solve cells until few are unresolved, or the limit of solutions is reached; refused designs don't count.
+
+    ``gather`` solves cells and stores their rows; its other arguments are the limit and a remark for the progress.
+    """
     shape, limit = job.design.shape, job.solves or 0
     first = [np.unique(np.linspace(0, n - 1, min(FIRST, n, math.isqrt(limit))).round().astype(int)) for n in shape]
     wanted = np.ravel_multi_index(np.ix_(*first), shape).ravel()
     solved: dict[int, Row] = {}
-    interpolated: Map | None = None
-    ratios: list[float] = []
     refused: dict[int, bool] = {}
-    rounds, share = 0, 1.0
+    rounds, remark = 0, ""
     while True:
-        work = (job.work([n], blamed=interpolated is None) for n in wanted.tolist() if n not in store)
-        gather(
-            work,
-            limit,
-            "" if interpolated is None else f", {np.mean(interpolated.verdicts == 'unresolved'):.1%} unresolved",
-        )
-        rows = {row.point: row for row in store.rows(wanted.tolist())}
-        if interpolated is not None:
-            # How well these cells were predicted: what part of the disagreement the predictions were off by.
-            off = np.abs(interpolated.value.flat[wanted] - _known(job, rows)[0])
-            expected = interpolated.disagreement.flat[wanted]
-            known = np.isfinite(off) & np.isfinite(expected) & (expected > 0)
-            ratios += (off[known] / expected[known]).tolist()
-            share = max([CAUTION, *ratios[-RECENT:]]) if ratios else 1.0
-        solved |= rows
-        interpolated = _interpolated(job, solved, share, refused)
+        gather((job.work(n, rounds == 0) for n in wanted.tolist() if n not in store), limit, remark)
+        chosen = set(wanted.tolist())
+        solved |= {row.point: row for row in store.rows() if row.point in chosen}
+        cells = _interpolate(job, solved, refused)
         rounds += 1
         paid = sum(row.status != "refused" for row in solved.values())
-        wanted = _next(interpolated, rounds, min(ROUND, limit - paid))
+        wanted = _choose_next(cells, rounds, min(ROUND, limit - paid))
         if not len(wanted):
-            return interpolated
+            return cells
+        remark = f", {np.mean(cells.verdicts == 'unresolved'):.1%} unresolved"
 
 
 def _known(job: Job, rows: dict[int, Row]) -> tuple[np.ndarray, np.ndarray]:
@@ -170,9 +161,8 @@ def _known(job: Job, rows: dict[int, Row]) -> tuple[np.ndarray, np.ndarray]:
     return np.where(np.isfinite(errors), values, np.nan), errors
 
 
-def _interpolated(job: Job, solved: dict[int, Row], share: float, known: dict[int, bool]) -> Map:
-    """The map through the cells that are solved, the corners among them; ``share`` is the part of the disagreement that
-    counts as error. Which cells can't be built is ``known``, and looked up for those next to one.
+def _interpolate(job: Job, solved: dict[int, Row], known: dict[int, bool]) -> Map:
+    """Interpolate between the solved cells, the corners among them. ``known`` caches the cells that can't be built.
 
     Where a corner of a triangle can't be built, the smooth surface goes on to it.
     """
@@ -209,11 +199,11 @@ def _interpolated(job: Job, solved: dict[int, Row], share: float, known: dict[in
     known_error[at] = errors
     value = np.where((bad == 3) | refused, np.nan, smooth)
     tolerance: float = job.base.at(()).tolerance(job.scope.check)  # type: ignore[union-attr]
-    return Map(solved, tolerance, value, share * apart + known_error, known_error, apart, bad == 3, refused)
+    return Map(solved, tolerance, value, apart + known_error, known_error, apart, bad == 3, refused)
 
 
 def _refused(job: Job, number: int, known: dict[int, bool]) -> bool:
-    """Whether a cell can't be built, which its scene says before anything is solved."""
+    """Whether the scene of a cell is refused."""
     if number not in known:
         try:
             job.base.at(settings(job.base, job.design.keys, job.design.point(number)))
@@ -223,7 +213,7 @@ def _refused(job: Job, number: int, known: dict[int, bool]) -> bool:
     return known[number]
 
 
-def _next(cells: Map, rounds: int, most: int) -> np.ndarray:
+def _choose_next(cells: Map, rounds: int, most: int) -> np.ndarray:
     """The numbers of the cells to solve next, apart from each other; none where enough is resolved."""
     from scipy.ndimage import distance_transform_edt
 

@@ -48,18 +48,18 @@ class MonteCarlo(Analysis["Sampled"]):
         check_apart(outcome.scene, tuple(outcome.options.uncertain.relative))
 
     def run(self, outcome: Outcome[Any], progress: Progress) -> Sampled:
-        """Solve the samples. Raises SceneError where hardly any has an answer, and what a cluster raises."""
+        """Solve the samples. Raises SceneError where hardly any has an answer, and LostError."""
         propagated: Propagated = outcome.analyses["uncertain"]
         sink, options = outcome.scene, outcome.options
         uncertain, count = propagated.uncertain, options.monte_carlo
         keys, points = tuple(uncertain.relative), drawn(sink, uncertain, count)
         scope = Scope((options.reduction,), options.steady, blame=False, all_checks=False)
         unmoved = base(sink)
-        tasks = (Work(unmoved, scope, keys, (n,), (tuple(point),)) for n, point in enumerate(points.tolist()))
+        tasks = (Work(unmoved, scope, keys, n, tuple(point)) for n, point in enumerate(points.tolist()))
         rows = []
         with Cluster(min(processors(), count), None, None, progress) as cluster:
-            for tasks_rows in cluster.solve(tasks):
-                rows += [row for task in tasks_rows for row in task]
+            for solved in cluster.solve(tasks):
+                rows += solved
                 progress(f"{len(rows)} of {count} samples")
         rows = sorted((row for row in rows if row.status == "ok"), key=lambda row: row.point)
         if len(rows) < SAMPLES[0]:
@@ -96,8 +96,10 @@ def register() -> None:
 
 
 def drawn(sink: Sink, uncertain: Uncertain, count: int) -> np.ndarray:
-    """(count, keys): the values (SI units) of the uncertain keys in each sample; what a word comes to, the offset of a
-    centred oxide, is a part of what it comes to there."""
+    """Return (count, keys): the values (SI units) of the uncertain keys in each sample.
+
+    The value of a word, such as the offset of a centred oxide, scales with its value in the sample's sink.
+    """
     keys, values = tuple(uncertain.relative), numbers(sink)
     samples: np.ndarray = np.array([values[key] for key in keys]) * (1 + draw(uncertain, count))
     for n, word in enumerate(keys):
@@ -111,7 +113,7 @@ def drawn(sink: Sink, uncertain: Uncertain, count: int) -> np.ndarray:
 
 
 def check_apart(sink: Sink, keys: tuple[str, ...]) -> None:
-    """Refuses a key beside the parameter that it is made of: a sample gives each a value, and it can have but one."""
+    """Refuse a key beside the parameter that it is made of: a sample gives each a value, and it can have but one."""
     values = numbers(sink)
     for parameter in (key for key in keys if key.startswith(f"{SECTION}.")):
         changed = numbers(neighbour(sink, parameter, STEP))
@@ -140,7 +142,7 @@ def draw(uncertain: Uncertain, count: int, seed: int = 0) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Spread:
-    """Mean and standard deviation of samples, the latter's standard error, and what linear propagation makes of it."""
+    """Mean and standard deviation of samples, its standard error, and the deviation by linear propagation."""
 
     mean: float
     deviation: float
@@ -155,7 +157,7 @@ class Spread:
 
     @property
     def excess(self) -> float:
-        """By which part of itself the linear propagation is off."""
+        """The relative error of the linear propagation."""
         return self.deviation / self.linear - 1 if self.linear else float("inf")
 
 
@@ -170,7 +172,7 @@ class Sampled:
     checks: dict[str, Spread]
 
     def warnings(self) -> tuple[str, ...]:
-        """Where the linear propagation is not good enough."""
+        """Return a warning where the linear propagation is not good enough."""
         models = {"in 3D": self.fem3d, "in 1D": self.reduced1d, "of the check": self.checks}
         off = [
             f"{name} {where} ({percent(spread.excess, sign=True)})"
@@ -184,7 +186,7 @@ class Sampled:
 def spreads(
     columns: Mapping[str, np.ndarray], propagated: Propagated, checks: Mapping[str, float], failed: int
 ) -> Sampled:
-    """What samples (columns of points.csv, without those that failed) say; ``checks`` are the linear u_input."""
+    """Return the spreads of samples, the columns of points.csv without failures; ``checks`` are the linear u_input."""
 
     def spread_of(column: str, linear: float) -> Spread:
         values = np.asarray(columns[column], float)

@@ -1,12 +1,11 @@
-"""What a sweep is asked, and its points, solved one after the other: each a row of numbers, or why there is none."""
+"""The request of a sweep, and its points: each is solved to a row of numbers, or to the reason why it has none."""
 
 from __future__ import annotations
 
 import json
 import math
-import re
 import time
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable
 from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
@@ -31,19 +30,24 @@ S = TypeVar("S", bound=Any)
 FINEST = 1e-4
 """The accuracy down to which points with an open verdict are solved again; finer ones take seconds to minutes."""
 
-_NUMBER = re.compile("^fem3d_|_(difference|u_num|error)$")
-"""Columns of a point that figures and sentences read as numbers."""
-
 BLAMED = {"fig4": ("steady", "peak"), "fig6_peak": ("transient", "peak"), "fig6_end": ("transient", "end"),
           "fig7_current": ("transient", "current")}  # fmt: skip
-"""The difference in `compare.blame` that each check of a reduction is about."""
+"""The difference in `compare.blame` of each check of a reduction."""
 
 
 @dataclass(frozen=True)
 class Scope:
-    """What is wanted at every point: ``check`` is the one that is blamed on assumptions, ``all_checks`` whether every
-    verdict that the error leaves open is solved again more accurately, or that one's alone. ``model`` is the path of
-    the user's own, whose name is then the only one of the ``reductions``."""
+    """The results that every point should have.
+
+    Attributes
+    ----------
+    reductions : names of the 1D models
+    steady : whether the steady state alone is solved
+    check : the check whose difference is split by assumption
+    blame : whether it is split
+    all_checks : whether every open verdict is solved again more accurately, or that of ``check`` alone
+    model : path of the user's own model, whose name is then the only one of the ``reductions``
+    """
 
     reductions: tuple[str, ...] = ("paper",)
     steady: bool = False
@@ -55,8 +59,8 @@ class Scope:
 
 @dataclass(frozen=True)
 class Row:
-    """What came of a point: the ``status`` is "ok" or a word, then ``because`` is a sentence. ``values`` are by the
-    columns' names; ``parts`` what each assumption adds to the check's difference, relative as that is."""
+    """The result of a point: the ``status`` is "ok" or a word, then ``because`` is a sentence. ``values`` are by the
+    columns' names; ``parts`` are the contributions of the assumptions to the check's relative difference."""
 
     point: int
     status: str
@@ -65,35 +69,22 @@ class Row:
     values: dict[str, Any]
     parts: dict[str, float] | None = None
 
-    @property
-    def sound(self) -> bool:
-        """Whether all of it has its type, as a row has that was stored and nobody changed."""
-        parts = {} if self.parts is None else self.parts
-        if not (type(self.point) is int and isinstance(self.values, dict) and isinstance(parts, dict)):
-            return False
-        numbers = [value for name, value in self.values.items() if _NUMBER.search(name) and value is not None]
-        return (
-            all(isinstance(word, str) for word in (self.status, self.because))
-            and all(isinstance(value, (int, float)) for value in (self.seconds, *parts.values(), *numbers))
-            and not any(isinstance(value, (list, dict)) for value in self.values.values())
-        )
-
 
 @dataclass(frozen=True)
 class Work:
-    """A task: points by number with the values of the keys."""
+    """A point to solve: its ``number`` and the values of the ``keys``."""
 
     base: Base
     scope: Scope
     keys: tuple[str, ...]
-    numbers: tuple[int, ...]
-    points: tuple[tuple[Value, ...], ...]
+    number: int
+    point: tuple[Value, ...]
 
 
 @dataclass(frozen=True)
 class Job:
-    """What is asked for: a ``design`` of a ``base``, and the ``scope`` of each point. Of a map the design is the cells,
-    and not many more than ``solves`` of them are solved."""
+    """A request: a ``design`` of a ``base``, and the ``scope`` of each point. The design of a map is the cells, of
+    which about ``solves`` are solved."""
 
     base: Base
     design: Design
@@ -101,7 +92,7 @@ class Job:
     solves: int | None = None
 
     def document(self) -> dict[str, Any]:
-        """All of it as JSON types: what a folder's earlier run must have been asked as well."""
+        """Return the request as JSON types, to compare with that of a folder's earlier run."""
         from validate.report.summary import version
 
         base, design = self.base, self.design
@@ -117,17 +108,19 @@ class Job:
         }
         return json.loads(json.dumps(document, default=str))
 
-    def work(self, numbers: Sequence[int], blamed: bool = True) -> Work:
-        points = tuple(self.design.point(number) for number in numbers)
+    def work(self, number: int, blamed: bool = True) -> Work:
+        """Return the task of a point."""
         scope = replace(self.scope, blame=self.scope.blame and blamed)
-        return Work(self.base, scope, self.design.keys, tuple(numbers), points)
+        return Work(self.base, scope, self.design.keys, number, self.design.point(number))
 
 
 def checked(
     base: Base, given: str | None, steady: bool, varied: Collection[str] = (), reduction: str = "paper", model: str = ""
 ) -> str:
-    """The check that was asked for; SceneError for one that there isn't, that is none of the ``reduction``, or that no
-    design of the sweep has, whose ``varied`` keys are these."""
+    """Return the check of a sweep over the ``varied`` keys.
+
+    Raises SceneError for a check that the scene, the ``reduction`` or every design lacks.
+    """
     from compare.kinds import kind_of
     from compare.verdict import PAPERS
     from scenes.checks import DEFAULT_TOLERANCES, ISLAND_TOLERANCES, OF_THE_PAPER, OF_THE_REDUCTION
@@ -169,74 +162,60 @@ def checked(
     return check
 
 
-def ready() -> None:
-    """Imports what a point takes, so that no point's time has it in it."""
+def import_solvers() -> None:
+    """Import the modules that a point needs, so that no point's time includes the import."""
     import fem3d.runs.scene
     import fem3d.runs.sink  # noqa: F401
 
 
-def solve(work: Work, seconds: float | None = None) -> list[Row]:
-    """A row for every point, each of which has some ``seconds``; never raises for what a scene can cause."""
-    rows = []
-    earlier: Result | None = None
-    for number, point in zip(work.numbers, work.points, strict=True):
-        started = time.perf_counter()
-        values: dict[str, Any] = {}
-        parts, status, because = None, "failed", ""
-        try:
-            with within(seconds):
-                scene: Any = work.base.at(settings(work.base, work.keys, point))
-                if work.base.kind == "sink":
-                    values, parts, result = _sink(scene, work.scope, earlier)
-                    earlier = earlier or result
-                else:
-                    values = _free(scene, work.scope)
-                status = "ok"
-        except SceneError as error:
-            status, because = "refused", str(error)
-        except RunawayError as error:
-            status, because = "runaway", str(error)
-        except ArithmeticError as error:
-            because = str(error)
-        except MemoryError:
-            because = "out of memory: ask for a larger accuracy"
-        except TimeIsUpError:
-            values, parts, status, because = {}, None, "timeout", late(seconds)
-        except Exception as error:
-            because = f"a fault of this program, {type(error).__name__}: {error}"
-        took = round(time.perf_counter() - started, 4)
-        rows.append(Row(number, status, " ".join(because.split()), took, values, parts))
-    return rows
+def solve(work: Work, seconds: float | None = None) -> Row:
+    """Return the row of a point, which has some ``seconds``; never raise for what a scene can cause."""
+    started, status, because = time.perf_counter(), "ok", ""
+    values: dict[str, Any] = {}
+    parts = None
+    try:
+        with within(seconds):
+            scene: Any = work.base.at(settings(work.base, work.keys, work.point))
+            values, parts = _sink(scene, work.scope) if work.base.kind == "sink" else (_free(scene, work.scope), None)
+    except SceneError as error:
+        status, because = "refused", str(error)
+    except RunawayError as error:
+        status, because = "runaway", str(error)
+    except ArithmeticError as error:
+        status, because = "failed", str(error)
+    except MemoryError:
+        status, because = "failed", "out of memory: ask for a larger accuracy"
+    except TimeIsUpError:
+        status, because = "timeout", late(seconds)
+    except Exception as error:
+        status, because = "failed", f"a fault of this program, {type(error).__name__}: {error}"
+    took = round(time.perf_counter() - started, 4)
+    return Row(work.number, status, " ".join(because.split()), took, values, parts)
 
 
 def late(seconds: float | None) -> str:
-    """Why a point that was stopped has no answer."""
+    """Return the reason of a point that was stopped."""
     return f"it took more than {seconds:g} s (--point-timeout)"
 
 
-def _sink(
-    sink: Sink, scope: Scope, earlier: Result | None
-) -> tuple[dict[str, Any], dict[str, float] | None, Result]:  # fmt: skip
-    """A sink's columns, parts of its difference, and 3D result; solved again more finely while a verdict is open."""
+def _sink(sink: Sink, scope: Scope) -> tuple[dict[str, Any], dict[str, float] | None]:
+    """A sink's columns and the parts of its difference; solved again more finely while a verdict is open."""
     from compare import hottest
     from compare.kinds import kind_of
     from reduced1d.ladder.levels import Levels
 
     options = Options(steady=scope.steady, reduction=scope.reductions[0], model=scope.model)
-    # Which part is the largest the coarser models of the ladder tell; a reduction that stands on it needs both.
+    # The coarser models of the ladder tell the largest part; a reduction that stands on it needs both.
     rough = scope.reductions == ("paper",)
-    first: Result | None = None
-    while True:
-        outcome = kind_of(sink).compare(sink, options, earlier)
+    finer: Sink | None = sink
+    while finer is not None:
+        sink = finer
+        outcome = kind_of(sink).compare(sink, options)
         fem3d, levels = cast("Result", outcome.fem3d), Levels(sink, rough)
-        first = first or fem3d
         by_reduction = {scope.reductions[0]: (outcome.checks, outcome.reduced1d)}
         for name in scope.reductions[1:]:
             by_reduction[name] = _of_another(sink, options.but(reduction=name), fem3d, levels)
         finer = _finer(sink, [check for checks, _ in by_reduction.values() for check in checks], scope)
-        if finer is None:
-            break
-        sink = finer
     values: dict[str, Any] = {}
     for name, given in fem3d.steady.items():
         values |= {f"fem3d_{name}": given.value, f"fem3d_{name}_error": given.error}
@@ -248,7 +227,7 @@ def _sink(
     # Nothing is hotter than the peak, and a step's response nowhere hotter than the steady state.
     hot = hottest.excess(sink.materials, top, lambda: fem3d.details["fields"], np.empty(0))
     parts = _parts(sink, scope, fem3d, levels) if scope.blame and not scope.model else None
-    return values | too_hot(*hot) | blame(parts) | {"accuracy": sink.accuracy}, parts, first
+    return values | too_hot(*hot) | blame(parts) | {"accuracy": sink.accuracy}, parts
 
 
 def _finer(scene: S, checks: Iterable[Check], scope: Scope) -> S | None:
@@ -263,8 +242,7 @@ def _check_columns(checks: Iterable[Check], prefix: str = "") -> dict[str, Any]:
 
 
 def too_hot(excess: float, material: str) -> dict[str, Any]:
-    """The material that gets hotter than it is valid to, "" where none does, and by how much (K; below zero by how much
-    it stays below); nothing where no material says how far it is valid."""
+    """Return the columns of the material that gets hotter than its valid_to, "" for none, and of the excess (K)."""
     return {"too_hot": material, "past_valid_to_K": excess} if math.isfinite(excess) else {}
 
 
@@ -341,12 +319,11 @@ def _judged(scene: AnyScene, scope: Scope) -> tuple[Result, dict[str, Any]]:
     """A free scene's 3D result, and the columns of a user's model; solved again more finely while a verdict is open."""
     from compare.kinds import kind_of
 
-    while True:
+    finer: AnyScene | None = scene
+    while finer is not None:
+        scene = finer
         outcome = kind_of(scene).compare(scene, Options(model=scope.model))
         finer = _finer(scene, outcome.checks, scope)
-        if finer is None:
-            break
-        scene = finer
     steady = outcome.reduced1d.steady if outcome.reduced1d is not None else {}
     values: dict[str, Any] = {f"reduced1d_{name}": estimate.value for name, estimate in steady.items()}
     return outcome.solved, values | _check_columns(outcome.checks) | blame(None) | {"accuracy": scene.accuracy}

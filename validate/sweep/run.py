@@ -1,4 +1,4 @@
-"""A sweep, or the map of a tolerance's line, from what is asked to a folder: the rows, and all that is made of them."""
+"""Run a sweep, or the map of a tolerance's line, from the request to the folder of results."""
 
 from __future__ import annotations
 
@@ -20,11 +20,9 @@ from scenes.sink import Sink
 from validate.sweep.design import Design, base, listed, parse
 from validate.sweep.point import Job, Scope, Work, checked
 from validate.sweep.store import SUMMARY, Store
-from validate.sweep.table import Table, read, sentence
+from validate.sweep.table import Table, read
 
 if TYPE_CHECKING:
-    import xarray
-
     from scenes.model import AnyScene
     from validate.sweep.mapping import Map
 
@@ -33,7 +31,6 @@ _CAPTIONS = {
     "figure_map": "Where the reduction is within the tolerance, and which assumption is to blame where it is not.",
     "figure_lines": "Differences from 3D over the varied key, with their errors; grey is within the tolerance.",
     "figure_pairs": "Every pair of keys; the largest differences on top.",
-    "figure_indices": "How much of the difference's variance each key explains.",
 }
 
 
@@ -47,52 +44,51 @@ def run(
     seconds: float | None = None,
     figures: bool = False,
 ) -> tuple[Table, dict[str, Any]]:
-    """Solves what is not stored yet, by ``workers`` processes here (default: one a processor) or a ``scheduler``'s,
-    with ``seconds`` for each point, and reports progress. Then writes all other files and returns their columns and
-    what sweep.json holds. Raises SceneError for an unusable scheduler, and LostError."""
+    """Solve all points that are not stored, write the files, and return the columns and the content of sweep.json.
+
+    ``workers`` processes here (default: one a processor) or a ``scheduler``'s solve, with ``seconds`` for each point.
+    Raises SceneError for an unusable scheduler, and LostError.
+    """
     from validate.sweep.cluster import Cluster
 
     already, started, count = len(store), time.monotonic(), job.design.count
-    # Those that a map's number of solutions doesn't count.
-    free = 0 if job.solves is None else sum(row.status == "refused" for row in store.rows())
+    refused = sum(row.status == "refused" for row in store.rows()) if job.solves is not None else 0
 
-    def gather(tasks: Iterable[Work], total: int, more: str = "") -> None:
-        nonlocal free
-        for solved in cluster.solve(tasks):
-            store.append(solved)
+    def gather(points: Iterable[Work], total: int, more: str = "") -> None:
+        nonlocal refused
+        for rows in cluster.solve(points):
+            store.append(rows)
             rate = (len(store) - already) / (time.monotonic() - started)
-            if job.solves is not None:
-                free += sum(row.status == "refused" for rows in solved for row in rows)
-            done = len(store) - free
+            # The number of solutions of a map does not count points that are refused.
+            refused += sum(row.status == "refused" for row in rows) if job.solves is not None else 0
+            done = len(store) - refused
             rest = quantity(max(total - done, 0) / rate, "s", 2)
             say(f"{done} of {total} points, {rate:.2g} a second, {rest} left{more}")
 
     cells = None
     with Cluster(min(workers or processors(), max(count - already, 1)), scheduler, seconds, say) as cluster:
         if job.solves is None:
-            gather(
-                (job.work(new) for task in job.design.tasks() if (new := [n for n in task if n not in store])), count
-            )
+            gather((job.work(number) for number in range(count) if number not in store), count)
         else:
             from validate.sweep.mapping import refine
 
             cells = refine(job, store, gather)
     say("writing the results")
-    return _written(job, store, cells, figures, time.monotonic() - started)
+    return _write(job, store, cells, figures, time.monotonic() - started)
 
 
-def _written(
+def _write(
     job: Job, store: Store, cells: Map | None, figures: bool, seconds: float
 ) -> tuple[Table, dict[str, Any]]:  # fmt: skip
-    """Writes the files, made anew by another run of the same; the columns, and what sweep.json holds."""
+    """Write the files; return the columns and the content of sweep.json."""
     from validate.report.summary import as_json
 
     table = read(job, store, cells)
     columns = table.columns
-    files = [_write(store, "points.csv", table.keys | columns)]
+    files = [_write_columns(store, "points.csv", table.keys | columns)]
     counts: dict[str, Any] = {"points": len(table), **Counter(columns["status"].tolist())}
     if table.map:
-        files.append(_write(store, "map.csv", table.map))
+        files.append(_write_columns(store, "map.csv", table.map))
         verdicts = table.map["verdict"].tolist()
         counts["cells"] = {"all": len(verdicts), **Counter(verdicts)}
     if figures:
@@ -107,7 +103,7 @@ def _written(
             "schema": 1,
             "asked": job.document(),
             "finished": True,
-            "sentence": sentence(table),
+            "sentence": table.sentence,
             "counts": counts,
             "verdicts": {check: dict(Counter(filter(None, words.tolist()))) for check, words in made.items()},
             "seconds": {"this_run": round(seconds, 1), "points": round(float(columns["seconds"].sum()), 1)},
@@ -121,8 +117,8 @@ def _written(
     return table, document
 
 
-def _write(store: Store, name: str, columns: Mapping[str, np.ndarray]) -> str:
-    """A table of numbers to the last digit; what there is none of is empty."""
+def _write_columns(store: Store, name: str, columns: Mapping[str, np.ndarray]) -> str:
+    """Write a table of numbers to the last digit, with empty cells for NaN."""
     with store.writing(name) as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(columns)
@@ -132,7 +128,7 @@ def _write(store: Store, name: str, columns: Mapping[str, np.ndarray]) -> str:
 
 
 def _provenance() -> dict[str, Any]:
-    """What the rows were computed with: the solvers' processes have these, whatever is loaded here."""
+    """The versions that the processes of the solvers have."""
     import os
     import platform
     from importlib import metadata
@@ -195,24 +191,17 @@ def sweep(
     fresh: bool = False,
     figures: bool = False,
     progress: Callable[[str], None] | None = None,
-) -> xarray.Dataset:
-    """Solve and compare a scene at many designs; the columns of points.csv as an ``xarray.Dataset``.
+) -> Table:
+    """Solve and compare a scene at many designs, and return the columns of points.csv.
 
-    ``vary`` has the values of each key: numbers in SI units, texts with units, words, or as on a command line the text
-    "10um:200um:20", with ``sample`` "10um:200um". A grid's dimensions are the keys; a sample has one, "point". What is
-    solved is kept in the folder ``out``, where the same call goes on; without it nothing stays. ``model`` is the
-    file of one's own of a free scene, as --model takes it. ``point_timeout`` is in
-    s; ``workers`` are processes, one a processor if not given. Raises SceneError for bad input, ArithmeticError where a
-    cluster is lost, ImportError without xarray.
+    ``vary`` has the values of each key: numbers in SI units, texts with units, words, or the text of a command line,
+    "10um:200um:20", with ``sample`` "10um:200um". Solved points are kept in the folder ``out``, where the same call
+    goes on; without it nothing stays. ``model`` is the file of the user's own model of a free scene, as for --model.
+    ``point_timeout`` is in s; ``workers`` are processes (default: one a processor). Raises SceneError for bad input,
+    ArithmeticError where a cluster is lost.
     """
     from compare.models import parse_reductions
 
-    try:
-        import xarray
-    except ImportError:
-        raise ImportError(
-            "a sweep from Python needs xarray: pip install 'heated-microstructure-validation[sweep]'"
-        ) from None
     if figures and out is None:
         raise SceneError("figures need a folder to go to: give out=")
     scene_base = base(scene, [f"run.accuracy={accuracy!r}"])
@@ -226,15 +215,8 @@ def sweep(
     check = checked(scene_base, check, steady, design.keys, names[0], model_path)
     scope = Scope(names, steady, check, blame, model=model_path)
     job, say = Job(scene_base, design, scope), progress or (lambda _: None)
-    question, count = job.document(), job.design.count
-    with TemporaryDirectory() as folder, Store(Path(out or Path(folder, "sweep")), question, fresh, count) as store:
-        table, document = run(
-            job, store, say, workers=workers, scheduler=scheduler, seconds=point_timeout, figures=figures
-        )
-    dims = design.keys if sample is None else ("point",)
-    columns = {name: (dims, column.reshape(design.shape)) for name, column in table.columns.items()}
-    places: dict[str, Any] = {axis.key: (axis.key, list(axis.values)) for axis in design.axes}
-    if sample is not None:
-        places = {key: ("point", values) for key, values in table.keys.items()}
-    coordinates = {key: (*place, {"units": table.units[key]}) for key, place in places.items()}
-    return xarray.Dataset(columns, coordinates, {"sentence": document["sentence"], "scene": scene_base.name})
+    with (
+        TemporaryDirectory() as folder,
+        Store(Path(out or Path(folder, "sweep")), job.document(), fresh, design.count) as store,
+    ):
+        return run(job, store, say, workers=workers, scheduler=scheduler, seconds=point_timeout, figures=figures)[0]

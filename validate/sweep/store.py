@@ -1,4 +1,4 @@
-"""The folder of a sweep: what was asked, and the rows found so far, each on disk before it is spoken of."""
+"""The folder of a sweep: the request, and the rows so far, each on disk before it is reported."""
 
 from __future__ import annotations
 
@@ -6,11 +6,12 @@ import json
 import os
 import re
 import sys
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, TextIO
+from zlib import crc32
 
 from scenes.errors import SceneError, quoted, reason
 from validate.folder import check_room
@@ -21,19 +22,16 @@ _OURS = re.compile(r"points\.(jsonl|csv)|map\.csv|report\.html|figure_\w+\.(png|
 
 
 class Store:
-    """A context in which a folder is ours alone: rows are appended to it, and those of an earlier run are there.
+    """A context that locks a folder, reads the rows of an earlier run and appends further ones.
 
-    A file of rows has one line a task, a list of its rows; what a kill leaves of a line is cut off, so that a task is
-    there whole or not at all. Of a line that somebody has changed, so that it holds no rows of the ``count`` points,
-    nothing is taken. In memory are only the places of the lines.
+    The file of rows has a line for each, with a checksum: a line that a kill has torn or somebody has changed is
+    ignored. Memory holds the places of the lines alone.
     """
 
-    def __init__(
-        self, folder: Path, settings: Mapping[str, Any], fresh: bool = False, count: int = sys.maxsize
-    ) -> None:
+    def __init__(self, folder: Path, request: Mapping[str, Any], fresh: bool = False, count: int = sys.maxsize) -> None:
         self.folder, self._count = Path(os.path.realpath(folder)), count
-        self._given, self._shown, self._asked, self._fresh = folder, quoted(folder), dict(settings), fresh
-        self._places: dict[int, tuple[int, int]] = {}  # where a point's line begins, and which row of it is the point's
+        self._given, self._shown, self._request, self._fresh = folder, quoted(folder), dict(request), fresh
+        self._places: dict[int, int] = {}
 
     def __enter__(self) -> Store:
         """Raises SceneError for a folder that can't be written, holds something else, or is in use."""
@@ -67,7 +65,7 @@ class Store:
         try:
             self._check_room(error)
         finally:
-            with suppress(OSError):  # of what could not be written there is some left
+            with suppress(OSError):  # the buffer still holds unwritten bytes
                 self._rows.close()
             self._lock.release()
 
@@ -80,29 +78,28 @@ class Store:
     def __len__(self) -> int:
         return len(self._places)
 
-    def append(self, tasks: Sequence[Sequence[Row]]) -> None:
-        """Writes the rows of some tasks; they are on disk when this returns. ValueError for a row that is there."""
+    def append(self, rows: Sequence[Row]) -> None:
+        """Write rows, which are on disk when this returns. ValueError for a row that is there."""
         end = self._rows.seek(0, os.SEEK_END)
-        for rows in tasks:
-            for n, row in enumerate(rows):
-                if row.point in self._places:
-                    raise ValueError(f"point {row.point} is stored already")
-                self._places[row.point] = end, n
-            end += self._rows.write((json.dumps([asdict(row) for row in rows]) + "\n").encode())
+        for row in rows:
+            if row.point in self._places:
+                raise ValueError(f"point {row.point} is stored already")
+            self._places[row.point] = end
+            values = asdict(row)
+            end += self._rows.write((json.dumps({"row": values, "checksum": _checksum(values)}) + "\n").encode())
         self._rows.flush()
         os.fsync(self._rows.fileno())
 
-    def rows(self, points: Iterable[int] | None = None) -> Iterator[Row]:
-        """The rows of some points, or all in the order of their points, read one by one."""
+    def rows(self) -> Iterator[Row]:
+        """Yield all rows in the order of their points."""
         with (self.folder / ROWS).open("rb") as file:
-            for point in sorted(self._places) if points is None else points:
-                place, n = self._places[point]
-                file.seek(place)
-                yield Row(**json.loads(file.readline())[n])
+            for point in sorted(self._places):
+                file.seek(self._places[point])
+                yield Row(**json.loads(file.readline())["row"])
 
     @contextmanager
     def writing(self, name: str) -> Iterator[TextIO]:
-        """A file to write to, which is then put into the folder, whole or not at all."""
+        """Open a file that is put into the folder at the end, whole or not at all."""
         partial = self.folder / f".{name}"
         with partial.open("w", encoding="utf-8", newline="") as file:
             yield file
@@ -111,60 +108,54 @@ class Store:
         partial.replace(self.folder / name)
 
     def write(self, document: Mapping[str, Any]) -> None:
+        """Write sweep.json."""
         with self.writing(SUMMARY) as file:
             file.write(json.dumps(document, indent=1) + "\n")
 
     def _begin(self) -> None:
-        """The rows of an earlier run of the same; those of another are refused, or removed for a fresh start."""
-        earlier = _asked(self.folder / SUMMARY)
+        """Read the rows of an earlier run of the same request; refuse another, or remove it for a fresh start."""
+        earlier = _read_request(self.folder / SUMMARY)
         if self._fresh:
             for path in self.folder.iterdir():
                 if _OURS.fullmatch(path.name):
                     path.unlink()
-        elif earlier is not None and earlier != self._asked:
-            if not earlier:
-                raise SceneError(
-                    f"{self._shown} holds a sweep whose {SUMMARY} is not as it was written: give another folder with "
-                    "--out, or --fresh to start over"
-                )
-            key = next((key.replace("_", " ") for key in self._asked if earlier.get(key) != self._asked[key]), None)
+        elif earlier is not None and earlier != self._request:
+            key = next((key.replace("_", " ") for key in self._request if earlier.get(key) != self._request[key]), None)
             raise SceneError(
-                f"{self._shown} holds another sweep ({f'its {key} differs' if key else 'it says more'}): give "
-                "another folder with --out, or --fresh to start over"
+                f"{self._shown} holds "
+                + (
+                    f"another sweep ({f'its {key} differs' if key else 'it says more'}): give "
+                    if earlier
+                    else f"a sweep whose {SUMMARY} is not as it was written: give "
+                )
+                + "another folder with --out, or --fresh to start over"
             )
         if self._fresh or earlier is None:
-            self.write({"schema": 1, "asked": self._asked, "finished": False})
+            self.write({"schema": 1, "asked": self._request, "finished": False})
         (self.folder / ROWS).touch()
         self._rows = (self.folder / ROWS).open("r+b")
-        self._rows.truncate(self._read())
-
-    def _read(self) -> int:
-        """Finds the rows that are there; returns where the last whole task ends."""
         place = 0
         for line in self._rows:
             if not line.endswith(b"\n"):
                 break
-            rows = _rows(line)
-            if all(row.sound and 0 <= row.point < self._count for row in rows):
-                self._places |= {row.point: (place, n) for n, row in enumerate(rows)}
+            with suppress(ValueError, TypeError, LookupError, RecursionError):
+                stored = json.loads(line)
+                if stored["checksum"] == _checksum(stored["row"]) and 0 <= stored["row"]["point"] < self._count:
+                    self._places[stored["row"]["point"]] = place
             place += len(line)
-        return place
+        self._rows.truncate(place)
 
 
-def _rows(line: bytes) -> list[Row]:
-    """What a line holds, none where that is no rows."""
+def _checksum(row: Mapping[str, Any]) -> int:
+    return crc32(json.dumps(row).encode())
+
+
+def _read_request(path: Path) -> dict[str, Any] | None:
+    """The request of an earlier run, empty where its file is no longer readable; ``None`` where there was none."""
     try:
-        return [Row(**row) for row in json.loads(line)]
-    except (ValueError, TypeError, RecursionError):
-        return []
-
-
-def _asked(path: Path) -> dict[str, Any] | None:
-    """What an earlier run was asked, nothing where its file is no longer readable; ``None`` where there was none."""
-    try:
-        settings = json.loads(path.read_text(encoding="utf-8"))["asked"]
+        request = json.loads(path.read_text(encoding="utf-8"))["asked"]
     except FileNotFoundError:
         return None
     except (OSError, ValueError, KeyError, TypeError, RecursionError):
         return {}
-    return settings if isinstance(settings, dict) else {}
+    return request if isinstance(request, dict) else {}

@@ -1,4 +1,4 @@
-"""The stored points as columns, of which points.csv, map.csv, figures, page and sentence are made."""
+"""The stored points as columns: the source of points.csv, map.csv, the figures, the page and the sentence."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 
 from scenes.checks import DEFAULT_TOLERANCES, ISLAND_TOLERANCES
 from scenes.formats import percent, quantity
-from validate.sweep.design import VOLTAGE, array
+from validate.sweep.design import array
 from validate.sweep.mapping import VERDICTS, Map
 from validate.sweep.point import Job
 from validate.sweep.store import Store
@@ -20,18 +20,14 @@ from validate.sweep.store import Store
 TITLES = {"fig4": "the steady peak", "fig6_peak": "the peak over time", "fig6_end": "the end over time",
        "fig7_current": "the current over time", "fig5": "the shape of the profile"}  # fmt: skip
 
-PER_KEY = 10
-"""Points for each key from which on a surface through them says how much each explains."""
-
 Series = tuple[np.ndarray, np.ndarray]
 """Values and their numerical errors, each (points,)."""
 
 
 @dataclass(frozen=True, eq=False)
 class Table:
-    """The points that are stored, in order: the varied ``keys`` (name: (n,) numbers, or words), and of every other
-    column what is a number (NaN where there is none) or a word ("" where there is none). Of a map also the ``cells``.
-    """
+    """The stored points in order: the varied ``keys`` and all other ``columns``, each (n,) numbers with NaN for none,
+    or words with "" for none; of a map also the ``cells``."""
 
     job: Job
     keys: dict[str, np.ndarray]
@@ -41,9 +37,13 @@ class Table:
     def __len__(self) -> int:
         return len(self.columns["status"])
 
+    def __getitem__(self, name: str) -> np.ndarray:
+        """(n,): a column, or the values of a varied key."""
+        return self.keys[name] if name in self.keys else self.columns[name]
+
     @property
     def relative(self) -> bool:
-        """Whether there is a 1D model to compare with: series are relative differences, else values of probes."""
+        """Whether there is a 1D model: series are relative differences, else values of probes."""
         return self.job.base.kind == "sink" or bool(self.job.scope.model)
 
     @property
@@ -70,6 +70,15 @@ class Table:
             "too_hot": cells.too_hot.ravel(),
         }
 
+    @property
+    def sentence(self) -> str:
+        """The result in one sentence."""
+        words = self.map["verdict"] if self.map else self.columns["status"]
+        unanswered = Counter(word for word in sorted(words.tolist()) if word not in ("ok", *VERDICTS))
+        listed = ", ".join(f"{number} {word}" for word, number in unanswered.items())
+        said = (_of_check(self) if self.relative else _of_probes(self)) + _of_heat(self)
+        return said + (f"; {unanswered.total()} without an answer ({listed})" if unanswered else "")
+
     @cached_property
     def units(self) -> dict[str, str]:
         return {key: self.job.base.unit(key) for key in self.keys}
@@ -80,8 +89,10 @@ class Table:
         return {check: scene.tolerance(check) for check in self.series()} if self.relative else {}
 
     def series(self, reduction: str = "") -> dict[str, Series]:
-        """The differences of a reduction (the first, if none is given) by check, or the probes; first the one that the
-        sweep is of. Checks that a single one of several designs has are left out: the others are of another kind."""
+        """Return the differences of a reduction (default: the first) by check, or the probes, the sweep's own first.
+
+        A check that one of several designs has alone is left out: the others are of another kind.
+        """
         scope = self.job.scope
         if self.relative:
             prefix = "" if reduction in ("", scope.reductions[0]) else f"{reduction}_"
@@ -111,7 +122,7 @@ class Table:
 
 
 def read(job: Job, store: Store, cells: Map | None) -> Table:
-    """The columns of all rows that are stored, in the order in which points.csv has them."""
+    """Return the columns of all stored rows in the order of points.csv."""
     numbers: list[int] = []
     by_name: dict[str, list[Any]] = {}
     for n, row in enumerate(store.rows()):
@@ -127,36 +138,14 @@ def read(job: Job, store: Store, cells: Map | None) -> Table:
     return Table(job, job.design.columns(numbers), columns, cells)
 
 
-def sentence(table: Table) -> str:
-    """What the whole says, in one sentence."""
-    words = table.map["verdict"] if table.map else table.columns["status"]
-    unanswered = Counter(word for word in sorted(words.tolist()) if word not in ("ok", *VERDICTS))
-    listed = ", ".join(f"{number} {word}" for word, number in unanswered.items())
-    said = (_of_check(table) if table.relative else _of_probes(table)) + _of_heat(table)
-    said += f"; {unanswered.total()} without an answer ({listed})" if unanswered else ""
-    few = too_few(table)
-    return said + (f"; {few}" if few else "")
-
-
 def of_many_keys(table: Table) -> bool:
-    """Whether a sweep's figures are of every pair of its keys, and of how much each explains."""
+    """Return whether the figure of a sweep shows every pair of its keys."""
     numbers = all(values.dtype != object for values in table.keys.values())
     return not table.map and numbers and (len(table.keys) > 2 or (len(table.keys) == 2 and not table.relative))
 
 
-def too_few(table: Table) -> str:
-    """Why a sweep does not say how much each key explains, if it has enough keys but too few points; else ""."""
-    if not of_many_keys(table) or not (series := table.series()):
-        return ""
-    known = int((table.ok & np.isfinite(next(iter(series.values()))[0])).sum())
-    least = PER_KEY * len(table.keys)
-    if known >= least:
-        return ""
-    return f"how much each key explains (Sobol' indices) takes {least} points with an answer, and there are {known}"
-
-
 def _of_heat(table: Table) -> str:
-    """How many designs, or cells, get hotter than a material is valid to, and by how much at most."""
+    """The number of designs or cells hotter than a material's valid_to, and the largest excess."""
     materials = (table.map or table.columns).get("too_hot")
     names = Counter(name for name in (() if materials is None else materials.tolist()) if name)
     if materials is None or not names:
@@ -172,7 +161,7 @@ def _of_heat(table: Table) -> str:
 
 
 def _of_check(table: Table) -> str:
-    """In how many designs or cells the reduction is within the tolerance, where it is not, and what is to blame."""
+    """The number of designs or cells within the tolerance, the place of the largest difference, and its cause."""
     check, name = table.job.scope.check, table.job.scope.reductions[0]
     verdicts, blamed = table.columns.get(f"{check}_verdict"), table.columns.get("blame")
     total, what = len(table), "designs"
@@ -226,13 +215,13 @@ def _first(table: Table, size: np.ndarray) -> str:
         rank = float(np.corrcoef(ranks[0], ranks[1])[0, 1])
         if abs(rank) > best:
             best = abs(rank)
-            words = ("high", "low") if key == VOLTAGE else ("large", "small")
+            words = ("high", "low") if key == "drive.voltage" else ("large", "small")
             said = f"{key} is {words[rank < 0]}"
     return said
 
 
 def _of_probes(table: Table) -> str:
-    """What the probe that the sweep is of does."""
+    """The range of the first probe."""
     said = f"{table.ok.sum()} of {len(table)} designs solved"
     for name, (values, _) in list(table.series().items())[:1]:
         ends = (f"{values[n]:.5g} (at {table.at(n)})" for n in (int(np.nanargmin(values)), int(np.nanargmax(values))))

@@ -49,7 +49,7 @@ def test_fields_are_whole_or_refused_by_name(file: str, earlier: Path, capsys: p
 def test_a_sweep_names_the_file_and_goes_on(tmp_path: Path) -> None:
     def append(store: Store) -> None:
         for point in range(len(store), 100):
-            store.append([[Row(point, "ok", "", 0.0, {"fem3d_peak_rise_K": 20.0})]])
+            store.append([Row(point, "ok", "", 0.0, {"fem3d_peak_rise_K": 20.0})])
 
     asked, goes_on = (
         {"kind": "sweep"},

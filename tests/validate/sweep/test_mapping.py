@@ -13,7 +13,6 @@ import pytest
 
 from scenes.errors import SceneError
 from validate.sweep.design import Axis, Design, base
-from validate.sweep.figures import placed_badly, without_specks
 from validate.sweep.mapping import Map, refine
 from validate.sweep.point import Job, Row, Scope, Work
 from validate.sweep.store import Store
@@ -32,11 +31,10 @@ class Formulas:
     def __call__(self, tasks: Iterable[Work], total: int, said: str) -> None:
         for work in tasks:
             self.solved += 1
-            value = float(self.formula(*np.array(work.points[0], float)))
+            value = float(self.formula(*np.array(work.point, float)))
             values = {"fig4_difference": value, "fig4_u_num": U_NUM}
-            row = Row(work.numbers[0], "ok", "", 0.0, values) if np.isfinite(value) else Row(
-                work.numbers[0], "runaway", "none", 0.0, {})  # fmt: skip
-            self.store.append([[row]])
+            ended = ("ok", "", 0.0, values) if np.isfinite(value) else ("runaway", "none", 0.0, {})
+            self.store.append([Row(work.number, *ended)])
 
 
 def mapped(formula: Formula, folder: Path, solves: int = 400) -> tuple[Map, Formulas, np.ndarray]:
@@ -55,28 +53,6 @@ SURFACES: dict[str, Formula] = {
     "an island": lambda x, y: 0.02 + 0.08 * np.exp(-((x - 0.31) ** 2 + (y - 0.62) ** 2) / 0.1**2),
     "a bend": lambda x, y: 0.05 + 0.1 * np.abs(x - 0.37) - 0.08 * np.abs(y - 0.22),
 }
-
-
-def _cells(value: np.ndarray, error: float) -> Map:
-    none = np.zeros(value.shape, bool)
-    return Map({}, 0.05, value, np.full(value.shape, error), 0 * value, 0 * value, none, none)
-
-
-def test_a_patch_that_may_be_rounding_is_not_drawn() -> None:
-    """An island of 0.06 in 0.04: it is there where the error is 0.005, and none where it is 0.02; the other side of a
-    line, which is known farther from it, stays."""
-    island = np.full((7, 7), 0.04)
-    island[3, 3] = 0.06
-    assert (without_specks(_cells(island, 0.005)) > 0.05).sum() == 1
-    assert not (without_specks(_cells(island, 0.02)) > 0.05).any()
-    slope = np.broadcast_to(np.linspace(0.0, 0.1, 21), (5, 21))
-    assert np.array_equal(without_specks(_cells(slope, 0.02)), slope)
-
-
-def test_a_line_is_sure_where_its_error_is_less_than_a_cell() -> None:
-    slope = np.broadcast_to(np.linspace(0.0, 0.1, 21), (5, 21))  # 0.005 from one cell to the next
-    assert not placed_badly(_cells(slope, 0.004)).any()
-    assert placed_badly(_cells(slope, 0.006)).all()
 
 
 @pytest.mark.parametrize("name", SURFACES)
@@ -125,8 +101,7 @@ def test_designs_that_cannot_be_built_neither_count_nor_draw_the_search(tmp_path
 
         def gather(tasks: Iterable[Work], total: int, said: str) -> None:
             for work in tasks:
-                for row in solve_formula(work):
-                    store.append([[row]])
+                store.append([solve_formula(work)])
 
         found = refine(job, store, gather)
         numbers = np.array(list(found.solved))
@@ -146,14 +121,14 @@ def tilted(oxide: np.ndarray, pad: np.ndarray) -> np.ndarray:
     return 0.05 + 300 * (oxide - 60e-6) + 40 * (pad - 150e-6)
 
 
-def solve_formula(work: Work) -> list[Row]:
-    place = np.array(work.points[0], float)
+def solve_formula(work: Work) -> Row:
+    place = np.array(work.point, float)
     try:
         work.base.at(tuple(f"{key}={value!r}" for key, value in zip(work.keys, place.tolist(), strict=True)))
     except SceneError as error:
-        return [Row(work.numbers[0], "refused", str(error), 0.0, {})]
+        return Row(work.number, "refused", str(error), 0.0, {})
     values = {"fig4_difference": float(tilted(*place)), "fig4_u_num": U_NUM}
-    return [Row(work.numbers[0], "ok", "", 0.0, values)]
+    return Row(work.number, "ok", "", 0.0, values)
 
 
 def test_cells_between_solved_ones_are_too_hot_too(tmp_path: Path) -> None:
