@@ -17,8 +17,6 @@ EQUATIONS = ("eq12", "eq13", "eq14", "eq16", "eq18", "eq18_measured")
 FIGURES = ("fig4", "fig5", "fig6_peak", "fig6_end", "fig7_current")
 OF_THE_ROW = tuple(f"islands_{what}" for what in ("peak_inner", "peak_outer", "mean", "current"))
 """Checks of the chosen 1D model of a row of spans."""
-OF_THE_SPANS = ("islands_equivalent", "islands_equivalent_over_time")
-"""Checks of the spans of a row against each other and against one span alone, in 3D."""
 _TRACES = ("fig6_peak", "fig6_end", "fig7_current", *(f"{check}_over_time" for check in OF_THE_ROW))
 OVER_TIME = (*_TRACES, "islands_equivalent_over_time")
 """Checks that need the transient."""
