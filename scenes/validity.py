@@ -99,26 +99,6 @@ def _check_sizes(sink: Sink) -> None:
             f"anchor.pad_length - anchor.oxide_length = {_shown(room)}"
         )
     _check_substrate(sink)
-    _check_drive(sink)
-    _check_gas(sink)
-    if sink.spans > 1 and sink.island > sink.length * (1 + ROUNDING):
-        raise SceneError(
-            f"sink.island_length = {_shown(sink.island)} is longer than a span: give at most sink.length = "
-            f"{_shown(sink.length)}"
-        )
-
-
-def _check_gas(sink: Sink) -> None:
-    if not sink.gap_gas_conductivity:
-        return
-    if sink.spans > 1:
-        raise SceneError(
-            f"sink.spans = {sink.spans} makes a row, and no gas is solved under a row: give sink.spans = 1, or leave "
-            "out environment.gap_gas_conductivity"
-        )
-
-
-def _check_drive(sink: Sink) -> None:
     if sink.current is not None and sink.voltage != Sink.voltage:
         raise SceneError(
             f"drive.voltage = {quoted(VOLTAGE.show(sink.voltage))} stands beside drive.current = "
@@ -129,42 +109,48 @@ def _check_drive(sink: Sink) -> None:
             f"drive.series_resistance = {sink.series_resistance:g} ohm changes nothing of the given drive.current = "
             f"{quoted(CURRENT.show(sink.current))}: leave it out, or give drive.voltage"
         )
-    if sink.spans > 1 and sink.drive.series:
-        has = "drive.current" if sink.current is not None else "drive.series_resistance"
+    if sink.spans > 1:
+        _check_row(sink)
+
+
+def _check_row(sink: Sink) -> None:
+    """Refuse keys that a row of spans does not take."""
+    for key, given, why in (
+        ("environment.gap_gas_conductivity", sink.gap_gas_conductivity, "no gas is solved under a row"),
+        ("drive.current", sink.current is not None, "a row takes a drive.voltage alone"),
+        ("drive.series_resistance", sink.series_resistance, "a row takes a drive.voltage alone"),
+        ("substrate.thickness", sink.substrate_thickness, "a row stands on no substrate"),
+    ):
+        if given:
+            raise SceneError(
+                f"sink.spans = {sink.spans} makes a row, and {why}: give sink.spans = 1, or leave out {key}"
+            )
+    if sink.island > sink.length * (1 + ROUNDING):
         raise SceneError(
-            f"sink.spans = {sink.spans} makes a row, and a row takes a drive.voltage alone: give sink.spans = 1, or "
-            f"leave out {has}"
+            f"sink.island_length = {_shown(sink.island)} is longer than a span: give at most sink.length = "
+            f"{_shown(sink.length)}"
         )
 
 
 def _check_substrate(sink: Sink) -> None:
-    if sink.substrate_thickness is None:
-        for side in ("length", "width"):
-            size, usual = (getattr(s, f"substrate_{side}") for s in (sink, Sink))
-            if size != usual:
-                raise SceneError(
-                    f"substrate.{side} = {_shown(size)} is of no substrate: give its substrate.thickness too, such as "
-                    '"0.5 mm"'
-                )
-        return
-    if sink.spans > 1:
-        raise SceneError(
-            f"sink.spans = {sink.spans} makes a row, and a row stands on no substrate: give sink.spans = 1, or leave "
-            "out substrate.thickness"
-        )
-    oxides = {
+    extents = {
         "length": (
             sink.length + 2 * (sink.anchor_distance + sink.oxide_length),
             "from one block's far side to the other's",
         ),
         "width": (sink.oxide_width, "anchor.oxide_width"),
     }
-    for side, (least, extent) in oxides.items():
-        size = getattr(sink, f"substrate_{side}")
-        if size < least * (1 - ROUNDING):
+    for side, (least, extent) in extents.items():
+        size, usual = (getattr(s, f"substrate_{side}") for s in (sink, Sink))
+        if sink.substrate_thickness is None and size != usual:
             raise SceneError(
-                f"substrate.{side} = {_shown(size)} lets the oxide stick out of it: give at least "
-                f"{_shown(least)}, {extent}"
+                f"substrate.{side} = {_shown(size)} is of no substrate: give its substrate.thickness too, such as "
+                '"0.5 mm"'
+            )
+        if sink.substrate_thickness is not None and size < least * (1 - ROUNDING):
+            raise SceneError(
+                f"substrate.{side} = {_shown(size)} lets the oxide stick out of it: give at least {_shown(least)}, "
+                f"{extent}"
             )
 
 
