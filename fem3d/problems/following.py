@@ -201,9 +201,7 @@ class Conduction:
         # Both have one pattern, so both travel through one conversion as a complex number.
         entries = []
         for on, law, cold, _ in self.parts:
-            k = law.on(on, u)
-            ratio = (k.max(axis=-1) / k.min(axis=-1)).reshape(-1, len(on.dofs)).max(axis=0)
-            one, other = on.tangent(k - cold, law.on(on, u, OfCells.slope) * on.gradient(u), ratio)
+            one, other = on.tangent(law.on(on, u) - cold, law.on(on, u, OfCells.slope) * on.gradient(u))
             entries.append((one + 1j * other).ravel())
         size = self.domain.space.size
         return halves(csc_array(coo_array((np.concatenate(entries), self._places), shape=(size, size))))

@@ -16,11 +16,9 @@ from skfem import MeshHex
 from skfem.assembly.dofs import Dofs
 from skfem.refdom import RefHex
 
-from fem3d.spaces import varying as coefficient
 from fem3d.spaces.cut import Boxes, Cut
 from fem3d.spaces.element import Degrees, ElementHexTrunk, active, gauss, heights, line, local, modes
-from fem3d.spaces.entities import entities
-from fem3d.spaces.integrals import Space, halves
+from fem3d.spaces.integrals import Space, entities, halves
 from fem3d.spaces.quadrature import Rule, Side, rule, side
 from meshes import edgewise
 from meshes.grid import Grid
@@ -153,20 +151,6 @@ class BrickSpace(Space):
 
     def alike(self, cells: np.ndarray) -> list[np.ndarray]:
         return [shared for _, members in self._classes if len(shared := np.intersect1d(members, cells))]
-
-    def varying(
-        self, cells: np.ndarray, rule: Rule, inverse: np.ndarray, k: np.ndarray, drift: np.ndarray, ratio: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        (x, y, z), n = self.degrees[:, cells[0]].tolist(), len(rule.functions)
-        both = np.empty((2, len(cells), n, n))
-        for degree, at in coefficient.by_degree(ratio):
-            scaled = k[:, at] * inverse[:, at] ** 2, drift[:, at] * inverse[:, at]
-            for matrices, field, table in zip(
-                both, scaled, coefficient.reference(self.p, (x, y, z), degree), strict=True
-            ):
-                modes = coefficient.coefficients(field, rule.points, degree)
-                matrices[at] = sum(c @ terms for c, terms in zip(modes, table, strict=True)).reshape(-1, n, n)
-        return both[0], both[1]
 
     def rule(self, cells: np.ndarray, more: int) -> Rule:
         """Gauss's rule of as many points along each axis as the highest degree of the cells there plus one."""

@@ -16,6 +16,7 @@ from fem3d.spaces.cut import Boxes, Cut
 from fem3d.spaces.quadrature import Rule, Side
 
 S = TypeVar("S", bound="Space")
+AT_ONCE = 4_000_000  # slopes at points that are made together, which bounds the memory
 
 
 def halves(both: csc_array) -> tuple[csc_array, csc_array]:
@@ -24,6 +25,21 @@ def halves(both: csc_array) -> tuple[csc_array, csc_array]:
         csc_array((d.copy(), both.indices, both.indptr), both.shape) for d in (both.data.real, both.data.imag)
     )
     return real, imaginary
+
+
+def entities(mesh: Any, dofs: Any, vertices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(functions,): a number for each vertex, edge, facet and cell of scikit-fem's numbering that has functions; and
+    where each is (entities, 3), the mean of its ``vertices`` (3, vertices)."""
+    numbers, places = np.empty(int(dofs.N), int), [np.empty((0, 3))]
+    kinds = (
+        (dofs.nodal_dofs, lambda: np.arange(vertices.shape[1])[None]), (dofs.edge_dofs, lambda: mesh.edges),
+        (dofs.facet_dofs, lambda: mesh.facets), (dofs.interior_dofs, lambda: mesh.t),
+    )  # fmt: skip
+    for part, corners in kinds:
+        if part is not None and part.size:
+            numbers[part] = sum(map(len, places)) + np.arange(part.shape[1])
+            places.append(vertices[:, corners()].mean(axis=1).T)
+    return numbers, np.concatenate(places)
 
 
 class Space(ABC):
@@ -147,17 +163,6 @@ class Space(ABC):
         """The inverse of the map's derivative, (3, 3, cells, points) or, where it is diagonal, (3, cells, 1); and the
         size of its determinant (cells, points or 1)."""
 
-    def varying(
-        self, cells: np.ndarray, rule: Rule, inverse: np.ndarray, k: np.ndarray, drift: np.ndarray, ratio: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """`Cells.tangent`, for k and drift (3, cells, points) times the weights; ``inverse`` as of `jacobian`."""
-        one = other = np.zeros(())
-        for d in range(3):
-            slopes = np.einsum("icp,ipn->cpn", np.broadcast_to(inverse[:, d], (3, *k.shape[1:])), rule.slopes)
-            one = one + np.matmul(np.ascontiguousarray((k[d][..., None] * slopes).swapaxes(1, 2)), slopes)
-            other = other + np.matmul(np.ascontiguousarray((drift[d][..., None] * slopes).swapaxes(1, 2)), rule.values)
-        return one, other
-
     def of(self, cells: np.ndarray) -> np.ndarray:
         """(functions,): which are those of some cells, by number or as a mask."""
         mask = np.zeros(self.size, bool)
@@ -269,12 +274,22 @@ class Cells:
         rows, columns = (np.broadcast_to(d, blocks.shape)[nonzero] for d in (dofs[:, :, None], dofs[:, None]))
         return np.array([blocks[nonzero], rows, columns])
 
-    def tangent(self, k: np.ndarray, field: np.ndarray, ratio: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def tangent(self, k: np.ndarray, field: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(cells, n, n) twice: the integrals of k grad u . grad v and of u field . grad v in each cell, for k (cells,
-        points), or with axes in front, and a field (3, cells, points); rows are v. ``ratio`` (cells,): of the largest
-        to the smallest value of what k comes from in each, by which bricks see how finely they must take it."""
-        along, drift = np.broadcast_to(k, field.shape) * self.weights, field * self.weights
-        return self._space.varying(self._cells, self._rule, self._inverse, along, drift, ratio)
+        points), or with axes in front, and a field (3, cells, points); rows are v."""
+        k, (cells, points), n = np.broadcast_to(k, field.shape), self.weights.shape, len(self._rule.functions)
+        both = np.zeros((2, cells, n, n))
+        step = max(1, AT_ONCE // (points * n))
+        for some in (slice(i, i + step) for i in range(0, cells, step)):
+            for d, weights in enumerate(self.weights[some] * field[:, some]):
+                if self._inverse.ndim == 3:
+                    slopes = self._inverse[d, some, :, None] * self._rule.slopes[d]
+                else:
+                    slopes = np.einsum("icp,ipn->cpn", self._inverse[:, d, some], self._rule.slopes)
+                tested = slopes.swapaxes(1, 2)
+                both[0, some] += tested @ ((self.weights[some] * k[d, some])[..., None] * slopes)
+                both[1, some] += tested @ (weights[..., None] * self._rule.values)
+        return both[0], both[1]
 
     def _scattered(self, per_cell: np.ndarray) -> np.ndarray:
         return np.bincount(self.dofs.ravel(), per_cell.ravel(), self._space.size)

@@ -21,8 +21,7 @@ from skfem.quadrature import get_quadrature
 from skfem.refdom import RefHex, RefTet
 
 from fem3d.spaces.element import gauss
-from fem3d.spaces.entities import entities
-from fem3d.spaces.integrals import Space, halves
+from fem3d.spaces.integrals import Space, entities, halves
 from fem3d.spaces.quadrature import Rule, Side, rule, side
 
 LARGEST_ORDER, LARGEST_OF_TRIANGLE = 8, 19  # of scikit-fem's rules of the tetrahedron and of its sides
