@@ -84,17 +84,14 @@ class Kind(ABC, Generic[S]):
         return scene
 
     @abstractmethod
-    def solve(self, scene: S, options: Options, progress: Progress, earlier: Result | None = None) -> dict[str, Result]:
-        """Solve the models, by "fem3d" and "reduced1d". Raises SceneError and ArithmeticError.
+    def solve(self, scene: S, options: Options, progress: Progress) -> dict[str, Result]:
+        """Solve the models, by "fem3d" and "reduced1d". Raises SceneError and ArithmeticError."""
 
-        ``earlier`` is a 3D result of the same scene at another voltage, whose meshes and fields may serve again.
-        """
-
-    def compare(self, scene: S, options: Options, earlier: Result | None = None) -> Outcome[S]:
+    def compare(self, scene: S, options: Options) -> Outcome[S]:
         """Solve and check the models alone, as a point of a sweep needs it. Raises as `solve` does."""
         self.refuse(scene, options)
         progress, model = Progress(), self.open_model(scene, options)
-        outcome = Outcome(scene, options, self.solve(scene, options, progress, earlier))
+        outcome = Outcome(scene, options, self.solve(scene, options, progress))
         if model is not None:
             outcome.results["reduced1d"] = self.ask(outcome, model, progress)
         outcome.checks = self.checks(outcome)

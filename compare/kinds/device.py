@@ -72,9 +72,7 @@ class DeviceKind(Kind[Device]):
         exact = {name: Estimate(getattr(made.base.after, name), 0.0) for name in OF_DEVICE}
         return {"reduced1d": Result("reduced1d", exact, None, {"runs": made})}
 
-    def solve(
-        self, scene: Device, options: Options, progress: Progress, earlier: Result | None = None
-    ) -> dict[str, Result]:
+    def solve(self, scene: Device, options: Options, progress: Progress) -> dict[str, Result]:
         results = self._runs(scene, options, progress)
         from reduced1d.device import design
 

@@ -58,9 +58,7 @@ class FreeKind(Kind[AnyScene]):
             raise SceneError("the scene has no [[probe]], and no temperature is solved for: add one")
         return probed(scene)
 
-    def solve(
-        self, scene: AnyScene, options: Options, progress: Progress, earlier: Result | None = None
-    ) -> dict[str, Result]:
+    def solve(self, scene: AnyScene, options: Options, progress: Progress) -> dict[str, Result]:
         with progress.stage("imports"):
             from fem3d.runs import scene as scene_run
         own = own_model(scene, options)

@@ -84,14 +84,12 @@ class SinkKind(Kind[Sink]):
         if fits and (why := nonlinear(scene.scene(), True)):
             raise SceneError(f"{why}, and --calibrate then has no slopes of a sink's traces to fit by: leave it out")
 
-    def solve(
-        self, scene: Sink, options: Options, progress: Progress, earlier: Result | None = None
-    ) -> dict[str, Result]:
+    def solve(self, scene: Sink, options: Options, progress: Progress) -> dict[str, Result]:
         results: dict[str, Result] = {}
         if "fem3d" in options.models:
-            results["fem3d"] = _solve_3d(scene, options, progress, earlier)
+            results["fem3d"] = _solve_3d(scene, options, progress)
             if scene.spans > 1:
-                results["single"] = _solve_3d(replace(scene, spans=1), options, progress, None)
+                results["single"] = _solve_3d(replace(scene, spans=1), options, progress)
         if "reduced1d" in options.models and not options.model:
             with progress.stage("reduced1d"):
                 results["reduced1d"] = _solve_1d(scene, options, results.get("fem3d"))
@@ -336,7 +334,7 @@ def exported(sink: Sink, options: Options) -> AnyScene:
     return replace(scene, probes=(*scene.probes, current), steady=options.steady)
 
 
-def _solve_3d(sink: Sink, options: Options, progress: Progress, earlier: Result | None) -> Result:
+def _solve_3d(sink: Sink, options: Options, progress: Progress) -> Result:
     with progress.stage("imports"):
         from fem3d.runs.sink import solve
         from scenes.validity import cause, farthest
@@ -347,7 +345,7 @@ def _solve_3d(sink: Sink, options: Options, progress: Progress, earlier: Result 
     say("solving in 3D")
     with progress.stage("fem3d"):
         try:
-            return solve(sink, options.transient, say, earlier)
+            return solve(sink, options.transient, say)
         except (RunawayError, BeyondLawError):
             raise
         except NumericsError as error:

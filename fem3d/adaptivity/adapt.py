@@ -17,18 +17,20 @@ from fem3d.adaptivity.brick_mesh import Bricks
 from fem3d.adaptivity.estimator import Spread
 from fem3d.adaptivity.goal_errors import Level
 from fem3d.adaptivity.mesh import Answer, Indicators, Mesh
-from fem3d.adaptivity.nested import Before, Problems, Solution
+from fem3d.adaptivity.nested import Problems
 from fem3d.adaptivity.reach import not_reached
 from fem3d.adaptivity.trace_errors import ROW_SHARE, Response
 from fem3d.results.study import Study
-from fem3d.solution import newton, transient
+from fem3d.solution import transient
 from fem3d.solution.steady import SteadyState
 from fem3d.solution.transient import Base, Transient
-from scenes.errors import BeyondLawError, RunawayError, RunawayInTimeError
+from scenes.errors import BeyondLawError, NumericsError, RunawayError, RunawayInTimeError
 
 # A voltage above that of the fold runs away on any mesh if it lies further above it than this many times the change of
 # the fold's voltage from the mesh before: what all further changes add up to, each at most 2/3 of the one before.
 SURELY = 3.0
+NAMED = 1e-3  # relative change of a limit from mesh to mesh: messages name three digits
+BELOW = 0.95  # of a limit: the drive whose state a mesh is refined for to find the limit itself
 MOST_LEVELS = 40
 Progress = Callable[[str], None]
 
@@ -70,7 +72,7 @@ def adapt(
     """
     search, falling = Search(study, with_steady, with_transient, progress), reach.Falling(study.accuracy)
     mesh = mesh or Bricks.of(study, over_time=not with_steady)
-    mesh, search.near, search.limit = mesh.begin(study, with_steady)
+    mesh = mesh.begin()
     for number in range(1, MOST_LEVELS):
         verdict = search.judge(mesh, number)
         if verdict.action == "accept":
@@ -83,8 +85,8 @@ def adapt(
             assert verdict.answer is not None
             falling.check(verdict.answer.heat.size, verdict.relative)
             finer = mesh.refine(verdict.indicators, search.enough)
-        elif verdict.action == "runaway" and search.confirms(verdict.runaway):
-            finer = None
+        elif verdict.runaway is not None:
+            finer = search.refine_for_runaway(mesh, verdict.runaway)
         else:
             finer = mesh.refine_all()
         if finer is None:
@@ -103,9 +105,8 @@ def adapt(
 class Search:
     """What one level hands to the next: the limit of the last mesh's runaway, whether a transient ran away, and the
     slowest time constant (s) and the generations of fields of a transient without steady state; the
-    steady state ``near`` that of the next mesh, or the ``limit`` (as of a RunawayError) near its own; the response
-    ``before`` where properties follow the temperature, and its largest relative ``error``; the largest relative error
-    ``of_steady`` of the last steady state, infinite where there was none."""
+    steady state ``near`` that of the next mesh; the response ``before`` where properties follow the temperature, and
+    its largest relative ``error``."""
 
     study: Study
     with_steady: bool
@@ -116,10 +117,8 @@ class Search:
     slowest: float = np.inf
     generations: int = 0
     near: SteadyState | None = None
-    limit: float | None = None
     before: Transient | None = None
     error: float = np.inf
-    of_steady: float = np.inf
 
     @property
     def enough(self) -> float:
@@ -133,14 +132,10 @@ class Search:
         fine = level = response = None
         try:
             if self.with_steady:
-                # On bricks the quadrature of laws needs to be no better than the error of the mesh before foretells.
-                rough = problems.follows and not problems.domain.space.by_cells
-                foreseen = self.of_steady if rough else 0.0
-                problems, fine, level = self._steady(mesh, problems, foreseen)
-                if foreseen > self.enough and level and self._by_rough_quadratures(level):
-                    # The mesh is fine enough for an answer: solve on it again by quadratures that are so too.
-                    problems, fine, level = self._steady(mesh, mesh.problems(), 0.0)
-                self.of_steady = level.worst if level else self.of_steady
+                fine = nested.solution(self.study, problems, near=self.near)
+                # Of a linear problem nobody asks for it, and it holds the factors of its mesh.
+                self.near = fine.state if problems.follows else None
+                level = mesh.examine(self.study, problems, fine)
             self.progress(f"level {number}: {problems.heat.size} unknowns")
             if self.with_steady and level is None:
                 return Verdict("raise")
@@ -159,21 +154,6 @@ class Search:
         goals = [*(response.goals if response else ()), *(level.goals.values() if level else ())]
         falls = response.falls if response else level.falls if level else None
         return Verdict("refine", answer, level, goals=goals, falls=falls, relative=relative)
-
-    def _by_rough_quadratures(self, level: Level) -> bool:
-        """Whether a mesh is fine enough for the accuracy, and the quadrature of laws on it is not."""
-        rough = level.fine.state.unsettled > newton.TOLD * self.study.accuracy
-        return rough and level.worst - level.unsettled <= self.enough
-
-    def _steady(self, mesh: Mesh, given: Problems, error: float) -> tuple[Problems, Solution, Level | None]:
-        """The steady state on a mesh, and how well it is known, with the problems that it is of; ``error`` is the
-        relative one of the mesh before."""
-        limit = None if self.limit is None else self.limit / (abs(self.study.voltage) or 1.0)
-        fine = nested.solution(self.study, given, before=Before(self.near, limit, error))
-        # Of a linear problem nobody asks for it, and it holds the factors of its mesh.
-        if given.follows:
-            self.near = fine.state
-        return given, fine, mesh.examine(self.study, given, fine)
 
     def _respond(self, mesh: Mesh, problems: Problems, level: Level | None) -> Response:
         """The response on a mesh, in fields about its steady state; where that isn't asked for, about what the slowest
@@ -194,14 +174,31 @@ class Search:
         self.before, self.error = None if linear else response.transient, max(response.relative.values())
         return response
 
-    def confirms(self, runaway: RunawayError | None) -> bool:
-        """Whether a runaway is the scene's and not a mesh's own: the second mesh that a transient runs away on; of a
-        steady state, a voltage that lies far above the fold, for how much that differs from the mesh before."""
+    def refine_for_runaway(self, mesh: Mesh, runaway: RunawayError) -> Mesh | None:
+        """Refine the mesh to confirm a runaway; None where it is the scene's own, with a limit that is accurate."""
         if isinstance(runaway, RunawayInTimeError):
             before, self.ran_away = self.ran_away, True
-            return before
-        assert runaway is not None
+            return None if before else mesh.refine_all()
         change = np.inf if self.fold is None else abs(runaway.limit - self.fold)
-        self.fold = self.limit = runaway.limit
+        self.fold = runaway.limit
         # Where heat alone drives a scene the limit is a fraction of it.
-        return (abs(self.study.voltage) or 1.0) - runaway.limit > SURELY * change
+        confirmed = (abs(self.study.voltage) or 1.0) - runaway.limit > SURELY * change
+        if confirmed and change <= NAMED * runaway.limit:
+            return None
+        below = self._refine_below(mesh, runaway)
+        return below if below is not None or confirmed else mesh.refine_all()
+
+    def _refine_below(self, mesh: Mesh, runaway: RunawayError) -> Mesh | None:
+        """Refine the mesh for the steady state a little below a limit; None where that is accurate enough, or has no
+        solution."""
+        if not runaway.limit > 0:
+            return None
+        given = mesh.problems().driven(BELOW * runaway.limit / (abs(self.study.voltage) or 1.0))
+        try:
+            level = mesh.examine(self.study, given, nested.solution(self.study, given))
+            if level is None or level.worst <= self.enough:
+                return None
+            indicators = Indicators([*level.goals.values()], level.falls, level.worst, level.record)
+            return mesh.refine(indicators, self.enough)
+        except NumericsError:
+            return None

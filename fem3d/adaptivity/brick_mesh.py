@@ -13,11 +13,9 @@ from fem3d.adaptivity.goal_errors import Level
 from fem3d.adaptivity.mesh import Indicators, less_accurate
 from fem3d.adaptivity.nested import Problems, Solution
 from fem3d.adaptivity.reach import not_reached
-from fem3d.adaptivity.suited import suited
 from fem3d.adaptivity.trace_errors import Response
 from fem3d.problems.heat import HeatProblem
 from fem3d.results.study import Study
-from fem3d.solution.steady import SteadyState
 from fem3d.solution.transient import Base
 from fem3d.spaces.domain import boxes
 from fem3d.spaces.size import foreseen
@@ -25,7 +23,6 @@ from meshes import diffusion, edgewise, grading
 from meshes import grid as grids
 from meshes.grading import Features
 from meshes.grid import Grid
-from scenes.errors import RunawayError
 from scenes.model import Scene
 from scenes.plan import Step
 
@@ -70,17 +67,11 @@ class Bricks:
     def _estimator(self) -> Estimator:
         return Estimator.of_grid(self.grid, self.marks)
 
-    def begin(self, study: Study, with_steady: bool) -> tuple[Bricks, SteadyState | None, float | None]:
-        grid, near, limit = self.grid, None, None
-        if with_steady:
-            try:
-                grid, near = suited(self.scene, grid, study)
-            except RunawayError as runaway:
-                limit = runaway.limit
-        if foreseen(self.scene, grid).unknowns < MANY:
-            return replace(self, grid=grid), near, limit
-        reach.check_size(self.scene, grid, self.accuracy, self.marks)
-        return replace(self, grid=edgewise.of_degree(grid, ROUGH), aim=grading.raised(grid)), near, limit
+    def begin(self) -> Bricks:
+        if foreseen(self.scene, self.grid).unknowns < MANY:
+            return self
+        reach.check_size(self.scene, self.grid, self.accuracy, self.marks)
+        return replace(self, grid=edgewise.of_degree(self.grid, ROUGH), aim=grading.raised(self.grid))
 
     def problems(self) -> Problems:
         reach.check_size(self.scene, self.grid, self.accuracy, self.marks)

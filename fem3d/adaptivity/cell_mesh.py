@@ -173,8 +173,8 @@ class CellMesh:
         estimator, last = self._estimator, self._last
         return trace_errors.respond(study, given, bases, shift, estimator, steady, generations, as_it_is=last)
 
-    def begin(self, study: Study, with_steady: bool) -> tuple[CellMesh, None, None]:
-        return self, None, None
+    def begin(self) -> CellMesh:
+        return self
 
     def refine(self, indicators: Indicators, target: float) -> CellMesh | None:
         """Cut cells with more than their share, those with most first, as far as there is room."""

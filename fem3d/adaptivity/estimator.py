@@ -26,7 +26,7 @@ the slowest one is believed there. What the theory expects of later degrees is a
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -44,8 +44,6 @@ SLOWEST, REGULAR, FASTEST = 1.0, 2.0, 40.0
 # Degrees by which the element lags behind its asymptotic decay at an edge, and over the exponent: measured for
 # distances to powers from 0.13 to 0.67 about an edge, in cells up to four times longer than wide.
 LAG, LAG_OVER_EXPONENT = 3.0, 0.6
-# Rate a where the second derivative jumps inside an interval: p^-3 in a reading (Gui and Babuska), one less for signs.
-BENT = 2.0
 # Times what all later degrees add beside an edge in theory, p^-4s: expected and at most. Between meshes of random
 # plates with pads (exponent 1/2), stacks with vias (2/3) and an L-shaped conductor it is 1.1 to 1.7, and 2.1 in the
 # flattest films. Away from edges later degrees add at most AWAY times the last contribution: 0.1 to 0.3 on the plates.
@@ -161,13 +159,6 @@ class Estimator:
             slowest.append(np.where(np.isfinite(s), np.minimum(edge, SLOWEST), REGULAR))
             fastest.append(np.where(np.isfinite(s), edge, rate(p, fall)).clip(max=FASTEST))
         return cls(degrees, slowest, fastest, ellipse, near, grid if grid.edges else None)
-
-    def bending(self, bent: Spread | None) -> Estimator:
-        """Return the estimator with the rate `BENT` at most where the law of a property bends (``bent``, booleans)."""
-        if bent is None:
-            return self
-        fastest = [np.where(at, np.minimum(a, BENT), a) for at, a in zip(bent, self.fastest, strict=True)]
-        return replace(self, fastest=fastest)
 
     def indicators(self, goal: Contributions) -> Spread:
         """Return the error that all degrees after the last leave of a goal, on each interval or cell."""

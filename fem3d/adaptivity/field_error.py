@@ -51,7 +51,7 @@ def improved(study: Study, answer: Answer, level: Level, progress: Callable[[str
             problems = mesh.problems()
             if problems.heat.size > most_nodes:
                 break
-            fine = nested.solution(study, problems, before=nested.Before(best.fine.state))
+            fine = nested.solution(study, problems, near=best.fine.state)
             finer = mesh.examine(study, problems, fine)
         except NumericsError:
             break

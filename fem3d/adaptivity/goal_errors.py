@@ -79,14 +79,12 @@ class Level:
 def examined(study: Study, given: Problems, fine: Solution, estimator: Estimator) -> Level | None:
     """Bound the errors of a fine solution; None where a lower space has no steady state although the fine one has."""
     given = given.about(fine.state.heat)
-    # Low degrees follow a current's pattern badly: only where the fine solution does is there an error in that.
     try:
-        low = solution(study, given, -2, fine.state.follows_pattern)
+        low = solution(study, given, -2)
     except BeyondLawError:
         raise
     except NumericsError:
         return None
-    estimator = estimator.bending(given.bent())
     scales = study.steady_scales(fine.out)
     part_scales = of_part(study.part, study.goals, scales)
     duals = goal_parts.duals_of(study.goals, given, fine.state.rise, None)

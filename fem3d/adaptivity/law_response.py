@@ -105,7 +105,7 @@ class Rounds:
             fields = _leading(heat, self.states[:, : heat.free], self.kept * heat.norm(self.states[-1, : heat.free]))
             self.base = replace(self.base, fields=np.column_stack([self.base.fields, fields]))
         self.krylov, self.corrections = Krylov(self.base, self.shift), np.empty((heat.free, 0))
-        self.left, self.unsure, self.bends = np.inf, np.inf if heat.terms else 0.0, False
+        self.left, self.unsure = np.inf, np.inf if heat.terms else 0.0
 
     def run(self) -> Pair:
         """The response up to the end. Raises RunawayInTimeError where it runs away."""
@@ -148,7 +148,7 @@ class Rounds:
         rounds.states, rounds.left = lower(self.states), self.left
         answer = rounds._marched(rounds.reduced(), self.end, TIGHT)
         # Its quadratures are those of the fine one.
-        rounds.unsure, rounds.bends = 0.0, False
+        rounds.unsure = 0.0
         for _ in range(LOWER if corrected else 0):
             if rounds.correct(answer) <= ENOUGH * self.accuracy:
                 break
@@ -264,15 +264,13 @@ class Rounds:
         """The problem by finer quadratures of its laws for some states; None where they are known to do: what bends
         moves from round to round."""
         heat = self.heat
-        if not heat.terms or (self.unsure <= SURE * self.accuracy and not self.bends):
+        if not heat.terms or self.unsure <= SURE * self.accuracy:
             return None
-        fields = list(heat.field(rises))
-        self.bends = any(term.bent(u).any() for term in heat.terms for u in fields)
-        return heat.with_terms(tuple(term.finer(*fields) for term in heat.terms))
+        return heat.with_terms(tuple(term.finer(2) for term in heat.terms))
 
     def _take(self, better: HeatProblem, field: np.ndarray) -> None:
         """Takes a finer quadrature, of the resistivity one that is so for a field (functions,)."""
-        self.heat, self.conductor = better, self.conductor and self.conductor.finer(field)
+        self.heat, self.conductor = better, self.conductor and self.conductor.finer(2)
         self.base = replace(self.base, heat=self.heat, conductor=self.conductor)
         self.finer.append(field)
 

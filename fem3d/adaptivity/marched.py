@@ -3,7 +3,7 @@ the temperature."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,7 +14,6 @@ from fem3d.results import outputs
 from fem3d.results.outputs import Outputs
 from fem3d.results.study import Quantities, Study
 from fem3d.solution import transient
-from fem3d.solution.faces_over_time import Between
 from fem3d.solution.reduced import Reduced
 from fem3d.solution.transient import Base, Krylov, Transient
 from scenes.errors import BeyondLawError, RunawayInTimeError
@@ -22,7 +21,6 @@ from scenes.errors import BeyondLawError, RunawayInTimeError
 TIME_SHARE = 0.01  # part of the accuracy for time stepping
 SPACE_SHARE = 0.1  # part of the accuracy for the reduced space
 FIELDS, DROPPED, MOST_FIELDS = 6, 2, 60  # generations of Krylov fields: the first trial, how many fewer, the most
-FACES = 3  # times that what faces are interpolated between is made better
 MOST_GENERATIONS = 20  # where properties follow the temperature: rounds add corrections to them
 ASKED = 200  # of the times that a user asks for, so many at most are compared: each costs a state of every space
 KNOTS = 12  # bends and jumps of the inputs, at most, after which errors are looked at closely
@@ -45,8 +43,6 @@ class Marched:
     gaps: dict[str, float]
     rounds: Rounds | None = None
     """What found it where properties follow the temperature by a law."""
-    between: Between | None = None
-    """What faces are interpolated between where these alone are nonlinear, and hardly are."""
 
 
 def marched(
@@ -63,17 +59,7 @@ def marched(
     if base.follows:
         rounds = law_response.of(base, shift, study, generations, accuracy)
         return by_laws(study, rounds, steady_out, checked)
-    march = _linear(study, base, shift, steady_out, checked, generations)
-    if march.between is None:
-        return march
-    better, lack = march.between.better(march.answer)
-    for _ in range(FACES):
-        if lack <= SPACE_SHARE * study.accuracy:
-            break
-        march = _linear(study, base, shift, steady_out, checked, generations, better)
-        better, lack = better.better(march.answer)
-    gaps = {name: value + lack * march.scales[name] for name, value in march.gaps.items()}
-    return replace(march, gaps=gaps)
+    return _linear(study, base, shift, steady_out, checked, generations)
 
 
 def _linear(
@@ -83,19 +69,14 @@ def _linear(
     steady_out: Outputs | None,
     checked: np.ndarray,
     generations: int,
-    between: Between | None = None,
 ) -> Marched:
-    """As of `marched`, of a linear problem, or of one that faces make a little nonlinear."""
+    """As of `marched`, of a linear problem."""
     accuracy, end = study.accuracy, study.end
-    base = base if between is None else between.held(base)
     space = Krylov(base, shift)
     count = max(generations, FIELDS + int(max(0.0, -np.log10(accuracy) - 3) * 2))
     states, stopped = 0, np.inf
     while True:
         reduced = base.project(space.fields(count))
-        if base.slight:
-            between = between or Between.guessed(base, reduced, end, study.earliest, accuracy)
-            reduced = between.beside(base, reduced)
         # One comparison for two errors: fewer fields and a looser step.
         dropped = space.dropped(count, DROPPED)
         # In so short a time hardly anything diffuses: all generations are one, and dropping some tells nothing.
@@ -116,7 +97,7 @@ def _linear(
         enough = max(gaps[name] / scales[name] for name in gaps) <= SPACE_SHARE * accuracy
         # More generations that add no states are all but sums of those before.
         if enough or count >= MOST_FIELDS or not dropped or reduced.states <= states:
-            return Marched(answer, reduced, count, checked, out, traces, scales, gaps, between=between)
+            return Marched(answer, reduced, count, checked, out, traces, scales, gaps)
         count, states = count + 4, reduced.states
 
 
@@ -143,10 +124,7 @@ def beside(study: Study, base: Base, shift: float, fine: Marched, corrected: boo
     rounds ``corrected`` as of these."""
     if fine.rounds is not None:
         return fine.rounds.beside(base, corrected)
-    between = fine.between and fine.between.lower(fine.answer.base.heat, base.heat)
-    base = base if between is None else between.held(base)
     reduced = base.project(Krylov(base, shift).fields(fine.generations))
-    reduced = reduced if between is None else between.beside(base, reduced)
     base.heat.let_go()
     return transient.march(base, reduced, study.end, TIME_SHARE * study.accuracy)
 

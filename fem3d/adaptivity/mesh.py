@@ -15,7 +15,6 @@ from fem3d.adaptivity.trace_errors import Response
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
 from fem3d.results.study import Study
-from fem3d.solution.steady import SteadyState
 from fem3d.solution.transient import Base
 from scenes.plan import Step
 
@@ -44,9 +43,8 @@ class Mesh(Protocol):
     def whole(self) -> bool:
         """Whether the mesh is of the whole scene, not of its symmetric part."""
 
-    def begin(self, study: Study, with_steady: bool) -> tuple[Mesh, SteadyState | None, float | None]:
-        """Return the mesh to begin with, a steady state near the solution, and the limit of a runaway; None where
-        unknown."""
+    def begin(self) -> Mesh:
+        """Return the mesh to begin with, which may be a coarser one."""
 
     def problems(self) -> Problems:
         """Return the problems in nested spaces."""

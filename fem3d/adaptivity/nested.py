@@ -6,11 +6,11 @@ its own; so has the space of degree 3 on tetrahedra.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -22,15 +22,12 @@ from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
 from fem3d.results.outputs import Outputs, of_steady
 from fem3d.results.study import Quantities, Study
-from fem3d.solution import newton, slight, steady
-from fem3d.solution.steady import SteadyState
+from fem3d.solution.steady import SteadyState, solve_steady
 from fem3d.spaces.bricks import BrickSpace
 from fem3d.spaces.domain import Domain
 from scenes import physics
-from scenes.errors import NumericsError
 
-ALONG = 0.1  # of the largest change over a cell, along another axis, from which on it bends along that one too
-SOLVED = 1e-3  # potentials are solved to this fraction of the accuracy in the energy norm; powers see the square of it
+SOLVED = 1e-8  # potentials are solved to this fraction of the accuracy in the energy norm; powers see the square of it
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +38,7 @@ class Problems:
     heats: tuple[HeatProblem, ...]
     conductors: tuple[Conductor | None, ...]
     states: dict[int, SteadyState] = field(default_factory=dict)
-    """Of a nonlinear problem the steady states that are known, by the number of the space."""
+    """The steady states that are known, by the number of the space."""
 
     @property
     def heat(self) -> HeatProblem:
@@ -64,43 +61,32 @@ class Problems:
         assert isinstance(self.domain.space, BrickSpace)
         return self.domain.space
 
+    def driven(self, factor: float) -> Problems:
+        """The problems at a fraction of the voltages, or without any of what heats them."""
+        conductors = tuple(c and replace(c, voltages=factor * c.voltages) for c in self.conductors)
+        heats = self.heats
+        if self.conductor is None:
+            heats = tuple(replace(h, loads=factor * h.loads, given=factor * h.given) for h in heats)
+        else:
+            conductors = tuple(c and replace(c, heat=h) for c, h in zip(conductors, heats, strict=True))
+        return replace(self, heats=heats, conductors=conductors, states={})
+
     def about(self, heat: HeatProblem) -> Problems:
         """The problems linearized as that of the highest space is, where it is."""
         if heat.about is None:
             return self
-        if slight.slight(heat):
-            # The lower spaces keep the linear problem, with its factors.
-            return replace(self, heats=(*self.heats[:-1], heat))
         return replace(self, heats=(*(heat.lower(k) for k in range(len(self.heats) - 1)), heat))
 
     def lifted(self, rise: np.ndarray, level: int) -> np.ndarray:
         """(..., all nodes of the highest space): fields of a lower one."""
         return self.heat.take(self.heats[level].field(rise))
 
-    def bent(self, states: Iterable[np.ndarray] = ()) -> list[np.ndarray] | None:
-        """Per axis (intervals,), and on a mesh (cells,): those across which the law of a property bends at the state
-        that the problems are linearized about, or at others (functions,); None where nothing does."""
-        space, about = self.domain.space, self.heat.about
-        if about is None:
-            return None
-        every = [term.bent(u) for u in (about, *states) for term in self.heat.terms]
-        changes = np.max([np.zeros((3, len(self.domain.body))), *every], axis=0)
-        if not changes.any():
-            return None
-        if not isinstance(space, BrickSpace):
-            return [(changes > 0).any(axis=0)] * 3
-        matter = (changes > 0) & (changes >= ALONG * changes.max(axis=0))
-        return [
-            np.bincount(at, flags, len(n)) > 0
-            for at, flags, n in zip(space.ijk, matter, space.grid.degrees, strict=True)
-        ]
-
     def let_go(self) -> None:
         """Lets go of the factors of the lower spaces, of which a response with a known steady state needs none."""
         for heat, conductor in zip(self.heats[:-1], self.conductors[:-1], strict=True):
             heat.let_go(steady=True)
             if conductor is not None:
-                conductor.kept.let_go("solve_cold", "preconditioner")
+                conductor.kept.let_go("solve_cold", "preconditioner", "near")
 
     @property
     def cold_potentials(self) -> list[np.ndarray]:
@@ -152,58 +138,24 @@ class Solution:
     quantities: Quantities
 
 
-class Before(NamedTuple):
-    """What is known of a nonlinear problem on another mesh: its steady state with its relative ``error``, or the
-    fraction of what drives it from which on there was none."""
-
-    state: SteadyState | None = None
-    limit: float | None = None
-    error: float = 0.0
-
-
-def solution(
-    study: Study, given: Problems, level: int = -1, follow: bool | None = None, before: Before | None = None
-) -> Solution:
-    """The steady state in one of the nested spaces, by default the highest; ``follow`` as of `steady.coupled`, and what
-    is known of it from ``before``."""
-    heat, conductor = given.heats[level], given.conductors[level]
-    thermal, state = physics.heat(given.domain.scene), None
-    follows = thermal and (given.follows or heat.about is not None)
-    if not follows or (heat.about is None and slight.may(heat, conductor)):
-        try:
-            state = steady.coupled(heat, conductor, thermal, study.voltage, study.accuracy, follow)
-        except NumericsError:
-            if not follows:
-                raise
-    if state is None:
-        state = _nonlinear(study, given, range(len(given.heats))[level], before or Before())
+def solution(study: Study, given: Problems, level: int = -1, near: SteadyState | None = None) -> Solution:
+    """The steady state in one of the nested spaces, by default the highest, perhaps from a state ``near`` it on other
+    bricks; where the problems are linearized about the state of the highest space, from that."""
+    level = range(len(given.heats))[level]
+    if level not in given.states:
+        heat, conductor = given.heats[level], given.conductors[level]
+        fine = given.states.get(len(given.heats) - 1)
+        start = _of(near, heat) if given.follows else None
+        if fine is not None:
+            start = heat.take(fine.heat.field(fine.rise))
+            if heat.exact is not None:
+                # The quadrature of laws is that of the fine state.
+                conductor = fine.conductor and fine.conductor.lower(level, heat.exact)
+        thermal = physics.heat(given.domain.scene)
+        given.states[level] = solve_steady(heat, conductor, study.voltage, study.accuracy, start, thermal)
+    state = given.states[level]
     out = of_steady(state, study.part)
     return Solution(state, out, study.steady(out))
-
-
-def _nonlinear(study: Study, given: Problems, space: int, before: Before) -> SteadyState:
-    """The steady state of a nonlinear problem in a space by its number: from that on other bricks, or about
-    that in the lowest space; where the problems are linearized about the state of the highest space, from that."""
-    if space in given.states:
-        return given.states[space]
-    heat, conductor = given.heats[space], given.conductors[space]
-    if heat.about is not None:
-        fine = given.states[len(given.heats) - 1]
-        if fine.conductor is not None and fine.conductor is not given.conductor:
-            assert heat.exact is not None
-            conductor = fine.conductor.lower(space, heat.exact)
-        state = newton.within(fine, heat, conductor, study.voltage, study.accuracy)
-    else:
-        start = _of(before.state, heat)
-        if start is None and space:
-            try:
-                lowest = newton.rough(given.heats[0], given.conductors[0], study.voltage, before.limit)
-                start = heat.take(lowest.heat.field(lowest.rise))
-            except NumericsError:
-                pass
-        state = newton.coupled(heat, conductor, study.voltage, study.accuracy, start, before.limit, before.error)
-    given.states[space] = state
-    return state
 
 
 def _of(near: SteadyState | None, heat: HeatProblem) -> np.ndarray | None:

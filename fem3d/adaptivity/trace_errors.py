@@ -42,7 +42,6 @@ ROUGHEST, TIGHTER, ROUNDS_SHARE = 1.0, 0.1, 0.3
 # Times what its goal misses of a trace: a lower space that changes it by more is off by what its own fields lack.
 FURTHER = 2.0
 ALIKE = 4.0  # factor on what rounds should leave, more than which they have failed
-BENDS = 12  # times at which the bends of a law are looked for
 EARLY_TIMES = 10  # times after a jump, before the earliest of interest, at which responses are compared
 
 
@@ -132,8 +131,6 @@ def _judged(
     as of `respond`."""
     if march.rounds is not None and march.rounds.hot is not None:
         given = given.about(march.rounds.hot)
-        times = spread(march.checked, BENDS)
-        judge = judge.bending(given.bent(given.heat.field(march.answer.rises(march.checked[times]))))
     # One space's factors at a time: these have made all their fields.
     bases[0].heat.let_go()
     lesser = [beside(study, base, shift, march) for base in bases[1:]]

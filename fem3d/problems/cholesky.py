@@ -82,8 +82,8 @@ class Ordering:
 class Factors:
     """Cholesky factors of a symmetric positive definite matrix, its unknowns being of ``groups`` (n,).
 
-    Raises NumericsError for a matrix that rounding leaves indefinite, ValueError for one that couples unknowns which
-    that of the ``ordering`` does not.
+    Raises NumericsError for a matrix that rounding leaves indefinite, and for one that couples unknowns which that of
+    the ``ordering`` does not.
 
     The pieces of a dissection are eliminated one after the other, each in a dense matrix of its own unknowns and of
     those beyond, to which it hands on what is left of them (Duff and Reid, ACM Trans. Math. Softw. 9, 1983).
@@ -116,7 +116,7 @@ class Factors:
             at = place[rows]
             # What has no place in this front has one in another, or none.
             if not (at < len(into)).all() or (into[at] != rows).any():
-                raise ValueError("the matrix couples unknowns that the one of its ordering doesn't")
+                raise NumericsError("the matrix couples unknowns that the one of its ordering doesn't")
             front[columns[later], at] = ordered.data[entries][later]
             # What stands apart leaves nothing to what joins the others.
             for j in (j for j in tree.joined[piece] if j in updates):

@@ -12,21 +12,22 @@ from typing import Any
 
 import numpy as np
 from scipy.sparse import csc_array
-from scipy.sparse.linalg import LinearOperator, cg
 
 from fem3d.problems.cholesky import Factors, Ordering, part
-from fem3d.problems.following import FINER, OfCells, finer
+from fem3d.problems.following import OfCells
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.kept import Kept
 from fem3d.problems.paths import OfPaths, Paths
 from fem3d.problems.terminals import Terminal, packed, unpacked
-from fem3d.spaces.cut import Boxes
 from fem3d.spaces.integrals import Cells, Faces
 from scenes.errors import NumericsError
 
-# Error of a potential over that of its first guess, in the energy norm, unless a looser one is asked for.
+# Relative error of a potential in the energy norm, unless a looser one is asked for.
 SOLVED = 1e-12
-NOTHING = 1e-30  # a residual of which, relatively, only an exact solution leaves no more
+MOST_STEPS = 2000  # of conjugate gradients: the bound for a resistivity that changes by a factor of 1e4, to 1e-12
+# Factor on the condition number above which a preconditioner is made anew: steps grow with its root, and a
+# factorization takes as long as some 10 steps.
+WORSE = 10.0
 Influence = tuple[np.ndarray, np.ndarray, dict[str, float]]
 """What `Conductor.influence` returns."""
 Resistivity = Callable[[np.ndarray], np.ndarray]
@@ -79,7 +80,7 @@ class Conductor:
     resistivity counts and the heat does not. ``names`` (rows,) are those of bodies and contacts. ``following``: the
     resistivity (ohm m) where one is a law, which ``cold`` and ``warm`` leave out. Resistivities are those along x, and
     current densities (3, rows, points) those that go with them (`fem3d.problems.paths`), by a quadrature with ``more``
-    points along each axis than the space asks for, and ``boxes`` of cells in which a law bends.
+    points along each axis than the space asks for.
     """
 
     heat: HeatProblem
@@ -99,7 +100,6 @@ class Conductor:
     solved: float = SOLVED
     terminals: tuple[Terminal, ...] = ()
     following: OfCells | OfPaths | None = None
-    boxes: Boxes | None = None
     more: int = 0
     kept: Kept = field(init=False, default_factory=Kept)
 
@@ -133,28 +133,47 @@ class Conductor:
         """(cells, points) in ohm m at a field u (functions,) of the heat problem's space."""
         if self.following is None:
             return self.cold + self.warm * self.on.value(u)
-        # Matrices have the conductivity in them: it is that which is averaged.
-        return self.stands_for / self.following.on(self.on, u, lambda law, at: 1 / law.value(at))
+        return self.stands_for * self.following.value(self.on.value(u))
 
     def steepness(self, rise: np.ndarray) -> np.ndarray:
         """(cells, points): the derivative of the resistivity's logarithm (1/K) at a rise (all nodes)."""
         if self.following is None:
             return self.warm / self.resistivity(rise)
-        return self.following.on(self.on, self.heat.field(rise), lambda law, at: law.slope(at) / law.value(at))
+        at = self.on.value(self.heat.field(rise))
+        return self.following.slope(at) / self.following.value(at)
 
-    def finer(self, u: np.ndarray) -> Conductor:
-        """By a quadrature that is finer for a field u (functions,), where a table of the resistivity bends between its
-        temperatures; else itself."""
+    def finer(self, points: int) -> Conductor:
+        """By a quadrature of so many more points along each axis, where the resistivity is a law; else itself."""
         if self.following is None:
             return self
-        boxes, stuck = finer(self.following.of(np.arange(len(self.cells))), self.warmed, self.cells, [u])
-        if not len(stuck) and len(boxes.cells) == (0 if self.boxes is None else len(self.boxes.cells)):
-            return self
-        more = self.more + FINER * bool(len(stuck))
-        on: Any = self.heat.domain.space.on(self.cells, more, boxes)
+        more = self.more + points
+        on: Any = self.heat.domain.space.on(self.cells, more)
         if isinstance(self.on, Paths):
             on = self.on.finer(on, self.space.on(self.cells, more))
-        return replace(self, on=on, boxes=boxes, more=more)
+        finer = replace(self, on=on, more=more)
+        finer.kept.tell(near=self.kept.get("near", lambda: None))
+        return finer
+
+    def near(self, resistivity: np.ndarray) -> Conductor:
+        """Return a conductor with one conductivity in each cell, as a preconditioner at a ``resistivity`` (rows,
+        points): the last one, or the mean conductivities where these have a far smaller condition number."""
+        near: Conductor = self.kept.get("near", lambda: None) or self
+        inside = self.on.weights > 0
+        weights = np.where(inside, self.on.weights, 0.0)
+        mean = weights.sum(axis=1, keepdims=True) / (weights / resistivity).sum(axis=1, keepdims=True)
+
+        def condition(base: np.ndarray) -> float:
+            ratio = (resistivity / base)[inside]
+            return float(ratio.max() / ratio.min())
+
+        if condition(near.cold) > WORSE * condition(mean):
+            change = (1 / mean - 1 / self.cold)[: len(self.cells), 0]
+            if isinstance(self.on, Paths):
+                change = change / self.on.roots[..., 0] ** 2
+            matrix = csc_array(self.matrix + self.space.stiffness(change, self.cells))
+            near = replace(self, cold=mean, matrix=matrix)
+            self.kept.tell(near=near)
+        return near
 
     def taken(self, density: np.ndarray, dissipated: float) -> float:
         """Of what drives a current the part that the conductor takes, which ``dissipated`` so much (W): the rest is
@@ -218,7 +237,7 @@ class Conductor:
         given[self.free] = False
         return given
 
-    def _earthed(self, voltage: np.ndarray) -> np.ndarray:
+    def given(self, voltage: np.ndarray) -> np.ndarray:
         """Given voltages (functions,) with terminals at zero."""
         earthed = voltage.copy()
         for t in self.terminals:
@@ -226,8 +245,8 @@ class Conductor:
         return earthed
 
     def _charge(self, voltage: np.ndarray) -> np.ndarray:
-        """(functions,): the charges with which the cold conductor answers given values, from `_earthed` ones on."""
-        charge = -(self.matrix @ self._earthed(voltage))
+        """(functions,): the charges with which the cold conductor answers given values, from `given` ones on."""
+        charge = -(self.matrix @ self.given(voltage))
         for t in self.terminals:
             charge[t.at] += float(t.load(voltage))
         return charge
@@ -235,7 +254,7 @@ class Conductor:
     @cached_property
     def cold_potentials(self) -> np.ndarray:
         """(channels, functions): the potentials at the initial temperature, per unit of each channel."""
-        return np.array([self._earthed(v) + self.respond(self._charge(v)) if v.any() else v for v in self.voltages])
+        return np.array([self.given(v) + self.respond(self._charge(v)) if v.any() else v for v in self.voltages])
 
     @cached_property
     def supplied_at(self) -> np.ndarray:
@@ -291,65 +310,86 @@ class Conductor:
 
     def solve(self, rise: np.ndarray, voltage: np.ndarray, guess: np.ndarray | None = None) -> Potential:
         """The potential at a rise and given voltages (functions,), perhaps from that of a similar state, by conjugate
-        gradients preconditioned with the cold conductor.
+        gradients preconditioned with a conductor `near` it.
 
-        The spectrum lies between the extremes of the cold over the hot resistivity, which bounds the error after any
-        number of steps (Saad, Iterative Methods for Sparse Linear Systems, 2003, section 6.11); so many are taken.
-
-        Raises NumericsError where the resistivity is not positive.
+        Raises NumericsError where the resistivity is not positive, or where the iteration does not converge.
         """
-        free, start = self.free, self._earthed(voltage)
         resistivity = self.resistivity(rise)
         if not (resistivity > 0).all():
             raise NumericsError("the resistivity is not positive at the temperatures that are reached")
-
-        def charge(phi: np.ndarray) -> np.ndarray:
-            return self.on.flow(self.on.gradient(phi) / resistivity)
-
-        ends = self.terminals
-        leak = np.concatenate([np.zeros(len(free)), [t.conductance for t in ends]])
-        loads = np.concatenate([np.zeros(len(free)), [t.load(voltage) for t in ends]])
-
-        def inner(v: np.ndarray) -> np.ndarray:
-            return packed(ends, free, charge(unpacked(ends, free, v, len(start)))) + leak * v
-
-        def near(v: np.ndarray) -> np.ndarray:
-            if not ends:
-                return self.preconditioner(v)
-            charges = np.zeros(len(start))
-            charges[free] = v[: len(free)]
-            for t, value in zip(ends, v[len(free) :], strict=True):
-                charges[t.at] = value
-            return self._unknowns(self.respond(charges))
-
         first = self.respond(self._charge(voltage)) if guess is None else guess
-        start += unpacked(ends, free, self._unknowns(first), len(start))
-        steps = self._steps(resistivity / self.cold)
-        right = loads - leak * self._unknowns(start) - packed(ends, free, charge(start))
-        if steps:
-            size = (len(leak), len(leak))
-            operator, inverse = (LinearOperator(size, f, dtype=float) for f in (inner, near))
-            more = cg(operator, right, rtol=NOTHING, atol=0.0, maxiter=steps, M=inverse)[0]
-        else:
-            more = near(right)  # what rounding left of the first solution
-        start += unpacked(ends, free, more, len(start))
+        start = self.given(voltage) + self.expanded(self.unknowns(first))
+        start += self.expanded(self._conjugate_gradients(resistivity, start, voltage))
         density = -self.on.gradient(start) / resistivity
-        through = {name: self._through(name, start, rise) for name in self.sections}
+        through = {name: self.through(name, start, rise) for name in self.sections}
         return Potential(start, density, -self.on.flow(density), through)
 
-    def _unknowns(self, potential: np.ndarray) -> np.ndarray:
+    def _conjugate_gradients(self, resistivity: np.ndarray, start: np.ndarray, voltage: np.ndarray) -> np.ndarray:
+        """(unknowns,): the change of a potential ``start`` (functions,) that balances the currents.
+
+        Its energy norm ends below `solved` times that of the potential. The spectrum of the preconditioned problem lies
+        between the extremes of the cold over the hot resistivity, which bounds the number of steps (Saad, Iterative
+        Methods for Sparse Linear Systems, 2003, section 6.11).
+        """
+        change, precondition = np.zeros(len(self.free) + len(self.terminals)), self.near(resistivity).precondition
+        residual = self.unbalanced(start, resistivity, voltage)
+        nearly = precondition(residual)
+        direction, size = nearly, float(residual @ nearly)
+        driven = self.on.gradient(start)
+        energy = float((self.on.weights * (driven**2).sum(axis=0) / resistivity).sum())
+        enough = self.solved**2 * max(energy, size)
+        for _ in range(MOST_STEPS):
+            if size <= enough:
+                return change
+            image = self.entering(self.expanded(direction), resistivity)
+            length = size / float(direction @ image)
+            change = change + length * direction
+            residual = residual - length * image
+            nearly = precondition(residual)
+            before, size = size, float(residual @ nearly)
+            direction = nearly + size / before * direction
+        raise NumericsError(
+            f"the potential is not found: {MOST_STEPS} steps of conjugate gradients leave a relative residual of "
+            f"{np.sqrt(size / max(energy, 1e-300)):.1g}, as the resistivity varies too much with the temperature"
+        )
+
+    def unknowns(self, potential: np.ndarray) -> np.ndarray:
         """The unknowns of a potential (functions,): of the free functions, then of the terminals."""
         return np.concatenate([potential[self.free], [potential[t.at] for t in self.terminals]])
 
-    def _steps(self, ratio: np.ndarray) -> int:
-        """How many steps of conjugate gradients the spread of a resistivity over the cold one asks for."""
-        # The resistances of terminals are what they are when cold.
-        fixed = [1.0] if any(t.conductance for t in self.terminals) else []
-        root = float(np.sqrt(max([float(ratio.max()), *fixed]) / min([float(ratio.min()), *fixed])))
-        shrinks = (root - 1) / (root + 1)
-        return int(np.ceil(np.log(self.solved / 2) / np.log(shrinks))) if shrinks > 1e-15 else 0
+    def expanded(self, unknowns: np.ndarray) -> np.ndarray:
+        """The potential (functions,) of unknowns, zero where a voltage is given."""
+        return unpacked(self.terminals, self.free, unknowns, self.voltages.shape[1])
 
-    def _through(self, name: str, phi: np.ndarray, rise: np.ndarray) -> float:
+    def entering(self, potential: np.ndarray, resistivity: np.ndarray) -> np.ndarray:
+        """(unknowns,): the current (A) that a potential (functions,) makes leave each unknown, by the conductor and by
+        the resistances of terminals."""
+        return self.packed(self.on.flow(self.on.gradient(potential) / resistivity), self.unknowns(potential))
+
+    def packed(self, charge: np.ndarray, unknowns: np.ndarray) -> np.ndarray:
+        """(unknowns,): the currents of charges (functions,), with those by the resistances of terminals."""
+        return packed(self.terminals, self.free, charge) + self._leak * unknowns
+
+    def unbalanced(self, potential: np.ndarray, resistivity: np.ndarray, voltage: np.ndarray) -> np.ndarray:
+        """(unknowns,): the current (A) that is missing at each unknown, at given voltages (functions,)."""
+        loads = np.concatenate([np.zeros(len(self.free)), [t.load(voltage) for t in self.terminals]])
+        return loads - self.entering(potential, resistivity)
+
+    def precondition(self, currents: np.ndarray) -> np.ndarray:
+        """(unknowns,): nearly the potentials that balance some currents (unknowns,): those by `matrix`."""
+        if not self.terminals:
+            return self.preconditioner(currents)
+        charges = np.zeros(self.voltages.shape[1])
+        charges[self.free] = currents[: len(self.free)]
+        for t, value in zip(self.terminals, currents[len(self.free) :], strict=True):
+            charges[t.at] = value
+        return self.unknowns(self.respond(charges))
+
+    @property
+    def _leak(self) -> np.ndarray:
+        return np.concatenate([np.zeros(len(self.free)), [t.conductance for t in self.terminals]])
+
+    def through(self, name: str, phi: np.ndarray, rise: np.ndarray) -> float:
         """The current along the normals of a probe (A), the mean of what both sides say, at contacts by the jump."""
         at = self.heat.field(rise)
         beside = sum(

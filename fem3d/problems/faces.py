@@ -16,11 +16,9 @@ from typing import Any
 import numpy as np
 from scipy.sparse import csc_array
 
-from fem3d.problems.following import OUTSIDE
 from fem3d.spaces.domain import Domain
 from fem3d.spaces.integrals import Cells, Faces
 from scenes import faces
-from scenes.laws import Table
 from scenes.model import bends
 
 
@@ -122,24 +120,9 @@ class Surface:
         slope = faces.slope(self.boundary, self._start + self.on.value(u)) - film(self.domain, self.boundary)[0]
         return np.asarray(slope * self.on.areas)
 
-    def bent(self, u: np.ndarray) -> np.ndarray:
-        """(3, all cells): by how much a field u changes along each axis of the cells at whose face a table bends."""
-        space, changes = self.domain.space, np.zeros((3, len(self.domain.body)))
-        law = self.boundary.value
-        if not isinstance(law, Table):
-            return changes
-        at = self._start + self.on.value(u)
-        low, high = at.min(axis=1), at.max(axis=1)
-        low, high = low - OUTSIDE * (high - low), high + OUTSIDE * (high - low)
-        crossed = np.any([(low < bend) & (bend < high) for bend in law.temperatures], axis=0)
-        for alike in space.alike(np.unique(self.on.cells[crossed])):
-            cells = space.on(alike)
-            changes[:, alike] = cells.within(cells.gradient(u))
-        return changes
-
-    def finer(self, *fields: np.ndarray) -> Surface:
-        """By two more points along each axis."""
-        return replace(self, more=self.more + 2)
+    def finer(self, points: int) -> Surface:
+        """By a quadrature of so many more points along each axis."""
+        return replace(self, more=self.more + points)
 
     def entering(self, u: np.ndarray, on: Faces) -> tuple[float, np.ndarray]:
         """The heat (W) that enters by some faces, by the tangent at a field u: at no rise, and per kelvin

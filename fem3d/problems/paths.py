@@ -11,7 +11,7 @@ its heat enters the temperature's functions on both sides alike, or on the only 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -83,33 +83,14 @@ class OfPaths:
         behind = np.broadcast_to(self.crossings, (len(self.crossings), rise.shape[1]))
         return np.concatenate([self.cells.value(rise[:count]), behind])
 
-    def on(self, paths: Paths, u: np.ndarray, made: Callable[[OfCells | Still, np.ndarray], np.ndarray]) -> np.ndarray:
-        """(rows, points): what is ``made`` of it at a field u (functions,), as `OfCells.on`."""
-        value = paths.value(u)
-        in_cells = self.cells.on(paths.warmed, u, made)
-        rows, points = in_cells.shape
-        every = np.concatenate([made(self.cells, value[:rows]), made(Still(self.crossings), value[rows:])])
-        every[:rows, :points] = in_cells
-        return every
+    def slope(self, rise: np.ndarray) -> np.ndarray:
+        """(rows, points): its derivative (per K), none at crossings."""
+        count = len(rise) - len(self.crossings)
+        return np.concatenate([self.cells.slope(rise[:count]), np.zeros_like(rise[count:])])
 
     def of(self, cells: np.ndarray) -> OfCells:
         """As of the cells."""
         return self.cells.of(cells)
-
-
-@dataclass(frozen=True, eq=False)
-class Still:
-    """What follows nothing, as `OfCells`."""
-
-    values: np.ndarray
-
-    def value(self, rise: np.ndarray) -> np.ndarray:
-        """(rows, points)."""
-        return np.broadcast_to(self.values, rise.shape)
-
-    def slope(self, rise: np.ndarray) -> np.ndarray:
-        """None."""
-        return np.zeros(rise.shape)
 
 
 class Paths:

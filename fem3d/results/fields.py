@@ -208,8 +208,6 @@ class Fields:
             rise, inputs = state.rise, heat.inputs.at(np.zeros(1))[0]
         else:
             rise, inputs = self._rises(np.array([time]))[0], heat.inputs.at(np.array([time]))[0]
-        # A run at another voltage keeps the scene of the first one, and has the factor of its drive.
-        inputs = inputs * (1.0 if state is None else state.drive)
         number, count = self._numbered[1:3], self._numbered[3]
         kelvins, potential = self._kelvins(rise)[:count], np.full(count, np.nan)
         conductor, electric = self._conductor, None

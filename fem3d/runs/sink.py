@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,8 +10,8 @@ import numpy as np
 from fem3d.adaptivity.adapt import adapt
 from fem3d.adaptivity.mesh import Answer
 from fem3d.results.study import Study
-from fem3d.runs import rescaled, sink_quantities, span_quantities
 from fem3d.runs import scene as scene_run
+from fem3d.runs import sink_quantities, span_quantities
 from fem3d.solution.steady import SteadyState
 from meshes import connected, symmetry
 from meshes.symmetry import Symmetry
@@ -22,17 +21,14 @@ from scenes.result import Estimate, Result, Traces
 from scenes.sink import Sink
 
 
-def solve(
-    sink: Sink, transient: bool = True, progress: Callable[[str], None] | None = None, earlier: Result | None = None
-) -> Result:
+def solve(sink: Sink, transient: bool = True, progress: Callable[[str], None] | None = None) -> Result:
     """Solve the steady state and, with ``transient``, the transient of a sink in 3D, with estimated errors.
 
-    ``earlier`` is a result of the same sink, perhaps at another voltage: its meshes, factors and fields serve again.
     Raises scenes.errors.RunawayError where no steady state exists, NumericsError where the numerics fail.
     """
     part = symmetry.reduce(sink.scene())
     physics.refuse_following(part.scene, transient)
-    answer = _answer(sink, part, transient, progress or (lambda _: None), earlier)
+    answer = adapt(study(sink, part), transient, progress or (lambda _: None))
     steady = {n: Estimate(float(v), answer.errors[n]) for n, v in answer.fine.quantities.items()}
     response = answer.response
     traces = None if response is None else Traces(response.times, response.traces, response.errors)
@@ -45,20 +41,6 @@ def solve(
         "answer": answer,
     }
     return Result("fem3d", steady, traces, details)
-
-
-def _answer(
-    sink: Sink, part: Symmetry, transient: bool, progress: Callable[[str], None], earlier: Result | None
-) -> Answer:
-    """The answer, from that of an earlier voltage where that is possible."""
-    studied = study(sink, part)
-    answer = None
-    if earlier is not None:
-        first, before = earlier.details["sink"], earlier.details["answer"]
-        alike = replace(first, voltage=sink.voltage) == sink and transient == (before.response is not None)
-        if alike and not physics.nonlinear(part.scene, transient):
-            answer = rescaled.solve(studied, before, sink.voltage / first.voltage)
-    return answer or adapt(studied, transient, progress)
 
 
 def study(sink: Sink, part: Symmetry) -> Study:
@@ -91,8 +73,6 @@ def _plan(sink: Sink, part: Symmetry, transient: bool) -> tuple[Step, ...]:
         steps.append(Step("Newton's method", "done", "with the current of the hot state at each step"))
     elif sink.silicon.temperature_coefficient:
         steps.append(Step("electric iteration", "done", "the resistance follows the temperature"))
-        checked = "checked once at the hot state; followed only if that matters at this accuracy"
-        steps.append(Step("current pattern when hot", "done", checked))
     lasts = f"{_lasts(sink)}a few Krylov fields"
     return *steps, step("transient", lasts, "" if transient else "only the steady state was asked for")
 
@@ -108,12 +88,7 @@ def _found(sink: Sink, answer: Answer) -> list[Step]:
         over_time.append(Step("transient", "done", f"{_lasts(sink)}{reduced.states} fields{between}"))
     if state.heat.about is not None:
         return [Step("Newton's method", "done", f"{state.steps} steps on the last mesh's finest space"), *over_time]
-    moved = f"heating moves it by {state.pattern_change:.0e} in terms of the rise"
-    steps = [
-        Step("electric iteration", "done", f"{state.steps} coupled steps to the steady state"),
-        Step("current pattern when hot", "done" if state.follows_pattern else "skipped", moved),
-    ]
-    return [*steps, *over_time]
+    return [Step("electric iteration", "done", f"{state.steps} coupled steps to the steady state"), *over_time]
 
 
 def _lasts(sink: Sink) -> str:

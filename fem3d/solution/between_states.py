@@ -10,7 +10,7 @@ import numpy as np
 
 from fem3d.problems.current import Conductor, Pattern
 from fem3d.problems.faces import Surface
-from fem3d.problems.following import Conduction, OfCells, Storage
+from fem3d.problems.following import Conduction, Storage
 from fem3d.problems.heat import HeatProblem
 from fem3d.solution import joule_tensors
 from fem3d.solution.interpolated import Conducted, Interpolation, Laws
@@ -62,10 +62,7 @@ def _conducted(
     for on, law, cold, _ in term.parts:
         each = np.stack([law.value(rise) for rise in on.value(states)]) - cold
         excess.append(each)
-        if isinstance(law, OfCells) and on.cut is not None:
-            averaged.append(np.stack([law.on(on, u) for u in states]) - cold)
-        else:
-            averaged.append(each)
+        averaged.append(each)
         scales.append(np.broadcast_to(cold, each.shape[1:]).ravel())
     # What is known at points is interpolated, and integrated as what it is in all of a cell.
     flat = np.concatenate([e.reshape(len(states), -1) for e in excess], axis=1)

@@ -30,6 +30,7 @@ RENEWED = 8  # sweeps after which a stiff source's slope is taken anew
 SLOW = 0.1
 # Halvings of the step in which something ceases to hold: its time is then known to a millionth of the step.
 HALVINGS = 20
+MOST_TRIALS = 20_000  # of steps, those that are taken and those that fail
 
 
 @dataclass(frozen=True)
@@ -103,10 +104,17 @@ def integrate(
     jumps = jumps or {}
     stops = [*sorted(t for t in jumps if 0 < t < end), end]
     steps: list[Step] = []
+    trials = 0
     convolve, along = Convolution(nodes, degree + 1), False
     for stop in stops:
         piece, since = source(time), time
         while time < stop:
+            trials += 1
+            if trials > MOST_TRIALS:
+                raise NumericsError(
+                    f"the transient needs more than {MOST_TRIALS:,} steps in time: they get as far as t = "
+                    f"{TIME.show(float(f'{time:.3g}'))}; ask for an earlier end or a larger accuracy"
+                )
             remaining, length = stop - time, min(length, time - since + graded / 4)
             last = length >= remaining * (1 - 1e-12)
             taken = remaining if last else length

@@ -18,7 +18,6 @@ from fem3d.problems.current import Conductor, Pattern
 from fem3d.problems.heat import HeatProblem
 from fem3d.solution.exponential import Source, Trajectory, integrate
 from fem3d.solution.reduced import Reduced, project
-from fem3d.solution.slight import slight
 from fem3d.solution.steady import SteadyState
 from scenes.errors import BeyondLawError
 
@@ -49,16 +48,14 @@ class Base:
     @staticmethod
     def of_steady(state: SteadyState) -> Base:
         """The base of a response to a constant drive, whose steady state is known."""
-        heat, by_faces = state.heat, slight(state.heat)
-        if (heat.exact is not None and not by_faces) or heat.storage is not None:
+        heat = state.heat
+        if heat.exact is not None or heat.storage is not None:
             return replace(Base.bare(heat.exact or heat, state.conductor), steady=state)
-        heat = heat.exact or heat
         load = heat.loads[0].copy()
         if state.conductor is not None:
             load += state.conductor.joule_load(state.patterns[0].density, heat.lifts[0])
         rise = (state.rise - heat.lifts[0])[: heat.free]
-        base = Base(heat, state.conductor, state.patterns, state.fields, _with_inertia(heat, [load]), heat.norm(rise))
-        return replace(base, steady=state) if by_faces else base
+        return Base(heat, state.conductor, state.patterns, state.fields, _with_inertia(heat, [load]), heat.norm(rise))
 
     @staticmethod
     def bare(heat: HeatProblem, conductor: Conductor | None) -> Base:
@@ -66,14 +63,9 @@ class Base:
         return Base(heat, conductor, [], np.empty((heat.free, 0)), [])
 
     @property
-    def slight(self) -> bool:
-        """Whether faces alone make the problem nonlinear, and hardly do (`fem3d.solution.slight`)."""
-        return self.steady is not None and slight(self.steady.heat)
-
-    @property
     def follows(self) -> bool:
         """Whether a property follows the temperature by a law."""
-        follows = (self.heat.follows and not self.slight) or self.heat.storage is not None
+        follows = self.heat.follows or self.heat.storage is not None
         return follows or (self.conductor is not None and self.conductor.following is not None)
 
     def project(self, fields: np.ndarray) -> Reduced:

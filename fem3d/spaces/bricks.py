@@ -16,7 +16,6 @@ from skfem import MeshHex
 from skfem.assembly.dofs import Dofs
 from skfem.refdom import RefHex
 
-from fem3d.spaces.cut import Boxes, Cut
 from fem3d.spaces.element import Degrees, ElementHexTrunk, active, gauss, heights, line, local, modes
 from fem3d.spaces.integrals import Space, entities, halves
 from fem3d.spaces.quadrature import Rule, Side, rule, side
@@ -155,14 +154,6 @@ class BrickSpace(Space):
     def rule(self, cells: np.ndarray, more: int) -> Rule:
         """Gauss's rule of as many points along each axis as the highest degree of the cells there plus one."""
         return _rule(self.p, self._highest(cells), more)
-
-    most_boxes = 64
-
-    def cut(self, cells: np.ndarray, more: int, boxes: Boxes) -> Cut | None:
-        degrees = self._highest(cells)
-        functions, (x, y, z) = np.flatnonzero(active(self.p, degrees)), (d + 1 + more for d in degrees)
-        dofs = self.dofs[np.ix_(functions, cells)]
-        return Cut.of(cells, boxes, dofs, modes(self.p)[functions].T, (x, y, z), more)
 
     def _highest(self, cells: np.ndarray) -> Degrees:
         x, y, z = self.degrees[:, cells].max(axis=1, initial=1).tolist()

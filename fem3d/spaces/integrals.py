@@ -12,7 +12,6 @@ from typing import Any, TypeVar
 import numpy as np
 from scipy.sparse import coo_array, csc_array
 
-from fem3d.spaces.cut import Boxes, Cut
 from fem3d.spaces.quadrature import Rule, Side
 
 S = TypeVar("S", bound="Space")
@@ -147,13 +146,6 @@ class Space(ABC):
     def rule(self, cells: np.ndarray, more: int) -> Rule:
         """The quadrature of some cells, with ``more`` points along each axis than is their due."""
 
-    most_boxes = 1
-    """How many boxes a cell may be cut into; one for cells that are no bricks."""
-
-    def cut(self, cells: np.ndarray, more: int, boxes: Boxes) -> Cut | None:
-        """Those of some cells that ``boxes`` are of, beside their `rule`; None without any."""
-        return None
-
     @abstractmethod
     def side(self, number: int, more: int = 0) -> Side:
         """A side of the reference cell, with so many ``more`` points along each axis."""
@@ -173,9 +165,9 @@ class Space(ABC):
         """Some cells, those together that have the same functions."""
         return [cells]
 
-    def on(self, cells: np.ndarray, more: int = 0, boxes: Boxes | None = None) -> Cells:
-        """Integrals over some cells; ``more`` and ``boxes`` as of `rule` and `cut`."""
-        return Cells(self, cells, self.rule(cells, more), boxes and self.cut(cells, more, boxes))
+    def on(self, cells: np.ndarray, more: int = 0) -> Cells:
+        """Integrals over some cells, with ``more`` points as of `rule`."""
+        return Cells(self, cells, self.rule(cells, more))
 
     def faces(self, facets: np.ndarray, cells: np.ndarray) -> Faces:
         """Integrals over some facets of the mesh, each seen from one of its cells."""
@@ -183,12 +175,10 @@ class Space(ABC):
 
 
 class Cells:
-    """Some cells of a space with the points of a quadrature and their ``weights`` (cells, points); those that are
-    ``cut`` have a finer one for what bends inside."""
+    """Some cells of a space with the points of a quadrature and their ``weights`` (cells, points)."""
 
-    def __init__(self, space: Space, cells: np.ndarray, rule: Rule, cut: Cut | None = None) -> None:
-        self._space, self._cells, self._rule, self.cut = space, cells, rule, cut
-        self.most_boxes = space.most_boxes
+    def __init__(self, space: Space, cells: np.ndarray, rule: Rule) -> None:
+        self._space, self._cells, self._rule = space, cells, rule
         self.dofs = space.dofs[np.ix_(rule.functions, cells)].T
         self._inverse, sizes = space.jacobian(cells, rule.points)
         self.weights = sizes * rule.weights
@@ -206,14 +196,6 @@ class Cells:
         """(...,): functions (..., functions) at one of the points of one of the cells."""
         values: np.ndarray = u[..., self.dofs[cell]] @ self._rule.values[point]
         return values
-
-    def averaged(self, u: np.ndarray, evaluate: Callable[[slice | np.ndarray, np.ndarray], np.ndarray]) -> np.ndarray:
-        """(..., cells, points): what is made of a function u (functions,): by ``evaluate`` of some cells, by their
-        places, and its values (of them, points) there. Of cells that are cut it is the field of `Cut.within`."""
-        field = evaluate(slice(None), self.value(u))
-        if self.cut is not None:
-            field[..., self.cut.places, :] = self.cut.within(evaluate(self.cut.owner, self.cut.value(u)))
-        return field
 
     def gradient(self, u: np.ndarray) -> np.ndarray:
         """(3, cells, points): its gradient."""

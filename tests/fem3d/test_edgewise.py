@@ -45,7 +45,7 @@ def close():
 def rough_and_first():
     study, mesh = scene_run.start(bridge())
     assert isinstance(mesh, Bricks)
-    return study, mesh.begin(study, False)[0], mesh
+    return study, mesh.begin(), mesh
 
 
 @pytest.mark.long

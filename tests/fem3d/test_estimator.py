@@ -13,7 +13,7 @@ from fem3d.problems.current_fields import combined, independent
 from fem3d.runs import probe_quantities
 from fem3d.runs.scene import part_of
 from fem3d.solution.reduced import project
-from fem3d.solution.steady import coupled
+from fem3d.solution.steady import solve_steady
 from fem3d.spaces.domain import boxes
 from meshes import grading
 from meshes.grading import Features
@@ -166,13 +166,13 @@ def test_nested_problems_are_those_assembled_at_the_lower_degrees(name):
     for k, less in ((0, 2), (1, 1)):
         lower = Grid(tuple(breaks), tuple(np.maximum(d - less, 1) for d in degrees), scene.boxes)
         alone = nested.problems(boxes(scene, lower), 1e-6)
-        states = [coupled(p.heats[n], p.conductors[n], True, 1.0, 1e-12) for p, n in ((given, k), (alone, 2))]
+        states = [solve_steady(p.heats[n], p.conductors[n], 1.0, 1e-12) for p, n in ((given, k), (alone, 2))]
         assert given.heats[k].size == alone.heat.size < given.heat.size
         assert len(given.conductors[k].free) == len(alone.conductor.free)
         means = [float(s.heat.take(s.heat.domain.mean(probe)) @ s.rise) for s in states]
         assert means[0] == pytest.approx(means[1], rel=1e-9)
         assert states[0].power == pytest.approx(states[1].power, rel=1e-9)
-    top = coupled(given.heat, given.conductor, True, 1.0, 1e-12)
+    top = solve_steady(given.heat, given.conductor, 1.0, 1e-12)
     assert float(given.heat.take(given.domain.mean(probe)) @ top.rise) != pytest.approx(means[0], rel=1e-9)
 
 

@@ -3,6 +3,7 @@ block by scikit-fem's own elements and Newton's method."""
 
 import numpy as np
 import pytest
+from scipy.interpolate import PchipInterpolator
 from scipy.optimize import brentq
 from scipy.sparse.linalg import spsolve
 from skfem import Basis, BilinearForm, ElementHex2, FacetBasis, LinearForm, MeshHex
@@ -58,7 +59,9 @@ FACES = {
     "radiation beside a film": ({**RADIATION, **FILM}, lambda t: radiated(t) + 40 * (t - ROOM)),
     "table": (
         {"convection": {"coefficient": TABLE, "ambient": ROOM}},
-        lambda t: np.interp(t, TABLE["temperatures"], TABLE["values"]) * (t - ROOM),
+        lambda t: (
+            float(PchipInterpolator(TABLE["temperatures"], TABLE["values"])(np.clip(t, 400.0, 900.0))) * (t - ROOM)
+        ),
     ),
 }
 

@@ -6,11 +6,8 @@ import numpy as np
 import pytest
 
 from fem3d.problems.assembly import assemble
-from fem3d.problems.following import Conduction
 from fem3d.results.probes import cell_by_cell, gradient, reading
-from fem3d.spaces.cut import Boxes
 from fem3d.spaces.domain import boxes
-from scenes.laws import Table
 from scenes.model import Boundary, Box, Probe, Scene
 from scenes.sink import SILICON
 from tests.fem3d import grid_of
@@ -98,51 +95,3 @@ def test_a_mean_and_the_flow_through_a_section_are_those_of_the_field(block):
     assert gradient(given, section, cell_by_cell(k)) @ u == pytest.approx(-8.0 * SILICON.thermal_conductivity)
     twice = replace(section, upper=(1.0, 2.0, 0.4))
     assert gradient(given, twice, cell_by_cell(k)) @ u == pytest.approx(-3.2 * SILICON.thermal_conductivity)
-
-
-def equal(cells, parts):
-    """Boxes of some cells, as many along each axis."""
-    lower = np.array(list(np.ndindex(*parts))).T / np.array(parts)[:, None]
-    sides = np.broadcast_to(1 / np.array(parts)[:, None], lower.shape)
-    return Boxes(np.repeat(cells, lower.shape[1]), np.tile(lower, len(cells)), np.tile(sides, len(cells)))
-
-
-def test_a_field_on_boxes_has_its_integrals_on_the_whole_cell(block):
-    """With all products of polynomials that the cell's points tell apart, whatever jumps it has; and no more."""
-    given, u = block
-    space, cells, more = given.space, np.array([2, 0]), 1
-    on, cut, rule = space.on(cells, more), space.cut(cells, more, equal(cells, (4, 2, 1))), space.rule(cells, more)
-    assert cut.within(cut.value(u)) == pytest.approx(on.value(u), abs=1e3 * ROUNDING)
-    assert cut.changes(u)[1].max() == pytest.approx(on.within(on.gradient(u))[1].max() / 2, rel=0.5)
-    # 1 in the left half of each cell, 3 in the right one
-    step = np.where(cut.boxes.lower[0] < 0.5, 1.0, 3.0)[:, None] * np.ones(cut.value(u).shape)
-    x, y, _ = rule.points
-
-    def exact(power):
-        return (0.5 ** (power + 1) + 3 * (1 - 0.5 ** (power + 1))) / (power + 1) / 2
-
-    for power in range(5):  # of the five points of degree 3
-        assert cut.within(step) @ (rule.weights * x**power * y) == pytest.approx(exact(power), rel=1e3 * ROUNDING)
-        assert abs(np.where(x < 0.5, 1.0, 3.0) @ (rule.weights * x**power * y) / exact(power) - 1) > 1e-4
-    assert abs(cut.within(step) @ (rule.weights * x**5 * y) / exact(5) - 1).max() > 1e-4
-
-
-def test_a_finer_quadrature_tells_the_error_where_isotherms_of_bends_are_curved():
-    """Of a table in one brick, the rise running along x and y: cut along x alone, boxes change next to nothing in the
-    end and are off by 2 %."""
-    law = Table((400.0, 450.0, 500.0), (1.0, 2.0, 0.5))
-    block = Box("block", replace(SILICON, thermal_conductivity=law), (0.0, 0.0, 0.0), (1.0, 1.0, 1.0))
-    given = replace(scene(), boxes=(block,), initial_temperature=300.0)
-    cube = boxes(given, grid_of(given, ([0.0, 1.0],) * 3, 3))
-    u = coefficients(cube.space, lambda points: 260 * points[0] + 200 * points[1] ** 2)
-
-    def flow(parts):
-        return Conduction(cube, boxes=equal(np.arange(1), parts)).outflow(u)
-
-    best, term = flow([32, 32, 1]), Conduction(cube)
-    for _ in range(3):
-        finer = term.finer(u)
-        changed = np.abs(finer.outflow(u) - term.outflow(u)).max()
-        assert np.abs(finer.outflow(u) - best).max() < changed
-        term = finer
-    assert np.abs(flow([64, 1, 1]) - best).max() > 10 * np.abs(flow([64, 1, 1]) - flow([16, 1, 1])).max()

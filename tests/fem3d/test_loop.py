@@ -23,11 +23,12 @@ class Meshes:
 
     def problems(self) -> Any:
         return SimpleNamespace(
-            heat=SimpleNamespace(size=10 * 2**self.number), conductor=None, follows=False, told=self.told[self.number]
-        )
+            heat=SimpleNamespace(size=10 * 2**self.number), conductor=None, follows=False, told=self.told[self.number],
+            driven=lambda factor: SimpleNamespace(told=NumericsError("no state below a limit")),
+        )  # fmt: skip
 
-    def begin(self, study: Any, with_steady: bool) -> tuple[Meshes, None, None]:
-        return self, None, None
+    def begin(self) -> Meshes:
+        return self
 
     def examine(self, study: Any, given: Any, fine: Any) -> Any:
         error = self.told[self.number]
@@ -56,7 +57,7 @@ class Meshes:
 
 @pytest.fixture(autouse=True)
 def _told(monkeypatch: pytest.MonkeyPatch) -> None:
-    def solution(study: Any, given: Any, before: Any) -> SimpleNamespace:
+    def solution(study: Any, given: Any, near: Any = None) -> SimpleNamespace:
         if isinstance(given.told, Exception):
             raise given.told
         return SimpleNamespace(state=None)

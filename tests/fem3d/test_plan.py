@@ -48,11 +48,3 @@ def test_without_a_temperature_coefficient_one_step_is_enough():
     steps = result.details["answer"].fine.state.steps
     assert iterated["electric iteration"].state == "done"
     assert steps > 1
-
-
-def test_the_pattern_of_the_current_is_followed_where_the_plan_says_so():
-    for sink in (Sink(), Sink(voltage=10.0, electrodes="pad-edge")):
-        found, result = lines(sink)
-        state = result.details["answer"].fine.state
-        assert (found["current pattern when hot"].state == "done") == state.follows_pattern
-        assert len(state.patterns) == (2 if state.follows_pattern else 1)

@@ -92,22 +92,10 @@ def test_far_beyond_the_limit_it_is_named_too(coefficient, voltage, electrodes):
     assert 0 < caught.value.limit < voltage
 
 
-def test_a_resistance_that_rises_thousands_of_times_does_not_run_away_at_a_voltage():
-    """All currents are close to the largest one here, beyond which the heat at a given current would feed itself."""
-    part = symmetry.reduce(Sink(length=3e-9, voltage=1e3).scene())
-    state = steady_on(part.scene, plain_grid(part.scene), 1e3, 1e-6)
-    assert state.drive == 1.0
-    assert state.heat.outflow(state.rise)[: state.heat.free] == pytest.approx(
-        state.source[: state.heat.free], abs=1e-6 * np.abs(state.source).max()
-    )
-
-
-@pytest.mark.parametrize(
-    "sink",
-    [pytest.param(Sink(length=3e-9), marks=pytest.mark.long), Sink(voltage=1e3, series_resistance=1.0, accuracy=1e-2)],
-)
-def test_a_transient_whose_heating_damps_itself_ends_in_the_steady_state(sink):
+@pytest.mark.long
+def test_a_transient_whose_heating_damps_itself_ends_in_the_steady_state():
     """Hotter conductors take less of the power, whatever happens on the way."""
+    sink = Sink(length=3e-9)
     answer = adapt(sink_quantities.study(sink, symmetry.reduce(sink.scene())), True)
     rise = answer.response.traces["peak_K"][-1] - sink.room_temperature
     error = answer.response.errors["peak_K"] + answer.errors["peak_rise_K"]
