@@ -7,7 +7,7 @@ raise it a little everywhere, or to ask another mesh whether heating really runs
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -19,11 +19,11 @@ from fem3d.adaptivity.goal_errors import Level
 from fem3d.adaptivity.mesh import Answer, Indicators, Mesh
 from fem3d.adaptivity.nested import Problems
 from fem3d.adaptivity.reach import not_reached
-from fem3d.adaptivity.trace_errors import ROW_SHARE, Response
+from fem3d.adaptivity.trace_errors import ROW_SHARE, LowerSpaceError, Response
 from fem3d.results.study import Study
 from fem3d.solution import transient
 from fem3d.solution.steady import SteadyState
-from fem3d.solution.transient import Base, Transient
+from fem3d.solution.transient import Base
 from scenes.errors import BeyondLawError, NumericsError, RunawayError, RunawayInTimeError
 
 # A voltage above that of the fold runs away on any mesh if it lies further above it than this many times the change of
@@ -105,8 +105,7 @@ def adapt(
 class Search:
     """What one level hands to the next: the limit of the last mesh's runaway, whether a transient ran away, and the
     slowest time constant (s) and the generations of fields of a transient without steady state; the
-    steady state ``near`` that of the next mesh; the response ``before`` where properties follow the temperature, and
-    its largest relative ``error``."""
+    steady state ``near`` that of the next mesh."""
 
     study: Study
     with_steady: bool
@@ -117,8 +116,6 @@ class Search:
     slowest: float = np.inf
     generations: int = 0
     near: SteadyState | None = None
-    before: Transient | None = None
-    error: float = np.inf
 
     @property
     def enough(self) -> float:
@@ -145,6 +142,8 @@ class Search:
             return Verdict("runaway", runaway=runaway)
         except BeyondLawError as beyond:
             return Verdict("raise", beyond=beyond)
+        except LowerSpaceError:
+            return Verdict("raise")
         errors = level.errors if level else {}
         told = level.fine if level else fine
         answer = Answer(mesh, problems.heat, problems.conductor, told, errors, response, number)
@@ -168,10 +167,8 @@ class Search:
         bare = [Base.bare(*pair) for pair in zip(problems.heats, problems.conductors, strict=True)][::-1]
         linear = not bare[0].follows
         bases = transient_base.nested(problems, shift, study.end, study.accuracy) if linear else bare
-        bases[0] = replace(bases[0], before=self.before, error=self.error)
         response = mesh.respond(study, problems, bases, shift, None, self.generations)
         self.slowest, self.generations = response.slowest, response.generations
-        self.before, self.error = None if linear else response.transient, max(response.relative.values())
         return response
 
     def refine_for_runaway(self, mesh: Mesh, runaway: RunawayError) -> Mesh | None:

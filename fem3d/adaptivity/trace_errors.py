@@ -14,35 +14,32 @@ from fem3d.adaptivity.goal_errors import Level
 from fem3d.adaptivity.marched import (
     KNOTS,
     SOONEST,
-    SPACE_SHARE,
     TIME_SHARE,
     Marched,
     beside,
-    by_laws,
     distance,
+    in_shorter_steps,
     marched,
     spread,
+    tangent,
 )
 from fem3d.adaptivity.nested import Problems
 from fem3d.results import outputs, probes, trace_times
-from fem3d.results.outputs import Outputs
+from fem3d.results.outputs import Response as AnyResponse
 from fem3d.results.study import Quantities, Study
 from fem3d.solution import transient
-from fem3d.solution.reduced import Reduced
 from fem3d.solution.transient import Base, Transient
 from fem3d.spaces.domain import Domain
-from scenes.errors import NumericsError
+from scenes.errors import NumericsError, RunawayInTimeError
 
 ROW_SHARE = 0.25  # part of the accuracy left to linear interpolation between rows
 ROUNDING = 1e-10  # relative error that rounding leaves in every trace
 NOTHING = 1e-10  # less heat than this fraction of what would warm everything from 0 K counts as none
-# Where properties follow the temperature: the relative accuracy that rounds begin with, factor to the next, and the
-# part of the error of space that they may leave where the mesh is to be refined anyway.
-ROUGHEST, TIGHTER, ROUNDS_SHARE = 1.0, 0.1, 0.3
-# Times what its goal misses of a trace: a lower space that changes it by more is off by what its own fields lack.
-FURTHER = 2.0
-ALIKE = 4.0  # factor on what rounds should leave, more than which they have failed
 EARLY_TIMES = 10  # times after a jump, before the earliest of interest, at which responses are compared
+
+
+class LowerSpaceError(NumericsError):
+    """A lower space has no response up to the end although the fine one has: the mesh is too coarse."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,8 +53,7 @@ class Response:
     errors: dict[str, float]
     accepted: bool  # whether the errors are within the accuracy
     imbalance: float  # stored + lost - supplied heat over what passed, the largest over time
-    transient: Transient
-    reduced: Reduced
+    transient: AnyResponse
     generations: int  # of fields
     goals: list[Spread] = field(default_factory=list)
     falls: Spread = field(default_factory=list)
@@ -68,7 +64,9 @@ class Response:
 
     @property
     def slowest(self) -> float:
-        """The time constant (s) of the slowest mode."""
+        """The time constant (s) of the slowest mode; infinite where it is not known."""
+        if not isinstance(self.transient, Transient):
+            return np.inf
         return float(1 / max(self.transient.trajectory.rates.min(), 1e-300))
 
 
@@ -90,27 +88,14 @@ def respond(
     if steady is not None:
         steady_errors = steady.relative
         given.let_go()
-    steady_out, accuracy = None if steady is None else steady.fine.out, study.accuracy
-    # Where nothing tells that the mesh does, rounds begin roughly, as well as the mesh before did.
-    start = accuracy if steady is not None or as_it_is else min(bases[0].error, ROUGHEST)
-    march = marched(study, bases[0], shift, steady_out, generations, start if start > 2 * accuracy else accuracy)
-    while True:
-        errors, goals, falls, lesser = _judged(study, given, bases, shift, judge, steady_errors, march)
-        if march.rounds is None or march.rounds.accuracy <= accuracy:
-            break
-        of_space = max((errors[n] - march.gaps[n]) / march.scales[n] for n in errors)
-        of_rounds = max(march.gaps[n] / march.scales[n] for n in errors)
-        sure = of_space > ROUNDS_SHARE * march.rounds.accuracy and of_rounds < ROUNDS_SHARE * of_space
-        if sure and of_space > (1 - ROW_SHARE) * accuracy:
-            break
-        if of_rounds > SPACE_SHARE * ALIKE * march.rounds.accuracy:
-            raise NumericsError(
-                f"an accuracy of {accuracy:g} isn't reached in this scene: its properties change so much over time "
-                f"that fields which tell it leave {of_rounds:.2g} of a trace; ask for a larger accuracy"
-            )
-        tighter = TIGHTER * march.rounds.accuracy
-        march.rounds.tighter(tighter if tighter > 2 * accuracy else accuracy)
-        march = by_laws(study, march.rounds, steady_out, march.checked)
+    steady_out = None if steady is None else steady.fine.out
+    march = marched(study, bases[0], shift, steady_out, generations)
+    errors, goals, falls, lesser = _judged(study, given, bases, shift, judge, steady_errors, march)
+    enough = (1 - ROW_SHARE) * study.accuracy
+    if bases[0].follows and (as_it_is or _worst(march, errors) <= enough):
+        room = {name: enough * march.scales[name] - error for name, error in errors.items()}
+        rough, march = march, in_shorter_steps(study, march, room)
+        errors = {name: error + march.gaps[name] - rough.gaps[name] for name, error in errors.items()}
     response = concluded(study, march, errors, goals, falls, as_it_is)
     if not (study.from_start and response.accepted):
         return response
@@ -126,18 +111,20 @@ def _judged(
     judge: Estimator,
     steady_errors: Mapping[str, float],
     march: Marched,
-) -> tuple[dict[str, float], list[Spread], Spread, Sequence[Transient]]:
+) -> tuple[dict[str, float], list[Spread], Spread, Sequence[AnyResponse]]:
     """The errors of a response, what its goals miss, how that falls, and the responses of the lower spaces; arguments
     as of `respond`."""
-    if march.rounds is not None and march.rounds.hot is not None:
-        given = given.about(march.rounds.hot)
+    if bases[0].follows:
+        given = given.about(tangent(bases[0], march))
     # One space's factors at a time: these have made all their fields.
     bases[0].heat.let_go()
-    lesser = [beside(study, base, shift, march) for base in bases[1:]]
+    try:
+        lesser = [beside(study, base, shift, march) for base in bases[1:]]
+    except RunawayInTimeError as runaway:
+        if not bases[0].follows:
+            raise
+        raise LowerSpaceError("a lower space runs away over time, and the fine one does not") from runaway
     changes, goals, parts = _by_lower(study, given, judge, march, lesser)
-    if march.rounds is not None and _lacking(study, march, changes[0], goals):
-        lesser = [beside(study, base, shift, march, corrected=True) for base in bases[1:]]
-        changes, goals, parts = _by_lower(study, given, judge, march, lesser)
     changed = changes[0]
     goals |= _scaled(study, march, goals, parts, changes)
     power = judge.indicators(given.electric_parts)
@@ -150,24 +137,25 @@ def _judged(
     return errors, [*goals.values()], goal_errors.how_fast(given, goals, parts, of_joule), lesser
 
 
-def _early(study: Study, march: Marched, low: Transient) -> dict[str, float]:
+def _early(study: Study, march: Marched, low: AnyResponse) -> dict[str, float]:
     """Estimate the errors of traces before the earliest time of interest, after the start and after each jump: what the
     last degree and the last Krylov fields change there, each twice, as no rate is known."""
-    first, inputs = min(study.earliest, study.end), march.answer.base.heat.inputs
+    first, inputs = min(study.earliest, study.end), march.answer.heat.inputs
     knots = inputs.knots(study.end)
     jumps = np.append(0.0, knots[np.any(inputs.jumps(knots), axis=1)])
     since = np.append(0.0, np.geomspace(SOONEST * first, first, EARLY_TIMES))
     times = np.unique(np.minimum((jumps[spread(jumps, KNOTS), None] + since).ravel(), study.end))
-    fewer = transient.march(
-        march.answer.base, march.reduced, study.end, 10 * TIME_SHARE * study.accuracy, march.reduced.states // 4
-    )
-    fine, *others = (study.traces(outputs.of_transient(t, study.part, times)) for t in (march.answer, low, fewer))
+    answer, fewer = march.answer, march.worse
+    if isinstance(answer, Transient):
+        reduced = answer.reduced
+        fewer = transient.march(answer.base, reduced, study.end, 10 * TIME_SHARE * study.accuracy, reduced.states // 4)
+    fine, *others = (study.traces(outputs.of_transient(t, study.part, times)) for t in (answer, low, fewer))
     apart = [distance(fine, other) for other in others]
     return {name: 2 * sum(each[name] for each in apart) for name in fine}
 
 
 def _by_lower(
-    study: Study, given: Problems, judge: Estimator, march: Marched, lesser: Sequence[Transient]
+    study: Study, given: Problems, judge: Estimator, march: Marched, lesser: Sequence[AnyResponse]
 ) -> tuple[list[dict[str, float]], dict[str, Spread], dict[str, Contributions]]:
     """What each of the responses of lower spaces changes of each trace, and where they are all needed what is left of
     the goals, with its parts."""
@@ -178,16 +166,6 @@ def _by_lower(
         return changes, {}, {}
     times = _when_worst(study, march, lower, changes)
     return changes, *_remains(study, given, judge, (march.answer, *lesser), march.scales, times)
-
-
-def _lacking(study: Study, march: Marched, changed: Mapping[str, float], goals: Mapping[str, Spread]) -> bool:
-    """Whether a lower space's response is off by what its fields lack, and not by what the space does: where that
-    matters, a trace is further off than its goal misses."""
-    for name, scale in march.scales.items():
-        missed = total(goals.get(study.trace_goals.get(name, name), []))
-        if changed[name] > scale * max(FURTHER * missed, (1 - ROW_SHARE) * study.accuracy):
-            return True
-    return False
 
 
 def _when_worst(
@@ -258,6 +236,11 @@ def _errors(
     return errors
 
 
+def _worst(march: Marched, errors: Mapping[str, float]) -> float:
+    """The largest error over its scale."""
+    return max(error / march.scales[name] for name, error in errors.items())
+
+
 def concluded(
     study: Study,
     fine: Marched,
@@ -268,23 +251,18 @@ def concluded(
 ) -> Response:
     """The response with its errors: at its rows, where the accuracy is reached or it is to be taken ``as_it_is``, else
     with what its ``goals`` miss, and by which factors that ``falls``."""
-    answer, reduced, scales, count = fine.answer, fine.reduced, fine.scales, fine.generations
-    relative = {name: errors[name] / scales[name] for name in errors}
-    if max(relative.values()) > (1 - ROW_SHARE) * study.accuracy and not as_it_is:
-        if fine.rounds is not None and fine.rounds.accuracy > study.accuracy:
-            # The mesh is refined for what it misses, and not for what rounds have left out because it is coarse.
-            relative = {name: (errors[name] - fine.gaps[name]) / scales[name] for name in errors}
-        return Response(
-            fine.checked, fine.traces, errors, False, np.nan, answer, reduced, count, goals, falls, relative
-        )
-    return with_rows(study, answer, reduced, errors, scales, count)
+    answer, scales, count = fine.answer, fine.scales, fine.generations
+    if _worst(fine, errors) > (1 - ROW_SHARE) * study.accuracy and not as_it_is:
+        relative = {name: errors[name] / scales[name] for name in errors}
+        return Response(fine.checked, fine.traces, errors, False, np.nan, answer, count, goals, falls, relative)
+    return with_rows(study, answer, errors, scales, count)
 
 
 def _remains(
     study: Study,
     given: Problems,
     judge: Estimator,
-    transients: Sequence[Transient],
+    transients: Sequence[AnyResponse],
     scales: Mapping[str, float],
     times: np.ndarray,
 ) -> tuple[dict[str, Spread], dict[str, Contributions]]:
@@ -311,18 +289,9 @@ def _remains(
     return spreads, worst
 
 
-def repeat(study: Study, fine: Base, reduced: Reduced, steady_out: Outputs, before: Response) -> Response:
-    """The response at another voltage, in the reduced problem of an earlier one, which has the same relative errors."""
-    scales = study.trace_scales(steady_out)
-    answer = transient.march(fine, reduced, study.end, TIME_SHARE * study.accuracy)
-    errors = {name: before.relative[name] * scale for name, scale in scales.items()}
-    return with_rows(study, answer, reduced, errors, scales, before.generations)
-
-
 def with_rows(
     study: Study,
-    answer: Transient,
-    reduced: Reduced,
+    answer: AnyResponse,
     errors: dict[str, float],
     scales: dict[str, float],
     generations: int,
@@ -333,17 +302,17 @@ def with_rows(
         return study.traces(outputs.of_transient(answer, study.part, times))
 
     allowed = {name: ROW_SHARE * study.accuracy * scale for name, scale in scales.items()}
-    drive = answer.base.heat.inputs
+    drive = answer.heat.inputs
     knots = drive.knots(study.end)
     jumps = knots[np.any(drive.jumps(knots), axis=1)].tolist()
-    times, rows, between = trace_times.choose(answer.trajectory.steps, traces, allowed, jumps, study.instants)
-    if answer.base.heat.lifts.any():
-        _start(answer.base.heat.domain, rows)
+    times, rows, between = trace_times.choose(answer.steps, traces, allowed, jumps, study.instants)
+    if answer.heat.lifts.any():
+        _start(answer.heat.domain, rows)
     relative = {name: errors[name] / scales[name] for name in errors}
     errors = {name: errors[name] + between[name] + ROUNDING * scales[name] for name in errors}
     imbalance, widest = _imbalance(study, answer), max(between[name] / scales[name] for name in errors)
     return Response(
-        times, rows, errors, True, imbalance, answer, reduced, generations, relative=relative, scales=scales,
+        times, rows, errors, True, imbalance, answer, generations, relative=relative, scales=scales,
         between=widest,
     )  # fmt: skip
 
@@ -360,7 +329,7 @@ def _start(domain: Domain, traces: Quantities) -> None:
             traces[probe.name][0] = scene.initial_temperature
 
 
-def _imbalance(study: Study, answer: Transient) -> float:
+def _imbalance(study: Study, answer: AnyResponse) -> float:
     """Largest |stored + lost - supplied| over the heat that came or went until then, whichever is more, from the
     earliest time of interest on.
 
@@ -370,7 +339,7 @@ def _imbalance(study: Study, answer: Transient) -> float:
     Less heat than the rounding of the temperatures themselves counts as none.
     """
     points, weights = np.polynomial.legendre.leggauss(12)
-    steps = answer.trajectory.steps
+    steps = answer.steps
     # After a jump the loss starts like a power of t below any step: such a step is graded towards its start.
     starts = np.array([s.start for s in steps])
     early = np.array([s.length for s in steps])[_jumps(answer, starts)]
@@ -392,7 +361,7 @@ def _imbalance(study: Study, answer: Transient) -> float:
     jumped = after - np.concatenate([[0.0], stored[:-1]])
     gap = np.abs(stored - until(entered) - np.cumsum(jumped * _jumps(answer, edges[:-1])))
     late = edges[1:] >= min(study.earliest, edges[-1])
-    heat = answer.base.heat
+    heat = answer.heat
     none = (
         NOTHING
         * study.part.copies
@@ -402,7 +371,7 @@ def _imbalance(study: Study, answer: Transient) -> float:
     return float((gap / np.maximum(passed + np.cumsum(np.abs(jumped)), none))[late].max())
 
 
-def _jumps(answer: Transient, edges: np.ndarray) -> np.ndarray:
+def _jumps(answer: AnyResponse, edges: np.ndarray) -> np.ndarray:
     """Which edges an input jumps at, the start among them."""
-    drive = answer.base.heat.inputs
+    drive = answer.heat.inputs
     return np.any(drive.jumps(edges), axis=1) | (np.arange(len(edges)) == 0)

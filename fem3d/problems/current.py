@@ -185,6 +185,11 @@ class Conductor:
         return dissipated / (dissipated + outside) if dissipated > 0 else 1.0
 
     @property
+    def draws_current(self) -> bool:
+        """Whether the current of any electrode is given."""
+        return any(np.isinf(t.resistance) for t in self.terminals)
+
+    @property
     def warms(self) -> bool:
         """Whether any resistivity depends on the temperature."""
         return self.following is not None or bool(self.warm.any())

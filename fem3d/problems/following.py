@@ -178,6 +178,15 @@ class Storage:
                 heat += on.load(density * (law.value(on.value(u)) - cold) * on.value(w))
         return heat
 
+    def tangent(self, u: np.ndarray, w: np.ndarray) -> tuple[csc_array, csc_array]:
+        """(functions, functions) twice: the derivative of `between` by the rate w, and by u."""
+        capacity = steepness = csc_array((self.domain.space.size,) * 2)
+        for on, law, cold, density in self.parts:
+            rise = on.value(u)
+            capacity = capacity + on.mass_of(density * (law.value(rise) - cold))
+            steepness = steepness + on.mass_of(density * law.slope(rise) * on.value(w))
+        return csc_array(capacity), csc_array(steepness)
+
     def heat(self, u: np.ndarray) -> float:
         """What is stored at a field u beyond c0 times it (J)."""
         heat = 0.0

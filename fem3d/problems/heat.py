@@ -146,7 +146,7 @@ class HeatProblem:
     def steady_matrix(self) -> csc_array:
         """What `solve_steady` solves with."""
         matrix = self.inner_stiffness
-        return matrix if self.anchored else _combined(matrix, 1.0 / self.end_time, self.inner_mass)
+        return matrix if self.anchored else combined(matrix, 1.0 / self.end_time, self.inner_mass)
 
     def outflow(self, rise: np.ndarray) -> np.ndarray:
         """(all nodes,): what leaves by conduction and films at a rise (all nodes), in W: K times it, and the terms."""
@@ -195,7 +195,7 @@ class HeatProblem:
         last, solve = self.kept.get("solve_shifted", lambda: (None, None))
         if last != shift:
             self.kept.let_go("solve_shifted")
-            solve = self.factors(_combined(self.inner_mass, shift, self.inner_stiffness)).solve
+            solve = self.factors(combined(self.inner_mass, shift, self.inner_stiffness)).solve
             self.kept.tell(solve_shifted=(shift, solve))
         made: Callable[[np.ndarray], np.ndarray] = solve
         return made
@@ -301,7 +301,7 @@ class HeatProblem:
         return tested if self.rest is None else tested + self.rest.transposed()(z)
 
 
-def _combined(a: csc_array, factor: float, b: csc_array) -> csc_array:
+def combined(a: csc_array, factor: float, b: csc_array) -> csc_array:
     """a + factor * b."""
     if a.indices is b.indices or (a.nnz == b.nnz and (a.indices == b.indices).all()):
         return csc_array((a.data + factor * b.data, a.indices, a.indptr), shape=a.shape)

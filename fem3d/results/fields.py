@@ -19,8 +19,8 @@ from skfem.refdom import RefTet
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.paths import Paths
+from fem3d.results.outputs import Response
 from fem3d.solution.steady import SteadyState
-from fem3d.solution.transient import Transient
 from fem3d.spaces.bricks import BrickSpace
 from fem3d.spaces.integrals import Cells, Space
 from fem3d.spaces.quadrature import product_rule, rule
@@ -69,7 +69,7 @@ class Fields:
     """
 
     def __init__(
-        self, heat: HeatProblem, symmetry: Symmetry, state: SteadyState | None, transient: Transient | None
+        self, heat: HeatProblem, symmetry: Symmetry, state: SteadyState | None, transient: Response | None
     ) -> None:
         self._heat, self._state, self._transient = heat, state, transient
         self._domain, self._space, self._planes = heat.domain, heat.domain.space, symmetry.planes
@@ -232,7 +232,7 @@ class Fields:
     def _conductor(self) -> Conductor | None:
         if self._state is not None and self._state.conductor is not None:
             return self._state.conductor
-        return None if self._transient is None else self._transient.base.conductor
+        return None if self._transient is None else self._transient.conductor
 
     def _means(self, field: np.ndarray, potential: np.ndarray | None) -> tuple[np.ndarray, np.ndarray, float]:
         """(pieces, 3) and (pieces,): current density and Joule heat, means over the pieces of the part, at a rise and a

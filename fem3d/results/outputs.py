@@ -13,19 +13,22 @@ out); of a steady state ``rounding`` (W, what it leaves of flows that are nothin
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.polynomial.legendre import legvander
 
 from fem3d.problems.conductors import box_of, share
+from fem3d.problems.current import Potential
+from fem3d.problems.faces import Surface
 from fem3d.problems.heat import HeatProblem
 from fem3d.results import voltmeter
 from fem3d.results.probes import Reading, reading
 from fem3d.results.voltmeter import Voltmeter
-from fem3d.solution.interpolated import Conducted, together
 from fem3d.solution.joule_tensors import Split
+from fem3d.solution.march import FullResponse
 from fem3d.solution.reduced import Reduced
 from fem3d.solution.steady import SteadyState
 from fem3d.solution.transient import Base, Transient
@@ -34,7 +37,12 @@ from meshes.symmetry import Symmetry
 from scenes.model import Value
 
 ROUNDING = 1e-10  # relative error that rounding in the solves leaves in every quantity
+# Points of a step between which outputs at full order are interpolated: with the cubic rise of order 4, as its error.
+POINTS = 5
+JUST = 1e-12  # relative distance of the last one from the end of the step, where inputs may jump
 Outputs = dict[str, np.ndarray]  # of shape () or (times,)
+Response = Transient | FullResponse
+"""A response in a reduced space or at full order."""
 
 
 class _Part(NamedTuple):
@@ -82,9 +90,71 @@ def of_steady(state: SteadyState, symmetry: Symmetry) -> Outputs:
     ))  # fmt: skip
 
 
-def of_transient(transient: Transient, symmetry: Symmetry, times: np.ndarray) -> Outputs:
+def of_transient(response: Response, symmetry: Symmetry, times: np.ndarray) -> Outputs:
     """The outputs at some times (s)."""
-    return of_states(transient.base, transient.reduced, symmetry, times, *transient.states(times))
+    if isinstance(response, FullResponse):
+        return _of_steps(response, symmetry, times)
+    return of_states(response.base, response.reduced, symmetry, times, *response.states(times))
+
+
+def _of_steps(response: FullResponse, symmetry: Symmetry, times: np.ndarray) -> Outputs:
+    """The outputs of a response at full order: in each step polynomials through their values at Chebyshev points."""
+    points = (1 - np.cos(np.linspace(0, np.pi, POINTS))) / 2
+    to_legendre = np.linalg.inv(legvander(2 * points - 1, POINTS - 1))
+    which, out = response.number(times), Outputs()
+    for i in np.unique(which).tolist():
+        step, during = response.steps[i], which == i
+        if i not in response.outputs:
+            last = (step.start + step.length) * (1 - JUST)
+            response.outputs[i] = _of_step(response, symmetry, np.minimum(step.start + points * step.length, last))
+        x = 2 * (times[during] - step.start) / step.length - 1
+        weights = legvander(x, POINTS - 1) @ to_legendre
+        for name, values in response.outputs[i].items():
+            out.setdefault(name, np.empty(len(times)))[during] = weights @ values
+    return out | {"time": times}
+
+
+def _of_step(response: FullResponse, symmetry: Symmetry, times: np.ndarray) -> Outputs:
+    """The outputs of a response at full order at some times (s)."""
+    heat, conductor, inputs = response.heat, response.conductor, response.heat.inputs
+    g, pairs = inputs.at(times), [response.at(t) for t in times.tolist()]
+    rises, rates = (np.array(each) for each in zip(*pairs, strict=True))
+    fields, loads = heat.field(rises), g @ heat.loads
+    potentials, currents, joule = list[Potential](), Outputs(), Outputs()
+    if conductor is not None:
+        for rise, voltage in zip(rises, g @ conductor.voltages, strict=True):
+            potentials.append(conductor.solve(rise, voltage, potentials[-1].potential if potentials else None))
+        loads += [conductor.joule_load(p.density, rise) for p, rise in zip(potentials, rises, strict=True)]
+        patterns = [conductor.pattern(p).currents for p in potentials]
+        currents = {name: np.array([each[name] for each in patterns]) for name in patterns[0]}
+        heats = [conductor.joule(p.density, rise) for p, rise in zip(potentials, rises, strict=True)]
+        joule = {name: np.array([each[name] for each in heats]) for name in heats[0]}
+    leaving = np.array([heat.outflow(u) + heat.stored(u, w) for u, w in zip(rises, rates, strict=True)])
+    reaction = (leaving - loads)[:, heat.free :]
+    flows = {name: reaction @ part for name, part in heat.held.items()}
+    flows |= {name: g @ film.entering + rises @ film.per_kelvin for name, film in heat.films.items()}
+    for term in (each for each in heat.terms if isinstance(each, Surface)):
+        for b in term.boundaries:
+            tangents = [(u, *term.entering(u, heat.domain.faces(b))) for u in fields]
+            flows[b.name] = np.array([still + per_kelvin @ u for u, still, per_kelvin in tangents])
+
+    def read(how: Reading) -> np.ndarray:
+        flow = rises @ how.row + g @ how.entering
+        for term in heat.terms:
+            if (row := how.by_law(heat, term)) is not None:
+                flow = flow + np.array([row(u) @ rise for u, rise in zip(fields, rises, strict=True)])
+        return flow
+
+    def potential(probe: Any) -> np.ndarray:
+        meter = Voltmeter(heat.domain, probe)
+        known: Sequence[np.ndarray | None] = [p.potential for p in potentials] or [None] * len(times)
+        return np.array([meter.read(phi, t) for phi, t in zip(known, times.tolist(), strict=True)])
+
+    return _whole(symmetry, heat, times, _Part(
+        flows, currents, joule, sum(joule.values(), np.zeros(len(times))), g @ heat.generated, read,
+        lambda extreme: extreme(fields, np.eye(len(times))), potential,
+        lambda disputed: disputed[:, heat.free :] @ reaction.T,
+    ))  # fmt: skip
 
 
 def of_states(
@@ -97,70 +167,31 @@ def of_states(
     def along(row: np.ndarray, states: np.ndarray, inputs_now: np.ndarray) -> np.ndarray:
         return states @ (row[: heat.free] @ basis) + inputs_now @ (lifts @ row)
 
-    def entering(name: Hashable, field: np.ndarray, per_rise: np.ndarray, per_rate: np.ndarray) -> np.ndarray:
-        linear = along(per_rise, a, g) + along(per_rate, rates, changing) - g @ (heat.loads @ field)
-        by_laws = sum((by_law(law, name, field, a, g) for law in leaving), linear)
-        return by_laws if capacity is None else by_laws + by_law(capacity, name, field, rates, changing)
-
-    laws, x = reduced.laws, together(a, g)
-    leaving, capacity = ([], None) if laws is None else (laws.leaving, laws.capacity)
-
-    def by_law(law: Conducted, name: Hashable, field: np.ndarray, states: np.ndarray, now: np.ndarray) -> np.ndarray:
-        """(times,): what a law adds to the heat (W) that enters at a field (all nodes), of rises or of rates."""
-        return weighted(law, name, lambda u: heat.take(law.term.between(u, heat.field(field))), states, now)
-
-    def weighted(
-        law: Conducted, name: Hashable, row: Callable[[np.ndarray], np.ndarray], states: np.ndarray, now: np.ndarray
-    ) -> np.ndarray:
-        """(times,): what a ``row`` (all nodes) of each state (functions,) between which a law is interpolated tells of
-        other states and inputs; it is worked out once for each ``name``."""
-
-        def work_out() -> np.ndarray:
-            rows = np.array([row(u) for u in law.fields]).reshape(-1, heat.size)
-            return np.hstack([rows[:, : heat.free] @ basis, rows @ lifts.T])
-
-        rows = law.kept.get(name, work_out)
-        return told(law, rows, together(states, now))
-
-    factors = {id(law): law.interpolation(x) for law in (*leaving, *([] if capacity is None else [capacity]))}
-
-    def told(law: Conducted, rows: np.ndarray, others: np.ndarray) -> np.ndarray:
-        """(times,): what rows (states, r + channels) of the states of a law tell of others (times, r + channels)."""
-        return np.einsum("ts,ts->t", factors[id(law)], others @ rows.T)
-
-    def read(how: Reading) -> np.ndarray:
-        flow = along(how.row, a, g) + g @ how.entering
-        for law in leaving:
-            if (row := how.by_law(heat, law.term)) is not None:
-                flow = flow + weighted(law, how, row, a, g)
-        return flow
+    def entering(field: np.ndarray, per_rise: np.ndarray, per_rate: np.ndarray) -> np.ndarray:
+        return along(per_rise, a, g) + along(per_rate, rates, changing) - g @ (heat.loads @ field)
 
     def potential(probe: Any) -> np.ndarray:
         if probe.name not in reduced.potentials:
             return voltmeter.over_time(base, lambda: heat.whole(a @ basis.T) + g @ lifts, probe, times)
         shares, cold, warm = reduced.potentials[probe.name]
-        return wide @ shares - np.einsum("ti,ti->t", c, wide @ cold + a @ warm.T)
+        return g @ shares - np.einsum("ti,ti->t", c, g @ cold + a @ warm.T)
 
-    wide = reduced.wide(a, g)
-    c = reduced.currents(a, wide) if base.patterns else np.zeros((len(times), 0))
-    flows = {name: entering(name, heat.held_fields[name], *rows) for name, rows in heat.held_rows.items()}
+    c = reduced.currents(a, g) if base.patterns else np.zeros((len(times), 0))
+    flows = {name: entering(heat.held_fields[name], *rows) for name, rows in heat.held_rows.items()}
     for name, tested in reduced.at_held.items():
-        flows[name] = flows[name] - joule(tested, c, a, wide)
+        flows[name] = flows[name] - joule(tested, c, a, g)
     for name, film in heat.films.items():
         flows[name] = g @ film.entering + along(film.per_kelvin, a, g)
-    for law in leaving:
-        for name, rows in law.through.items():
-            flows[name] = flows[name] - told(law, rows, x)
     names = base.patterns[0].currents if base.patterns else {}
     currents = {name: c @ np.array([p.currents[name] for p in base.patterns]) for name in names}
-    heats = {name: joule(tested, c, a, wide) for name, tested in reduced.in_box.items()}
+    heats = {name: joule(tested, c, a, g) for name, tested in reduced.in_box.items()}
     power = sum(heats.values(), np.zeros(len(times)))
     whole = cache(lambda: heat.field(np.concatenate([heat.whole(basis.T), lifts])))
     return _whole(symmetry, heat, times, _Part(
-        flows, currents, heats, power, g @ heat.generated, read,
+        flows, currents, heats, power, g @ heat.generated, lambda how: along(how.row, a, g) + g @ how.entering,
         lambda extreme: extreme(whole(), np.concatenate([a, g], axis=1)), potential,
         # Joule heat at an edge itself is left out: it is the load of an edge, not of a face.
-        lambda fields: np.array([entering(f.tobytes(), f, heat.stiffness @ f, heat.mass @ f) for f in fields]),
+        lambda fields: np.array([entering(f, heat.stiffness @ f, heat.mass @ f) for f in fields]),
     ))  # fmt: skip
 
 
@@ -172,15 +203,18 @@ def joule(tested: Split, c: np.ndarray, a: np.ndarray, g: np.ndarray) -> np.ndar
     return np.einsum("tij,tij->t", pairs, resistance)
 
 
-def stored_heat(transient: Transient, symmetry: Symmetry, times: np.ndarray) -> np.ndarray:
+def stored_heat(response: Response, symmetry: Symmetry, times: np.ndarray) -> np.ndarray:
     """(times,): heat stored above the initial temperature (J), in the whole structure."""
-    heat = transient.base.heat
+    heat = response.heat
     capacity = heat.mass @ heat.unit
-    stored = transient.trajectory(times)[0] @ (capacity[: heat.free] @ transient.reduced.basis)
-    stored = stored + heat.inputs.at(times) @ (heat.lifts @ capacity)
-    if heat.storage is not None:
-        stored = stored + np.array([heat.storage.heat(heat.field(rise)) for rise in transient.rises(times)])
-    return np.asarray(symmetry.copies * stored)
+    if isinstance(response, FullResponse):
+        rises = response.rises(times)
+        stored = rises @ capacity
+        if heat.storage is not None:
+            stored = stored + [heat.storage.heat(u) for u in heat.field(rises)]
+        return np.asarray(symmetry.copies * stored)
+    stored = response.trajectory(times)[0] @ (capacity[: heat.free] @ response.reduced.basis)
+    return np.asarray(symmetry.copies * (stored + heat.inputs.at(times) @ (heat.lifts @ capacity)))
 
 
 def unbalanced(out: Outputs) -> tuple[float, float]:

@@ -4,16 +4,28 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from itertools import pairwise
+from typing import Protocol
 
 import numpy as np
 
-from fem3d.solution.exponential import Step
+
+class Step(Protocol):
+    """A step in time."""
+
+    @property
+    def start(self) -> float:
+        """Its start (s)."""
+
+    @property
+    def length(self) -> float:
+        """Its length (s)."""
+
 
 MOST_ROWS, FEWEST = 50_000, 40
 
 
 def choose(
-    steps: list[Step],
+    steps: Sequence[Step],
     evaluate: Callable[[np.ndarray], dict[str, np.ndarray]],
     allowed: dict[str, float],
     jumps: Sequence[float] = (),

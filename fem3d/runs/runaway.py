@@ -46,10 +46,10 @@ def until(
             raise runaway from None
     else:
         raise runaway
-    instant = runaway.time
+    instant, response = runaway.time, result.details["transient"]
     try:
-        fields = result.details["transient"]
-        transient.march(fields.base, fields.reduced, scene.end_time, STEPS * scene.accuracy)
+        if isinstance(response, transient.Transient):
+            transient.march(response.base, response.reduced, scene.end_time, STEPS * scene.accuracy)
     except RunawayInTimeError as known:
         instant = known.time
     limit = _limit(scene, runaway.time)

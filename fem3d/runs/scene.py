@@ -17,6 +17,7 @@ from fem3d.results.beyond import tables
 from fem3d.results.fields import Fields
 from fem3d.results.study import Study
 from fem3d.runs import currents, probe_quantities, readouts
+from fem3d.solution.march import AT_FULL_ORDER
 from meshes import connected, symmetry
 from meshes.symmetry import Symmetry
 from scenes import physics
@@ -147,7 +148,7 @@ def described(study: Study, answer: Answer) -> dict[str, Any]:
         "levels": answer.levels, "symmetry": study.part.part,
         "warnings": [*physics.frozen(study.part.scene), *_of_rows(study, response), *beyond],
         "fields": Fields(heat, study.part, state, transient), "mesh": mesh.statistics(heat),
-        "steps": 0 if transient is None else len(transient.trajectory.steps),
+        "steps": 0 if transient is None else len(transient.steps),
         "energy_imbalance": over_time if answer.steady is None else outputs.unbalanced(answer.steady.out)[1],
         "transient_imbalance": over_time,
     }  # fmt: skip
@@ -190,7 +191,7 @@ def heat_step(scene: AnyScene) -> Step:
     if physics.heat(scene):
         why = physics.nonlinear(scene, not scene.steady)
         once = "one factorization per mesh: the conductivity doesn't depend on temperature"
-        how = "by Newton's method" if scene.steady else "interpolated between states of the response"
+        how = "by Newton's method"
         return Step("heat", "done", f"{how}: {why}" if why else once)
     return Step("heat", "skipped", "nothing thermal is asked for: the currents at the initial temperature")
 
@@ -202,6 +203,7 @@ def states(scene: AnyScene, reached: str) -> tuple[Step, Step]:
         return Step("steady state", "done", reached), Step("transient", "skipped", only)
     if not physics.heat(scene):
         return currents.plan(scene)
-    how = f"to {scene.end_time:g} s, projected on Krylov fields, errors held against {scene.accuracy:g}"
+    way = AT_FULL_ORDER if physics.nonlinear(scene, True) else "projected on Krylov fields"
+    how = f"to {scene.end_time:g} s, {way}, errors held against {scene.accuracy:g}"
     only = "only the transient was asked for"
     return Step("steady state", "skipped", only), Step("transient", "done", how)

@@ -12,7 +12,9 @@ from fem3d.adaptivity.mesh import Answer
 from fem3d.results.study import Study
 from fem3d.runs import scene as scene_run
 from fem3d.runs import sink_quantities, span_quantities
+from fem3d.solution.march import AT_FULL_ORDER
 from fem3d.solution.steady import SteadyState
+from fem3d.solution.transient import Transient
 from meshes import connected, symmetry
 from meshes.symmetry import Symmetry
 from scenes import laws, physics
@@ -73,7 +75,7 @@ def _plan(sink: Sink, part: Symmetry, transient: bool) -> tuple[Step, ...]:
         steps.append(Step("Newton's method", "done", "with the current of the hot state at each step"))
     elif sink.silicon.temperature_coefficient:
         steps.append(Step("electric iteration", "done", "the resistance follows the temperature"))
-    lasts = f"{_lasts(sink)}a few Krylov fields"
+    lasts = f"{_lasts(sink)}{AT_FULL_ORDER if newton else 'projected on a few Krylov fields'}"
     return *steps, step("transient", lasts, "" if transient else "only the steady state was asked for")
 
 
@@ -82,17 +84,16 @@ def _found(sink: Sink, answer: Answer) -> list[Step]:
     state = answer.fine.state
     over_time = []
     if answer.response is not None:
-        reduced = answer.response.transient.reduced
-        states = 0 if reduced.laws is None else reduced.laws.states
-        between = f", laws interpolated between {states} of its states" if states else ""
-        over_time.append(Step("transient", "done", f"{_lasts(sink)}{reduced.states} fields{between}"))
+        response = answer.response.transient
+        how = f"projected on {response.reduced.states} fields" if isinstance(response, Transient) else AT_FULL_ORDER
+        over_time.append(Step("transient", "done", f"{_lasts(sink)}{how}"))
     if state.heat.about is not None:
         return [Step("Newton's method", "done", f"{state.steps} steps on the last mesh's finest space"), *over_time]
     return [Step("electric iteration", "done", f"{state.steps} coupled steps to the steady state"), *over_time]
 
 
 def _lasts(sink: Sink) -> str:
-    return f"to {sink.end_time * 1e3:g} ms, projected on "
+    return f"to {sink.end_time * 1e3:g} ms, "
 
 
 def _warnings(sink: Sink, peak: float) -> list[str]:

@@ -25,9 +25,6 @@ APART = 1e-6  # of the norm of the state: the differences that tell the slope of
 SETTLED = 1e-8  # relative change of a stiff source in a sweep, with which it is found
 STILL = 1e-3  # change of the states in a sweep, over the error allowed, with which a stiff source is found too
 RENEWED = 8  # sweeps after which a stiff source's slope is taken anew
-# Of a sweep's change: where the next one changes more, the source is stiff. Otherwise six sweeps settle it, which cost
-# less than its slope.
-SLOW = 0.1
 # Halvings of the step in which something ceases to hold: its time is then known to a millionth of the step.
 HALVINGS = 20
 MOST_TRIALS = 20_000  # of steps, those that are taken and those that fail
@@ -83,16 +80,12 @@ def integrate(
     start: np.ndarray | None = None,
     jumps: Mapping[float, np.ndarray] | None = None,
     holds: Callable[[float, np.ndarray], bool] = lambda time, state: True,
-    stiff: bool = False,
-    graded: float = np.inf,
 ) -> Trajectory:
     """From rest (or ``start``) to ``end`` (s), each step's collocation error below ``accuracy * size`` in the Euclidean
     norm.
 
     ``source(t)`` is the source from t on up to the next instant of ``jumps``, at each of which a step ends and the
-    state jumps. A ``stiff`` source may follow the state so strongly that sweeps alone don't settle it: from the first
-    step on where they are slow each goes along the source's slope, as all do from where they don't settle although
-    nothing grows. No step is longer than the time since the last jump and a quarter of ``graded`` (s).
+    state jumps. Where sweeps don't settle although nothing grows, the source is stiff: they go along its slope.
 
     Raises RunawayInTimeError where the state grows and the source outruns every step, or what ``holds``, of a time and
     the state then, no longer does; NumericsError where nothing grows and no step is short enough.
@@ -105,9 +98,9 @@ def integrate(
     stops = [*sorted(t for t in jumps if 0 < t < end), end]
     steps: list[Step] = []
     trials = 0
-    convolve, along = Convolution(nodes, degree + 1), False
+    convolve, stiff = Convolution(nodes, degree + 1), False
     for stop in stops:
-        piece, since = source(time), time
+        piece = source(time)
         while time < stop:
             trials += 1
             if trials > MOST_TRIALS:
@@ -115,26 +108,25 @@ def integrate(
                     f"the transient needs more than {MOST_TRIALS:,} steps in time: they get as far as t = "
                     f"{TIME.show(float(f'{time:.3g}'))}; ask for an earlier end or a larger accuracy"
                 )
-            remaining, length = stop - time, min(length, time - since + graded / 4)
+            remaining = stop - time
             last = length >= remaining * (1 - 1e-12)
             taken = remaining if last else length
             if taken < 1e-13 * end and not last:
                 if _growth(piece, rates, time, state, size) <= 0:
                     raise NumericsError(f"no step in time is short enough at t = {TIME.show(float(f'{time:.3g}'))}")
-                raise _runaway(time)
+                raise runaway(time)
             times = time + taken * nodes
             kernel = convolve(rates * taken)
             decay = np.exp(-np.outer(nodes, rates * taken)) * state
             values = piece(times, np.repeat(state[None], len(nodes), axis=0))
             scale = float(np.abs(values).max())
-            settled, newton, states, change = False, None, np.full(values.shape, np.inf), np.inf
+            settled, newton, states = False, None, np.full(values.shape, np.inf)
             for sweep in range(SWEEPS):
                 coefficients = to_legendre @ values
                 before, states = states, decay + taken * np.einsum("tkr,kr->tr", kernel, coefficients)
                 old, values = values, piece(times, states)
-                known, change = change, float(np.abs(values - old).max())
-                along = along or (stiff and change > SLOW * known)
-                if along and np.isfinite(values).all():
+                change = float(np.abs(values - old).max())
+                if stiff and np.isfinite(values).all():
                     if newton is None or sweep % RENEWED == 0:
                         weights = taken * (kernel.transpose(0, 2, 1) @ to_legendre)
                         newton = _Newton(piece, times, states, weights, size)
@@ -149,15 +141,15 @@ def integrate(
                     break
             if not settled:
                 # Where the source only damps the state, no step needs to be as short as its slope makes sweeps.
-                again = not along and _growth(piece, rates, time, state, size) * taken < 1
-                stiff, along, length = stiff or again, along or again, taken if again else taken / 4
+                again = not stiff and _growth(piece, rates, time, state, size) * taken < 1
+                stiff, length = stiff or again, taken if again else taken / 4
                 continue
             tail = taken * np.sqrt((kernel[:, -1] * coefficients[-1]) ** 2 + (kernel[:, -2] * coefficients[-2]) ** 2)
             error = float(np.linalg.norm(tail, axis=1).max()) / (accuracy * size)
             if error <= 1.0:
                 steps.append(Step(time, taken, state, coefficients))
                 if not holds(time + taken, states[-1]):
-                    raise _runaway(_last(Trajectory(rates, steps[-1:]), holds))
+                    raise runaway(_last(Trajectory(rates, steps[-1:]), holds))
                 time, state = stop if last else time + taken, states[-1]
             grown = taken * float(np.clip(0.8 * (error + 1e-30) ** (-1 / degree), 0.2, 6.0))
             # A step that a stop cut short says little against a longer one after it.
@@ -198,7 +190,8 @@ def _growth(source: Source, rates: np.ndarray, time: float, state: np.ndarray, s
     return float(np.linalg.eigvals(slope - np.diag(rates)).real.max()) if np.isfinite(slope).all() else np.inf
 
 
-def _runaway(time: float) -> RunawayInTimeError:
+def runaway(time: float) -> RunawayInTimeError:
+    """Return the error of a response that runs away at a time (s)."""
     return RunawayInTimeError(runs_away(time), time)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -43,46 +43,21 @@ def nothing(channels: int, m: int, r: int, held: Iterable[str] = ()) -> JouleHea
     return JouleHeat(zeros((channels, m, m)), zeros((m, m, r)), *loads, {}, at_held, {})
 
 
-def beside(heats: JouleHeat, more: JouleHeat) -> dict[str, Any]:
-    """The parts of ``heats`` by name, with the channels of what is cold of ``more`` behind their own."""
-
-    def splits(name: str) -> dict[str, Split]:
-        behind = getattr(more, name)
-        return {
-            key: (np.concatenate([cold, behind[key][0]]), warm) for key, (cold, warm) in getattr(heats, name).items()
-        }
-
-    potentials = {
-        probe: (np.pad(shares, (0, len(more.cold))), np.concatenate([drop, more.potentials[probe][1]]), warm)
-        for probe, (shares, drop, warm) in heats.potentials.items()
-    }
-    return {
-        "cold": np.concatenate([heats.cold, more.cold]), "in_box": splits("in_box"), "at_held": splits("at_held"),
-        "cold_load": np.concatenate([heats.cold_load, more.cold_load]), "potentials": potentials,
-    }  # fmt: skip
-
-
-def of_pairs(
-    conductor: Conductor, basis: np.ndarray, patterns: Sequence[Pattern], excess: np.ndarray | None = None
-) -> JouleHeat:
-    """The sums of `JouleHeat` for temperature fields (free nodes, r) and some current fields; or those of some parts
-    (k, rows, points) of the resistivity alone, its ``excess``, each as the cold ones of a channel.
+def of_pairs(conductor: Conductor, basis: np.ndarray, patterns: Sequence[Pattern]) -> JouleHeat:
+    """The sums of `JouleHeat` for temperature fields (free nodes, r) and some current fields.
 
     With J_i the current densities, v_k the temperature fields, l_c the lift of channel c and rho = cold + warm times
     the rise, the heat of the pair i, j at the point x of a body is J_i . J_j (cold + warm (sum_c g_c l_c + a . v)).
     """
     heat, on = conductor.heat, conductor.on
     densities, m, r = np.array([p.density for p in patterns]), len(patterns), basis.shape[1]
-    weights, warm_weights = on.weights / conductor.stands_for, np.zeros_like(on.weights)
-    if excess is None:
-        warm_weights = weights * conductor.warm
-        channels = np.zeros((heat.inputs.count, *on.weights.shape))
-        channels[0] = weights * conductor.cold
-        for c, lift in enumerate(heat.lifts):
-            if lift.any():
-                channels[c] += warm_weights * on.value(heat.field(lift))
-    else:
-        channels = weights * excess
+    weights = on.weights / conductor.stands_for
+    warm_weights = weights * conductor.warm
+    channels = np.zeros((heat.inputs.count, *on.weights.shape))
+    channels[0] = weights * conductor.cold
+    for c, lift in enumerate(heat.lifts):
+        if lift.any():
+            channels[c] += warm_weights * on.value(heat.field(lift))
     heats = nothing(len(channels), m, r, heat.held)
     fields = np.array([on.value(u) for u in heat.field(basis.T)]).reshape(r, *on.weights.shape)
     held = {name: v for name, u in heat.held_fields.items() if (v := on.value(heat.field(u))).any()}
@@ -108,7 +83,7 @@ def of_pairs(
             _, drop, warm_drop = heats.potentials.setdefault(probe, none)
             drop += copies * cold
             warm_drop += copies * warm
-    for t in conductor.terminals if excess is None else ():
+    for t in conductor.terminals:
         if t.conductance:
             through = np.array([p.currents[t.name] for p in patterns])
             heats.cold[0] += t.resistance * np.outer(through, through)

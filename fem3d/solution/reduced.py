@@ -22,7 +22,6 @@ import numpy as np
 from fem3d.problems.current import Conductor, Pattern
 from fem3d.problems.heat import HeatProblem
 from fem3d.solution import joule_tensors
-from fem3d.solution.interpolated import Laws
 from fem3d.solution.joule_tensors import JouleHeat
 
 DEPENDENT = 1e-6  # a field is dropped where the part of it that is independent of earlier ones is smaller than this
@@ -35,8 +34,7 @@ class Reduced(JouleHeat):
 
     The inputs' channels come first: ``source`` (channels, r), ``supply`` (channels, m). ``inertia`` (channels, r): M of
     the lifts, tested with each field. Where currents are given, the coefficients c are such that ``drawn`` (k, m) @ c
-    is what the inputs make of ``given`` (channels, k): the least dissipation among these. Where properties follow the
-    temperature by ``laws``, what of these acts on the current is further channels behind those of the inputs: `wide`.
+    is what the inputs make of ``given`` (channels, k): the least dissipation among these.
     """
 
     basis: np.ndarray
@@ -46,11 +44,6 @@ class Reduced(JouleHeat):
     supply: np.ndarray
     drawn: np.ndarray
     given: np.ndarray
-    laws: Laws | None = None
-
-    def wide(self, a: np.ndarray, g: np.ndarray) -> np.ndarray:
-        """(..., channels): the inputs g with what laws add at states a (..., r)."""
-        return g if self.laws is None else self.laws.wide(a, g)
 
     @property
     def states(self) -> int:
@@ -66,7 +59,6 @@ class Reduced(JouleHeat):
             in_box={name: (cold, warm @ to) for name, (cold, warm) in self.in_box.items()},
             at_held={name: (cold, warm @ to) for name, (cold, warm) in self.at_held.items()},
             potentials={name: (shares, cold, warm @ to) for name, (shares, cold, warm) in self.potentials.items()},
-            laws=None if self.laws is None else self.laws.changed(to),
         )  # fmt: skip
 
     def dissipation(self, a: np.ndarray, g: np.ndarray | None = None) -> np.ndarray:

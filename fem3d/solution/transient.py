@@ -16,7 +16,7 @@ import numpy as np
 
 from fem3d.problems.current import Conductor, Pattern
 from fem3d.problems.heat import HeatProblem
-from fem3d.solution.exponential import Source, Trajectory, integrate
+from fem3d.solution.exponential import Source, Step, Trajectory, integrate
 from fem3d.solution.reduced import Reduced, project
 from fem3d.solution.steady import SteadyState
 from scenes.errors import BeyondLawError
@@ -31,8 +31,7 @@ class Base:
     space shall hold, and the loads (W, each all nodes) whose responses it shall hold.
 
     ``size`` is the norm of the state that errors are relative to, where it is known. Where properties follow the
-    temperature by a law, ``heat`` is the exact problem, ``steady`` its steady state, where that is known, and
-    ``before`` the response on another mesh, with its relative ``error``.
+    temperature by a law, ``heat`` is the exact problem and ``steady`` its steady state, where that is known.
     """
 
     heat: HeatProblem
@@ -42,8 +41,6 @@ class Base:
     loads: list[np.ndarray]
     size: float | None = None
     steady: SteadyState | None = None
-    before: Transient | None = None
-    error: float = np.inf
 
     @staticmethod
     def of_steady(state: SteadyState) -> Base:
@@ -100,6 +97,21 @@ class Transient:
     base: Base
     reduced: Reduced
     trajectory: Trajectory
+
+    @property
+    def heat(self) -> HeatProblem:
+        """The heat problem."""
+        return self.base.heat
+
+    @property
+    def conductor(self) -> Conductor | None:
+        """What carries current in it."""
+        return self.base.conductor
+
+    @property
+    def steps(self) -> list[Step]:
+        """The steps in time."""
+        return self.trajectory.steps
 
     @property
     def end(self) -> float:
@@ -187,11 +199,8 @@ def shift(slowest: float, earliest: float) -> float:
     return float(np.sqrt(earliest * max(slowest, earliest)))
 
 
-def march(
-    base: Base, reduced: Reduced, end: float, accuracy: float, drop: int = 0, graded: float = np.inf
-) -> Transient:
-    """The response of a reduced problem up to ``end`` (s), without its last ``drop`` fields; steps are ``graded`` as of
-    `integrate`."""
+def march(base: Base, reduced: Reduced, end: float, accuracy: float, drop: int = 0) -> Transient:
+    """The response of a reduced problem up to ``end`` (s), without its last ``drop`` fields."""
     kept = reduced.states - drop
     inner = reduced.stiffness[:kept, :kept]
     rates, modes = np.linalg.eigh((inner + inner.T) / 2)
@@ -203,7 +212,7 @@ def march(
     jumps = dict(zip(knots.tolist(), -inputs.jumps(knots) @ modal.inertia, strict=True))
     trajectory = integrate(
         rates, lambda since: _source(base, modal, since), end, accuracy, size, start=start, jumps=jumps,
-        holds=_Resistivity(base, modal), stiff=modal.laws is not None, graded=graded,
+        holds=_Resistivity(base, modal),
     )  # fmt: skip
     return Transient(base, modal, trajectory)
 
@@ -224,7 +233,6 @@ class _Resistivity:
             if conductor is not None and linear
             else np.zeros(1)
         )
-        self._rises = heat.whole(modal.basis.T)[:, heat.unit == 1.0] if modal.laws else None
         parts: list[tuple[float, np.ndarray]] = []
         for each in np.unique(change[change != 0]):
             assert conductor is not None
@@ -248,24 +256,29 @@ class _Resistivity:
         return np.array([(change[blind, None] * on.value(u)).ravel() for u in fields])
 
     def __call__(self, time: float, state: np.ndarray) -> bool:
-        if self._rises is not None and np.abs(state @ self._rises).max(initial=0.0) > HOTTEST:
-            return False
         if self._change is None:
             return True
         heat, conductor = self._base.heat, self._base.conductor
         assert conductor is not None
         g = heat.inputs.at(np.array([time]))[0]
         ratio = 1 + np.concatenate([state, g]) @ self._change
-        by_current = any(np.isinf(t.resistance) for t in conductor.terminals)
-        if by_current and ratio.max(initial=1.0) > MOST:
+        if conductor.draws_current and ratio.max(initial=1.0) > MOST:
             return False
         if ratio.min(initial=1.0) > ENOUGH:
             return True
-        rise = heat.whole(self._modal.basis @ state) + g @ heat.lifts
-        used_up = (conductor.resistivity(rise) <= LEAST * conductor.cold).any(axis=1)
-        if (used_up & (by_current | (conductor.warm[:, 0] > 0))).any():
-            raise BeyondLawError(time)
-        return not used_up.any()
+        return resists(conductor, time, heat.whole(self._modal.basis @ state) + g @ heat.lifts)
+
+
+def resists(conductor: Conductor, time: float, rise: np.ndarray) -> bool:
+    """Return whether a linear resistivity is more than `LEAST` everywhere, at a rise (all nodes, K) and a time (s).
+
+    Raises BeyondLawError where the resistivity that is used up heats nothing on the way: one that rises with the
+    temperature, and any at a given current, whose heat falls with it.
+    """
+    used_up = (conductor.resistivity(rise) <= LEAST * conductor.cold).any(axis=1)
+    if (used_up & (conductor.draws_current | (conductor.warm[:, 0] > 0))).any():
+        raise BeyondLawError(time)
+    return not used_up.any()
 
 
 def _source(base: Base, modal: Reduced, since: float) -> Source:
@@ -276,16 +289,11 @@ def _source(base: Base, modal: Reduced, since: float) -> Source:
 
     def source(times: np.ndarray, states: np.ndarray) -> np.ndarray:
         # What is constant needs no inputs, which cost time thousands of times.
-        varies = len(first) > 1 or modal.laws is not None
+        varies = len(first) > 1
         g = first + np.outer(times - since, slope) if varies else None
         sources = modal.source[0] if g is None else g @ modal.source - rate
         sources = np.broadcast_to(sources, states.shape)
-        if modal.laws is None or g is None:
-            return sources + modal.joule(states, modal.currents(states, g), g) if conducts else sources
-        sources, wide = sources - modal.laws.outflow(states, g), modal.wide(states, g)
-        if conducts:
-            sources = sources + modal.joule(states, modal.currents(states, wide), wide)
-        return modal.laws.slowed(states, g, slope, sources, np.diag(modal.stiffness))
+        return sources + modal.joule(states, modal.currents(states, g), g) if conducts else sources
 
     return source
 
@@ -295,7 +303,6 @@ def _size(modal: Reduced, rates: np.ndarray, largest: np.ndarray, end: float) ->
     none = np.zeros(modal.states)
     load = largest @ np.abs(modal.source)
     if modal.supply.shape[1]:
-        wide = modal.wide(none, largest)
-        load = load + np.abs(modal.joule(none, modal.currents(none, wide), wide))
+        load = load + np.abs(modal.joule(none, modal.currents(none, largest), largest))
     reached = load * np.minimum(1 / np.maximum(rates, 1e-300), end)
     return float(np.linalg.norm(reached) + np.linalg.norm(largest @ np.abs(modal.inertia))) or 1.0

@@ -166,23 +166,3 @@ def test_errors_are_looked_at_in_some_of_many_output_times() -> None:
     assert len(marched.instants(study, heat)) < 300
     times = solve(scene).traces.time
     assert np.isin(asked, times).all()
-
-
-def test_the_slope_of_a_source_is_asked_for_only_where_sweeps_are_slow():
-    """da/dt = b (1 - a) - a/2: a source that hardly follows the state takes as few states a step as sweeps do."""
-
-    def asked(b, stiff=True):
-        states = []
-
-        def source(_, a):
-            states.append(len(a))
-            return b * (1 - a)
-
-        found = integrate(np.full(4, 0.5), lambda _: source, 1.0, 1e-4, 1.0, stiff=stiff)
-        exact = b / (b + 0.5) * (1 - np.exp(-(b + 0.5)))
-        assert found(np.array([1.0]))[0] == pytest.approx(np.full((1, 4), exact), abs=1e-4)
-        return states
-
-    # A slope takes two states for each of the four.
-    assert 8 not in asked(0.02)
-    assert 8 in asked(50.0)

@@ -7,18 +7,11 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from fem3d.adaptivity.law_response import Rounds
 from fem3d.runs import sink as sinks
 from fem3d.runs.scene import solve
-from fem3d.solution import between_states
-from fem3d.solution.between_states import choose
-from fem3d.solution.transient import Base
 from scenes.errors import RunawayInTimeError
 from scenes.free import from_dict
 from scenes.laws import PowerLaw, Table
-from scenes.sink import SILICON
-from tests.fem3d import bar as plain_bar
-from tests.fem3d import bar_grid, end, problem
 from tests.fem3d.test_laws import COLD, FALLING, LENGTH, POWER, RHO, K, bar, of_sink
 
 CAPACITY = {"density": 2330.0, "specific_heat": 700.0}
@@ -135,80 +128,12 @@ def test_a_specific_heat_that_follows_the_temperature(law):
     assert found.details["transient_imbalance"] < 1e-4
 
 
-def test_states_and_points_are_chosen_where_most_is_left():
-    x, amplitudes = np.linspace(0.1, 1.0, 50), np.linspace(0.1, 3.0, 30)
-    table = np.exp(-np.outer(amplitudes, x)) - 1
-    states, points = choose(table, 1e-6)
-    assert 3 < len(states) < 12
-    shares = table[:, points] @ np.linalg.inv(table[np.ix_(states, points)])
-    assert np.abs(shares @ table[states] - table).max() <= 1e-6
-    few = table[:, points[:-1]] @ np.linalg.inv(table[np.ix_(states[:-1], points[:-1])])
-    assert np.abs(few @ table[states[:-1]] - table).max() > 1e-6
-
-
-def test_of_very_many_points_some_are_looked_at(monkeypatch):
-    x, amplitudes = np.linspace(0.1, 1.0, 5000), np.linspace(0.1, 3.0, 30)
-    table = np.exp(-np.outer(amplitudes, x)) - 1
-    monkeypatch.setattr(between_states, "LOOKED_AT", 200)
-    states, points = choose(table, 1e-4)
-    shares = table[:, points] @ np.linalg.inv(table[np.ix_(states, points)])
-    assert 1e-12 < np.abs(shares @ table[states] - table).max() < 2e-4
-
-
-@pytest.mark.parametrize("few", [0, 100])
-def test_integrals_of_products_of_fields(few, monkeypatch):
-    """What is made once of a pair of fields is that of both orders; of few states they are made for each."""
-    monkeypatch.setattr(between_states, "FEW", few)
-    rng = np.random.default_rng(1)
-    weights, tested = rng.random((3, 2, 50)), rng.random((6, 2, 50))
-    direct = np.einsum("sap,rap,fap->srf", weights, tested[:4], tested)
-    assert np.allclose(between_states._products(weights, tested, 4), direct, rtol=1e-12)
-    assert not np.allclose(between_states._products(weights, tested[::-1], 4), direct, rtol=1e-2)
-
-
-def test_rounds_begin_from_the_response_on_other_bricks(monkeypatch):
-    """Their first response lacks far less than one that begins from nothing."""
-    material = replace(SILICON, thermal_conductivity=FALLING)
-    scene = plain_bar(material, end(0, "temperature", 293.0), end(1, "heat_flux", 3e7))
-    lacks, correct = [], Rounds.correct
-
-    def noted(self, answer):
-        lacks.append(correct(self, answer))
-        return lacks[-1]
-
-    monkeypatch.setattr(Rounds, "correct", noted)
-    of = None, None, 1e-3, 6.4e-3, 2e-4, 1e-4
-    before = Rounds(problem(scene, bar_grid(scene, 4, 3)), *of).run().last
-    finer = problem(scene, bar_grid(scene, 6, 3))
-    starts = []
-    for known in (None, before):
-        lacks.clear()
-        Rounds(finer, *of, generations=2, before=known).run()
-        starts.append(lacks[0])
-    assert starts[1] < starts[0] / 10
-
-
-@pytest.mark.long
-def test_a_lower_space_takes_what_the_fine_one_s_rounds_found():
-    """What it answers by the fine one's states and corrections is what rounds of its own would."""
-    material = replace(SILICON, thermal_conductivity=FALLING)
-    ends = [end(0, "temperature", 293.0), end(1, "heat_flux", 3e7)]
-    scene = plain_bar(material, *ends)
-    heat = problem(scene, bar_grid(scene, 4, 3))
-    low, times = heat.lower(len(heat.domain.space.nested) - 2), 2e-4 * 2.0 ** np.arange(6)
-
-    def rounds_of(problem):
-        return Rounds(problem, None, None, 1e-3, float(times[-1]), 2e-4, 1e-4)
-
-    own, rounds = rounds_of(low).run().last.rises(times), rounds_of(heat)
-    rounds.run()
-    assert own.max() > 100.0
-
-    def apart(corrected=False):
-        return np.abs(rounds.beside(Base.bare(low, None), corrected).rises(times) - own).max() / own.max()
-
-    assert apart() < 0.1 * rounds.accuracy
-    rounds.states = rounds.states[:1]
-    assert apart() > rounds.accuracy
-    # Rounds of its own make up for it.
-    assert apart(corrected=True) < rounds.accuracy
+def test_falling_resistivity_settles_at_its_steady_state():
+    """Between cold ends 8 times the integral of k rho over the temperature is V^2, here for a rise of 80 K at 95 % of
+    the largest voltage with a steady state."""
+    rows = np.linspace(COLD, COLD + 400.0, 17)
+    law = Table(tuple(rows), tuple(RHO * np.exp(-(rows - COLD) / 50.0)))
+    volts = np.sqrt(8 * K * float(law.integral(np.array(COLD + 80.0)) - law.integral(np.array(COLD))))
+    table = {"temperatures": list(law.temperatures), "values": list(law.values)}
+    found = solve(from_dict(over(K, 50 * SLOWEST, volts=volts, resistivity=table)))
+    assert abs(found.over_time.values["at"][-1] - COLD - 80.0) <= found.over_time.errors["at"] < 0.2

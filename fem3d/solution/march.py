@@ -1,0 +1,373 @@
+"""Responses over time of problems whose properties follow the temperature.
+
+With u the rise and phi the potential, the discrete equations are
+
+    C(u) du/dt + A(u) = f(t) + q(u, phi),    E(u) phi = 0,
+
+where C is the mass with the heat capacity at u, A the heat that leaves by conduction and through faces, f the heat
+sources, q = int sigma(u) |grad phi|^2 v and E the conductor between its electrodes. A step of length h finds the rates
+k_i and the rises u_i = u + h sum_j a_ij k_j of the stages of ESDIRK4(3)6L[2]SA, which is of order 4, L-stable and
+stiffly accurate (Kennedy and Carpenter, Appl. Numer. Math. 44, 2003). Newton's method solves each stage,
+
+    (C + h a_ii (A' - q')) dk = f + q - A - C k,
+
+by GMRES preconditioned with Cholesky factors of an earlier state and step, until these no longer serve. The embedded
+method of order 3 gives the error of the step. Between the ends of a step the rise is a cubic (Hermite).
+
+A step of the implicit Euler method, too short to matter, follows each jump of the inputs: its rate is consistent with
+the equations, which the first stage needs.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from scipy.sparse import csc_array
+from scipy.sparse.linalg import LinearOperator, gmres
+
+from fem3d.problems.cholesky import part
+from fem3d.problems.current import Conductor, Potential
+from fem3d.problems.heat import HeatProblem, combined
+from fem3d.problems.linearized import linearized
+from fem3d.solution import exponential
+from fem3d.solution.transient import HOTTEST, MOST, resists
+from scenes.errors import NumericsError
+from scenes.units import TIME
+
+AT_FULL_ORDER = "with all unknowns, by a Runge-Kutta method of order 4"  # as plans say
+A = np.array([
+    [0, 0, 0, 0, 0, 0],
+    [1 / 4, 1 / 4, 0, 0, 0, 0],
+    [8611 / 62500, -1743 / 31250, 1 / 4, 0, 0, 0],
+    [5012029 / 34652500, -654441 / 2922500, 174375 / 388108, 1 / 4, 0, 0],
+    [15267082809 / 155376265600, -71443401 / 120774400, 730878875 / 902184768, 2285395 / 8070912, 1 / 4, 0],
+    [82889 / 524892, 0, 15625 / 83664, 69875 / 102672, -2260 / 8211, 1 / 4],
+])  # fmt: skip
+GAMMA = 1 / 4
+EMBEDDED = np.array([
+    4586570599 / 29645900160, 0, 178811875 / 945068544, 814220225 / 1159782912, -3700637 / 11593932, 61727 / 225920,
+])  # fmt: skip
+C = np.array([0, 1 / 2, 83 / 250, 31 / 50, 17 / 20, 1])
+ORDER = 4
+# Row i extrapolates the rates of the stages before i to its time, as a polynomial.
+AHEAD = np.zeros((6, 6))
+for _i in range(1, 6):
+    AHEAD[_i, :_i] = np.linalg.solve(np.vander(C[:_i], increasing=True).T, C[_i] ** np.arange(_i))
+AFTER_JUMP = 1e-3  # the first step after a jump, over the step before or the time to the next knot
+SAFETY, SHORTER, LONGER = 0.9, 0.2, 8.0  # of the next step (Hairer and Wanner, Solving ODEs II, section IV.8)
+NEWTON = 0.1  # error of Newton's method over that of a step (the same: 0.1 to 0.01)
+CONTRACTS = 0.3  # contraction of Newton's steps with which a linearization serves on
+MOST_NEWTON = 8  # steps in one stage
+INNER = 1e-2  # relative residual of a linear system
+MOST_INNER = 40  # steps of GMRES in one linear system
+# Steps of GMRES in one step in time after which factors are made anew: they take about as long.
+REFACTORED = 40
+ROUNDING = 1e-11  # of the initial temperature: smaller changes of the rise are rounding
+SHORTEST = 1e-13  # step over the end time
+MOST_STEPS = 20_000  # trials of steps
+BISECTIONS = 20  # of the step in which a response runs away
+
+
+class Step(NamedTuple):
+    """One step: its start and length (s), and the rises (K) and rates (K/s) of all nodes at both ends."""
+
+    start: float
+    length: float
+    rise: np.ndarray
+    rate: np.ndarray
+    last_rise: np.ndarray
+    last_rate: np.ndarray
+
+    def at(self, time: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return the rise (K) and the rate (K/s) of all nodes at a time (s)."""
+        h, x = self.length, min(max((time - self.start) / self.length, 0.0), 1.0)
+        secant = (self.last_rise - self.rise) / h
+        # The cubic with these ends and slopes, by Newton's divided differences.
+        first, second = secant - self.rate, self.last_rate - secant
+        rise = self.rise + h * x * (self.rate + x * (first + (x - 1) * (second - first)))
+        rate = self.rate + 2 * x * first + x * (3 * x - 2) * (second - first)
+        return rise, rate
+
+
+@dataclass(frozen=True, eq=False)
+class FullResponse:
+    """The response of a heat problem and its conductor, as steps from time 0 on."""
+
+    heat: HeatProblem
+    conductor: Conductor | None
+    steps: list[Step]
+    outputs: dict[int, dict[str, np.ndarray]] = field(default_factory=dict)
+    """What `fem3d.results.outputs` has worked out, by the number of the step."""
+
+    @property
+    def end(self) -> float:
+        """The end of the last step (s)."""
+        return self.steps[-1].start + self.steps[-1].length
+
+    def number(self, times: np.ndarray) -> np.ndarray:
+        """Return (times,) the number of the step that each time is in; at a jump that which follows."""
+        starts = np.array([step.start for step in self.steps])
+        return np.clip(np.searchsorted(starts, times, side="right") - 1, 0, len(starts) - 1)
+
+    def at(self, time: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return the rise (K) and the rate (K/s) of all nodes at a time (s)."""
+        return self.steps[int(self.number(np.array([time]))[0])].at(time)
+
+    def rises(self, times: np.ndarray) -> np.ndarray:
+        """Return (times, all nodes) the rise (K)."""
+        return np.array([self.at(time)[0] for time in times.tolist()])
+
+
+def march_full(
+    heat: HeatProblem,
+    conductor: Conductor | None,
+    end: float,
+    tolerance: float,
+    earliest: float,
+    like: FullResponse | None = None,
+) -> FullResponse:
+    """Return the response up to ``end`` (s).
+
+    Parameters
+    ----------
+    heat, conductor
+        The problem, not linearized, and what carries current in it.
+    tolerance
+        The error of each step at the vertices over the largest rise so far.
+    earliest
+        The earliest time of interest after a jump (s).
+    like
+        A response of another space, whose steps are taken: so their errors are alike, and the difference is of space.
+
+    Raises
+    ------
+    RunawayInTimeError
+        Where the rise leaves what solids are (`transient.HOTTEST`).
+    NumericsError
+        Where no step is short enough, or `MOST_STEPS` do not do.
+    """
+    ends = [] if like is None else [step.start + step.length for step in like.steps]
+    return _March(heat, conductor, tolerance).run(end, earliest, ends)
+
+
+class _State(NamedTuple):
+    """A rise (K) and its rate (K/s) at all nodes, and the potential then."""
+
+    rise: np.ndarray
+    rate: np.ndarray
+    potential: Potential | None = None
+
+
+class _Linearization:
+    """The derivative of the equations at a state, with factors of its symmetric part for one ``shift`` (s)."""
+
+    def __init__(self, heat: HeatProblem, conductor: Conductor | None, state: _State, shift: float) -> None:
+        density = np.empty(0) if state.potential is None else state.potential.density
+        tangent = linearized(heat, conductor, state.rise, density)
+        self._stiffness, self._rest, self._capacity = tangent.inner_stiffness, tangent.inner_rest, heat.inner_mass
+        if heat.storage is not None:
+            capacity, steepness = heat.storage.tangent(heat.field(state.rise), heat.field(state.rate))
+            inner = heat.order[: heat.free]
+            self._capacity = csc_array(self._capacity + part(capacity, inner))
+            self._rest = replace(self._rest, matrix=csc_array(self._rest.matrix + part(steepness, inner)))
+        self._inverse = heat.factors(combined(self._capacity, shift, self._stiffness)).solve
+
+    def solve(self, load: np.ndarray, shift: float) -> tuple[np.ndarray, int]:
+        """Return the solution (free nodes,) of (C + shift (K + R)) d = load, and the steps of GMRES."""
+        count = 0
+
+        def product(v: np.ndarray) -> np.ndarray:
+            return self._inverse(self._capacity @ v + shift * (self._stiffness @ v + self._rest(v)))
+
+        def counted(_: float) -> None:
+            nonlocal count
+            count += 1
+
+        operator = LinearOperator((len(load), len(load)), product, dtype=float)
+        found, failed = gmres(
+            operator, self._inverse(load), rtol=INNER, atol=0.0, restart=MOST_INNER, maxiter=1, callback=counted,
+            callback_type="pr_norm",
+        )  # fmt: skip
+        if failed or not np.isfinite(found).all():
+            raise NumericsError("the linearized equations of a step are not solved")
+        return found, count
+
+
+class _March:
+    """The march through time: the problem, the linearization in use, and how well that serves."""
+
+    def __init__(self, heat: HeatProblem, conductor: Conductor | None, tolerance: float) -> None:
+        self._heat, self._conductor, self._tolerance = heat, conductor, tolerance
+        if conductor is not None:
+            # Newton's steps get no smaller than the noise of potentials.
+            self._conductor = replace(conductor, solved=NEWTON * tolerance)
+            self._conductor.kept.like(conductor.kept)
+        vertices = heat.unit[: heat.free] == 1.0
+        self._vertices = vertices if vertices.any() else np.ones(heat.free, bool)
+        self._rounding = ROUNDING * max(float(heat.domain.scene.initial_temperature), 1.0)
+        self._linearization: _Linearization | None = None
+        still = np.zeros(heat.inputs.count)
+        self._since, self._piece = 0.0, (still, still)
+        self._largest, self._contraction, self._inner = 0.0, CONTRACTS, 0
+
+    def run(self, end: float, earliest: float, ends: list[float]) -> FullResponse:
+        """The response, by steps of its own or to given ``ends`` (s)."""
+        heat, inputs = self._heat, self._heat.inputs
+        steps, trials, before = list[Step](), 0, end
+        state = _State(np.zeros(heat.size), np.zeros(heat.size))
+        stops = [0.0, *inputs.knots(end).tolist(), end]
+        for time, stop in pairwise(stops):
+            jumps = inputs.jump(time) if time else inputs.at(np.zeros(1))[0]
+            if (jumps @ heat.given).any():
+                state = self._jumped(state, jumps @ heat.given)
+            bends = inputs.piece(time)[1] - self._piece[1]
+            self._since, self._piece = time, inputs.piece(time)
+            started, last_error, length, following = True, 0.0, before, before
+            if jumps.any() or (bends @ heat.given).any():
+                # The rate is no longer consistent. After a jump the error at a time t is about the first step over t.
+                sudden = not time or (jumps @ heat.given).any()
+                short = self._tolerance * earliest if sudden else AFTER_JUMP * before
+                started, length = False, min(short, AFTER_JUMP * (stop - time))
+                following = LONGER * length if sudden else before
+            while time < stop:
+                trials += 1
+                ends = [each for each in ends if each > time * (1 + 1e-12)]
+                length = min([length, *(each - time for each in ends[:1])])
+                self._check(trials, time, length, end)
+                last = length >= (stop - time) * (1 - 1e-9)
+                taken = stop - time if last else length
+                fresh = self._linearization is None
+                try:
+                    step, new, error = (self._step if started else self._euler)(state, time, taken)
+                except NumericsError:
+                    # Newton's method, a potential or a factorization fails.
+                    self._linearization, length = None, taken / 4 if fresh else taken
+                    continue
+                error = 0.0 if ends else error
+                if error <= 1.0:
+                    steps.append(step)
+                    self._limit(step)
+                    time, state = stop if last else time + taken, new
+                    self._largest = max(self._largest, _size(new.rise))
+                factor = SAFETY * max(error, 1e-12) ** (-1 / ORDER)
+                if last_error and error <= 1.0:
+                    # The error goes on to change as it has (Gustafsson, ACM Trans. Math. Softw. 20, 1994).
+                    factor *= taken / steps[-2].length * (last_error / max(error, 1e-12)) ** (1 / ORDER)
+                grown = taken * min(max(factor, SHORTER), LONGER)
+                if started and error <= 1.0:
+                    # A step that a stop cuts short says little against a longer one before it.
+                    before, last_error = max(grown, length) if last else grown, error
+                length, started = grown if started else following, True
+                length = end if ends else length
+        return FullResponse(heat, self._conductor, steps)
+
+    @staticmethod
+    def _check(trials: int, time: float, length: float, end: float) -> None:
+        now = TIME.show(float(f"{time:.3g}"))
+        if trials > MOST_STEPS:
+            raise NumericsError(
+                f"the response needs more than {MOST_STEPS:,} steps in time: they get as far as t = {now}; ask for an "
+                "earlier end or a larger accuracy"
+            )
+        if length < SHORTEST * end:
+            raise NumericsError(f"no step in time is short enough at t = {now}")
+
+    def _jumped(self, state: _State, jump: np.ndarray) -> _State:
+        """The state after given temperatures jump by so much (fixed nodes, K): the free nodes keep the heat."""
+        heat = self._heat
+        change = heat.whole(np.empty(0)) if not heat.free else np.concatenate([np.zeros(heat.free), jump])
+        entered = (heat.mass @ change)[: heat.free]
+        change[: heat.free] -= heat.factors(heat.inner_mass).solve(entered)
+        return state._replace(rise=state.rise + change)
+
+    def _limit(self, step: Step) -> None:
+        """Raise RunawayInTimeError where the rise leaves what solids are in a step, with the time."""
+
+        def holds(share: float) -> bool:
+            time = step.start + share * step.length
+            rise, c = step.at(time)[0], self._conductor
+            if _size(rise) > HOTTEST:
+                return False
+            if c is None or c.following is not None or not c.warms:
+                return True
+            if c.draws_current and (c.resistivity(rise) / c.cold).max() > MOST:
+                return False
+            return resists(c, time, rise)
+
+        if holds(1.0):
+            return
+        low, high = 0.0, 1.0
+        for _ in range(BISECTIONS):
+            middle = (low + high) / 2
+            low, high = (middle, high) if holds(middle) else (low, middle)
+        raise exponential.runaway(step.start + low * step.length)
+
+    def _euler(self, state: _State, time: float, length: float) -> tuple[Step, _State, float]:
+        """A step of the implicit Euler method, in which the rise goes along a line."""
+        n = self._heat.free
+        new = self._stage(state.rise[:n], np.zeros(n), time + length, length, state)
+        line = (new.rise - state.rise) / length
+        return Step(time, length, state.rise, line, new.rise, line), new, 0.0
+
+    def _step(self, state: _State, time: float, length: float) -> tuple[Step, _State, float]:
+        """A step of the ESDIRK method, with its error over the error allowed."""
+        n, shift, new, self._inner = self._heat.free, GAMMA * length, state, 0
+        rates = [state.rate[:n]]
+        for weights, ahead, c in zip(A[1:], AHEAD[1:], C[1:].tolist(), strict=True):
+            base = state.rise[:n] + length * sum(w * k for w, k in zip(weights, rates, strict=False))
+            guess = sum(w * k for w, k in zip(ahead, rates, strict=False))
+            new = self._stage(base, guess, time + c * length, shift, new)
+            rates.append(new.rate[:n])
+        error = length * sum(w * k for w, k in zip(A[-1] - EMBEDDED, rates, strict=True))
+        if self._inner > REFACTORED or self._contraction > CONTRACTS:
+            self._linearization = None
+        return (
+            Step(time, length, state.rise, state.rate, new.rise, new.rate), new,
+            _size(error[self._vertices]) / self._allowed(new.rise),
+        )  # fmt: skip
+
+    def _allowed(self, rise: np.ndarray) -> float:
+        """The error (K) that a step may have."""
+        return max(self._tolerance * max(self._largest, _size(rise)), self._rounding)
+
+    def _stage(self, base: np.ndarray, rate: np.ndarray, time: float, shift: float, near: _State) -> _State:
+        """The state at a time (s) with rise = base + shift * rate at the free nodes, by Newton's method from a rate and
+        a state near it."""
+        heat, conductor, (first, slope) = self._heat, self._conductor, self._piece
+        g = first + (time - self._since) * slope
+        held, changing = g @ heat.given, slope @ heat.given
+        size, potential = np.inf, near.potential
+        for number in range(MOST_NEWTON):
+            state = _State(np.concatenate([base + shift * rate, held]), np.concatenate([rate, changing]), potential)
+            lack = g @ heat.loads - heat.outflow(state.rise) - heat.stored(state.rise, state.rate)
+            if conductor is not None:
+                guess = None if potential is None else potential.potential
+                potential = conductor.solve(state.rise, g @ conductor.voltages, guess)
+                lack += conductor.joule_load(potential.density, state.rise)
+                state = state._replace(potential=potential)
+            if not np.isfinite(lack).all():
+                break
+            if self._linearization is None:
+                self._linearization = _Linearization(heat, conductor, state, shift)
+            change, count = self._linearization.solve(lack[: heat.free], shift)
+            self._inner += count
+            rate, before, size = rate + change, size, shift * _size(change[self._vertices])
+            if number:
+                self._contraction = size / max(before, 1e-300)
+            else:
+                # That of the stage before (Hairer and Wanner, equation IV.8.10), and what GMRES leaves.
+                self._contraction = max(self._contraction, INNER) ** 0.8
+            enough = NEWTON * self._allowed(state.rise)
+            if size * min(self._contraction, 1.0) <= enough * (1 - min(self._contraction, 0.9)):
+                rise = np.concatenate([base + shift * rate, held])
+                return _State(rise, np.concatenate([rate, changing]), potential)
+            if number and self._contraction >= 1.0:
+                break
+        raise NumericsError("Newton's method does not converge in a step")
+
+
+def _size(values: np.ndarray) -> float:
+    return float(np.abs(values).max(initial=0.0))
