@@ -39,11 +39,8 @@ def of_sink(sink: Sink, fem3d: Result | None, reduced1d: Result | None) -> tuple
         return past(sink.materials, fem3d.details["fields"], moments(fem3d.traces, FEW))
     if reduced1d is None:
         return ()
-    materials = sink.silicon, sink.oxide
-    hot = sink.room_temperature + reduced1d.steady["peak_rise_K"].value
-    if sink.spans == 1:
-        return warnings(materials, of_painted(of_result(sink, reduced1d)))
-    return warnings(materials, {sink.silicon.name: Hottest(hot)})
+    hot = {sink.silicon.name: Hottest(sink.room_temperature + reduced1d.steady["peak_rise_K"].value)}
+    return warnings((sink.silicon, sink.oxide), of_painted(of_result(sink, reduced1d)) if sink.spans == 1 else hot)
 
 
 def of_device(device: Device, result: DeviceResult) -> tuple[str, ...]:
@@ -51,11 +48,10 @@ def of_device(device: Device, result: DeviceResult) -> tuple[str, ...]:
     sink, times = device.sink, result.time_s
     mean, k = result.sink_K - sink.room_temperature, sink.silicon.thermal_conductivity
     end = end_rise_from_equivalent(mean, anchor_series_resistance(sink), k, sink.cross_section, sink.length)
-    peak = end + 1.5 * (mean - end)
+    peak, external = end + 1.5 * (mean - end), device.external
     at = int(np.argmax(peak))
     beam = of_painted(Reduction(sink, (float(end[at]), float(peak[at])), *[np.empty(0)] * 3))
     reached = {name: Hottest(place.temperature, float(times[at])) for name, place in beam.items()}
-    external = device.external
     outside = np.where(times < external.step_time, external.initial_temperature, external.final_temperature)
     polymer = np.max([result.sink_K, result.sensor_K, outside], axis=0)
     for name, trace in ((device.gold.name, result.sensor_K), (device.pdms.name, polymer)):

@@ -18,15 +18,21 @@ if TYPE_CHECKING:
     from compare.verdict import Check
     from fem3d.device.runs import Solved
     from reduced1d.device.design import Design
+    from scenes.device import Device
+    from scenes.model import AnyScene
     from scenes.result import Result
+    from scenes.sink import Sink
     from statespace.result import Runs
 
-S = TypeVar("S")
+    Solvable = Sink | Device | AnyScene
+
+S = TypeVar("S", bound="Solvable")
 """The type of scene: a Sink, a Device, or a free scene."""
+S_co = TypeVar("S_co", covariant=True)
 
 
 @dataclass
-class Outcome(Generic[S]):
+class Outcome(Generic[S_co]):
     """A run, filled in as it is solved.
 
     Attributes
@@ -42,7 +48,7 @@ class Outcome(Generic[S]):
     folder, files, replaced : the results folder, the names of its files, the earlier run that it replaced
     """
 
-    scene: S
+    scene: S_co
     options: Options = field(default_factory=Options)
     results: dict[str, Result] = field(default_factory=dict)
     checks: tuple[Check, ...] = ()
@@ -101,6 +107,10 @@ class Outcome(Generic[S]):
 
     def warn(self, *texts: str) -> None:
         self.warnings = (*self.warnings, *filter(None, texts))
+
+
+if TYPE_CHECKING:
+    AnyOutcome = Outcome[Solvable]
 
 
 class Progress:

@@ -265,7 +265,7 @@ def misfit_weights(sink: Sink, fem3d: Result) -> np.ndarray:
 
 
 def _trace(name: str, trace: str, steady: str, title: str) -> None:
-    @CHECKS.check(name, "3D", "one conductivity", "transient", "1D")
+    @CHECKS.check(name, "3D", "one conductivity", "transient", "10 us", "1D")
     def make(models: Models) -> Comparison | None:
         return over_time(models, trace, models.fem3d.steady[steady], title, "the final 3D rise")
 
@@ -274,7 +274,7 @@ _trace("fig6_peak", "peak_K", "peak_rise_K", "peak trace, of final rise")
 _trace("fig6_end", "end_K", "end_rise_K", "end trace, of final rise")
 
 
-@CHECKS.check("fig7_current", "3D", "one conductivity", "transient", "1D", "current follows")
+@CHECKS.check("fig7_current", "3D", "one conductivity", "transient", "10 us", "1D", "current follows")
 def fig7_current(models: Models) -> Comparison | None:
     """Compare the current's traces, relative to the change of the 3D current from the start to the steady state.
 
@@ -311,67 +311,66 @@ def key_of(sink: Sink, what: str) -> str:
     return {"peak_inner": inner, "peak_outer": "span1_peak_rise_K", "mean": "mean_rise_K", "current": "current_A"}[what]
 
 
-def _row_at_rest(what: str, models: Models) -> Comparison | None:
-    return at_rest(models, key_of(models.given, what), f"{ROW[what]}, of 3D's")
-
-
-def _row_over_time(what: str, models: Models) -> Comparison | None:
-    key = key_of(models.given, what)
-    title = f"{ROW[what]} trace, of {'itself' if what == 'current' else 'final rise'}"
-    return over_time(models, key.replace("_rise_K", "_K"), models.fem3d.steady[key], title, "the final 3D value")
-
-
-def _pairs(models: Models) -> Iterator[tuple[str, tuple[Result, str], tuple[Result, str]]]:
+def _pairs(models: Models, single: Result) -> Iterator[tuple[str, tuple[Result, str], tuple[Result, str]]]:
     """The peaks and the means of one sink alone and of each span, in pairs."""
-    assert models.single is not None
     for what in ("peak", "mean"):
-        sources = {"one sink alone": (models.single, what)}
+        sources = {"one sink alone": (single, what)}
         sources |= {f"span {n}": (models.fem3d, f"span{n}_{what}") for n in range(1, different(models.given.spans) + 1)}
         for (first, one), (second, other) in combinations(sources.items(), 2):
             yield f"the {what} of {first} against {second}", one, other
 
 
-def equivalent(models: Models) -> Comparison | None:
-    """Return the largest relative difference in 3D between two spans, or a span and one sink alone."""
-    pairs = [(said, a.steady[f"{x}_rise_K"], b.steady[f"{y}_rise_K"]) for said, (a, x), (b, y) in _pairs(models)]
-    said, one, other = max(pairs, key=lambda pair: abs(relative(pair[1].value, pair[2].value)))
-    off, values = ratio(one, other), f"{quantity(one.value, 'K')} and {quantity(other.value, 'K')}"
-    return Comparison(
-        "spans apart, or from one", one.value, other.value, "K", off.value, off.error, f"{said}: {values}",
-        relative_to="the second one",
-    )  # fmt: skip
+Apart = tuple[Estimate, str, float, float, float | None]
 
 
-def equivalent_over_time(models: Models) -> Comparison | None:
-    """Return the same over time, relative to the second one's final value."""
-    late, room = from_first(models.fem3d.over_time.time), models.sink.room_temperature
-
-    def course(result: Result, name: str) -> tuple[np.ndarray, float, Estimate]:
-        traces, final, key = result.over_time, result.steady[f"{name}_rise_K"], f"{name}_K"
-        error = traces.errors[key] + models.given.accuracy * abs(final.value)
-        return np.interp(late, traces.time, traces.values[key]) - room, error, final
-
-    found = []
-    for said, one, other in _pairs(models):
-        (x, x_error, _), (y, y_error, final) = course(*one), course(*other)
+def _equivalent(late: bool, models: Models) -> Comparison | None:
+    """The largest difference in 3D between two spans, or a span and one sink alone: steady, or over time."""
+    if models.single is None:
+        return None
+    time, room, found = (
+        from_first(models.fem3d.over_time.time) if late else None,
+        models.sink.room_temperature,
+        list[Apart](),
+    )
+    for said, *both in _pairs(models, models.single):
+        one, other = (result.steady[f"{name}_rise_K"] for result, name in both)
+        if time is None:
+            found.append((ratio(one, other), said, one.value, other.value, None))
+            continue
+        traces = [(result.over_time, f"{name}_K") for result, name in both]
+        x, y = (np.interp(time, each.time, each.values[name]) - room for each, name in traces)
+        error = sum(each.errors[name] for each, name in traces)
+        error += models.given.accuracy * (abs(one.value) + abs(other.value))
         i = int(np.abs(x - y).argmax())
-        off = share(Estimate(float(x[i] - y[i]), x_error + y_error), final)
-        found.append((off, said, float(x[i]), float(y[i]), float(late[i])))
-    off, said, x_i, y_i, time = max(found, key=lambda entry: abs(entry[0].value))
-    values = f"{quantity(x_i, 'K')} and {quantity(y_i, 'K')} at {quantity(time, 's', 3)}"
-    return Comparison(
-        "spans apart, or from one, trace", x_i, y_i, "K", off.value, off.error, f"{said}: {values}", time,
-        relative_to="the second one's final value",
-    )  # fmt: skip
+        off = share(Estimate(float(x[i] - y[i]), error), other)
+        found.append((off, said, float(x[i]), float(y[i]), float(time[i])))
+    off, said, a, b, when = max(found, key=lambda entry: abs(entry[0].value))
+    title, scale = "spans apart, or from one" + ", trace" * late, "the second one" + "'s final value" * late
+    values = f"{quantity(a, 'K')} and {quantity(b, 'K')}" + ("" if when is None else f" at {quantity(when, 's', 3)}")
+    return Comparison(title, a, b, "K", off.value, off.error, f"{said}: {values}", when, relative_to=scale)
 
 
-for _what in ROW:
-    CHECKS.check(f"islands_{_what}", "3D", "1D", *["inner span"] * ("inner" in _what))(partial(_row_at_rest, _what))
-CHECKS.check("islands_equivalent", "3D")(equivalent)
-for _what in ROW:
-    _needs = ("3D", "transient", "1D", *["inner span"] * ("inner" in _what))
-    CHECKS.check(f"islands_{_what}_over_time", *_needs)(partial(_row_over_time, _what))
-CHECKS.check("islands_equivalent_over_time", "3D", "transient")(equivalent_over_time)
+def _register_rows() -> None:
+    """Register the checks of rows: steady first, then over time."""
+
+    def steady(what: str, models: Models) -> Comparison | None:
+        return at_rest(models, key_of(models.given, what), f"{ROW[what]}, of 3D's")
+
+    def course(what: str, models: Models) -> Comparison | None:
+        key, whole = key_of(models.given, what), "itself" if what == "current" else "final rise"
+        final, title = models.fem3d.steady[key], f"{ROW[what]} trace, of {whole}"
+        return over_time(models, key.replace("_rise_K", "_K"), final, title, "the final 3D value")
+
+    needs = {"_over_time": ("transient", "10 us")}
+    for when, of_model, late in (("", steady, False), ("_over_time", course, True)):
+        for what in ROW:
+            more = (*needs.get(when, ()), *["inner span"] * ("inner" in what))
+            CHECKS.check(f"islands_{what}{when}", "3D", "one conductivity", "1D", *more)(partial(of_model, what))
+        check = CHECKS.check(f"islands_equivalent{when}", "3D", "one conductivity", *needs.get(when, ()))
+        check(partial(_equivalent, late))
+
+
+_register_rows()
 
 
 @dataclass(frozen=True)

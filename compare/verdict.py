@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Generic, Literal, TypeVar
+from typing import TYPE_CHECKING, Generic, Literal, Protocol, TypeVar
 
 from scenes.formats import difference_text, percent
 from scenes.result import Estimate
@@ -32,18 +32,7 @@ F = TypeVar("F", bound=Callable[..., "Comparison | None"])
 
 @dataclass(frozen=True)
 class Comparison:
-    """Two values and their difference.
-
-    Attributes
-    ----------
-    predicted, measured : the reduction, or the claim, and 3D, in ``unit``
-    difference, u_num : relative; u_num bounds the numerical error of the difference
-    reason : why they differ, or a function that writes that sentence
-    time : time (s) of the largest difference over time
-    sense : of a one-sided claim the difference is the shortfall of the measured value
-    relative_to : the scale of the difference in words
-    u_data : relative standard uncertainty by measured data
-    """
+    """Two values and their difference, as in `Check`; ``reason`` is a sentence, or a function that writes it."""
 
     title: str
     predicted: float
@@ -60,11 +49,17 @@ class Comparison:
 
 @dataclass(frozen=True)
 class Check:
-    """A judged `Comparison`.
+    """A comparison with 3D, or with a claim, and the verdict on it.
 
     Attributes
     ----------
+    predicted, measured : the reduction, or the claim, and 3D, in ``unit``
+    difference, tolerance, u_num : relative; u_num bounds the numerical error of the difference
     expected : the verdict that the scene declares, None without a declaration
+    because : why both differ
+    time : time (s) of the largest difference over time
+    sense : of a one-sided claim the difference is the shortfall of the measured value
+    relative_to : the scale of the difference in words
     own : False for an equation of the paper's where another 1D model was chosen
     u_input, u_data : relative standard uncertainties by inputs and data; the verdict counts u_data twice (95 %)
     """
@@ -91,6 +86,13 @@ class Check:
     def known_to(self) -> float:
         """The bound of the difference that the verdict counts."""
         return self.u_num + COVERS * (self.u_data or 0.0)
+
+
+class Needs(Protocol):
+    """A definition of a check, of whatever results."""
+
+    @property
+    def needs(self) -> tuple[str, ...]: ...
 
 
 @dataclass(frozen=True)

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
+from typing import TYPE_CHECKING, ClassVar, Generic, TypeVar
 
 from compare.options import Options
-from compare.outcome import Outcome, Progress
+from compare.outcome import Progress
 from scenes.plan import Step, step
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from compare.outcome import AnyOutcome, Solvable
     from compare.report.table import Section, Style
 
 T = TypeVar("T")
@@ -36,39 +37,39 @@ class Analysis(ABC, Generic[T]):
         """Whether the options ask for it."""
         return bool(getattr(options, self.name))
 
-    def skip_reason(self, scene: Any, options: Options) -> str:
+    def skip_reason(self, scene: Solvable, options: Options) -> str:
         """Return why a requested analysis is not run; empty where it is."""
         return ""
 
-    def plan(self, scene: Any, options: Options) -> Step:
+    def plan(self, scene: Solvable, options: Options) -> Step:
         """Its line of the plan."""
         return step(self.name, self.about, self.skip_reason(scene, options))
 
-    def prepare(self, outcome: Outcome[Any], progress: Progress) -> None:
+    def prepare(self, outcome: AnyOutcome, progress: Progress) -> None:
         """Act before the models are solved. Raises SceneError for a scene that it cannot handle."""
 
     @abstractmethod
-    def run(self, outcome: Outcome[Any], progress: Progress) -> T | None:
+    def run(self, outcome: AnyOutcome, progress: Progress) -> T | None:
         """Compute the result; may add checks and warnings to the outcome. None: there is no result."""
 
-    def sentence(self, found: T, outcome: Outcome[Any]) -> str:
+    def sentence(self, found: T, outcome: AnyOutcome) -> str:
         """Its sentence in the answer; the answer's own stands first unless `leads`."""
         return ""
 
     leads: ClassVar[bool] = False
 
     @abstractmethod
-    def section(self, found: T, outcome: Outcome[Any], style: Style) -> Section:
+    def section(self, found: T, outcome: AnyOutcome, style: Style) -> Section:
         """Its section of the report."""
 
     @abstractmethod
-    def document(self, found: T, outcome: Outcome[Any]) -> dict[str, Any]:
+    def document(self, found: T, outcome: AnyOutcome) -> dict[str, object]:
         """Its entry of summary.json."""
 
-    def enter(self, summary: dict[str, Any], found: T, outcome: Outcome[Any]) -> None:
+    def enter(self, summary: dict[str, object], found: T, outcome: AnyOutcome) -> None:
         """Put its entry into summary.json."""
         summary[self.name] = self.document(found, outcome)
 
-    def figure(self, found: T, outcome: Outcome[Any]) -> Figure | None:
+    def figure(self, found: T, outcome: AnyOutcome) -> Figure | None:
         """Draw its figure with matplotlib; the built-in ones are in `validate.report.figures`."""
         return None

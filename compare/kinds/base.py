@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, Protocol
+from typing import TYPE_CHECKING, ClassVar, Generic, Protocol, TypeVar
 
 from compare.options import Options
 from compare.outcome import Outcome, Progress, S
@@ -13,32 +13,34 @@ from scenes.plan import Step, skipped_together, step
 
 if TYPE_CHECKING:
     import numpy as np
+    from numpy.typing import NDArray
 
     from compare.models import Model
     from compare.report.table import Section, Style
     from compare.slopes import Slopes
-    from compare.verdict import Check, Comparison, Definition
+    from compare.verdict import Check, Comparison, Needs
     from scenes.model import AnyScene
     from scenes.result import Result
 
 FIELD_FILES = "fem3d.pvd with its .vtu files"
 NO_FIGURES = "no figures were asked for"
 STEADY = "only the steady state was asked for"
+S_contra = TypeVar("S_contra", contravariant=True)
 Figures = dict[str, tuple[str, str]]
 """By a figure's file name what it shows, and why it is not drawn (empty: it is)."""
 
 
-class Report(Protocol):
+class Report(Protocol[S_contra]):
     """The report of a run: its first lines, its sections, and entries of files, without those of analyses."""
 
-    def headline(self, outcome: Outcome[Any], contrary: Sequence[Check], style: Style) -> str: ...
+    def headline(self, outcome: Outcome[S_contra], contrary: Sequence[Check], style: Style) -> str: ...
 
-    def sections(self, outcome: Outcome[Any], contrary: Sequence[Check], style: Style) -> list[Section]: ...
+    def sections(self, outcome: Outcome[S_contra], contrary: Sequence[Check], style: Style) -> list[Section]: ...
 
-    def document(self, outcome: Outcome[Any]) -> dict[str, Any]:
+    def document(self, outcome: Outcome[S_contra]) -> dict[str, object]:
         """Return entries of summary.json."""
 
-    def columns(self, outcome: Outcome[Any]) -> dict[str, np.ndarray]:
+    def columns(self, outcome: Outcome[S_contra]) -> dict[str, NDArray[np.float64]]:
         """Return the columns of traces.csv; none without traces."""
 
 
@@ -105,7 +107,7 @@ class Kind(ABC, Generic[S]):
         """Ask the user's own model beside 3D. Raises SceneError and NumericsError."""
         raise NotImplementedError
 
-    def definitions(self, scene: S, options: Options) -> Mapping[str, Definition[Any]]:
+    def definitions(self, scene: S, options: Options) -> Mapping[str, Needs]:
         """Return the checks that such a run may have, in the order of the report."""
         return {}
 
@@ -136,9 +138,8 @@ class Kind(ABC, Generic[S]):
         """Judge the comparisons."""
         from compare.verdict import judged
 
-        scene: Any = outcome.scene
         return tuple(
-            judged(name, each, scene, self.explains, self.owns(outcome, name))
+            judged(name, each, outcome.scene, self.explains, self.owns(outcome, name))
             for name, each in self.comparisons(outcome).items()
         )
 
@@ -187,8 +188,13 @@ class Kind(ABC, Generic[S]):
         """The plan of models and checks, as carried out where there is an outcome."""
 
     @abstractmethod
+    def drawable(self, scene: S, options: Options) -> Figures:
+        """The figures that a run with figures has."""
+
     def figures(self, scene: S, options: Options) -> Figures:
         """The figures that there are."""
+        drawable = self.drawable(scene, options)
+        return {name: (what, why if options.figures else NO_FIGURES) for name, (what, why) in drawable.items()}
 
     def outputs(self, scene: S, options: Options) -> list[Step]:
         """The plan of figures and files."""
@@ -203,17 +209,17 @@ class Kind(ABC, Generic[S]):
     def exportable(self, scene: S, options: Options) -> None:
         """Raise SceneError for a scene that has no compact model."""
 
-    def compact(self, outcome: Outcome[S], progress: Progress) -> dict[str, Any]:
+    def compact(self, outcome: Outcome[S], progress: Progress) -> dict[str, object]:
         """The document of the compact model. Raises NumericsError where its accuracy is not reached."""
         raise NotImplementedError
 
     @property
     @abstractmethod
-    def report(self) -> Report:
+    def report(self) -> Report[S]:
         """The module of `compare.report` for this kind."""
 
 
-def compact_model(scene: AnyScene, options: Options, progress: Progress) -> dict[str, Any]:
+def compact_model(scene: AnyScene, options: Options, progress: Progress) -> dict[str, object]:
     """The compact model of a scene in 3D, or of its network. Raises NumericsError."""
     states, accuracy = options.export.states, options.export.accuracy
     if options.model == "network":

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from compare.kinds.base import NO_FIGURES, Figures, Kind, Report
+from compare.kinds.base import Figures, Kind, Report
 from compare.options import Options
 from compare.outcome import Outcome, Progress
 from scenes.device import Device
@@ -170,12 +170,12 @@ class DeviceKind(Kind[Device]):
         steps.append(step("designer's questions", "largest gains, range and resolution", design_reason(options)))
         return steps
 
-    def figures(self, scene: Device, options: Options) -> Figures:
+    def drawable(self, scene: Device, options: Options) -> Figures:
         omitted = not_about(options)
         shown = {n: (what, omitted.get(n, "")) for n, what in DEVICE_FIGURES.items()}
         if "dev3d_shielding" in self.made(scene, options):
             shown["shielding"] = "the change of both powers with the substrate, steady and after a step", ""
-        return {name: (what, why if options.figures else NO_FIGURES) for name, (what, why) in shown.items()}
+        return shown
 
     def outputs(self, scene: Device, options: Options) -> list[Step]:
         return [*super().outputs(scene, options), step("traces.csv", "a row per controller sample")]
@@ -190,7 +190,7 @@ class DeviceKind(Kind[Device]):
         return compact(whole, export.states, export.accuracy, progress)
 
     @property
-    def report(self) -> Report:
+    def report(self) -> Report[Device]:
         from compare.report import device
 
         return device

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from compare.kinds.base import FIELD_FILES, NO_FIGURES, STEADY, Figures, Kind, Report, compact_model
+from compare.kinds.base import FIELD_FILES, STEADY, Figures, Kind, Report, compact_model
 from compare.options import Options
 from compare.outcome import Outcome, Progress
 from scenes import physics
@@ -168,7 +168,7 @@ class FreeKind(Kind[AnyScene]):
             return [*solver]
         return [*solver, Step("1D model", "skipped", f"{scene.model.file} is a program, which runs with --model scene")]
 
-    def figures(self, scene: AnyScene, options: Options) -> Figures:
+    def drawable(self, scene: AnyScene, options: Options) -> Figures:
         when, own = "steady" if scene.steady else "hottest moment's", own_model(scene, options)
         shown = {"figure_field": (f"the {when} temperature field, rendered off screen", _no_heat(scene)),
                  "figure_traces": ("every probe against time", _no_traces(scene))}  # fmt: skip
@@ -176,7 +176,7 @@ class FreeKind(Kind[AnyScene]):
             shown["figure_differences"] = "how far the model is from 3D, probe by probe", ""
         if own is not None and own[0] == "network":
             shown["figure_network"] = "the lines of the network over the boxes", ""
-        return {name: (what, why if options.figures else NO_FIGURES) for name, (what, why) in shown.items()}
+        return shown
 
     def outputs(self, scene: AnyScene, options: Options) -> list[Step]:
         return [
@@ -194,7 +194,7 @@ class FreeKind(Kind[AnyScene]):
         return compact_model(outcome.scene, outcome.options, progress)
 
     @property
-    def report(self) -> Report:
+    def report(self) -> Report[AnyScene]:
         from compare.report import free
 
         return free

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from compare.kinds.base import FIELD_FILES, NO_FIGURES, STEADY, Figures, Kind, Report, compact_model
+from compare.kinds.base import FIELD_FILES, STEADY, Figures, Kind, Report, compact_model
 from compare.options import Options
 from compare.outcome import Outcome, Progress
 from scenes.checks import DEFAULT_TOLERANCES, FIRST_TIME, ISLAND_TOLERANCES, OF_THE_PAPER
@@ -116,22 +115,18 @@ class SinkKind(Kind[Sink]):
         return {name: CHECKS[name] for name in ids}
 
     def absent(self, scene: Sink, options: Options) -> dict[str, str]:
-        if "fem3d" not in options.models:
-            return {"3D": "they need the 3D model"}
-        said = {}
-        if any(isinstance(given, tuple) for material in (scene.silicon, scene.oxide) for _, given in material.given()):
-            said["one conductivity"] = "the paper's equations take one conductivity"
-        if options.steady:
-            said["transient"] = "they need the transient"
-        elif scene.end_time <= FIRST_TIME:
-            said["transient"] = "they compare from 10 us on, and the run ends before"
-        if "reduced1d" not in options.models:
-            said["1D"] = "they need the 1D model"
-        if scene.current is not None:
-            said["current follows"] = "the current is given"
-        if scene.spans == 2:
-            said["inner span"] = "both of two spans are outer ones"
-        return said
+        several = any(isinstance(v, tuple) for material in (scene.silicon, scene.oxide) for _, v in material.given())
+        early = not options.steady and scene.end_time <= FIRST_TIME
+        lacking = {
+            "3D": ("they need the 3D model", "fem3d" not in options.models),
+            "one conductivity": ("the paper's equations take one conductivity", several),
+            "transient": ("they need the transient", bool(options.steady)),
+            "10 us": ("they compare from 10 us on, and the run ends before", early),
+            "1D": ("they need the 1D model", "reduced1d" not in options.models),
+            "current follows": ("the current is given", scene.current is not None),
+            "inner span": ("both of two spans are outer ones", scene.spans == 2),
+        }
+        return {need: why for need, (why, lacks) in lacking.items() if lacks}
 
     def comparisons(self, outcome: Outcome[Sink]) -> dict[str, Comparison]:
         if outcome.fem3d is None:
@@ -170,21 +165,21 @@ class SinkKind(Kind[Sink]):
         fem3d, reduced1d, budget = outcome.fem3d, outcome.reduced1d, outcome.analyses.get("why")
         model = reduced1d or outcome.solved
         who = "The paper's 1D model" if model.model in PAPERS else f"The 1D model {model.model}"
-        who = "The 3D model" if reduced1d is None else who
-        reason, claims = "", [] if fem3d is None or reduced1d is None else _claims(outcome, fem3d, reduced1d)
-        wrong = [each for each in claims if each.verdict == "differs"]
-        if wrong and budget is None:
+        if fem3d is None or reduced1d is None:
+            peak, end = (quantity(model.steady[key].value, "K") for key in ("peak_rise_K", "end_rise_K"))
+            who, missing = ("The 3D model", "1D") if reduced1d is None else (who, "3D")
+            said = f"no {missing} model was run, so that nothing was compared"
+            return f"{who} has its peak {peak} and its ends {end} above room in the steady state; {said}."
+        if not fem3d.steady["peak_rise_K"].value:
+            return "Nothing is heated, so that there is nothing to compare."
+        claims = _claims(outcome, fem3d, reduced1d)
+        wrong, reason = [each for each in claims if each.verdict == "differs"], ""
+        if budget is None and wrong:
             budget, reason = _ladder(outcome, any(each.time is not None for each in wrong))
         elif budget is None:
             reason = "the 1D model differs nowhere beyond its tolerances"
-        if fem3d is None or reduced1d is None:
-            peak, end = (quantity(model.steady[key].value, "K") for key in ("peak_rise_K", "end_rise_K"))
-            missing = "no 1D model was run" if reduced1d is None else "no 3D model was run, nothing was compared"
-            return f"{who} has its peak {peak} and its ends {end} above room in the steady state; {missing}."
         if reason:
             outcome.plan = noted(outcome.plan, [Step("blame", "skipped", reason)])
-        if not fem3d.steady["peak_rise_K"].value:
-            return "Nothing is heated, so that there is nothing to compare."
         if not claims:
             return f"{who} says nothing of the peak and the ends."
         return answer(who, claims, lambda some: causes(some, budget))
@@ -224,35 +219,33 @@ class SinkKind(Kind[Sink]):
             from fem3d.runs.sink import plan
 
             solver = plan(scene, options.transient)
-        paper, surroundings = options.reduction == "paper", list[Step]()
-        if in_3d and scene.substrate_thickness is not None:
-            said = "the paper's oxide stands on room temperature" if paper else "its resistance in 1D"
-            surroundings.append(step("substrate", f"in 3D; {said}"))
-        if in_3d and scene.contact_resistance is not None:
-            said = "the paper's oxide touches perfectly" if paper else "in series with the oxide in 1D"
-            at = f"{THERMAL_CONTACT.show(scene.contact_resistance)} at both faces of the oxide"
-            surroundings.append(step("contacts", f"{at}, where the 3D temperature jumps; {said}"))
-        if scene.gap_gas_conductivity:
-            where = "; in the paper's model to room temperature" if scene.substrate_thickness and paper else ""
-            film = f"a film of {scene.gap_coefficient:.4g} W/(m2 K){where}"
-            surroundings.append(step("gas in the gap", film))
-        if in_3d and scene.emissivity:
-            bare = f"all bare faces of beam and pads, emissivity {scene.emissivity:g}, to {scene.room_temperature:g} K"
-            surroundings.append(step("radiation", f"{bare}; the 1D model leaves it out"))
+        contact = THERMAL_CONTACT.show(scene.contact_resistance or 0.0)
+        surroundings = {
+            "substrate": (in_3d and scene.substrate_thickness is not None, "in 3D, and in 1D models but the paper's"),
+            "contacts": (
+                in_3d and scene.contact_resistance is not None,
+                f"{contact} at both faces of the oxide, and in 1D models but the paper's",
+            ),
+            "gas in the gap": (bool(scene.gap_gas_conductivity), f"a film of {scene.gap_coefficient:.4g} W/(m2 K)"),
+            "radiation": (
+                in_3d and bool(scene.emissivity),
+                f"all bare faces of beam and pads, emissivity {scene.emissivity:g}, to {scene.room_temperature:g} K; "
+                "the 1D model leaves it out",
+            ),
+        }
+        with_ = [step(name, said) for name, (present, said) in surroundings.items() if present]
         blame = [step("blame", "by the ladder between the models, where the 1D model differs")]
         blame *= len(options.models) > 1 and not options.why
-        return [*solver, *surroundings, _reduction_step(options), *self.check_steps(scene, options), *blame]
+        return [*solver, *with_, _reduction_step(options), *self.check_steps(scene, options), *blame]
 
-    def figures(self, scene: Sink, options: Options) -> Figures:
+    def drawable(self, scene: Sink, options: Options) -> Figures:
         shown = FIGURES if scene.spans == 1 else {n: w for n, w in FIGURES.items() if n != "figure5"} | ROW_FIGURES
-        skipped: dict[str, str] = {}
-        if not options.why:
-            skipped["islands_runs"] = "other rows are solved for it only with --why"
+        skipped = {} if options.why else {"islands_runs": "other rows are solved for it only with --why"}
         if "fem3d" not in options.models:
             skipped |= dict.fromkeys(("figure4", "figure5", *ROW_FIGURES), NO_FIELD)
         if options.steady:
             skipped |= dict.fromkeys(("figure6", "figure7"), STEADY)
-        return {n: (what, skipped.get(n, "") if options.figures else NO_FIGURES) for n, what in shown.items()}
+        return {name: (what, skipped.get(name, "")) for name, what in shown.items()}
 
     def outputs(self, scene: Sink, options: Options) -> list[Step]:
         missing = "" if "fem3d" in options.models else NO_FIELD
@@ -271,7 +264,7 @@ class SinkKind(Kind[Sink]):
         return compact_model(exported(outcome.scene, outcome.options), outcome.options, progress)
 
     @property
-    def report(self) -> Report:
+    def report(self) -> Report[Sink]:
         from compare.report import sink
 
         return sink
@@ -338,10 +331,12 @@ def _solve_3d(sink: Sink, options: Options, progress: Progress) -> Result:
     with progress.stage("imports"):
         from fem3d.runs.sink import solve
         from scenes.validity import cause, farthest
-    say: Any = progress
-    if extreme := farthest(sink):
-        # Such a run may take minutes: its lines of progress give the reason.
-        say = partial(_say_beside, extreme[0], progress)
+    extreme = farthest(sink)
+
+    def say(text: str) -> None:
+        # A sink far from the usual ones may take minutes: the lines of progress give the reason.
+        progress(f"{extreme[0]} than usual; {text}" if extreme else text)
+
     say("solving in 3D")
     with progress.stage("fem3d"):
         try:
@@ -352,10 +347,6 @@ def _solve_3d(sink: Sink, options: Options, progress: Progress) -> Result:
             raise NumericsError(
                 f"{error}{cause(sink, ', ask for less with --accuracy 1e-2, or see --only 1d')}"
             ) from None
-
-
-def _say_beside(extreme: str, progress: Progress, text: str) -> None:
-    progress(f"{extreme} than usual; {text}")
 
 
 def levels_of(reduced1d: Result | None) -> Levels | None:
@@ -385,12 +376,8 @@ def _solve_1d(sink: Sink, options: Options, fem3d: Result | None) -> Result:
 def _reduction_step(options: Options) -> Step:
     if "reduced1d" not in options.models:
         return Step("1D model", "skipped", "only the 3D model was asked for")
-    when = "steady only"
-    if options.transient:
-        when = "steady and at the 3D model's times" if "fem3d" in options.models else "steady and over time"
-    name = options.reduction
     if options.model:
-        return step("1D model", f"{name}, {when}")
+        return step("1D model", options.reduction)
     from reduced1d.ladder import describe
 
-    return step("1D model", f"{describe(name) if name == 'paper' else f'{name}, {describe(name)}'}, {when}")
+    return step("1D model", f"{options.reduction}, {describe(options.reduction)}")

@@ -7,10 +7,14 @@ from abc import ABC, abstractmethod
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from scenes.errors import SceneError, did_you_mean, listed, quoted
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 LONGEST = 600.0
 """s by the clock that a model may take for one answer; 3D itself takes minutes at most."""
@@ -32,7 +36,7 @@ class Question:
     parameters: Mapping[str, float] = field(default_factory=dict)
     outputs: Mapping[str, str] = field(default_factory=dict)
 
-    def units(self, times: np.ndarray | None) -> Mapping[str, str]:
+    def units(self, times: NDArray[np.float64] | None) -> Mapping[str, str]:
         """Return the units of the quantities over time, or without ``times`` in the steady state."""
         return self.steady if times is None else self.over_time
 
@@ -41,7 +45,7 @@ class Question:
 class Answer:
     """Values by quantity, (times,) or in the steady state one number each, and the estimated errors of some of them."""
 
-    values: Mapping[str, np.ndarray]
+    values: Mapping[str, NDArray[np.float64]]
     errors: Mapping[str, float] = field(default_factory=dict)
 
 
@@ -57,7 +61,7 @@ class Model(ABC):
     exact = False
 
     @abstractmethod
-    def answer(self, question: Question, times: np.ndarray | None) -> Answer:
+    def answer(self, question: Question, times: NDArray[np.float64] | None) -> Answer:
         """Return the values at ascending ``times`` (n,) in s, or for None in the steady state. Raises SceneError."""
 
     def __repr__(self) -> str:
