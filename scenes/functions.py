@@ -48,6 +48,9 @@ def _columns(
     return places, values
 
 
+AT_ONCE = 1e-9  # of a time: two that are nearer make a jump, as rows of traces just before one are no nearer
+
+
 @dataclass(frozen=True)
 class Varying(Kind):
     """A quantity, or {times = [...], values = [...]}: linear between, equal times for a jump."""
@@ -62,7 +65,11 @@ class Varying(Kind):
         if not isinstance(given, Mapping):
             return self.quantity.read(path, given) or 0.0
         example = "{times = [0, 1e-3], values = [0, 1]}, or one value"
-        return Schedule(*_columns(path, given, ("times", "values"), (INSTANT, self.quantity), example, False))
+        times, values = _columns(path, given, ("times", "values"), (INSTANT, self.quantity), example, False)
+        joined = list(times[:1])
+        for time in times[1:]:
+            joined.append(joined[-1] if time - joined[-1] <= AT_ONCE * time else time)
+        return Schedule(tuple(joined), values)
 
     def write(self, value: Any) -> Any:
         return super().write(value) if isinstance(value, Schedule) else self.quantity.write(value)

@@ -8,14 +8,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.linearized import at_films, linearized
 from fem3d.results import outputs
 from fem3d.results.outputs import Outputs, Response
 from fem3d.results.study import Quantities, Study
 from fem3d.solution import transient
-from fem3d.solution.march import FullResponse, march_full
+from fem3d.solution.march import FullResponse, march_full, refine_quadratures
 from fem3d.solution.transient import Base, Krylov
 from scenes.errors import BeyondLawError, RunawayInTimeError
 
@@ -28,7 +27,7 @@ LOOSER = 10.0  # factor between the tolerances of steps that tell the error of s
 # smaller tolerance changes that part is left, of which three times as much is stated.
 LEFT = 3.0 / (LOOSER - 1.0)
 FINEST = 1e-9  # tolerance, of the largest rise
-QUADRATURE, LOOKED_AT = 0.03, 6  # of the accuracy: what finer quadratures of laws may change, at so many instants
+QUADRATURE, LOOKED_AT = 0.1, 6  # of the accuracy: what finer quadratures of laws may change, at so many instants
 MOST_FINER = 4  # times that quadratures are refined
 ASKED = 200  # of the times that a user asks for, so many at most are compared: each costs a state of every space
 KNOTS = 12  # bends and jumps of the inputs, at most, after which errors are looked at closely
@@ -103,27 +102,26 @@ def _linear(
 def _full(study: Study, base: Base, steady_out: Outputs | None, checked: np.ndarray) -> Marched:
     """As of `marched`, of a problem whose properties follow the temperature: by steps that are short enough to tell the
     error of the mesh, without that of the steps."""
-    heat, conductor, tolerance = base.heat, base.conductor, TIME_SHARE * study.accuracy
-    for _ in range(MOST_FINER):
-        answer = march_full(heat, conductor, study.end, tolerance, study.earliest)
+    tolerance = TIME_SHARE * study.accuracy
+    for points in range(0, 2 * MOST_FINER, 2):
+        answer = march_full(base.heat, base.conductor, study.end, tolerance, study.earliest, points)
         off = _by_quadrature(answer)
         if base.steady is not None or off <= QUADRATURE * study.accuracy:
             break
-        heat, conductor = _finer(heat, conductor)
     out = outputs.of_transient(answer, study.part, checked)
     scales = study.trace_scales(steady_out or out)
     gaps = {name: off * scale for name, scale in scales.items()}
     return Marched(answer, answer, 0, checked, out, study.traces(out), scales, gaps, tolerance)
 
 
-def in_shorter_steps(study: Study, march: Marched, room: Mapping[str, float]) -> Marched:
+def in_shorter_steps(study: Study, base: Base, march: Marched, room: Mapping[str, float]) -> Marched:
     """The response at full order by steps whose error is a small part of the accuracy, or within the ``room`` that
     other errors leave (in the unit of each trace), with that error."""
     assert isinstance(march.answer, FullResponse)
-    heat, conductor = march.answer.heat, march.answer.conductor
+    points = march.answer.points
     while True:
         tolerance = max(march.tolerance / LOOSER, FINEST)
-        answer = march_full(heat, conductor, study.end, tolerance, study.earliest)
+        answer = march_full(base.heat, base.conductor, study.end, tolerance, study.earliest, points)
         out = outputs.of_transient(answer, study.part, march.checked)
         traces = study.traces(out)
         left = {name: LEFT * change for name, change in distance(traces, march.traces).items()}
@@ -134,18 +132,13 @@ def in_shorter_steps(study: Study, march: Marched, room: Mapping[str, float]) ->
         march = finer
 
 
-def _finer(heat: HeatProblem, conductor: Conductor | None) -> tuple[HeatProblem, Conductor | None]:
-    """The problem by quadratures of its laws with two more points along each axis."""
-    return heat.with_terms(tuple(term.finer(2) for term in heat.terms)), conductor and conductor.finer(2)
-
-
 def _by_quadrature(response: FullResponse) -> float:
     """What finer quadratures change of the rise, over the largest: at some instants the response at rest to the heat
     that they change, which is larger than that of any mode over time."""
     heat, conductor = response.heat, response.conductor
     if not heat.terms and (conductor is None or conductor.following is None):
         return 0.0
-    finer, finer_conductor = _finer(heat, conductor)
+    finer, finer_conductor = refine_quadratures(heat, conductor, 2)
     rises = response.rises(response.end * np.geomspace(1e-3, 1.0, LOOKED_AT))
     loads = np.array([heat.outflow(rise) - finer.outflow(rise) for rise in rises])
     if conductor is not None and finer_conductor is not None and conductor.following is not None:
@@ -164,7 +157,7 @@ def tangent(base: Base, march: Marched) -> HeatProblem:
     """The problem linearized about its steady state where that is known, else about the hottest state of a response."""
     if base.steady is not None and base.steady.heat.about is not None:
         return base.steady.heat
-    heat, conductor, density = march.answer.heat, march.answer.conductor, np.empty(0)
+    heat, conductor, density = base.heat, base.conductor, np.empty(0)
     rises = march.answer.rises(march.checked)
     hottest = int(np.abs(rises).max(axis=1).argmax())
     if conductor is not None:
@@ -177,10 +170,8 @@ def beside(study: Study, base: Base, shift: float, fine: Marched) -> Response:
     """The response of a lower space in as many generations of fields as that of the fine one, or by the same steps and
     quadratures."""
     if isinstance(fine.answer, FullResponse):
-        heat, conductor = base.heat.with_terms(fine.answer.heat.terms), base.conductor
-        if conductor is not None and fine.answer.conductor is not None:
-            conductor = conductor.finer(fine.answer.conductor.more - conductor.more)
-        return march_full(heat, conductor, study.end, fine.tolerance, study.earliest, fine.answer)
+        like = fine.answer
+        return march_full(base.heat, base.conductor, study.end, fine.tolerance, study.earliest, like.points, like)
     reduced = base.project(Krylov(base, shift).fields(fine.generations))
     base.heat.let_go()
     return transient.march(base, reduced, study.end, TIME_SHARE * study.accuracy)

@@ -94,7 +94,7 @@ def respond(
     enough = (1 - ROW_SHARE) * study.accuracy
     if bases[0].follows and (as_it_is or _worst(march, errors) <= enough):
         room = {name: enough * march.scales[name] - error for name, error in errors.items()}
-        rough, march = march, in_shorter_steps(study, march, room)
+        rough, march = march, in_shorter_steps(study, bases[0], march, room)
         errors = {name: error + march.gaps[name] - rough.gaps[name] for name, error in errors.items()}
     response = concluded(study, march, errors, goals, falls, as_it_is)
     if not (study.from_start and response.accepted):

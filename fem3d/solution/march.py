@@ -99,6 +99,8 @@ class FullResponse:
     heat: HeatProblem
     conductor: Conductor | None
     steps: list[Step]
+    points: int = 0
+    """By how many points along each axis quadratures of laws are finer than of the problem that was given."""
     outputs: dict[int, dict[str, np.ndarray]] = field(default_factory=dict)
     """What `fem3d.results.outputs` has worked out, by the number of the step."""
 
@@ -127,6 +129,7 @@ def march_full(
     end: float,
     tolerance: float,
     earliest: float,
+    points: int = 0,
     like: FullResponse | None = None,
 ) -> FullResponse:
     """Return the response up to ``end`` (s).
@@ -139,6 +142,9 @@ def march_full(
         The error of each step at the vertices over the largest rise so far.
     earliest
         The earliest time of interest after a jump (s).
+    points
+        By how many points along each axis the quadratures of laws are finer than those of the problem, which serve the
+        linearizations.
     like
         A response of another space, whose steps are taken: so their errors are alike, and the difference is of space.
 
@@ -150,7 +156,14 @@ def march_full(
         Where no step is short enough, or `MOST_STEPS` do not do.
     """
     ends = [] if like is None else [step.start + step.length for step in like.steps]
-    return _March(heat, conductor, tolerance).run(end, earliest, ends)
+    return _March(heat, conductor, tolerance, points).run(end, earliest, ends)
+
+
+def refine_quadratures(
+    heat: HeatProblem, conductor: Conductor | None, points: int
+) -> tuple[HeatProblem, Conductor | None]:
+    """Return the problem by quadratures of its laws with so many more points along each axis."""
+    return heat.with_terms(tuple(term.finer(points) for term in heat.terms)), conductor and conductor.finer(points)
 
 
 class _State(NamedTuple):
@@ -165,7 +178,9 @@ class _Linearization:
     """The derivative of the equations at a state, with factors of its symmetric part for one ``shift`` (s)."""
 
     def __init__(self, heat: HeatProblem, conductor: Conductor | None, state: _State, shift: float) -> None:
-        density = np.empty(0) if state.potential is None else state.potential.density
+        density = np.empty(0)
+        if conductor is not None and state.potential is not None:
+            density = -conductor.on.gradient(state.potential.potential) / conductor.resistivity(state.rise)
         tangent = linearized(heat, conductor, state.rise, density)
         self._stiffness, self._rest, self._capacity = tangent.inner_stiffness, tangent.inner_rest, heat.inner_mass
         if heat.storage is not None:
@@ -199,12 +214,14 @@ class _Linearization:
 class _March:
     """The march through time: the problem, the linearization in use, and how well that serves."""
 
-    def __init__(self, heat: HeatProblem, conductor: Conductor | None, tolerance: float) -> None:
-        self._heat, self._conductor, self._tolerance = heat, conductor, tolerance
-        if conductor is not None:
+    def __init__(self, heat: HeatProblem, conductor: Conductor | None, tolerance: float, points: int) -> None:
+        self._linear, self._points, self._tolerance = (heat, conductor), points, tolerance
+        self._heat, finer = refine_quadratures(heat, conductor, points) if points else (heat, conductor)
+        self._conductor = finer
+        if finer is not None:
             # Newton's steps get no smaller than the noise of potentials.
-            self._conductor = replace(conductor, solved=NEWTON * tolerance)
-            self._conductor.kept.like(conductor.kept)
+            self._conductor = replace(finer, solved=NEWTON * tolerance)
+            self._conductor.kept.like(finer.kept)
         vertices = heat.unit[: heat.free] == 1.0
         self._vertices = vertices if vertices.any() else np.ones(heat.free, bool)
         self._rounding = ROUNDING * max(float(heat.domain.scene.initial_temperature), 1.0)
@@ -262,7 +279,7 @@ class _March:
                     before, last_error = max(grown, length) if last else grown, error
                 length, started = grown if started else following, True
                 length = end if ends else length
-        return FullResponse(heat, self._conductor, steps)
+        return FullResponse(heat, self._conductor, steps, self._points)
 
     @staticmethod
     def _check(trials: int, time: float, length: float, end: float) -> None:
@@ -351,7 +368,7 @@ class _March:
             if not np.isfinite(lack).all():
                 break
             if self._linearization is None:
-                self._linearization = _Linearization(heat, conductor, state, shift)
+                self._linearization = _Linearization(*self._linear, state, shift)
             change, count = self._linearization.solve(lack[: heat.free], shift)
             self._inner += count
             rate, before, size = rate + change, size, shift * _size(change[self._vertices])

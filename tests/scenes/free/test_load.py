@@ -112,10 +112,10 @@ def test_values_that_vary_in_time() -> None:
     document = bar()
     document["run"] = {"output_times": ["2 ms", 1e-3]}
     document["material"][0] |= {"density": 2330, "specific_heat": 712}
-    document["boundary"][1]["heat_flux"] = {"times": [0, "1 us", "1 us"], "values": [0, "2 W/m2", 3]}
+    document["boundary"][1]["heat_flux"] = {"times": [0, "1 us", 1e-6, 1, 1 + 4e-16], "values": [0, "2 W/m2", 3, 3, 4]}
     document["box"][0]["heat_source"] = {"times": [0], "values": ["1e9 W/m3"]}
     scene = from_dict(document)
-    assert scene.boundaries[1].value == Schedule((0.0, 1e-6, 1e-6), (0.0, 2.0, 3.0))
+    assert scene.boundaries[1].value == Schedule((0.0, 1e-6, 1e-6, 1.0, 1.0), (0.0, 2.0, 3.0, 3.0, 4.0))
     assert scene.boxes[0].heat_source == Schedule((0.0,), (1e9,))
     assert (scene.end_time, scene.output_times) == (2e-3, (1e-3, 2e-3))
     # One time, reckoned in two ways.
