@@ -29,8 +29,9 @@ from scenes.errors import BeyondLawError, NumericsError, RunawayError, RunawayIn
 # A voltage above that of the fold runs away on any mesh if it lies further above it than this many times the change of
 # the fold's voltage from the mesh before: what all further changes add up to, each at most 2/3 of the one before.
 SURELY = 3.0
-NAMED = 1e-3  # relative change of a limit from mesh to mesh: messages name three digits
-BELOW = 0.95  # of a limit: the drive whose state a mesh is refined for to find the limit itself
+# Of a limit: the drives whose states a mesh is refined for before the limit is believed, the second if the first has
+# none. A limit that changes by less than `NAMED` is not off by a quarter: a drive that is so `FAR` above needs no more.
+BELOW, NAMED, FAR = (0.99, 0.95), 1e-3, 1.25
 MOST_LEVELS = 40
 Progress = Callable[[str], None]
 
@@ -179,23 +180,23 @@ class Search:
         change = np.inf if self.fold is None else abs(runaway.limit - self.fold)
         self.fold = runaway.limit
         # Where heat alone drives a scene the limit is a fraction of it.
-        confirmed = (abs(self.study.voltage) or 1.0) - runaway.limit > SURELY * change
-        if confirmed and change <= NAMED * runaway.limit:
+        drive = abs(self.study.voltage) or 1.0
+        confirmed = drive - runaway.limit > SURELY * change
+        if confirmed and not runaway.largest:
+            return None  # states beyond the limit exist, but are too hot
+        if confirmed and drive > FAR * runaway.limit and change <= NAMED * runaway.limit:
             return None
-        below = self._refine_below(mesh, runaway)
-        return below if below is not None or confirmed else mesh.refine_all()
-
-    def _refine_below(self, mesh: Mesh, runaway: RunawayError) -> Mesh | None:
-        """Refine the mesh for the steady state a little below a limit; None where that is accurate enough, or has no
-        solution."""
-        if not runaway.limit > 0:
-            return None
-        given = mesh.problems().driven(BELOW * runaway.limit / (abs(self.study.voltage) or 1.0))
-        try:
-            level = mesh.examine(self.study, given, nested.solution(self.study, given))
-            if level is None or level.worst <= self.enough:
-                return None
+        levels = (self._level_below(mesh, fraction * runaway.limit / drive) for fraction in BELOW)
+        level = next((level for level in levels if level is not None), None)
+        if level is not None and level.worst > self.enough:
             indicators = Indicators([*level.goals.values()], level.falls, level.worst, level.record)
             return mesh.refine(indicators, self.enough)
+        return None if confirmed and level is not None else mesh.refine_all()
+
+    def _level_below(self, mesh: Mesh, fraction: float) -> Level | None:
+        """Solve at a ``fraction`` of the drive; None where a space has no steady state."""
+        given = mesh.problems().driven(fraction)
+        try:
+            return mesh.examine(self.study, given, nested.solution(self.study, given)) if fraction > 0 else None
         except NumericsError:
             return None

@@ -37,13 +37,11 @@ MOST_NEWTON = 20  # steps at one point
 CONTRACTS, SURELY = 0.5, 0.25
 ON_THE_WAY = 1e-4  # relative size of the last step to a state that only leads on to others
 MOST_POINTS = 100  # of a path
+MOST_BEYOND = 20  # of them beyond a fold, where steps that double lead from 1 K to 1e6 K
 SHORTEST = 1e-6  # relative step along a path that ends it
 FOLD = 1e-5  # relative error of the largest mu, of which messages state three digits
 STEEP = 2.0  # power of mu with which the hottest rise grows from which on it runs away; without laws it is 1
 HOTTEST = 1e5  # K, beyond any solid: no state that hot is looked for
-HOTTEST_BEYOND = (
-    1e4  # K: the same beyond a fold, where the path may turn back to the whole drive; tungsten boils at 6,200 K
-)
 MOST_FINER = 4  # times that the quadrature of laws is refined
 QUADRATURE = 0.03  # of the accuracy: what a finer quadrature of laws may change
 PATTERN = 5e-2  # of the accuracy: a change of the current's pattern that moves the rise less is left out
@@ -478,13 +476,14 @@ class Path:
         point, tangent = self._start, self._first
         # Half of the drive, or what a tenth of the hottest rise takes by the cold answer.
         first = min(0.5 / tangent.mu, 0.1 * HOTTEST / max(_largest(tangent.rise), 1e-300))
-        top, step, length = point, first, 0.0
+        top, step, length, beyond = point, first, 0.0, 0
         newton.vanished = False
         for _ in range(MOST_POINTS):
             before = newton.steps
             new = self._ahead(point, tangent, step, ON_THE_WAY)
             if new is None:
                 step /= 2
+                beyond += top is not point
                 if step < SHORTEST * max(length, first):
                     raise self._ended(top, point)
                 continue
@@ -511,8 +510,9 @@ class Path:
                         raise
                     continue
             length += step
+            beyond += top is not new
             # Without laws no path turns back.
-            if top is not new and (hot > HOTTEST_BEYOND or not newton.nonlinear):
+            if beyond > (MOST_BEYOND if newton.nonlinear else 0):
                 raise self._runaway(top)
             if hot > 0.99 * HOTTEST:
                 raise self._hottest(top, new, following)
