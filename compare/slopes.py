@@ -135,8 +135,12 @@ def sink_3d(sink: Sink, result: Result, keys: Sequence[str] | None = None, weigh
     from fem3d.runs import sensitivities
 
     found = sensitivities.of_sink(sink, result, keys, weights)
-    slopes = _of_sink(sink, result, found.table, found.times, found.course, "fem3d")
-    return replace(slopes, left_out=found.left_out, profile=found.profile)
+    times, course = None, {}
+    if found.course is not None:
+        times, traces = found.course.times, found.course.traces
+        course = {key: {n: v / traces[n] for n, v in by.items()} for key, by in found.course.values.items()}
+    slopes = _of_sink(sink, result, found.steady, times, course, "fem3d")
+    return replace(slopes, left_out=found.left_out, profile=found.sums)
 
 
 def sink_1d(sink: Sink, result: Result, times: np.ndarray | None) -> Slopes:
@@ -175,24 +179,25 @@ def _table(times: np.ndarray, course: Mapping[str, Mapping[str, np.ndarray]], mo
 
 
 def free_3d(scene: AnyScene, result: Result, keys: Sequence[str] | None = None) -> Slopes:
-    """The slopes of a free scene's probes in 3D, solved whole. Raises ConvergenceError."""
+    """The slopes of a free scene's probes in 3D, solved whole. Raises NumericsError."""
     from fem3d.runs import sensitivities
 
     found = sensitivities.of_scene(scene, result, keys)
     sizes = {name: e.value for name, e in found.values.items()}
-    steady, shift = found.times is None, dict[str, dict[str, float]]()
-    traces = {key: dict(by_name) for key, by_name in found.course.items()}
+    course, shift = found.course, dict[str, dict[str, float]]()
+    steady, times = course is None, None if course is None else course.times
+    traces = {} if course is None else {key: dict(by_name) for key, by_name in course.values.items()}
     thermal = [probe.name for probe in scene.probes if probe.quantity == "temperature"]
-    for key in found.table:
+    for key in found.steady:
         moves = base_moves(scene, key, steady)
         shift[key] = dict.fromkeys(thermal, moves)
         for name in thermal if key in traces else ():
             if name in traces[key]:
                 traces[key][name] = traces[key][name] + moves
-    table = {} if found.times is None else _table(found.times, found.course, "fem3d")
+    table = {} if course is None else _table(course.times, course.values, "fem3d")
     top = {} if steady else {name: _top(scene, result, name) for name in sizes}
     return Slopes(
-        sizes, dict(found.table), shift, steady, found.times, traces, table=table, top=top, left_out=found.left_out
+        sizes, dict(found.steady), shift, steady, times, traces, table=table, top=top, left_out=found.left_out
     )
 
 

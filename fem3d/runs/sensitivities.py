@@ -7,7 +7,7 @@ of the coldest given temperatures (the start's, where none is given), over time 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -18,7 +18,7 @@ from fem3d.results.study import Quantities, Study
 from fem3d.runs import probe_quantities
 from fem3d.runs import scene as scene_run
 from fem3d.runs import sink as sink_run
-from fem3d.sensitivity.differences import Sensitivities, Table, sensitivities
+from fem3d.sensitivity.differences import Course, Sensitivities, Table, sensitivities
 from meshes import symmetry
 from scenes import physics
 from scenes.errors import quoted
@@ -32,33 +32,9 @@ ZERO = "it is zero within its error, of which there is no percent"
 AT_ONCE = "the currents follow the voltages at once: the steady state of each has its sensitivities"
 
 
-@dataclass(frozen=True, eq=False)
-class Slopes:
-    """Derivatives of a result.
-
-    Attributes
-    ----------
-    table : d ln quantity / d ln key with errors, by key and quantity; of a free scene over time of the largest size of
-        the probe
-    values : the quantities that these are of, temperatures as rises
-    times : (n,) s
-    course : derivatives of traces (n,) by key and trace: d ln trace / d ln key of a sink, else d trace / d ln key in
-        the trace's unit
-    errors : largest errors of these over time
-    left_out : reason why a key or a quantity has none
-    profile : by key the derivative (K) of a sum over the rises of a sink's profile
-    """
-
-    table: Table
-    values: dict[str, Estimate]
-    times: np.ndarray | None = None
-    course: dict[str, dict[str, np.ndarray]] = field(default_factory=dict)
-    errors: dict[str, dict[str, float]] = field(default_factory=dict)
-    left_out: dict[str, str] = field(default_factory=dict)
-    profile: dict[str, float] = field(default_factory=dict)
-
-
-def of_sink(sink: Sink, result: Result, keys: Sequence[str] | None = None, weights: np.ndarray | None = None) -> Slopes:
+def of_sink(
+    sink: Sink, result: Result, keys: Sequence[str] | None = None, weights: np.ndarray | None = None
+) -> Sensitivities:
     """Differentiate a result of `fem3d.runs.sink.solve` by its physical keys other than zero, or by some ``keys``.
 
     With ``weights`` (places,) of the rises of its profile also differentiate their sum, at places that move along.
@@ -83,28 +59,16 @@ def of_sink(sink: Sink, result: Result, keys: Sequence[str] | None = None, weigh
     known = {name: e for name, e in result.steady.items() if name in answer.fine.quantities and e.value}
     chosen = {key: partial(study, key) for key in numbers(sink) if keys is None or key in keys}
     found = sensitivities(study(), answer, known, chosen, row)
-    slopes = Slopes(found.steady, known, left_out=left_out | found.left_out, profile=found.sums)
-    if found.course is None:
-        return slopes
-    course, errors = found.course, dict[str, dict[str, float]]()
-    relative = {key: {n: v / course.traces[n] for n, v in by_name.items()} for key, by_name in course.values.items()}
-    for key, by_name in relative.items():
-        errors[key] = {
-            n: float(np.abs(course.errors[key][n] / course.traces[n]).max())
-            + float(np.abs(v).max()) * answer.response.errors[n] / answer.response.scales[n]
-            + found.steady[key][n.replace("_K", "_rise_K")].error
-            for n, v in by_name.items()
-        }
-    return replace(slopes, times=course.times, course=relative, errors=errors)
+    return replace(found, left_out=left_out | found.left_out)
 
 
-def of_scene(scene: AnyScene, result: Result, keys: Iterable[str] | None = None) -> Slopes:
+def of_scene(scene: AnyScene, result: Result, keys: Iterable[str] | None = None) -> Sensitivities:
     """Differentiate a result of a whole scene by its numbers other than zero, or by some ``keys``. Raises
     NumericsError."""
     chosen = list(numbers(scene) if keys is None else keys)
     steady = result.traces is None
     if not steady and "transient" not in result.details:
-        return Slopes({}, {}, left_out=dict.fromkeys(chosen, AT_ONCE))
+        return Sensitivities({}, {}, left_out=dict.fromkeys(chosen, AT_ONCE))
 
     def study(key: str = "", step: float = 0.0) -> Study:
         other = neighbour(scene, key, step) if key else scene
@@ -121,34 +85,24 @@ def of_scene(scene: AnyScene, result: Result, keys: Iterable[str] | None = None)
     estimates = {n: Estimate(e.value - floor * (n in thermal), e.error) for n, e in result.steady.items()}
     known, left_out = _known(estimates)
     beside = {key: partial(study, key) for key in chosen}
-    answer = result.details["answer"]
-    if steady:
-        found = sensitivities(study(), answer, known, beside)
-        return Slopes(found.steady, known, left_out=left_out | found.left_out)
-    traces = result.over_time
-    late = traces.time >= study().earliest * (1 - 1e-9)
-    start = {n: scene.initial_temperature * (n in thermal) for n in traces.values}
-    sizes = {n: np.abs(v[late] - start[n]) for n, v in traces.values.items()}
-    instants = [float(traces.time[late][v.argmax()]) for v in sizes.values()]
-    return _over_time(result, sensitivities(study(), answer, {}, beside, None, instants))
+    found = sensitivities(study(), result.details["answer"], known, beside)
+    if found.course is not None:
+        return _of_largest(found, found.course, result.over_time.errors)
+    return replace(found, left_out=left_out | found.left_out)
 
 
-def _over_time(result: Result, found: Sensitivities) -> Slopes:
-    """The slopes of traces, and of the largest size of each."""
-    course, given = found.course, result.over_time.errors
-    assert course is not None
+def _of_largest(found: Sensitivities, course: Course, known: Mapping[str, float]) -> Sensitivities:
+    """Differentiate the largest size of each trace; the ``known`` errors of traces count too."""
     at = {n: int(np.abs(v).argmax()) for n, v in course.traces.items()}
-    known, left_out = _known({n: Estimate(float(v[at[n]]), given[n]) for n, v in course.traces.items()})
-    table, errors = Table(), dict[str, dict[str, float]]()
+    values, left_out = _known({n: Estimate(float(v[at[n]]), known[n]) for n, v in course.traces.items()})
+    table = Table()
     for key, by_name in course.values.items():
-        table[key], errors[key] = {}, {}
-        for n, change in by_name.items():
-            size = max(float(np.abs(course.traces[n]).max()), 1e-300)
-            errors[key][n] = float(course.errors[key][n].max() + given[n] * np.abs(change).max() / size)
-            if n in known:
-                value = known[n].value
-                table[key][n] = Estimate(float(change[at[n]]) / value, errors[key][n] / abs(value))
-    return Slopes(table, known, course.times, course.values, errors, left_out | found.left_out)
+        table[key] = {}
+        for n, value in values.items():
+            error = course.errors[key][n].max() / abs(value.value)
+            error += value.error / value.value**2 * np.abs(by_name[n]).max()
+            table[key][n] = Estimate(float(by_name[n][at[n]]) / value.value, float(error))
+    return replace(found, steady=table, values=values, left_out=left_out | found.left_out)
 
 
 def _known(estimates: Mapping[str, Estimate]) -> tuple[dict[str, Estimate], dict[str, str]]:

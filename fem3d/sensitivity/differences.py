@@ -13,10 +13,9 @@ logarithms, which are straight for powers.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
-from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -30,7 +29,6 @@ from fem3d.results.study import Study
 from fem3d.sensitivity.moved_mesh import move
 from fem3d.solution import transient
 from fem3d.solution.transient import Base, Krylov
-from fem3d.spaces.channels import Inputs
 from meshes import grading
 from scenes.errors import NumericsError, SceneError
 from scenes.model import Scene
@@ -48,12 +46,6 @@ MARCHED = 1e-8
 """Relative error of time steps, which is divided by the step."""
 SMALL = 0.1
 """Relative change of a quantity up to which its logarithm is differentiated; larger ones are of values near zero."""
-PER_DECADE, FIRST = 20, 1e-3
-"""Rows of a course in each decade after a jump, and the first of them, over the earliest time of interest."""
-BENDS = 1e-2
-"""Rows after a bend start at this fraction of the time to the next one."""
-JUST = 1e-12
-"""Relative distance of the row before a jump from the time of the jump."""
 
 Table = dict[str, dict[str, Estimate]]
 """By key and quantity: d ln quantity / d ln key."""
@@ -82,15 +74,22 @@ class Course:
 
 @dataclass(frozen=True, eq=False)
 class Sensitivities:
-    """Derivatives of an answer: of its steady quantities, and of its traces where it has them.
+    """Derivatives of an answer.
 
-    ``sums`` by key are derivatives of a weighted sum of rises (K); ``left_out`` has the reason why a key has none.
+    Attributes
+    ----------
+    steady : d ln quantity / d ln key with errors, by key and quantity
+    values : the quantities of ``steady``, temperatures as rises
+    course : derivatives of the traces, if the answer has traces
+    sums : derivatives of a weighted sum of rises (K), by key
+    left_out : reason why a key or a quantity has none
     """
 
     steady: Table
-    course: Course | None
-    sums: dict[str, float]
-    left_out: dict[str, str]
+    values: dict[str, Estimate]
+    course: Course | None = None
+    sums: dict[str, float] = field(default_factory=dict)
+    left_out: dict[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +114,6 @@ def sensitivities(
     known: Mapping[str, Estimate],
     keys: Mapping[str, Vary],
     weights: np.ndarray | None = None,
-    instants: Sequence[float] = (),
 ) -> Sensitivities:
     """Return the derivatives of an answer by keys.
 
@@ -125,14 +123,13 @@ def sensitivities(
     known : the steady quantities to differentiate, with their errors
     keys : by key the function that makes the study of a scene next to the answer's
     weights : (functions,) of the rise, for ``Sensitivities.sums``
-    instants : times (s) that the course shall have
 
     Raises
     ------
     NumericsError
         if the scene itself cannot be solved again
     """
-    solver = _Solver(study, answer, weights, instants)
+    solver = _Solver(study, answer, weights)
     base = solver.point(study, True)
     steady, course = Table(), Course(solver.times, base.fine.traces, {}, {})
     sums, left_out = dict[str, float](), dict[str, str]()
@@ -148,7 +145,7 @@ def sensitivities(
         traces = {name: found.of_trace(name) for name in base.fine.traces}
         course.values[key] = {name: value for name, (value, _) in traces.items()}
         course.errors[key] = {name: error for name, (_, error) in traces.items()}
-    return Sensitivities(steady, None if answer.response is None else course, sums, left_out)
+    return Sensitivities(steady, dict(known), None if answer.response is None else course, sums, left_out)
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,11 +210,12 @@ def difference(base: Point, solve: Callable[[float, bool], Point], edges: float)
 class _Solver:
     """Solutions of scenes next to the scene of an answer, on its mesh, moved."""
 
-    def __init__(self, study: Study, answer: Answer, weights: np.ndarray | None, instants: Sequence[float]) -> None:
+    def __init__(self, study: Study, answer: Answer, weights: np.ndarray | None) -> None:
         self._answer, self._part, self._weights, self._accuracy = answer, study.part, weights, TIGHT * study.accuracy
         self.times = np.empty(0)
         if answer.response is not None:
-            self.times = _rows(study, answer.heat.inputs, instants)
+            rows = answer.response.times
+            self.times = np.union1d(rows[rows >= study.earliest], min(study.earliest, study.end))
             self._shift = transient.shift(min(study.end, answer.response.slowest), study.earliest)
             if answer.steady is None:
                 self._base, self._hot = transient_base.searched(
@@ -265,20 +263,3 @@ def _at_rest(scene: Any) -> Any:
     parts = getattr(scene, scene.parts)
     still = (replace(p, material=replace(p.material, density=None, specific_heat=None)) for p in parts)
     return replace(scene, **{scene.parts: tuple(still)})
-
-
-def _rows(study: Study, inputs: Inputs, instants: Sequence[float]) -> np.ndarray:
-    """Times (s) that follow each bend and jump of the inputs ever less closely, with one just before each jump."""
-    end = study.end
-    knots = [0.0, *inputs.knots(end).tolist(), end]
-    rows = [np.array([t for t in (*instants, study.earliest, end) if 0 < t <= end])]
-    for start, following in pairwise(knots):
-        gap = following - start
-        first = BENDS * gap
-        if not start or inputs.jump(start).any():
-            first = min(FIRST * study.earliest, first)
-        rows.append(start + np.geomspace(first, gap, int(PER_DECADE * np.log10(gap / first)) + 2))
-        if start:
-            rows.append(np.array([start * (1 - JUST), start]))
-    times = np.unique(np.concatenate(rows))
-    return times[times >= study.earliest * (1 - 1e-9)]

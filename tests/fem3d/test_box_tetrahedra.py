@@ -222,7 +222,7 @@ def test_what_an_accuracy_out_of_reach_leaves_is_said(monkeypatch: pytest.Monkey
 def test_sensitivities_are_those_on_bricks() -> None:
     keys = ["material.silicon.thermal_conductivity", "boundary.plus.voltage", "box.pad-0.upper.x"]
     scene = heated()
-    tables = [of_scene(replace(scene, mesh=mesh), solved(mesh), keys).table for mesh in ("bricks", "tetrahedra")]
+    tables = [of_scene(replace(scene, mesh=mesh), solved(mesh), keys).steady for mesh in ("bricks", "tetrahedra")]
     for key in keys:
         for name, one in tables[0][key].items():
             other = tables[1][key][name]

@@ -146,11 +146,11 @@ def test_sensitivities_are_those_on_bricks() -> None:
     )
     assert not on_columns.left_out
     for key in keys:
-        for name, one in on_bricks.table[key].items():
-            other = on_columns.table[key][name]
+        for name, one in on_bricks.steady[key].items():
+            other = on_columns.steady[key][name]
             assert abs(one.value - other.value) <= one.error + other.error, (key, name)
     # The two thermal ones are told apart.
-    one, other = (on_columns.table[key]["above"] for key in keys[:2])
+    one, other = (on_columns.steady[key]["above"] for key in keys[:2])
     assert abs(one.value - other.value) > one.error + other.error
 
 

@@ -8,8 +8,8 @@ from typing import Any, cast
 import pytest
 
 from fem3d.runs import scene as scene_run
-from fem3d.runs.sensitivities import Slopes, of_scene
-from fem3d.sensitivity.differences import STEP
+from fem3d.runs.sensitivities import of_scene
+from fem3d.sensitivity.differences import STEP, Sensitivities
 from scenes.free import from_dict
 from scenes.loading import load, load_free, written
 from scenes.model import Scene
@@ -18,12 +18,12 @@ from scenes.varied import neighbour, numbers, of_free
 SUM = 1e-3  # what is asked of the sums, of the largest slope of each quantity
 
 
-def solved(scene: Scene) -> Slopes:
+def solved(scene: Scene) -> Sensitivities:
     return of_scene(scene, scene_run.solve(scene, whole=True))
 
 
 @pytest.fixture(scope="module")
-def bridge() -> tuple[Scene, Slopes]:
+def bridge() -> tuple[Scene, Sensitivities]:
     """The bridge whose voltage and foot conductivity are parameters too, the latter not in proportion to one."""
     found = written(load("bridge"))
     found["parameters"] |= {"U": "1 V", "d": "2 um"}
@@ -50,16 +50,16 @@ def moves(scene: Scene, parameter: str) -> dict[str, float]:
     return found
 
 
-def test_a_slope_is_the_sum_of_those_of_what_the_parameter_moves(bridge: tuple[Scene, Slopes]) -> None:
+def test_a_slope_is_the_sum_of_those_of_what_the_parameter_moves(bridge: tuple[Scene, Sensitivities]) -> None:
     scene, slopes = bridge
     assert not slopes.left_out
     for parameter in (key for key in numbers(scene) if key.startswith("parameters.")):
         by = moves(scene, parameter)
         # A point does not go along with faces, as the parameter takes it: "quarter" has a term of its own.
         for probe in slopes.values.keys() - {"quarter"}:
-            largest = max(abs(of[probe].value) for of in slopes.table.values())
-            parts = {key: move * slopes.table[key][probe].value for key, move in by.items() if key in slopes.table}
-            total, value = sum(parts.values()), slopes.table[parameter][probe].value
+            largest = max(abs(of[probe].value) for of in slopes.steady.values())
+            parts = {key: move * slopes.steady[key][probe].value for key, move in by.items() if key in slopes.steady}
+            total, value = sum(parts.values()), slopes.steady[parameter][probe].value
             assert value == pytest.approx(total, abs=SUM * largest), (parameter, probe)
             # The largest part left out would show, unless it is none itself.
             most = max(parts.values(), key=abs)
@@ -68,7 +68,7 @@ def test_a_slope_is_the_sum_of_those_of_what_the_parameter_moves(bridge: tuple[S
 
 
 @pytest.mark.long
-def test_a_parameter_takes_along_a_point_that_is_read(bridge: tuple[Scene, Slopes]) -> None:
+def test_a_parameter_takes_along_a_point_that_is_read(bridge: tuple[Scene, Sensitivities]) -> None:
     """Against the difference of two solutions, whose errors are 1e-6 of the potential."""
     _, slopes = bridge
     step, keys = 0.01, ("run.accuracy=1e-5",)
@@ -77,9 +77,9 @@ def test_a_parameter_takes_along_a_point_that_is_read(bridge: tuple[Scene, Slope
         for sign in (1, -1)
     ]
     difference = (read[0].value - read[1].value) / (read[0].value + read[1].value) / step
-    slope = slopes.table["parameters.L"]["quarter"]
+    slope = slopes.steady["parameters.L"]["quarter"]
     assert slope.value == pytest.approx(difference, abs=slope.error + 2e-4)  # and the step's square
-    faces = sum(move * slopes.table[key]["quarter"].value for key, move in moves(bridge[0], "parameters.L").items())
+    faces = sum(move * slopes.steady[key]["quarter"].value for key, move in moves(bridge[0], "parameters.L").items())
     assert faces != pytest.approx(difference, abs=0.1)
 
 
@@ -92,4 +92,4 @@ def test_a_parameter_that_tears_the_scene_has_no_slope() -> None:
     slopes = solved(scene)
     assert {key for key in slopes.left_out if key.startswith("parameters.")} == {"parameters.h", "parameters.gap"}
     assert "move apart" in slopes.left_out["parameters.h"]
-    assert "parameters.w" in slopes.table
+    assert "parameters.w" in slopes.steady

@@ -111,7 +111,7 @@ def test_slopes_are_differences():
     """By a voltage, which the resistance holds beside the current, and by the resistivity."""
     scene = chip()
     result = scene_run.solve(scene, whole=True)
-    table = sensitivities.of_scene(scene, result, ["boundary.plus.voltage", "material.platinum.resistivity"]).table
+    table = sensitivities.of_scene(scene, result, ["boundary.plus.voltage", "material.platinum.resistivity"]).steady
 
     def beside(factor, of_voltage):
         if of_voltage:
