@@ -17,7 +17,7 @@ import numpy as np
 from scipy.sparse import csc_array
 
 from fem3d.spaces.domain import Domain
-from fem3d.spaces.integrals import Cells, Faces
+from fem3d.spaces.integrals import Faces
 from scenes import faces
 from scenes.model import bends
 
@@ -28,23 +28,6 @@ def film(domain: Domain, boundary: Any) -> tuple[float, float]:
     start = domain.scene.initial_temperature
     near = np.array(max(start, float(boundary.ambient)))
     return float(faces.coefficient(boundary, near)), -float(faces.flux(boundary, np.array(start)))
-
-
-@dataclass(frozen=True, eq=False)
-class Secant:
-    """The coefficient (W/(m2 K)) by which a rise (K) makes what leaves by a boundary grow from the initial temperature,
-    as `OfCells` has a property."""
-
-    boundary: Any
-    start: float
-
-    def value(self, rise: np.ndarray) -> np.ndarray:
-        """That at a rise."""
-        return faces.secant(self.boundary, self.start, rise)
-
-    def of(self, _: np.ndarray) -> Secant:
-        """That of some of the facets, by their places among them."""
-        return self
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,25 +44,6 @@ class Surface:
         facets = np.concatenate([self.domain.on(b) for b in self.boundaries])
         return self.domain.seen(facets).finer(self.more)
 
-    @cached_property
-    def parts(self) -> list[tuple[Cells, Secant, np.ndarray, float]]:
-        """The facets of each side of a cell with their quadrature, what leaves per rise, and the film's (facets, 1)."""
-        secant, h = Secant(self.boundary, self._start), film(self.domain, self.boundary)[0]
-        return [(on, secant, np.full((len(on.weights), 1), h), 1.0) for _, on, _ in self.on.sides]
-
-    @cached_property
-    def owners(self) -> list[list[tuple[str, np.ndarray]]]:
-        """Of each of the `parts` the boundaries, with the places of their facets there."""
-        owner = np.repeat(np.arange(len(self.boundaries)), [len(self.domain.on(b)) for b in self.boundaries])
-        return [
-            [(b.name, mine) for k, b in enumerate(self.boundaries) if len(mine := np.flatnonzero(owner[at] == k))]
-            for at, _, _ in self.on.sides
-        ]
-
-    def between(self, u: np.ndarray, w: np.ndarray) -> np.ndarray:
-        """(functions,): what leaves beyond the film at a field w, in W, with the `Secant` of a field u."""
-        return self.through(self.on, u, w) if w[self.on.functions].any() else np.zeros_like(w)
-
     def on_one(self, facets: np.ndarray) -> Faces:
         """Some of the facets, with the points of the quadrature; kept, as their flux is read again and again."""
         key = facets.tobytes()
@@ -91,11 +55,10 @@ class Surface:
     def _some(self) -> dict[bytes, Faces]:
         return {}
 
-    def through(self, on: Faces, u: np.ndarray, w: np.ndarray | None = None) -> np.ndarray:
-        """(functions,): the same through some of the faces; where w is left out what leaves there in all, per
-        coefficient of a field w."""
+    def through(self, on: Faces, u: np.ndarray) -> np.ndarray:
+        """Return (functions,) the row that gives the heat (W) beyond the film through some faces at a field u."""
         excess = faces.secant(self.boundary, self._start, on.value(u)) - film(self.domain, self.boundary)[0]
-        return on.load(excess if w is None else excess * on.value(w))
+        return on.load(excess)
 
     @property
     def boundary(self) -> Any:

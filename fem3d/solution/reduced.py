@@ -98,12 +98,6 @@ class Reduced(JouleHeat):
         cold = _at(self.cold_load, g).reshape(*(() if g is None else g.shape[:-1]), m2, r)
         return (pairs[..., None, :] @ (cold + warm))[..., 0, :]
 
-    def linear_joule(self, c: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """At given currents the Joule heat is affine in a: constant (r,) and matrix (r, r); for one channel."""
-        m2, r = len(c) ** 2, self.states
-        pairs = np.outer(c, c).ravel()
-        return pairs @ self.cold_load[0].reshape(m2, r), (pairs @ self.warm_load.reshape(m2, r * r)).reshape(r, r)
-
 
 def _at(channels: np.ndarray, g: np.ndarray | None) -> np.ndarray:
     """(..., *rest): what comes per channel (channels, *rest), at inputs g (..., channels); that of the only channel
