@@ -10,8 +10,7 @@ import numpy as np
 
 from compare.device_checks import CHECKS, Both, after_step
 from compare.verdict import Comparison, relative
-from reduced1d.device.closed_loop import stability
-from reduced1d.device.lumped import lump
+from reduced1d.device.lumped import lump, stability
 from scenes.formats import milliseconds, percent, quantity
 from statespace.result import BAND, Run
 

@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from compare.verdict import Comparison, Definitions, relative
-from reduced1d.device.closed_loop import at_sample_time, ground_effects, largest_eigenvalue
+from reduced1d.device.accurate import shown
 from reduced1d.device.design import PXI_4070, delivered, reading
-from reduced1d.device.findings import shown
-from reduced1d.device.lumped import lump
+from reduced1d.device.lumped import at_sample_time, ground_effects, largest_eigenvalue, lump
 from scenes.device import Device
 from scenes.errors import SceneError
 from scenes.formats import kelvin, milliseconds, percent, quantity

@@ -74,7 +74,7 @@ class SinkKind(Kind[Sink]):
         if options.against and (options.steady or options.only == "1d"):
             raise SceneError("--against compares with the 3D model over time: leave out --steady and --only 1d")
         if options.model == "network":
-            from reduced1d.network.sink import lines_of
+            from reduced1d.network.solution import lines_of
 
             lines_of(scene)
         fits = bool(options.calibrate)

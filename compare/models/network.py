@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 
 from compare.models.model import Answer, Model, Question
-from reduced1d.network import solve
+from reduced1d.network.solution import solve, solve_sink
 from scenes.free import from_dict
 from scenes.keys import SINK
 from scenes.loading import from_dict as from_parametric
@@ -27,9 +27,7 @@ class Network(Model):
         if self._last is None or self._last[0] is not question:
             document = dict(question.document)
             if type_of_file(document) is SINK:
-                from reduced1d.network import sink
-
-                solver = partial(sink.solve, from_parametric(document))
+                solver = partial(solve_sink, from_parametric(document))
             else:
                 solver = partial(solve, from_dict(document, question.name), steady_too=False)
             self._last = question, solver  # the next question is often the same about other times

@@ -15,9 +15,9 @@ from compare.report import checks
 from compare.report import document as entries
 from compare.report.table import Section, Style, Table, sentences, wrapped
 from compare.verdict import Check
-from reduced1d.device.closed_loop import ground_effects, largest_eigenvalue
-from reduced1d.device.closed_loop import shielding as shielding_1d
-from reduced1d.device.findings import shown
+from reduced1d.device.accurate import shown
+from reduced1d.device.lumped import ground_effects, largest_eigenvalue
+from reduced1d.device.lumped import shielding as shielding_1d
 from scenes.formats import kelvin, milliseconds, percent, quantity
 from statespace.result import BAND, QUANTITIES, Run, settling
 

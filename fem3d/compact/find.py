@@ -135,8 +135,8 @@ def _compact(
     runs = {OWN: _run(tried.pop(OWN), inputs, TRUTH * accuracy, say)}
     first = process_time() - start
     limit = start + max(LONGEST * first if seconds is None else (LONGEST - 1) * seconds, ALWAYS)
-    # Where the runs of all inputs would take more than half of the time, the later ones are less accurate.
-    room = max((limit - start) / 2 - first, 0.1 * first)
+    # Where the runs of all inputs would take more than two thirds of the time, the later ones are less accurate.
+    room = max((limit - start) * 2 / 3 - first, 0.1 * first)
     truth = TRUTH * max(1.0, len(tried) * first / room)
     because, last = "", 0.0
     while tried and process_time() + last < limit:

@@ -1,4 +1,5 @@
-"""The accurate scheme: all layers at once, exact between samples but for the powers, with its error estimated."""
+"""The accurate scheme: all layers at once, exact between samples but for the powers, with its error estimated; and
+sentences about its run: limiter, saturation, stability, and how far the run can be trusted."""
 
 from __future__ import annotations
 
@@ -7,16 +8,21 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from reduced1d.device.findings import findings
-from reduced1d.device.lumped import Lumped, Modes, around, lump, modes
+from reduced1d.device.lumped import Lumped, Modes, around, lump, modes, stability, steady
 from scenes.device import Device
-from statespace.march import March, march
+from statespace.march import CEILING, March, march
 from statespace.result import QUANTITIES, DeviceResult, device_result
+from statespace.stability import Stability
 
 ROUNDS, LARGEST_DEGREE, LARGEST_NODES = 4, 36, 18
 """How often the resolution is raised at most, and the largest degree in space and number of time nodes."""
 LESS = 3
 """The run that estimates the error in space has elements of a degree lower by this."""
+
+ELEMENTS = ("sink", "sensor")
+MARGIN = 2.0
+"""Loops with a smaller gain margin are called near instability: 6 dB is the least that textbooks ask for (Franklin,
+Powell and Emami-Naeini, Feedback Control of Dynamic Systems, section 6.4)."""
 
 
 class Resolution(NamedTuple):
@@ -88,3 +94,85 @@ def solve_accurate(
             "energy_imbalance": imbalance(lumped, spectrum, run), "stopped": run.stopped,
         },
     )  # fmt: skip
+
+
+def findings(device: Device, run: March, error: float, goal: float) -> tuple[str, ...]:
+    """Sentences on limiter, saturation, stability, a run that was stopped, and an error estimate (K) above its goal."""
+    h, external, sentences = device.control.sample_time, device.external, []
+    end = (len(run.rises) - 1) * h
+    if run.stopped:
+        rises, voltages = run.rises[-1], run.voltages[-1]
+        hot = int(np.argmax(rises))
+        wrong = "; its voltage is negative, where eq 21 raises the power of an element that is too hot"
+        sentences.append(
+            f"the run was stopped at {end:.6g} s: the {ELEMENTS[hot]} was {rises[hot]:.0f} K above room temperature "
+            f"(ceiling {CEILING:.0f} K) at {voltages[hot]:.3g} V{wrong if voltages[hot] < 0 else ''}"
+        )
+    for name, limited in zip(ELEMENTS, run.limited.T, strict=True):
+        at = np.flatnonzero(limited)
+        if len(at) == len(limited):
+            sentences.append(f"the limit V >= 0 held the {name} at every sample: it never got any power")
+        elif len(at):
+            many = f"{len(at)} of {len(limited)} samples, from {at[0] * h:.6g} s to {at[-1] * h:.6g} s"
+            sentences.append(f"the limit V >= 0 held the {name} at {many if len(at) > 1 else f'{at[0] * h:.6g} s'}")
+    seen = [("initial", external.initial_temperature)] if external.step_time > 0 else []
+    if external.step_time < end or not seen:
+        seen.append(("final", external.final_temperature))
+    for name, temperature in seen:
+        state = steady(device, temperature)
+        also = ", as its controller sees it through the common ground" if device.control.ground_resistance else ""
+        if state.cycles:
+            sentences.append(
+                f"at the {name} outer temperature, {temperature:g} K, there is no steady state: over the common ground "
+                "a film can neither be held at the set temperature nor rest without power, and its loop swings"
+            )
+        for element in () if state.cycles else ELEMENTS:
+            if getattr(state, f"{element}_saturated"):
+                sentences.append(
+                    f"at the {name} outer temperature, {temperature:g} K, the {element} needs no power{also}: it "
+                    f"settles at {getattr(state, f'{element}_K'):.6g} K instead of the set "
+                    f"{device.control.set_temperature:g} K"
+                )
+        comes_to_rest = name == "final" and device.control.ground_resistance and not state.cycles
+        for i, element in enumerate(ELEMENTS if comes_to_rest else ()):
+            if run.limited[-20:, i].any() and not getattr(state, f"{element}_saturated"):
+                sentences.append(
+                    f"at the end the {element}'s loop swings from no voltage on, though it could be held with "
+                    f"{getattr(state, f'{element}_power_W') * 1e3:.4g} mW at the {name} outer temperature: over the "
+                    "common ground the other's current hides a film that has lost its own, so that it stays without"
+                )
+        said = loop_text(device, stability(device, temperature))
+        if said:
+            sentences.append(f"about the steady state at the {name} outer temperature, {temperature:g} K, {said}")
+    if error > goal:
+        sentences.append(
+            f"the estimated error of a temperature, {error:.1e} K, is above the accuracy asked for, {goal:.1e} K: "
+            "where the loop is unstable no computation can follow it for long"
+        )
+    return tuple(sentences)
+
+
+def shown(eigenvalue: complex) -> str:
+    """An eigenvalue: "-1.21 (alternating)", or the size of a complex pair."""
+    if eigenvalue.imag:
+        return f"{abs(eigenvalue):.4g} in size (oscillating)"
+    return f"{eigenvalue.real:.4g}{' (alternating)' if eigenvalue.real < 0 else ''}"
+
+
+def loop_text(device: Device, about: Stability) -> str:
+    """Whether the loop is unstable or near it, with its largest eigenvalue and the gains' limits; empty for neither."""
+    gains = {name: getattr(device.control, f"{name}_gain") for name in ELEMENTS}
+    limits = {name: getattr(about, f"{name}_gain_limit") for name in ELEMENTS}
+    near = [name for name in ELEMENTS if gains[name] * MARGIN > limits[name]]
+    if about.stable and not near:
+        return ""
+    said = "the loop is near instability" if about.stable else "the loop is unstable"
+    listed = [
+        f"the {name}'s gain of {gains[name]:.4g} V is {gains[name] / limits[name]:.3g} times its largest stable one"
+        if limits[name] > 0 else f"no gain of the {name} is stable"
+        for name in near
+    ]  # fmt: skip
+    said += f": its largest eigenvalue per sample is {shown(about.eigenvalue)}"
+    if not about.stable:
+        said += f": small disturbances grow at {about.growth_rate:.4g} 1/s"
+    return f"{said}; {' and '.join(listed)}, each with the other gain as it is"

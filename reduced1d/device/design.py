@@ -8,8 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from reduced1d.device.closed_loop import DEGREE, at_sample_time, plant, stability
-from reduced1d.device.lumped import lump, modes, steady
+from reduced1d.device.lumped import DEGREE, at_sample_time, lump, modes, plant, stability, steady
 from scenes.device import Device, External
 from scenes.formats import quantity
 from statespace.ground import NARROW, held_range

@@ -19,6 +19,7 @@ the outer face. With v = sum_i b_i phi_i, where K phi = lambda M phi,
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -30,13 +31,20 @@ from reduced1d.line import Line, reference
 from reduced1d.line import modes as modes_of
 from reduced1d.sink import air_conductance
 from reduced1d.sink import lump as lump_sink
-from scenes.device import Device
+from scenes.device import Device, External
+from statespace import stability as loop
+from statespace.ground import Ground, effects
 from statespace.modal import Inlet, Modal
 from statespace.result import Steady
-from statespace.stability import controlled, named
+from statespace.shielding import Response, Shielding, response
+from statespace.shielding import around as shielding_of
+from statespace.stability import Plant, Stability, controlled, named
 
 GRIDS = (np.array([0.0, 1.0]), np.array([0.0, 0.1, 0.5, 1.0]))
 """Element boundaries in insulator and polymer, as fractions of the thickness."""
+
+DEGREE = 9
+"""Polynomial degree of the layers' elements in questions about a steady state."""
 
 
 @dataclass(frozen=True)
@@ -171,3 +179,55 @@ def _step(line: Line, degree: int) -> np.ndarray:
     unit_step[last[1]] = 1.0
     unit_step[last[2:]] = -np.linalg.solve(mass[tests, 2:], mass[tests, 1])
     return unit_step
+
+
+def _modal(device: Device, degree: int = DEGREE) -> Modal:
+    return modes(lump(device), degree).modal
+
+
+def plant(device: Device, external: float | None = None) -> Plant:
+    """Linearise a device about its steady state at an outer temperature (K; by default the final one)."""
+    return loop.plant(_modal(device), device, external)
+
+
+def stability(device: Device, external: float | None = None) -> Stability:
+    """Stability of a device's controllers about the steady state at an outer temperature (K)."""
+    outer = device.external.final_temperature if external is None else external
+    # Neither what is outside at other times nor for how long matters, so that many runs share one answer.
+    return _about(replace(device, external=External(outer, outer), end_time=1.0))
+
+
+@lru_cache(maxsize=64)
+def _about(device: Device) -> Stability:
+    return loop.assess(plant(device), device)
+
+
+def largest_eigenvalue(device: Device, external: float | None = None) -> complex:
+    """The eigenvalue of ``stability`` alone, which takes a fraction of the time."""
+    return plant(device, external).eigenvalue(loop.gains(device))
+
+
+def at_sample_time(device: Device, sample_time: float) -> Device:
+    return replace(device, control=replace(device.control, sample_time=sample_time))
+
+
+@lru_cache(maxsize=8)
+def shielding(device: Device) -> Shielding:
+    """Change of both powers per kelvin of the temperatures around a device."""
+    return shielding_of(_modal(device, 12), device)
+
+
+@lru_cache(maxsize=8)
+def shielding_response(device: Device) -> Response:
+    """Response of both powers to a step of the substrate's temperature."""
+    return response(_modal(device, 12), 6, device)
+
+
+@lru_cache(maxsize=8)
+def ground_effects(device: Device, power: float, resistance: float) -> Ground:
+    """Effects of leads to ground, the device's own among them; which are off by a step of the sensor's power (W), and
+    of its resistance (ohm)."""
+    film, lead = float(lump(device).resistance[1]), device.control.ground_resistance
+    # Two a decade, from a ten-thousandth to a tenth of the sensor's.
+    leads = sorted({*(film * 10 ** (-half / 2) for half in range(8, 1, -1)), *([lead] if lead else [])})
+    return effects(_modal(device), device, leads, power, resistance)

@@ -7,9 +7,8 @@ from dataclasses import replace
 from typing import Literal
 
 from reduced1d.device.accurate import LESS, solve_accurate
-from reduced1d.device.closed_loop import largest_eigenvalue
 from reduced1d.device.design import METERS, Meter, in_the_loop, too_coarse
-from reduced1d.device.lumped import lump, modes
+from reduced1d.device.lumped import largest_eigenvalue, lump, modes
 from reduced1d.device.paper import UnstableStepError, solve_paper
 from scenes.device import Device
 from scenes.errors import SceneError

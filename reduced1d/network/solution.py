@@ -1,5 +1,5 @@
 """A scene's network solved: every probe in the steady state and over time, with the error that its elements and steps
-make.
+make; and the network of a sink's boxes, by the sink's own quantities.
 
 Everything is solved twice, on elements of two degrees (and over time on steps of two sizes); the
 distance is the error bound of the finer one. Elements are refined until it is far below the scene's accuracy.
@@ -8,6 +8,7 @@ distance is the error bound of the finer one. Elements are refined until it is f
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import lru_cache
 from itertools import pairwise
 from typing import Any
@@ -19,9 +20,11 @@ from reduced1d.network.model import Model, build, scales
 from reduced1d.network.readings import read
 from reduced1d.network.steady import steady
 from reduced1d.network.transient import History, history
-from scenes.errors import NumericsError
-from scenes.model import AnyScene, Schedule
+from scenes import physics
+from scenes.errors import NumericsError, SceneError
+from scenes.model import AnyScene, Probe, Schedule
 from scenes.result import Estimate, Result, Traces
+from scenes.sink import Sink, face
 
 BELOW = 1e-2
 """The part of the scene's accuracy that the network's own error may be, so that it hardly counts beside that of 3D."""
@@ -40,6 +43,9 @@ traces are then 5e-5, 6e-6; 4e-7, 2e-7 and below 1e-8 off, of which the elements
 EARLY = 1e-3
 """For this part of the end time, after the start and after a jump, errors of traces are not judged; 3D has the same.
 The first step, and the elements that follow it, are for a tenth of it."""
+
+INTO_SUBSTRATE, THROUGH_END = "heat into ", "heat through the end"
+"""Names of the probes of heat flows; a boundary's name follows the first."""
 
 
 def solve(scene: AnyScene, times: np.ndarray | Sequence[float] | None = None, steady_too: bool = True) -> Result:
@@ -176,3 +182,54 @@ def magnitudes(shape: Layout, values: dict[str, np.ndarray]) -> dict[str, float]
     largest = {name: float(np.abs(v).max(initial=0.0)) for name, v in values.items()}
     by_kind = {kind: max(v for name, v in largest.items() if kinds[name] == kind) for kind in set(kinds.values())}
     return {name: max(v, 0.01 * by_kind[kinds[name]]) or 1.0 for name, v in largest.items()}
+
+
+def lines_of(sink: Sink) -> Layout:
+    """The lines of a sink of one span, with probes of its current and of the heat into the substrate and through the
+    beam's end. Raises SceneError for a row of spans, and for scenes that lines don't take."""
+    if sink.spans > 1:
+        raise SceneError(
+            f"--reduction network has the quantities of one span, and sink.spans is {sink.spans}: give sink.spans = 1, "
+            "or another reduction"
+        )
+    scene = sink.scene()
+    physics.refuse_terminals(scene, "--reduction network")
+    beam = next(box for box in scene.boxes if box.name == "beam")
+    inlet = next(b for b in scene.boundaries if b.name == "electrode-0")
+    bottoms = (b for b in scene.boundaries if b.name.startswith("substrate"))
+    flows = [
+        *(Probe(INTO_SUBSTRATE + b.name, b.lower, b.upper, "heat_flow") for b in bottoms),
+        Probe(THROUGH_END, *face(beam, 1, 0), "heat_flow"), Probe("current", inlet.lower, inlet.upper, "current"),
+    ]  # fmt: skip
+    return layout(replace(scene, probes=(*scene.probes, *flows)))
+
+
+def solve_sink(sink: Sink, times: np.ndarray | None = None) -> Result:
+    """A sink's quantities by its network: the steady state, or with ``times`` (s, ascending) the traces alone, each
+    with the error of its elements and steps.
+
+    Raises SceneError for a sink that lines can't have, RunawayError where the heating runs away, NumericsError."""
+    result, voltage = solve_layout(lines_of(sink), times, steady_too=False), sink.drive.value
+    if times is not None:
+        traces = result.over_time
+        names = {"peak_K": "peak", "end_K": "end", "mean_K": "mean", "current_A": "current"}
+        values = {name: traces.values[probe] for name, probe in names.items()}
+        errors = {name: traces.errors[probe] for name, probe in names.items()}
+        values["power_W"], errors["power_W"] = voltage * values["current_A"], voltage * errors["current_A"]
+        return replace(result, steady={}, traces=replace(traces, values=values, errors=errors))
+    probes = result.steady
+    steady = {
+        f"{name}_rise_K": Estimate(probes[name].value - sink.room_temperature, probes[name].error)
+        for name in ("peak", "end", "mean")
+    }
+    steady["current_A"] = current = probes["current"]
+    steady["power_W"] = Estimate(voltage * current.value, voltage * current.error)
+    bottoms = [given for name, given in probes.items() if name.startswith(INTO_SUBSTRATE)]
+    steady["heat_out_W"] = Estimate(-sum(e.value for e in bottoms), sum(e.error for e in bottoms))
+    rise, heat = steady["end_rise_K"], probes[THROUGH_END]
+    if heat.value:
+        # Heat is counted along the beam, which at its first end it leaves against that direction.
+        value = -rise.value / heat.value
+        error = abs(value) * (rise.error / abs(rise.value) + heat.error / abs(heat.value)) if rise.value else 0.0
+        steady["anchor_resistance_K_per_W"] = Estimate(value, error)
+    return replace(result, steady=steady)

@@ -14,7 +14,7 @@ import compare
 from compare.models import open_model
 from compare.models.sampling import make_question
 from compare.models.slopes import follow
-from reduced1d.network.sink import solve as by_lines
+from reduced1d.network.solution import solve_sink as by_lines
 from reduced1d.sink import solve
 from scenes.errors import SceneError
 from scenes.loading import from_dict

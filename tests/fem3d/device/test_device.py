@@ -10,7 +10,7 @@ import pytest
 from fem3d.device.runs import Solved
 from fem3d.device.solve import model
 from reduced1d.device.accurate import solve_accurate
-from reduced1d.device.closed_loop import shielding_response as over_time
+from reduced1d.device.lumped import shielding_response as over_time
 from scenes.device import Device
 from scenes.errors import NumericsError
 from statespace.device_reduction import closed_loop, compact

@@ -9,7 +9,6 @@ import pytest
 
 import compare
 from reduced1d.device.accurate import solve_accurate
-from reduced1d.device.closed_loop import plant, stability
 from reduced1d.device.design import (
     MAX1367,
     PXI_4070,
@@ -20,7 +19,7 @@ from reduced1d.device.design import (
     resolution,
     smooth_start_gain,
 )
-from reduced1d.device.lumped import steady
+from reduced1d.device.lumped import plant, stability, steady
 from reduced1d.device.runs import solve
 from reduced1d.equations import anchor_flow
 from scenes.device import Control, Device, External

@@ -11,8 +11,7 @@ import pytest
 from compare import device_checks
 from reduced1d.device import design
 from reduced1d.device.accurate import solve_accurate
-from reduced1d.device.closed_loop import DEGREE, ground_effects, largest_eigenvalue
-from reduced1d.device.lumped import lump, modes, steady
+from reduced1d.device.lumped import DEGREE, ground_effects, largest_eigenvalue, lump, modes, steady
 from reduced1d.device.runs import make
 from scenes.device import Device, External
 from scenes.errors import SceneError

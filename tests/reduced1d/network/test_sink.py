@@ -13,7 +13,7 @@ from reduced1d.ladder.anchor import Anchor
 from reduced1d.ladder.few_states import steady
 from reduced1d.ladder.fin import fin
 from reduced1d.network import solve
-from reduced1d.network.sink import solve as by_lines
+from reduced1d.network.solution import solve_sink as by_lines
 from scenes.errors import SceneError
 from scenes.loading import load
 from scenes.sink import Sink

@@ -19,9 +19,8 @@ from matplotlib.ticker import MaxNLocator
 from compare.device_checks import METER_POWER, METER_RESISTANCE
 from compare.outcome import Outcome
 from compare.report.checks import drawn, with_mu
-from reduced1d.device.closed_loop import ground_effects
-from reduced1d.device.closed_loop import shielding_response as in_1d
-from reduced1d.device.lumped import lump, steady
+from reduced1d.device.lumped import ground_effects, lump, steady
+from reduced1d.device.lumped import shielding_response as in_1d
 from scenes.device import Device
 from scenes.formats import percent, quantity, scale
 from statespace.result import BAND, Run
