@@ -11,7 +11,7 @@ import numpy as np
 
 from compare.verdict import Comparison, Definitions, relative
 from reduced1d.device.accurate import shown
-from reduced1d.device.design import PXI_4070, delivered, reading
+from reduced1d.device.design import PXI_4070, delivered
 from reduced1d.device.lumped import at_sample_time, ground_effects, largest_eigenvalue, lump
 from scenes.device import Device
 from scenes.errors import SceneError
@@ -213,7 +213,7 @@ def _meter(check: str, title: str, claim: float, name: str, unit: str) -> None:
         said = f"paper: {quantity(claim, unit, 2)} in ranges of {METER_RANGES[0]:g} V and {METER_RANGES[1]:g} A; here "
         try:
             voltage, current = delivered(run.device, run.after, 1)
-            step = float(getattr(reading(PXI_4070, voltage, current), name))
+            step = PXI_4070.steps(voltage, current)[name == "power"]
             said += f"the sensor takes {quantity(run.after.sensor_V, 'V')} and {quantity(current / voltage, 'A')}"
         except ValueError as error:
             said += str(error) if run.after.sensor_power_W else "the sensor takes no power, and nothing can be read"

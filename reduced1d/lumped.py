@@ -16,7 +16,6 @@ which a rise is reached is explicit, and is inverted in the progress v, the rise
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -115,13 +114,14 @@ def progress_at(lump: Lump, times: np.ndarray) -> np.ndarray:
     q = _root_of_discriminant(lump)
     m, b, c = (1 + q) / 2, (q - 1) / 2, 2 * q / (1 + q)
 
-    def excess(v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    # ds/dv grows from 1/m to m/q: the time is convex in the progress, and Newton's iterates fall to the root.
+    v = np.minimum(scaled * m, _LARGEST_EXPONENT)
+    while True:
         u = -np.expm1(-v)
-        return _scaled_time(v, q) - scaled, (1 + b * u) / (m * (np.exp(-v) + c * u))
-
-    # ds/dv grows from 1/m to m/q: the time is convex in the progress, which bounds the progress on both sides.
-    lower = np.minimum(scaled * q / m, _LARGEST_EXPONENT)
-    return increasing_root(excess, lower, np.minimum(scaled * m, _LARGEST_EXPONENT))
+        step = (_scaled_time(v, q) - scaled) * m * (np.exp(-v) + c * u) / (1 + b * u)
+        v = v - np.maximum(step, 0.0)
+        if np.all(step <= 2 * np.finfo(float).eps * v):
+            return v
 
 
 def _root_of_discriminant(lump: Lump) -> float:
@@ -141,35 +141,3 @@ def _scaled_time(v: np.ndarray, q: float) -> np.ndarray:
     z = c * growth
     ratio = growth / (1 + q) * np.divide(np.log1p(z), z, out=np.ones_like(z), where=z > 0)
     return ratio - 0.5 * product
-
-
-def increasing_root(
-    function: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]], lower: np.ndarray, upper: np.ndarray
-) -> np.ndarray:
-    """The x in [lower, upper] with f(x) = 0, f increasing in each entry, to the rounding of f.
-
-    ``function`` maps x to f and its derivative, all of the shape of ``lower`` and ``upper``. The bracket shrinks at
-    every evaluation; a Newton step that leaves it, or is longer than half the step before the last, is replaced by a
-    bisection. Where f has one sign throughout the bracket the nearer end comes back. By hand because every run of the
-    sink needs it, and importing scipy.optimize takes it a tenth of a second.
-    """
-    lower, upper = np.array(lower, float), np.array(upper, float)
-    # Starting at the upper end suits convex functions, whose Newton iterates fall monotonically from there.
-    x = upper.copy()
-    step = older = upper - lower
-    # A Newton step at least halves every second time or a bisection halves the bracket, so 2 * 60 exhaust a double.
-    for _ in range(120):
-        f, slope = function(x)
-        upper = np.where(f >= 0, x, upper)
-        lower = np.where(f <= 0, x, lower)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            newton = x - f / slope
-        middle = lower + (upper - lower) / 2
-        # A NaN compares false, so it falls to the bisection.
-        good = (newton >= lower) & (newton <= upper) & (np.abs(newton - x) <= 0.5 * np.abs(older))
-        older, following = step, np.where(good, newton, middle)
-        step = following - x
-        x = following
-        if np.all(np.abs(step) <= 2 * np.finfo(float).eps * np.abs(x)):
-            break
-    return x

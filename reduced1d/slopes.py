@@ -27,44 +27,38 @@ OF_DEVICE = {
 }
 """Quantities with derivatives; the controllers fix the temperatures."""
 
-Steady = dict[str, dict[str, float]]
-OverTime = dict[str, dict[str, np.ndarray]]
-
 
 def of_sink(
     sink: Sink, reduction: str, keys: Iterable[str], times: np.ndarray | None = None
-) -> tuple[Steady, OverTime]:
+) -> tuple[dict[str, dict[str, float]], dict[str, dict[str, np.ndarray]]]:
     """d ln quantity / d ln key of the steady quantities and, with ``times`` (s), of the traces there (of rises, for
     temperatures), by key and quantity. Raises the errors of `reduced1d.ladder.solve`."""
 
-    def solved(key: str, step: float) -> tuple[dict[str, float], dict[str, np.ndarray]]:
-        changed = neighbour(sink, key, step)
+    def solved(changed: Sink) -> list[dict[str, np.ndarray]]:
         result: Result = ladder.solve(changed, reduction, steady_only=times is None, times=times)
         traces = {} if result.traces is None else result.traces.values
         rises = {n: v - changed.room_temperature * n.endswith("_K") for n, v in traces.items()}
-        return {name: e.value for name, e in result.steady.items()}, rises
+        return [{name: np.array(e.value) for name, e in result.steady.items()}, rises]
 
-    steady, course = Steady(), OverTime()
+    steady, course = {}, {}
     for key in keys:
-        more, less = solved(key, STEP), solved(key, -STEP)
-        steady[key] = {n: float(_slope(v, less[0][n])) for n, v in more[0].items()}
-        course[key] = {n: _slope(v, less[1][n]) for n, v in more[1].items()}
+        (more, late), (less, early) = (solved(neighbour(sink, key, step)) for step in (STEP, -STEP))
+        steady[key] = {name: float(_slope(more[name], less[name])) for name in more}
+        course[key] = {name: _slope(late[name], early[name]) for name in late}
     return steady, course
-
-
-def _slope(more: float | np.ndarray, less: float | np.ndarray) -> np.ndarray:
-    """The logarithmic derivative by two values; nought of nothing."""
-    middle = (np.asarray(more) + less) / 2
-    slopes = np.zeros_like(middle)
-    np.divide(np.asarray(more) - less, 2 * STEP * middle, out=slopes, where=middle != 0)
-    return slopes
 
 
 def of_device(device: Device) -> dict[str, dict[str, float]]:
     """d ln quantity / d ln key of the final steady state, by key and quantity; zero quantities have none."""
     slopes: dict[str, dict[str, float]] = {}
     for key in numbers(device):
-        more, less = (steady_state(neighbour(device, key, step)) for step in (STEP, -STEP))
-        both = {name: (float(getattr(more, name)), float(getattr(less, name))) for name in OF_DEVICE}
-        slopes[key] = {name: (a - b) / (STEP * (a + b)) for name, (a, b) in both.items() if a * b > 0}
+        more, less = (vars(steady_state(neighbour(device, key, step))) for step in (STEP, -STEP))
+        slopes[key] = {name: float(_slope(np.array(more[name]), np.array(less[name]))) for name in OF_DEVICE
+                       if more[name] * less[name] > 0}  # fmt: skip
     return slopes
+
+
+def _slope(more: np.ndarray, less: np.ndarray) -> np.ndarray:
+    """The logarithmic derivative by two values; nought of nothing."""
+    middle = (more + less) / 2
+    return np.divide(more - less, 2 * STEP * middle, out=np.zeros_like(middle), where=middle != 0)

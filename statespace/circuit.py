@@ -14,8 +14,6 @@ import numpy as np
 
 def currents(voltage: np.ndarray, resistance: np.ndarray, ground: float) -> np.ndarray:
     """(..., 2): the currents (A) of (sink, sensor) for voltages (V) and resistances (ohm) of the same shape."""
-    if not ground:
-        return np.asarray(voltage / resistance)
     total = (voltage / resistance).sum(axis=-1, keepdims=True)
     drop = ground * total / (1 + ground * (1 / resistance).sum(axis=-1, keepdims=True))
     return np.asarray((voltage - drop) / resistance)
@@ -23,8 +21,6 @@ def currents(voltage: np.ndarray, resistance: np.ndarray, ground: float) -> np.n
 
 def powers(voltage: np.ndarray, resistance: np.ndarray, ground: float) -> np.ndarray:
     """(..., 2): the powers (W) in (sink, sensor) themselves."""
-    if not ground:
-        return np.asarray(voltage**2 / resistance)
     return currents(voltage, resistance, ground) ** 2 * resistance
 
 
@@ -34,8 +30,6 @@ def measured(voltage: np.ndarray, resistance: np.ndarray, ground: float) -> np.n
     A film whose voltage drives no current forward, as before the first sample, is seen by a test current of its own,
     with the lead in series: R + R_ground.
     """
-    if not ground:
-        return resistance
     current = currents(voltage, resistance, ground)
     forward = voltage * current > 0
     ratio = current[..., ::-1] / np.where(forward, current, 1.0)

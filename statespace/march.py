@@ -25,7 +25,6 @@ from statespace.stability import state_of
 
 CEILING = 2000.0
 """K, beyond any metal: a run in which a film's rise gets there is stopped."""
-POWER = 2  # The heat is a polynomial in t^(1/2).
 
 
 @dataclass(frozen=True)
@@ -261,7 +260,7 @@ def interval(modal: Modal, length: float, q: int) -> Interval:
     x = (1 - np.cos(np.pi * np.arange(q + 1) / q)) / 2
     response = np.stack([_response(modal.rates * length, x, node) for node in range(1, q + 1)]) * length
     later = np.einsum("in,mnl,jn->imjl", modal.shape, response, modal.shape)
-    free = np.einsum("in,mn->imn", modal.shape, np.exp(-np.outer(x[1:] ** POWER, modal.rates * length)))
+    free = np.einsum("in,mn->imn", modal.shape, np.exp(-np.outer(x[1:] ** 2, modal.rates * length)))
     last = np.einsum("nl,jn->njl", response[-1], modal.shape)
     points, w = _graded(x[-1], 4, q + 8)
     size = m * (q + 1) + k
@@ -269,7 +268,7 @@ def interval(modal: Modal, length: float, q: int) -> Interval:
     nodes = slice(m, m * (q + 1))
     kernel[nodes, :m], kernel[nodes, nodes] = later[..., 0].reshape(m * q, m), later[..., 1:].reshape(m * q, m * q)
     gain[:n, :m], gain[:n, nodes] = last[..., 0], last[..., 1:].reshape(-1, m * q)
-    weights = length * (w * POWER * points ** (POWER - 1)) @ _lagrange(x, points)
+    weights = length * (w * 2 * points) @ _lagrange(x, points)
     for film in (0, 1):
         gain[n + film, np.r_[film, m + film * q + np.arange(q)]] = weights
     reading[:, :n] = np.vstack([modal.shape, free.reshape(m * q, -1), modal.flux])
@@ -278,9 +277,9 @@ def interval(modal: Modal, length: float, q: int) -> Interval:
 
 def _response(decay: np.ndarray, x: np.ndarray, node: int) -> np.ndarray:
     """Integrals of exp(-decay (x_m^2 - s^2)) times the Lagrange polynomials in s over ds^2, (modes, nodes)."""
-    s, w = _graded(x[node], int(np.ceil(np.log2(POWER * decay.max() + 1))) + 4, len(x) + 7)
-    weights = (w * POWER * s ** (POWER - 1))[:, None]
-    return np.exp(np.outer(decay, s**POWER - x[node] ** POWER)) @ (weights * _lagrange(x, s))
+    s, w = _graded(x[node], int(np.ceil(np.log2(2 * decay.max() + 1))) + 4, len(x) + 7)
+    weights = (w * 2 * s)[:, None]
+    return np.exp(np.outer(decay, s**2 - x[node] ** 2)) @ (weights * _lagrange(x, s))
 
 
 def _graded(end: float, panels: int, order: int) -> tuple[np.ndarray, np.ndarray]:

@@ -19,10 +19,6 @@ from statespace.result import BEFORE
 from statespace.sampling import timetable
 from statespace.stability import steady
 
-STEP = 1.0
-"""K of substrate. Resistances are linear and both loops closed, so that powers are linear in it but for local
-departures of the films' temperatures."""
-
 
 @dataclass(frozen=True)
 class Shielding:
@@ -64,9 +60,13 @@ def _above_room(modal: Modal, outer: float) -> Modal:
 
 
 def _slopes(modal: Modal, device: Device, about: float) -> tuple[float, float]:
-    """d power / d input of (sensor, sink) in W/K, by steady states half a step to either side of a temperature (K)."""
-    less, more = (steady(modal, device, about + side * STEP / 2) for side in (-1, 1))
-    return ((more.sensor_power_W - less.sensor_power_W) / STEP, (more.sink_power_W - less.sink_power_W) / STEP)
+    """d power / d input of (sensor, sink) in W/K, by steady states half a kelvin to either side of a temperature (K).
+
+    Resistances are linear and both loops closed, so that powers are linear but for local departures of the films'
+    temperatures.
+    """
+    less, more = (steady(modal, device, about + side / 2) for side in (-1, 1))
+    return more.sensor_power_W - less.sensor_power_W, more.sink_power_W - less.sink_power_W
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,10 +93,10 @@ def response(modal: Modal, nodes: int, device: Device) -> Response:
     outer = device.external.final_temperature - room
     after = device.end_time - (device.external.step_time if device.steps_outside else 0.0)
     stepped = replace(
-        device, external=External(room, room + STEP, BEFORE * h), end_time=BEFORE * h + max(after, BEFORE * h)
+        device, external=External(room, room + 1.0, BEFORE * h), end_time=BEFORE * h + max(after, BEFORE * h)
     )
     run = march(modal.above_substrate(outer), nodes, stepped, 1e-9, start="settled")
     time = timetable(stepped).times[: len(run.powers)]
-    change = (run.powers - run.powers[BEFORE - 1]) / STEP
+    change = run.powers - run.powers[BEFORE - 1]
     since = slice(BEFORE, None)
     return Response(time[since] - time[BEFORE], change[since, 1], change[since, 0])

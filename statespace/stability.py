@@ -14,7 +14,6 @@ from statespace import circuit
 from statespace.modal import Modal
 from statespace.result import GONE, Steady
 
-SMALLEST_GAIN, LARGEST_GAIN = 1e-6, 1e6  # V: the gains between which a limit is searched.
 CHOICES = ((True, True), (True, False), (False, True), (False, False))
 """Which of (sink, sensor) are held at the set temperature, in the order in which that is tried."""
 
@@ -83,7 +82,7 @@ def assess(system: Plant, device: Device) -> Stability:
 def gain_limit(system: Plant, others: np.ndarray, element: int) -> float:
     """The largest gain (V) of one element (0 sink, 1 sensor) below which the loop is stable, the other gain as given.
 
-    Zero where the other loop is unstable by itself, infinite where no gain up to LARGEST_GAIN is unstable.
+    Zero where the other loop is unstable by itself, infinite where no gain up to 1e6 V is unstable.
     """
     from scipy.optimize import brentq
 
@@ -94,10 +93,10 @@ def gain_limit(system: Plant, others: np.ndarray, element: int) -> float:
         return 0.0
     if not system.active[element]:
         return math.inf
-    low, high = 0.0, SMALLEST_GAIN
+    low, high = 0.0, 1e-6
     while growth(high) < 0:
         low, high = high, 1.6 * high
-        if high > LARGEST_GAIN:
+        if high > 1e6:
             return math.inf
     return float(brentq(growth, low, high, xtol=1e-12 * high, rtol=1e-10))
 

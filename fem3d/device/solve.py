@@ -106,7 +106,7 @@ class Model:
         models = (self.fine, self.low, self.fewer)
         fine, low, fewer = (asdict(shielding.around(modal, device)) for modal in models)
         power = max(self.steady(device).sink_power_W, self.steady(device).sensor_power_W)
-        rounding, part = ROUNDING * power / shielding.STEP, DEPARTS * device.accuracy_3d
+        rounding, part = ROUNDING * power, DEPARTS * device.accuracy_3d
         errors = {
             name: 2 * self.edges * abs(value - low[name]) + abs(value - fewer[name]) + part * abs(value) + rounding
             for name, value in fine.items()

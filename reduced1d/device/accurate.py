@@ -14,8 +14,6 @@ from statespace.march import CEILING, March, march
 from statespace.result import QUANTITIES, DeviceResult, device_result
 from statespace.stability import Stability
 
-ROUNDS, LARGEST_DEGREE, LARGEST_NODES = 4, 36, 18
-"""How often the resolution is raised at most, and the largest degree in space and number of time nodes."""
 LESS = 3
 """The run that estimates the error in space has elements of a degree lower by this."""
 
@@ -68,7 +66,7 @@ def solve_accurate(
     """
     goal, lumped = device.accuracy * device.set_rise, lump(device)
     resolution, before = FIRST, math.inf
-    for attempt in range(ROUNDS):
+    for attempt in range(4):
         degree, nodes = resolution
         spectrum, tolerance = modes(lumped, degree), min(1e-4 * goal, 1e-8)
         coarser = modes(lumped, degree - LESS)
@@ -78,10 +76,8 @@ def solve_accurate(
         )
         parts = {"space": run.distance(less_space), "time": run.distance(less_time)}
         space, time = (max(part["sink_K"], part["sensor_K"]) for part in parts.values())
-        finer = Resolution(
-            min(degree + 6 * (space > goal / 2), LARGEST_DEGREE), min(nodes + 4 * (time > goal / 2), LARGEST_NODES)
-        )
-        if finer == resolution or attempt == ROUNDS - 1 or space + time > before / 2:
+        finer = Resolution(min(degree + 6 * (space > goal / 2), 36), min(nodes + 4 * (time > goal / 2), 18))
+        if finer == resolution or attempt == 3 or space + time > before / 2:
             break
         resolution, before = finer, space + time
     errors = {q: parts["space"][q] + parts["time"][q] + 1e-12 * float(np.abs(run.traces[:, i]).max())

@@ -89,11 +89,11 @@ def resolution(device: Device, meter: Meter, external: float | None = None) -> E
     Raises ValueError where the sensor has no power or a value is beyond the meter.
     """
     lumped, state = lump(device), steady(device, external)
-    sink, sensor = (reading(meter, *delivered(device, state, film)) for film in (0, 1))
-    kelvin = np.array([sink.resistance, sensor.resistance]) / (lumped.resistance * lumped.coefficient)
+    (sink, _), (sensor, power) = (meter.steps(*delivered(device, state, film)) for film in (0, 1))
+    kelvin = np.array([sink, sensor]) / (lumped.resistance * lumped.coefficient)
     ratio = lumped.insulator.conductance / lumped.polymer.conductance
-    parts = sensor.power / lumped.polymer.conductance, float((1 + ratio) * kelvin[1]), float(ratio * kelvin[0])
-    return ExternalStep(*parts, sum(parts), sensor.resistance, sink.resistance, sensor.power)
+    parts = power / lumped.polymer.conductance, float((1 + ratio) * kelvin[1]), float(ratio * kelvin[0])
+    return ExternalStep(*parts, sum(parts), sensor, sink, power)
 
 
 def limiter_acts(device: Device, element: int) -> bool:
@@ -214,6 +214,25 @@ class Meter:
     current: tuple[tuple[float, float], ...]
     source: str
 
+    def steps(self, voltage: float, power: float) -> tuple[float, float]:
+        """The steps of resistance (ohm) and power (W) at an element's voltage (V) and power (W), each of voltage and
+        current read in its smallest fitting range.
+
+        R = V/I and P = V I, so that dR/R = dV/V + dI/I and dP = I dV + V dI, taken as worst cases. Raises ValueError
+        for a value beyond the meter's ranges, and where there is no power and so no resistance to be read.
+        """
+        if not (voltage > 0 and power > 0):
+            raise ValueError("without a current there is no resistance to be measured: the element's power is zero")
+        current, steps = power / voltage, []
+        for ranges, value, unit in ((self.voltage, voltage, "V"), (self.current, current, "A")):
+            fitting = [step for full, step in ranges if value <= full]
+            if not fitting:
+                most = f"the largest range of the {self.name}, {ranges[-1][0]:g} {unit}"
+                raise ValueError(f"{value:.3g} {unit} is beyond {most}")
+            steps.append(fitting[0])
+        dV, dI = steps
+        return voltage / current * (dV / voltage + dI / current), current * dV + voltage * dI
+
 
 PXI_4070 = Meter(
     "PXI-4070",
@@ -238,29 +257,6 @@ MAX1367 = Meter(
 METERS = {meter.name: meter for meter in (PXI_4070, MAX1367)}
 
 
-@dataclass(frozen=True)
-class Reading:
-    """The resolution of a meter in one element: steps of voltage (V), current (A), resistance (ohm) and power (W)."""
-
-    voltage: float
-    current: float
-    resistance: float
-    power: float
-
-
-def reading(meter: Meter, voltage: float, power: float) -> Reading:
-    """The steps of a meter at an element's voltage (V) and power (W), each read in its smallest fitting range.
-
-    R = V/I and P = V I, so that dR/R = dV/V + dI/I and dP = I dV + V dI, taken as worst cases. Raises ValueError for
-    a value beyond the meter's ranges, and where there is no power and so no resistance to be read.
-    """
-    if not (voltage > 0 and power > 0):
-        raise ValueError("without a current there is no resistance to be measured: the element's power is zero")
-    current = power / voltage
-    dV, dI = _step(meter, meter.voltage, voltage, "V"), _step(meter, meter.current, current, "A")
-    return Reading(dV, dI, voltage / current * (dV / voltage + dI / current), current * dV + voltage * dI)
-
-
 def delivered(device: Device, state: Steady, film: int) -> tuple[float, float]:
     """The voltage (V) of the sink (0) or the sensor (1) in a steady state, and the power (W) that its source delivers:
     the film's own, and the power of its current in the lead to ground."""
@@ -278,8 +274,8 @@ def in_the_loop(device: Device, meter: Meter, external: float | None = None) -> 
     To be handed to the solvers as ``meter``, which round each measured resistance to a multiple of its step.
     """
     state = steady(device, external)
-    sink, sensor = (reading(meter, *delivered(device, state, film)) for film in (0, 1))
-    return sink.resistance, sensor.resistance
+    sink, sensor = (meter.steps(*delivered(device, state, film))[0] for film in (0, 1))
+    return sink, sensor
 
 
 def too_coarse(device: Device, steps: tuple[float, float]) -> tuple[str, ...]:
@@ -292,10 +288,3 @@ def too_coarse(device: Device, steps: tuple[float, float]) -> tuple[str, ...]:
         for name, step, span in zip(("sink", "sensor"), steps, change.tolist(), strict=True)
         if step > span / 10
     )
-
-
-def _step(meter: Meter, ranges: tuple[tuple[float, float], ...], value: float, unit: str) -> float:
-    for full, step in ranges:
-        if value <= full:
-            return step
-    raise ValueError(f"{value:.3g} {unit} is beyond the largest range of the {meter.name}, {ranges[-1][0]:g} {unit}")

@@ -25,8 +25,7 @@ from scenes.physics import refuse_directions
 if TYPE_CHECKING:
     import numpy as np
 
-    from reduced1d.ladder.few_states import FewStates
-    from reduced1d.ladder.levels import Level, Levels
+    from reduced1d.ladder.levels import Levels
     from scenes.result import Result
     from scenes.sink import Sink
 
@@ -107,7 +106,7 @@ def solve(
     from reduced1d.ladder.levels import Levels
 
     levels = levels or Levels(given)
-    answer = result(name, sink, build(levels.fine, name), build(levels.coarse, name), steady_only, times)
+    answer = result(name, sink, levels.fine.model(name), levels.coarse.model(name), steady_only, times)
     said = warnings(sink, levels.fine.remainder)
     if sink.spans > 1 or name in ("anchored", "fin-massless", "fin"):
         said += fin_warnings(sink, levels.fine.one_node)
@@ -129,18 +128,6 @@ def refuse(sink: Sink, name: str) -> None:
             f"sink.spans = {sink.spans} makes a row, and the reduction plate is made for one span: give paper, "
             "anchored, fin-massless, fin or moments:N"
         )
-
-
-def build(level: Level, name: str) -> FewStates:
-    """The states of a reduction that stands on the plate, by its canonical name."""
-    if name.startswith("moments:"):
-        return level.moments(int(name.partition(":")[2]))
-    return {
-        "anchored": level.lump,
-        "fin-massless": lambda: level.fin(pad_capacity=False, oxide_capacity=False),
-        "fin": level.fin,
-        "plate": level.whole_plate,
-    }[name]()
 
 
 def _choices() -> str:

@@ -23,15 +23,6 @@ from reduced1d.ladder.plate import COPIES, Plate, along, film, stored
 from scenes.checks import FIRST_TIME
 from scenes.sink import Sink
 
-THIN = 1e-3
-"""A plate counts as thin where the terms that it neglects are at most this part of the anchor resistance."""
-
-ONE_NODE = 0.05
-"""A larger relative error of the end rise on the way, as each anchor is one node, is warned of."""
-
-SLENDER = 2.0
-"""Beams shorter than this many widths get a warning, as the rise then varies across them."""
-
 
 @dataclass(frozen=True)
 class Anchor:
@@ -128,7 +119,7 @@ def oxide_time(sink: Sink) -> float:
 def warnings(sink: Sink, remainder: float) -> list[str]:
     """Write a sentence for each assumption of the plate that a sink breaks; ``remainder`` is the neglected part."""
     sentences = []
-    if remainder > THIN:
+    if remainder > 1e-3:
         sentences.append(
             f"the thin-plate assumption ends here: with silicon of {sink.thickness * 1e6:.3g} um on oxide of "
             f"{sink.oxide_thickness * 1e6:.3g} um, what the plate neglects may be {100 * remainder:.2g} % of the "
@@ -146,12 +137,12 @@ def warnings(sink: Sink, remainder: float) -> list[str]:
 def fin_warnings(sink: Sink, one_node: float) -> list[str]:
     """A sentence for each assumption of the fin that a sink breaks; ``one_node`` estimates the error of its anchors."""
     sentences = []
-    if one_node > ONE_NODE:
+    if one_node > 0.05:
         sentences.append(
             f"the anchors are too slow for one node each: on the way to the steady state the fin's ends may be off by "
             f"{100 * one_node:.2g} % (plate and moments are not)"
         )
-    if sink.length < SLENDER * sink.width:
+    if sink.length < 2 * sink.width:
         sentences.append(
             f"a beam {sink.width * 1e6:.3g} um wide and {sink.length * 1e6:.3g} um long is not slender: its rise is "
             "not uniform across (plate and moments know that)"

@@ -30,7 +30,7 @@ import numpy as np
 import scipy.linalg
 
 from reduced1d.line import modes
-from reduced1d.lumped import increasing_root, no_steady_state
+from reduced1d.lumped import no_steady_state
 from reduced1d.radau import ShortStepError, Step, interpolate, march
 from reduced1d.sink import time_grid
 from scenes.checks import FIRST_TIME
@@ -114,18 +114,14 @@ def steady_state(model: FewStates) -> tuple[np.ndarray, float]:
             raise no_steady_state(model.drive.value, limit)
         upper = at
 
-    def excess(current: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    # Bisection, for the derivative of V/R has poles where the resistance has.
+    low, high = 1e-3 * upper if model.coefficient >= 0 else voltage / (model.resistance + series) * (1 - 1e-12), upper
+    while high - low > 2 * np.finfo(float).eps * high:
+        current = (low + high) / 2
         x = model.coefficient * current**2
-        # I - V/R has no pole where the resistance does; its derivative there is not needed, a bisection follows.
-        with np.errstate(divide="ignore", invalid="ignore"):
-            parts = sources**2 / (1 - np.outer(x, gains))
-            resistance = model.resistance + x * parts.sum(axis=1)
-            slope = 2 * x * (parts / (1 - np.outer(x, gains))).sum(axis=1)
-            whole = resistance + series
-            return current - voltage / whole, 1 + voltage * slope / (current * whole**2)
-
-    lower = 1e-3 * upper if model.coefficient >= 0 else voltage / (model.resistance + series) * (1 - 1e-12)
-    current = float(increasing_root(excess, np.array([lower]), np.array([upper]))[0])
+        resistance = model.resistance + x * float((sources**2 / (1 - x * gains)).sum())
+        low, high = (low, current) if current >= voltage / (resistance + series) else (current, high)
+    current = high
     amplitudes = current**2 * sources / (1 - model.coefficient * current**2 * gains)
     return shapes @ amplitudes, sign * current
 

@@ -3,9 +3,8 @@ in which each rung drops one more assumption."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -84,9 +83,19 @@ class Level:
     def whole_plate(self) -> FewStates:
         return self.moments(self.plate_states)
 
-    def most(self) -> tuple[str, FewStates]:
-        """The last model before 3D and its name: the plate, of a row the fin."""
-        return ("fin", self.fin()) if self.sink.spans > 1 else ("plate", self.whole_plate())
+    def model(self, name: str) -> FewStates:
+        """The states of a reduction or of a rung by its name."""
+        if name.startswith("moments:"):
+            return self.moments(int(name.partition(":")[2]))
+        return {
+            "anchored": self.lump,
+            _WITH_ISLANDS: lambda: self.lump(circuit=True),
+            _WITHOUT_CIRCUIT: lambda: self.fin(False, False, circuit=False),
+            "fin-massless": lambda: self.fin(False, False),
+            "fin, pad capacity only": lambda: self.fin(oxide_capacity=False),
+            "fin": self.fin,
+            "plate": self.whole_plate,
+        }[name]()
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,11 +175,10 @@ def solve(levels: Levels, rung: Rung, steady_only: bool, times: np.ndarray | Non
     levels = levels.without(rung.without)
     if rung.name == "paper":
         return ladder.solve(levels.sink, rung.name, steady_only=steady_only, times=times)
-    build = _BETWEEN.get(rung.name, partial(ladder.build, name=rung.name))
-    if rung.name == "plate" and steady_only:
-        build = partial(Level.moments, states=1)  # that field is the steady state itself
-    fine = build(levels.fine)
-    coarse = fine if levels.rough else build(levels.coarse)
+    # The first field of the plate is the steady state itself.
+    name = "moments:1" if rung.name == "plate" and steady_only else rung.name
+    fine = levels.fine.model(name)
+    coarse = fine if levels.rough else levels.coarse.model(name)
     return result(rung.name, levels.sink, fine, coarse, steady_only, times)
 
 
@@ -229,20 +237,6 @@ _OF_ROWS: dict[str, tuple[Rung, ...]] = {
 
 AT_FAULT = {
     rung.blame: rung.at_fault
-    for rung in (
-        *_ALL,
-        _FEW,
-        _LAWS,
-        _RADIATION,
-        _BOTH,
-        *_MISSING.values(),
-        *(step for steps in _OF_ROWS.values() for step in steps),
-    )
+    for rung in (*_ALL, _FEW, _LAWS, _RADIATION, _BOTH, *_MISSING.values(), *sum(_OF_ROWS.values(), ()))
 }
 """What is at fault, by its ``blame``."""
-
-_BETWEEN: dict[str, Callable[[Level], FewStates]] = {
-    _WITH_ISLANDS: lambda level: level.lump(circuit=True),
-    _WITHOUT_CIRCUIT: lambda level: level.fin(False, False, circuit=False),
-    "fin, pad capacity only": lambda level: level.fin(oxide_capacity=False),
-}

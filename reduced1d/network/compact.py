@@ -106,7 +106,7 @@ class _Projection:
         model = self.model
         if self.electric is None:
             return np.empty((0, 0))
-        states = [np.zeros(model.elements.size), *([steady(model).rise] if model.couples else [])]
+        states = [np.zeros(model.elements.size), *([steady(model)[0][:, 0]] if model.couples else [])]
         volts = np.eye(len(model.inputs.values))[:, model.inputs.electric]
         currents = []
         for rise in states:

@@ -24,7 +24,6 @@ from scenes.model import Point, Probe
 Row = tuple[sp.csr_matrix, np.ndarray]
 """A reading of the unknowns (rows, n) and of the inputs (rows, inputs)."""
 
-FINE = 33  # Places on an element at which an extreme is looked for; a parabola goes through the best three.
 EVERYWHERE: tuple[Point, Point] = (-np.inf, -np.inf, -np.inf), (np.inf, np.inf, np.inf)
 
 
@@ -238,7 +237,8 @@ class Reader:
             a, b = lower[axis], upper[axis]
             marks = np.unique([a, *nodes[(nodes > a) & (nodes < b)], b])
             for low, high in zip(marks, marks[1:] if len(marks) > 1 else marks, strict=False):
-                samples = self.e.at([i] * FINE, np.linspace(low, high, FINE))[0] @ u
+                samples = self.e.at([i] * 33, np.linspace(low, high, 33))[0] @ u
+                # A parabola goes through the best three.
                 largest.append(top(sign * samples.T))
         return np.asarray(sign * np.max(largest, axis=0))
 

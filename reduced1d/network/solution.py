@@ -109,10 +109,7 @@ def _steady(shape: Layout) -> tuple[dict[str, Estimate], Model]:
     enough = max(BELOW * shape.scene.accuracy, FINEST)
     for turn in range(len(DEGREES)):
         models = refined(shape, turn)
-        coarse, fine = (
-            read(model, s.rise[:, None], s.potential[:, None], s.x[:, None], np.zeros(1))
-            for model, s in ((model, steady(model)) for model in models)
-        )
+        coarse, fine = (read(model, *steady(model), np.zeros(1)) for model in models)
         errors = {name: float(np.abs(fine[name] - coarse[name]).max()) for name in fine}
         sizes = magnitudes(shape, fine)
         if all(errors[name] <= enough * sizes[name] for name in fine):

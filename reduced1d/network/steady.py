@@ -1,12 +1,10 @@
 """The steady state of a network: Newton's method on rises and potentials at once.
 
 Where heating may run away, the state is followed from no voltage up to the scene's in steps that are halved down to
-`SHORTEST`; the last voltage with a state is the largest one.
+1e-8; the last voltage with a state is the largest one.
 """
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
@@ -15,16 +13,8 @@ from reduced1d.network.circuit import factor, weighted
 from reduced1d.network.model import Model
 from scenes.errors import NumericsError, RunawayError
 
-SHORTEST = 1e-8  # The last step of the factor on the voltages: the relative error of the largest one with a state.
-
-
-@dataclass(frozen=True, eq=False)
-class State:
-    """Rises (n,) in K and potentials (n,) in V at inputs ``x``."""
-
-    rise: np.ndarray
-    potential: np.ndarray
-    x: np.ndarray
+State = tuple[np.ndarray, np.ndarray, np.ndarray]
+"""Rises (n, 1) in K and potentials (n, 1) in V at inputs (inputs, 1), as of `History.at`."""
 
 
 def steady(model: Model) -> State:
@@ -32,14 +22,14 @@ def steady(model: Model) -> State:
 
     Raises RunawayError where there is none, NumericsError where Newton's method fails or heat has no way out.
     """
-    x, cold = model.inputs.at(np.inf), np.zeros(model.elements.size)
+    x, cold = model.inputs.at(np.inf)[:, None], np.zeros((model.elements.size, 1))
     if model.heat is not None and model.heat.floats:
         raise NumericsError("a part of the network has no exit for heat: it has no steady state")
     if model.couples:
-        return _Coupled(model, x).state()
-    potential = model.potentials(cold[:, None], x[:, None])[:, 0]
-    rise = cold if model.heat is None else model.solved(x, model.joule(cold, potential, x))
-    return State(rise, potential, x)
+        rise, potential, x = (each[:, None] for each in _Coupled(model, x[:, 0]).state())
+        return rise, potential, x
+    potential = model.potentials(cold, x)
+    return cold if model.heat is None else model.solved(x, model.joule(cold, potential, x)), potential, x
 
 
 class _Coupled:
@@ -78,18 +68,18 @@ class _Coupled:
     def _state(self, z: np.ndarray, s: float) -> State:
         x = self.x + (s - 1) * self.driven
         rise = self.heat.free @ (z[: self.f] * self.kelvin) + self.heat.fixed @ x
-        return State(rise, self.current.free @ (z[self.f :] * self.volt) + self.current.fixed @ x, x)
+        return rise, self.current.free @ (z[self.f :] * self.volt) + self.current.fixed @ x, x
 
     def _equations(self, z: np.ndarray, s: float) -> tuple[np.ndarray, sp.csc_matrix, np.ndarray]:
         """The residual of both equations, and its derivatives by z and by s, in units of the cold state."""
-        m, heat, current, state = self.model, self.heat, self.current, self._state(z, s)
-        halves, resistance = m.resistances(state.rise)
-        flow = m.currents(resistance, state.potential, state.x)
+        m, heat, current, (rise, potential, x) = self.model, self.heat, self.current, self._state(z, s)
+        halves, resistance = m.resistances(rise)
+        flow = m.currents(resistance, potential, x)
         half_flow = flow[current.branch]
         joule = current.halves.T @ (half_flow**2 * halves)
         residual = np.r_[
-            heat.free.T @ (m.stiffness @ state.rise - m.entering @ state.x - joule),
-            current.free.T @ (current.across.T @ flow - current.load @ state.x),
+            heat.free.T @ (m.stiffness @ rise - m.entering @ x - joule),
+            current.free.T @ (current.across.T @ flow - current.load @ x),
         ]
         # How flows follow the rise, the heat follows the flows and the rise, and the flows follow the potential.
         flow_by_rise = weighted(self.resistance_by_rise, -flow / resistance)
@@ -141,7 +131,7 @@ class _Coupled:
                 z, s, tangent, step = new, ahead, after, 2 * step
             else:
                 step = (ahead - s) / 2
-                if step < SHORTEST:
+                if step < 1e-8:
                     raise self._runaway(s)
         return z
 

@@ -15,7 +15,6 @@ from reduced1d.device.design import (
     in_the_loop,
     limiter_acts,
     measurable_range,
-    reading,
     resolution,
     smooth_start_gain,
 )
@@ -71,12 +70,14 @@ def test_resolution_of_the_built_in_meters():
     assert good.total < 0.5 < 5 < poor.total
     assert good.sink > 10 * good.sensor  # the sink's small coefficient, times g_insulator/g_polymer = 10
     state = steady(device)
-    step = reading(PXI_4070, state.sensor_V, state.sensor_power_W)
-    worst = (state.sensor_V + step.voltage) / (state.sensor_power_W / state.sensor_V - step.current)
-    nominal = state.sensor_V**2 / state.sensor_power_W
-    assert worst - nominal == pytest.approx(step.resistance, rel=1e-4)
+    ohm, watt = PXI_4070.steps(state.sensor_V, state.sensor_power_W)
+    # 82 mV are read to 0.1 uV, and 69 mA to 0.1 uA.
+    current = state.sensor_power_W / state.sensor_V
+    worst = (state.sensor_V + 1e-7) / (current - 1e-7)
+    assert worst - state.sensor_V / current == pytest.approx(ohm, rel=1e-4)
+    assert (state.sensor_V + 1e-7) * (current + 1e-7) - state.sensor_power_W == pytest.approx(watt, rel=1e-4)
     with pytest.raises(ValueError, match="beyond the largest range"):
-        reading(PXI_4070, 1.0, 5.0)
+        PXI_4070.steps(1.0, 5.0)
 
 
 def test_quantisation_in_the_loop():
