@@ -19,7 +19,7 @@ from scenes.formats import kelvin, milliseconds, percent, quantity
 from statespace.result import BAND, SLOW_TIME, Run, Runs
 
 if TYPE_CHECKING:
-    from fem3d.device.runs import Solved
+    from fem3d.device.solve import Solved
 
 PAPER_SETTLING = 0.1
 """The settling time (s) that the paper gives, "about 0.1 s"."""

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from compare.models import Model
     from compare.slopes import Slopes
     from compare.verdict import Check
-    from fem3d.device.runs import Solved
+    from fem3d.device.solve import Solved
     from reduced1d.device.design import Design
     from scenes.device import Device
     from scenes.model import AnyScene

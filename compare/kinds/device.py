@@ -77,7 +77,7 @@ class DeviceKind(Kind[Device]):
         from reduced1d.device import design
 
         if options.in_3d:
-            from fem3d.device.runs import make
+            from fem3d.device.solve import make
             from scenes.result import Estimate, Result
 
             with progress.stage("device in 3D"):

@@ -10,12 +10,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import pairwise
 from typing import Any, Protocol
 
 import numpy as np
 
-from fem3d.adaptivity import effectivity, field_error, goal_errors, memory, nested, trace_errors
+from fem3d.adaptivity import effectivity, field_error, goal_errors, nested, reach, trace_errors
 from fem3d.adaptivity.estimator import Estimator, worst_of
 from fem3d.adaptivity.goal_errors import Level, Record
 from fem3d.adaptivity.mesh import Indicators, less_accurate
@@ -25,11 +24,15 @@ from fem3d.problems.heat import HeatProblem
 from fem3d.results.study import Study
 from fem3d.solution.transient import Base
 from fem3d.spaces import edge_exponents
-from fem3d.spaces.domain import Domain
+from fem3d.spaces.domain import Domain, groups
 from fem3d.spaces.size import START_UP, Size, of_cells
 from meshes import grading
+from meshes.grouped.check import check, remarks
+from meshes.grouped.place import Placed
+from meshes.grouped.read import read
+from meshes.grouped.refine import refine
 from scenes.errors import TooLargeError
-from scenes.model import AnyScene
+from scenes.model import AnyScene, MeshScene
 from scenes.plan import Step
 
 AIM = 0.7  # of the target: estimates foresee the next error to a factor
@@ -48,7 +51,7 @@ MARKED = 0.9  # part of all indicators that the refined cells hold
 
 
 class Layout(Protocol):
-    """A scene on the cells of a mesh: `choice.BoxLayout` for boxes, `file_mesh.FileLayout` for a file."""
+    """A scene on the cells of a mesh: `choice.BoxLayout` for boxes, `FileLayout` for a file."""
 
     advice: str
     """What to do where the accuracy is not reached, in words."""
@@ -98,8 +101,6 @@ class CellMesh:
     degree: the highest degree of the elements.
     levels: how many times the mesh was refined.
     history: estimates of earlier levels, which correct later ones.
-    convergence: unknowns and largest relative errors of earlier levels.
-    below: no refinement is made that is foreseen to leave more than this error, which another mesh leaves.
     """
 
     layout: Layout
@@ -107,8 +108,6 @@ class CellMesh:
     degree: int = 3
     levels: int = 0
     history: tuple[Record, ...] = ()
-    convergence: tuple[tuple[int, float], ...] = ()
-    below: float = np.inf
 
     whole = True
 
@@ -137,7 +136,7 @@ class CellMesh:
     def _room(self) -> float:
         """The factor by which the unknowns may grow, by memory, and unless run.memory is given by time."""
         # Factors grow like n^(4/3) in three dimensions (George, SIAM J. Numer. Anal. 10, 1973).
-        room = (memory.limit(self.scene) - START_UP) / (self.size.memory - START_UP)
+        room = (reach.limit(self.scene) - START_UP) / (self.size.memory - START_UP)
         most = MOST_UNKNOWNS if self.scene.steady else FEWER
         return float(min(np.inf if self.scene.memory else most / self.size.unknowns, max(room, 0.0) ** (3 / 4)))
 
@@ -179,10 +178,9 @@ class CellMesh:
     def refine(self, indicators: Indicators, target: float) -> CellMesh | None:
         """Cut cells with more than their share, those with most first, as far as there is room."""
         record = () if indicators.record is None else (indicators.record,)
-        convergence = (*self.convergence, (self.size.unknowns, indicators.worst))
-        if self._last or self._foreseen(convergence) > self.below:
+        if self._last:
             return None
-        start = replace(self, history=(*self.history, *record), convergence=convergence)
+        start = replace(self, history=(*self.history, *record))
         if not self.simplex:
             return start.refine_all()
         by_axis = np.array(worst_of(indicators.goals))
@@ -208,12 +206,6 @@ class CellMesh:
                 break
             count = min(max(int(0.9 * count * room / growth), 1), len(order) if growth < room else count - 1)
         return best
-
-    def _foreseen(self, levels: tuple[tuple[int, float], ...]) -> float:
-        """Return the largest error after the last refinement, if it falls with the unknowns as it fell between two of
-        the last three levels; zero before there are three."""
-        rates = [np.log(e / f) / np.log(m / n) for (n, e), (m, f) in pairwise(levels[-3:])]
-        return 0.0 if len(rates) < 2 else float(levels[-1][1] * self._room ** -max(rates))
 
     def refine_all(self) -> CellMesh | None:
         return None if self._last else self._cut(self._longest())
@@ -261,7 +253,7 @@ class CellMesh:
         cells = "tetrahedra" if self.simplex else "hexahedra"
         why = f"{self.size.cells:,} {cells} of degree {self.degree}; {self.layout.advice}"
         short = self.simplex and self.degree < 3
-        remark = f"elements of degree 2, for degree 3 takes more memory: {memory.allowed(self.scene)}"
+        remark = f"elements of degree 2, for degree 3 takes more memory: {reach.allowed(self.scene)}"
         return [*less_accurate(study, relative, why), *[remark] * short, *self.layout.remarks()]
 
 
@@ -270,12 +262,72 @@ def fitting(layout: Layout, accuracy: float) -> CellMesh:
 
     Raises TooLargeError where degree 2 does not fit.
     """
-    most = memory.limit(layout.scene)
+    most = reach.limit(layout.scene)
     for degree in (3, 2):
         mesh = CellMesh(layout, accuracy, degree if len(layout.cells.t) == 4 else 2)
         if mesh.size.memory <= most:
             return mesh
     raise TooLargeError(
         f"{layout.name} take {mesh.size.memory / 1e9:.2g} GB with elements of degree 2, the lowest with an error "
-        f"estimate, and {memory.allowed(layout.scene)}; set run.memory, or use a machine with more memory"
+        f"estimate, and {reach.allowed(layout.scene)}; set run.memory, or use a machine with more memory"
     )
+
+
+def mesh_of(scene: MeshScene) -> CellMesh:
+    """Return the scene on the mesh of its file.
+
+    Raises SceneError where they do not fit together, TooLargeError where the cells take too much memory.
+    """
+    return fitting(FileLayout(check(scene, read(scene.path, scene.unit))), scene.accuracy)
+
+
+@dataclass(frozen=True, eq=False)
+class FileLayout:
+    """A scene on the cells of its file, or on refined ones."""
+
+    placed: Placed
+
+    advice = "give a finer mesh, above all at edges, corners and the rims of electrodes and fixed temperatures"
+
+    @property
+    def scene(self) -> MeshScene:
+        return self.placed.scene
+
+    @property
+    def name(self) -> str:
+        mesh = self.placed.mesh
+        return f"the {mesh.count:,} {'tetrahedra' if mesh.simplex else 'hexahedra'} of {self.scene.file}"
+
+    @property
+    def cells(self) -> Any:
+        return self.placed.mesh.mesh
+
+    def domain(self, degree: int) -> Domain:
+        return groups(self.placed, degree)
+
+    def refine(self, shorter: np.ndarray, sharp: np.ndarray) -> FileLayout:
+        """Three bisections make one half as long, wherever edges are sharp; hexahedra are all cut into eight."""
+        mesh, times = self.placed.mesh, np.where(shorter.any(axis=0), 3, 0)
+        return FileLayout(replace(self.placed, mesh=refine(mesh, times if mesh.simplex else None)))
+
+    def with_scene(self, scene: MeshScene) -> FileLayout:
+        return FileLayout(replace(self.placed, scene=scene))
+
+    def remarks(self) -> list[str]:
+        return remarks(self.placed.mesh)
+
+    def statistics(self) -> dict[str, Any]:
+        mesh = self.placed.mesh
+        named = {"volume_groups": sorted(mesh.volumes), "surface_groups": sorted(mesh.surfaces)}
+        return {"file_cells": len(mesh.cells), "cell_type": mesh.file_type, **named}
+
+    def steps(self, levels: int | None, degree: int) -> tuple[Step, Step]:
+        mesh, accuracy = self.placed.mesh, f"an estimated error of {self.scene.accuracy:g}"
+        cut = "halved where readings miss most" if mesh.simplex else "cut into eight"
+        how = f"{cut}, until {accuracy} is reached or memory or time ends it"
+        if levels is not None:
+            how = f"{cut}, {levels} times, to {mesh.count} cells"
+        degrees = ", ".join(str(p) for p in range(1, degree)) + f" and {degree}"
+        why = f"degrees {degrees} estimate the errors on the cells of the file" if levels == 0 else how
+        what = f"{len(mesh.cells)} {mesh.file_type} cells of {self.scene.file}, degree {degree}"
+        return Step("mesh", "done", what), Step("refinement", "skipped" if levels == 0 else "done", why)

@@ -82,22 +82,22 @@ def choose(study: Study, whole: Study, over_time: bool = False) -> tuple[Study, 
 
     Raises TooLargeError where both take too much memory.
     """
-    scene, bricks = study.part.scene, None
+    scene, size = study.part.scene, reach.least(study.part.scene)
+
+    def bricks(most: float) -> Bricks | None:
+        if scene.mesh or not _suits(scene, size, most):
+            return None
+        # A response over time has its rows on a grid that is fine enough alone.
+        first = replace(Bricks.of(study, over_time), as_far_as_it_goes=not over_time)
+        return first if _suits(scene, foreseen(scene, first.grid), most) else None
+
     if scene.mesh == "bricks":
         return study, Bricks.of(study, over_time)
-    grid, free = reach.least(scene), not scene.mesh
-    if free and _suits(scene, grid, LARGE):
-        bricks = _bricks(study, over_time)
-        grid = foreseen(scene, bricks.grid)
-        if _suits(scene, grid, LARGE):
-            return study, bricks
-    tetrahedra = on_tetrahedra(whole.part.scene, grid)
-    enough = factor(scene.accuracy) * tetrahedra.size.unknowns
-    if free and _suits(scene, grid, enough):
-        bricks = bricks or _bricks(study, over_time)
-        if _suits(scene, foreseen(scene, bricks.grid), enough):
-            return study, bricks
-    return whole, tetrahedra
+    if few := bricks(LARGE):
+        return study, few
+    tetrahedra = on_tetrahedra(whole.part.scene, size)
+    many = bricks(factor(scene.accuracy) * tetrahedra.size.unknowns)
+    return (study, many) if many else (whole, tetrahedra)
 
 
 def solve(
@@ -120,7 +120,7 @@ def solve(
     every, last = whole(), mesh if known is None else known.mesh
     assert isinstance(last, Bricks)
     try:
-        tetrahedra = replace(on_tetrahedra(every.part.scene, foreseen(last.scene, last.grid)), below=left)
+        tetrahedra = on_tetrahedra(every.part.scene, foreseen(last.scene, last.grid))
         progress("begun anew on tetrahedra: bricks would be too many")
         answer = adapt(every, with_transient, progress, tetrahedra, not with_transient)
     except NumericsError:
@@ -135,11 +135,6 @@ def solve(
 def _may_change(mesh: Mesh) -> bool:
     """Return whether tetrahedra may take the place of bricks that become too many."""
     return isinstance(mesh, Bricks) and not mesh.scene.mesh
-
-
-def _bricks(study: Study, over_time: bool) -> Bricks:
-    """Return the first bricks. A response over time has its rows on a grid that is fine enough alone."""
-    return replace(Bricks.of(study, over_time), as_far_as_it_goes=not over_time)
 
 
 def _suits(scene: Scene, grid: Size, most: float) -> bool:

@@ -16,22 +16,27 @@ from typing import Any
 import numpy as np
 
 from fem3d.adaptivity import transient_base
+from fem3d.adaptivity.adapt import adapt
 from fem3d.adaptivity.goal_parts import goal_row
 from fem3d.compact import fields
-from fem3d.compact.mesh import problem
 from fem3d.compact.projection import Projection, Structure, project
+from fem3d.problems.current import Conductor
 from fem3d.problems.current_fields import independent
+from fem3d.problems.heat import HeatProblem
+from fem3d.results.outputs import Outputs
 from fem3d.results.probes import reading
+from fem3d.runs import probe_quantities
 from fem3d.runs import scene as scene_run
 from fem3d.runs.probe_quantities import EARLY, LATE, OF_FLOW
 from fem3d.solution import transient
 from fem3d.solution.reduced import Reduced
 from fem3d.solution.transient import Base
+from meshes.symmetry import Symmetry
 from scenes import physics
 from scenes.errors import NumericsError, SceneError, quoted
 from scenes.model import DERIVED, AnyScene, MeshScene, Schedule, Value
 from scenes.result import Result
-from statespace.channels import OWN, Channel, channels, driven, scenarios
+from statespace.channels import OWN, Channel, apart, channels, driven, scenarios
 from statespace.document import scene_document
 from statespace.reduction import Reference, compare, leading, not_reached, reduce, worst
 from statespace.runtime import CompactModel
@@ -46,6 +51,10 @@ MESH, FINER, TURNS = 3.0, 0.3, 4
 """The first mesh is for this many times the accuracy; how much less each further one leaves; how many there are."""
 INSTANTS = 60
 """Instants of each run at which a model is compared."""
+# The step of each given temperature is this fraction of the one before, and of the other sign: equal steps would cancel
+# out.
+LESS = 0.8
+FARTHEST = 0.2  # a step of a temperature changes a resistivity by at most this fraction
 MOST_PLACES, NEAR = 12, 1e-4
 """Places of an extreme at most, and the part of a run's scale by which a place may miss the extreme."""
 
@@ -149,7 +158,7 @@ def _compact(
         begun = process_time()
         say(f"compact model: mesh {turn + 1}")
         try:
-            heat, conductor, part = problem(
+            heat, conductor, part = _problem(
                 scene, inputs, MESH * FINER**turn * accuracy, runs[OWN].rise(scene), runs[OWN].scales
             )
         except NumericsError as error:
@@ -257,6 +266,54 @@ def instants(scene: AnyScene, times: np.ndarray, inputs: Mapping[str, Value] | N
     waits = [(times >= jump) & (times < jump + first * (1 - 1e-12)) for jump in jumps]
     late = np.flatnonzero((times >= first * (1 - 1e-12)) & ~np.any([np.zeros(len(times), bool), *waits], axis=0))
     return late[np.unique(np.linspace(0, len(late) - 1, INSTANTS).astype(int))]
+
+
+def _problem(
+    scene: AnyScene, inputs: tuple[Channel, ...], accuracy: float, rise: float, scales: dict[str, float]
+) -> tuple[HeatProblem, Conductor | None, Symmetry]:
+    """The heat problem and the conductor with a channel for each input, where they hold ``accuracy`` for inputs that
+    together make rises of the size ``rise`` (K), relative to ``scales`` or more, as such rises may cancel out in a
+    probe; and the part that is solved."""
+    named = apart(scene, inputs)
+    start, mixed = None, _mixed(scene, inputs, rise)
+    if isinstance(named, MeshScene):
+        part, start = scene_run.part_of(named, True), scene_run.on_file(named)
+        start = start.with_scene(replace(driven(named, mixed), accuracy=accuracy))
+    else:
+        start = scene_run.start(replace(driven(named, mixed), accuracy=accuracy))[1]
+        start = start if start.whole else None
+        part = scene_run.part_of(named, start is not None)
+    mixed_scene = replace(driven(scene, mixed), accuracy=accuracy)
+    mixed_part = replace(part, scene=replace(driven(part.scene, mixed), accuracy=accuracy))
+
+    def largest(out: Outputs) -> dict[str, float]:
+        return {name: max(scale, scales[name]) for name, scale in probe_quantities.scales(mixed_scene, out, {}).items()}
+
+    study = replace(
+        probe_quantities.study(mixed_scene, mixed_part),
+        field=None,
+        extrapolated=False,
+        steady_scales=largest,
+        trace_scales=largest,
+    )
+    mesh: Any = adapt(study, not scene.steady, mesh=start, with_steady=scene.steady).mesh
+    given = mesh.with_scene(replace(part.scene, accuracy=accuracy)).problems()
+    return given.heat, given.conductor, part
+
+
+def _mixed(scene: AnyScene, inputs: tuple[Channel, ...], rise: float) -> dict[str, Value]:
+    """A value for each input: voltages, sources and fluxes as they are in the scene, temperatures apart."""
+    conductors = (m for m in physics.materials(scene) if m.resistivity is not None)
+    steepest = max((abs(m.temperature_coefficient) for m in conductors), default=0.0)
+    size = min(max(rise, 1.0), FARTHEST / max(steepest, 1e-300))
+    values: dict[str, Value] = {}
+    for c in inputs:
+        if c.kind in ("temperature", "ambient"):
+            values[c.name] = c.rest + size
+            size *= -LESS
+        else:
+            values[c.name] = c.largest
+    return values
 
 
 def _rich(

@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 
 from fem3d.problems.heat import HeatProblem
-from fem3d.results.probes import reading
-from fem3d.results.voltmeter import Voltmeter
+from fem3d.results.probes import Voltmeter, reading
 from fem3d.solution.reduced import Reduced
 from fem3d.solution.transient import Base
 from meshes.symmetry import Symmetry

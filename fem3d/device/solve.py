@@ -4,23 +4,28 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
+from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
 
-from fem3d.adaptivity.estimator import left
-from fem3d.adaptivity.nested import problems
-from fem3d.device import grid as grids
+from fem3d.adaptivity import reach
+from fem3d.adaptivity.estimator import Spread, left, total
+from fem3d.adaptivity.nested import Problems, problems
 from fem3d.device.model import DEPARTS, Projected, Structure, projected
 from fem3d.spaces.domain import boxes
-from meshes import grading, symmetry
+from meshes import diffusion, grading, symmetry
+from meshes.grading import Features
+from meshes.grid import Grid
 from scenes.device import Device, External
 from scenes.errors import NumericsError
+from scenes.model import Scene
 from statespace import shielding
+from statespace.device_reduction import Whole
 from statespace.ground import NARROW, Shared, shared
 from statespace.march import March, march
 from statespace.modal import Modal
-from statespace.result import QUANTITIES, TOP, DeviceResult, Steady, device_result
+from statespace.result import QUANTITIES, TOP, DeviceResult, Run, Runs, Steady, device_result, with_others
 from statespace.shielding import Response, Shielding
 from statespace.stability import Stability, assess, gains, plant, steady
 
@@ -179,7 +184,7 @@ def model(device: Device, accuracy: float, say: Callable[[str], None] = lambda _
     scene = replace(device.scene(), accuracy=accuracy)
     part = symmetry.reduce(scene)
     marks, earliest = grading.features(part.scene), device.control.sample_time
-    grid = grids.first(part.scene, min(accuracy, COARSEST), earliest, marks)
+    grid = _first_grid(part.scene, min(accuracy, COARSEST), earliest, marks)
     short = _short(device)
     generations, nodes = GENERATIONS, FEWEST
     slowest = LONGEST * earliest
@@ -212,7 +217,7 @@ def model(device: Device, accuracy: float, say: Callable[[str], None] = lambda _
         more_fields = fields > accuracy / 2 and generations < MOST
         more_nodes = between > accuracy / 4 and nodes < MOST_NODES
         if space > accuracy / 2:
-            grid = grids.refined(grid, given, fine, low, AHEAD * space / accuracy, marks)
+            grid = _refined(grid, given, fine, low, AHEAD * space / accuracy, marks)
             given = problems(boxes(part.scene, grid), accuracy)
         elif number > 1 and not (more_fields or more_nodes):
             break  # the same level again would find the same
@@ -265,3 +270,86 @@ def _scales(device: Device, run: March) -> dict[str, float]:
     """The scale of each quantity's error: the set temperature's rise, or its largest value."""
     largest = dict(zip(_NAMES, np.maximum(np.abs(run.traces).max(axis=0), 1e-300).tolist(), strict=True))
     return largest | dict.fromkeys(("sink_K", "sensor_K"), device.set_rise)
+
+
+def _first_grid(scene: Scene, accuracy: float, earliest: float, marks: Features) -> Grid:
+    """The grid to start with: the grid of the steady state, with layers at the polymer's top for a step there, and a
+    degree more across the layers, through which heat comes and goes in a few samples."""
+    grid = diffusion.graded(reach.first_grid(scene, accuracy, marks), scene, earliest)
+    return grid.with_axes(grid.breaks, [*grid.degrees[:2], grading.raised(grid).degrees[2]])
+
+
+def _refined(grid: Grid, given: Problems, fine: Projected, low: Projected, over: float, marks: Features) -> Grid:
+    """The grid refined where the last degree still changed something, ``over`` being the error over the accuracy."""
+    missing = _missing(given, fine, low)
+    size = total(missing)
+    return grading.refined(grid, [m * (over / size) for m in missing], 1.0, marks)
+
+
+def _missing(given: Problems, fine: Projected, low: Projected) -> Spread:
+    """The error of the lower space's responses by interval, for the worst of the loads and shifts.
+
+    A film's power acts where its resistance is measured, so that a load F is the goal too: the last degree adds
+    x (F - A y) to F x, summed over the functions that the lower space's solution y lacks.
+    """
+    heat, space = given.heat, given.bricks
+    lower = given.heats[1]
+    new = slice(lower.free, heat.free)
+    worst = [np.zeros(len(d)) for d in space.grid.degrees]
+    for solve, solve_low, shift in zip(fine.space.solves, low.space.solves, fine.shifts, strict=True):
+        for load, load_low in zip(fine.loads, low.loads, strict=True):
+            x = solve(load[: heat.free])
+            y = given.lifted(solve_low(load_low[: lower.free]), 1)[: heat.free]
+            residual = load[: heat.free] - heat.inner_mass @ y - shift * (heat.inner_stiffness @ y)
+            parts = (x * residual)[new] / float(load[: heat.free] @ x)
+            worst = [np.maximum(a, b) for a, b in zip(
+                worst, space.spread(heat.order[new], parts), strict=True)]  # fmt: skip
+    return worst
+
+
+@dataclass(frozen=True)
+class Solved:
+    """The few states of a device's structure, and their runs."""
+
+    model: Model
+    runs: Runs
+
+    @cached_property
+    def shielding(self) -> tuple[Shielding, dict[str, float]]:
+        """Effect of the temperatures around on both powers, with errors (`Model.shielding`)."""
+        return self.model.shielding(self.runs.base.device)
+
+    @cached_property
+    def response(self) -> Response:
+        """The response to a step of the substrate's temperature (`Model.response`)."""
+        return self.model.response(self.runs.base.device)
+
+    @property
+    def exported(self) -> Whole:
+        """The model to export, and its closed loop."""
+        model, base = self.model, self.runs.base
+        others = [(model.low, max(model.edges, *model.beyond.values())), (model.fewer, 1.0)]
+        return Whole(
+            f"{base.device.name}, in 3D", base.device, model.fine, base.result, model.steady_errors(base.device), others
+        )
+
+    @cached_property
+    def ground(self) -> list[tuple[Shared, dict[str, float]]]:
+        """Effects of a lead to ground that both films share, with errors (`Model.ground`)."""
+        return self.model.ground(self.runs.base.device)
+
+
+def make(device: Device, meter: tuple[float, float], slow: bool, steps: bool, say: Callable[[str], None]) -> Solved:
+    """The few states of a device's structure and the scene's own run, with ``meter`` the steps (ohm) to which the
+    resistances are rounded in its loop; and where they are wanted the run sampled slowly and those of the outer steps.
+
+    Raises ArithmeticError where the numerics fail.
+    """
+    say("solving in 3D")
+    states = model(device, device.accuracy_3d, say)
+
+    def simulate(other: Device, start: Literal["cold", "settled"]) -> Run:
+        result, lower = states.solve(other, meter, start)
+        return Run(other, result, states.largest_eigenvalue, reference=lower)
+
+    return Solved(states, with_others(device, simulate(device, "cold"), simulate, slow, steps, say))

@@ -24,9 +24,7 @@ from fem3d.problems.conductors import box_of, share
 from fem3d.problems.current import Potential
 from fem3d.problems.faces import Surface
 from fem3d.problems.heat import HeatProblem
-from fem3d.results import voltmeter
-from fem3d.results.probes import Reading, reading
-from fem3d.results.voltmeter import Voltmeter
+from fem3d.results.probes import Reading, Voltmeter, potential_over_time, reading
 from fem3d.solution.joule_tensors import Split
 from fem3d.solution.march import FullResponse
 from fem3d.solution.reduced import Reduced
@@ -34,12 +32,15 @@ from fem3d.solution.steady import SteadyState
 from fem3d.solution.transient import Base, Transient
 from fem3d.spaces import channels
 from meshes.symmetry import Symmetry
+from scenes import laws
 from scenes.model import Value
 
 ROUNDING = 1e-10  # relative error that rounding in the solves leaves in every quantity
 # Points of a step between which outputs at full order are interpolated: with the cubic rise of order 4, as its error.
 POINTS = 5
 JUST = 1e-12  # relative distance of the last one from the end of the step, where inputs may jump
+# a table is left only beyond this fraction of the span of temperatures: given temperatures at its end are met to that
+CLOSE = 1e-3
 Outputs = dict[str, np.ndarray]  # of shape () or (times,)
 Response = Transient | FullResponse
 """A response in a reduced space or at full order."""
@@ -172,7 +173,7 @@ def of_states(
 
     def potential(probe: Any) -> np.ndarray:
         if probe.name not in reduced.potentials:
-            return voltmeter.over_time(base, lambda: heat.whole(a @ basis.T) + g @ lifts, probe, times)
+            return potential_over_time(base, lambda: heat.whole(a @ basis.T) + g @ lifts, probe, times)
         shares, cold, warm = reduced.potentials[probe.name]
         return g @ shares - np.einsum("ti,ti->t", c, g @ cold + a @ warm.T)
 
@@ -274,3 +275,27 @@ def _added(values: tuple[Value, ...], times: np.ndarray) -> np.ndarray:
     """The sum of some values at times of any shape."""
     at = times.reshape(-1)
     return sum((channels.value(v, at) for v in values), np.zeros(at.shape)).reshape(times.shape)
+
+
+def tables(heat: HeatProblem, rises: np.ndarray, keys: tuple[str, ...]) -> list[str]:
+    """A sentence for each table among some properties that fields (k, all nodes), rises in K, get out of."""
+    domain, sentences = heat.domain, dict[str, None]()
+    space, start, fields = domain.space, domain.scene.initial_temperature, heat.field(np.atleast_2d(rises))
+    for body, material in enumerate(domain.materials):
+        cells = np.flatnonzero(domain.body == body)
+        given = [(key, law) for key in keys for law in laws.of(getattr(material, key)) if isinstance(law, laws.Table)]
+        if not given or not len(cells):
+            continue
+        # Inside the cells, and at their vertices, where the coefficient of a function is its value.
+        vertices = np.flatnonzero(space.of(cells) & (space.unit > 0))
+        reached = np.concatenate([fields[:, vertices].ravel(), *(space.on(cells).value(u).ravel() for u in fields)])
+        low, high = start + float(reached.min()), start + float(reached.max())
+        slack = CLOSE * (high - low)
+        for key, law in given:
+            first, last = law.temperatures[0], law.temperatures[-1]
+            if low < first - slack or high > last + slack:
+                known = f"{key} of {material.name} is a table from {first:,.0f} to {last:,.0f} K"
+                sentences[f"{known}, and {low:,.0f} to {high:,.0f} K are reached: beyond its ends it is constant"] = (
+                    None
+                )
+    return list(sentences)

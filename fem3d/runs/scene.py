@@ -13,7 +13,6 @@ from fem3d.adaptivity.adapt import adapt
 from fem3d.adaptivity.mesh import Answer
 from fem3d.adaptivity.trace_errors import ROW_SHARE, Response
 from fem3d.results import outputs
-from fem3d.results.beyond import tables
 from fem3d.results.fields import Fields
 from fem3d.results.study import Study
 from fem3d.runs import currents, probe_quantities, readouts
@@ -85,8 +84,8 @@ def start(scene: AnyScene, whole: bool = False) -> tuple[Study, Any]:
 
 
 def on_file(scene: MeshScene) -> Any:
-    """The mesh of a scene's file (`fem3d.adaptivity.file_mesh`), which boxes do not wait for."""
-    from fem3d.adaptivity.file_mesh import mesh_of
+    """The mesh of a scene's file (`fem3d.adaptivity.cell_mesh`), which boxes do not wait for."""
+    from fem3d.adaptivity.cell_mesh import mesh_of
 
     return mesh_of(readouts.to_solve(scene))
 
@@ -142,7 +141,9 @@ def described(study: Study, answer: Answer) -> dict[str, Any]:
     rises = [] if state is None else [state.rise]
     if transient is not None:
         rises += list(transient.rises(np.linspace(0.0, transient.end, LOOKED_AT)))
-    beyond = tables(heat, np.array(rises), physics.may_follow(heat.domain.scene, over_time=transient is not None))
+    beyond = outputs.tables(
+        heat, np.array(rises), physics.may_follow(heat.domain.scene, over_time=transient is not None)
+    )
     return {
         "unknowns": heat.free if physics.heat(heat.domain.scene) else electric, "electric_unknowns": electric,
         "levels": answer.levels, "symmetry": study.part.part,

@@ -11,7 +11,7 @@ import pytest
 
 from benchmarks.walls import Layer, step_response
 from fem3d.adaptivity import cellwise
-from fem3d.adaptivity.file_mesh import mesh_of
+from fem3d.adaptivity.cell_mesh import mesh_of
 from fem3d.problems import conductors
 from fem3d.problems.assembly import assemble
 from fem3d.runs.scene import solve

@@ -7,8 +7,7 @@ from dataclasses import asdict, replace
 import numpy as np
 import pytest
 
-from fem3d.device.runs import Solved
-from fem3d.device.solve import model
+from fem3d.device.solve import Solved, model
 from reduced1d.device.accurate import solve_accurate
 from reduced1d.device.lumped import shielding_response as over_time
 from scenes.device import Device

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from fem3d.adaptivity import nested
-from fem3d.adaptivity.file_mesh import mesh_of
+from fem3d.adaptivity.cell_mesh import mesh_of
 from fem3d.adaptivity.mesh import less_accurate
 from fem3d.problems.heat import HeatProblem
 from fem3d.runs import probe_quantities
