@@ -135,18 +135,13 @@ class Material:
 
 @dataclass(frozen=True)
 class Box:
-    """A brick of one material between two corners (m), with an optional volumetric heat source (W/m3).
-
-    ``stands_for`` is the number of such bricks in series that this one represents: a current meets the resistance of
-    all, heat meets this one.
-    """
+    """A brick of one material between two corners (m), with an optional volumetric heat source (W/m3)."""
 
     name: str
     material: Material
     lower: Point
     upper: Point
     heat_source: Value = 0.0
-    stands_for: float = 1.0
 
 
 @dataclass(frozen=True)

@@ -70,7 +70,7 @@ def current(conductor: Conductor, change: np.ndarray) -> Tested:
     add, half on each side."""
     on: Any = conductor.on
     count = len(conductor.heat.domain.body)
-    flux = on.weights * on.gradient(change) / (conductor.cold * conductor.stands_for)
+    flux = on.weights * on.gradient(change) / conductor.cold
 
     def tested(dual: np.ndarray) -> np.ndarray:
         products, rows = np.zeros((3, count)), (flux * on.gradient(dual)).sum(axis=2)

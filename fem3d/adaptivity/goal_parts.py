@@ -111,9 +111,7 @@ def joule_parts(
     if conductor is None or not duals or not any(phi.any() for phi in potentials):
         return {}
     heat, space = given.heat, given.domain.electric.space
-    densities = [
-        conductor.on.gradient(a + b) / (conductor.cold * conductor.stands_for) for a, b in pairwise(potentials)
-    ]
+    densities = [conductor.on.gradient(a + b) / conductor.cold for a, b in pairwise(potentials)]
     residuals = [-(conductor.matrix @ phi) for phi in potentials[:-1]]
     weights = degree_products(conductor.matrix, potentials[-1], space.depth)
     stills = []

@@ -31,15 +31,14 @@ def find(heat: HeatProblem, solved: float = SOLVED) -> Conductor | None:
         return None
     initial = domain.scene.initial_temperature
     lines = np.array([law(m, initial) if m.resistivity else (np.inf, 0.0) for m in domain.materials])
-    copies = domain.stands_for[domain.body][:, None]
-    lines = lines[domain.body] * copies
+    lines = lines[domain.body]
     voltages, fixed, terminals, reactions = _electrodes(domain)
     ratios = np.array([m.resistivity_ratios for m in domain.materials]).T[:, domain.body, None]
     along = None if (ratios[:, cells] == 1.0).all() else ratios
-    sections, jumps = _sections(heat, lines, copies, along)
+    sections, jumps = _sections(heat, lines, along)
     cold, warm = lines[cells, :1], lines[cells, 1:]
     conductivity = 1 / cold[:, 0] if along is None else 1 / (cold * along[:, cells])[..., 0]
-    matrix, stands_for = space.stiffness(conductivity, cells), copies[cells]
+    matrix = space.stiffness(conductivity, cells)
     on: Any = space.on(cells)
     crossed = crossings(heat.domain)
     names = _named(domain, cells, crossed)
@@ -48,7 +47,7 @@ def find(heat: HeatProblem, solved: float = SOLVED) -> Conductor | None:
         counts = [len(c.warmed[0].areas) for c in crossed]
         matrix = sum((c.potential.mass() / c.resistance for c in crossed), matrix)
         cold = np.vstack([cold, np.repeat([c.resistance for c in crossed], counts)[:, None]])
-        warm, stands_for = (np.vstack([x, np.full((sum(counts), 1), y)]) for x, y in ((warm, 0.0), (stands_for, 1.0)))
+        warm = np.vstack([warm, np.zeros((sum(counts), 1))])
     following_law: OfCells | OfPaths | None = None
     if len(np.intersect1d(following(domain, "resistivity"), cells)):
         following_law = OfCells(domain, "resistivity", cells)
@@ -56,7 +55,7 @@ def find(heat: HeatProblem, solved: float = SOLVED) -> Conductor | None:
             following_law = OfPaths(following_law, cold[len(cells) :])
     return Conductor(
         heat, cells, on, np.flatnonzero(space.of(cells) & ~fixed & space.nested[-1]), cold, warm, voltages, reactions,
-        sections, jumps, csc_array(matrix), stands_for, names, Ordering(space.places), solved, terminals,
+        sections, jumps, csc_array(matrix), names, Ordering(space.places), solved, terminals,
         following_law,
     )  # fmt: skip
 
@@ -84,7 +83,7 @@ def _electrodes(domain: Domain) -> tuple[np.ndarray, np.ndarray, tuple[Terminal,
 
 
 def _sections(
-    heat: HeatProblem, lines: np.ndarray, copies: np.ndarray, along: np.ndarray | None
+    heat: HeatProblem, lines: np.ndarray, along: np.ndarray | None
 ) -> tuple[dict[str, Section], dict[str, np.ndarray]]:
     """For each probe of a current the facets that it passes, seen from both sides, and what it reads off the jump of
     the potential (functions,) at contacts; ``lines`` (cells, 2) are the resistivity of the cells and its change per
@@ -98,7 +97,7 @@ def _sections(
             for faces, sign, cells in sides:
                 times = 1.0 if along is None else along[:, cells]
                 cold, warm = times * lines[cells, :1], times * lines[cells, 1:]
-                resistivity = _resistivity(domain, cells, cold, warm, times * copies[cells])
+                resistivity = _resistivity(domain, cells, cold, warm, times)
                 section.append((faces, faces.by(heat.domain.space), sign, cold, warm, resistivity))
             jumps[probe.name] = across(domain, probe, torn)
     return sections, jumps
@@ -144,10 +143,10 @@ def share(name: str, probe: str) -> float:
 
 
 def _resistivity(
-    domain: Domain, cells: np.ndarray, cold: np.ndarray, warm: np.ndarray, times: np.ndarray
+    domain: Domain, cells: np.ndarray, cold: np.ndarray, warm: np.ndarray, times: np.ndarray | float
 ) -> Resistivity:
-    """The resistivity of facets seen from some cells: ``cold`` with its change per kelvin, or so many ``times`` its law
-    along x where one bends it; all three (facets, 1), with axes in front where it differs along them."""
+    """Return the resistivity of facets seen from some cells: ``cold`` and its change per kelvin, or ``times`` its law
+    along x; arrays are (facets, 1), with axes in front where they differ along the axes."""
     if len(np.intersect1d(following(domain, "resistivity"), cells)):
         of_facets = OfCells(domain, "resistivity", cells)
         return lambda rise: times * of_facets.value(rise)

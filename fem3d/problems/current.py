@@ -68,19 +68,29 @@ class Pattern:
 
 @dataclass(frozen=True, eq=False)
 class Conductor:
-    """The ``cells`` that carry current and, after these in all that is known by rows, the facets of the contacts that
-    it crosses (`fem3d.problems.paths`); ``free`` (n,) are the functions that the potential is sought of, ``cold`` and
-    ``warm`` (rows, 1) the resistivity at the initial temperature (ohm m) and its change per kelvin, ``voltages``
-    (channels, functions) the given ones; of an electrode among ``terminals`` the value is the voltage behind its
-    resistance, or its current (A).
+    """The cells that carry current, their resistivity and their electrodes: div(grad phi / rho(T)) = 0.
 
-    ``matrix`` is that of the initial temperature. ``electrodes``: for each its part (functions,) of the currents that
-    enter. ``sections``: the current probes inside, of which what lies on contacts is told by the ``jumps`` there, as a
-    row (functions,) of each. ``stands_for`` (rows, 1): how many such cells in series each one is, all of which the
-    resistivity counts and the heat does not. ``names`` (rows,) are those of bodies and contacts. ``following``: the
-    resistivity (ohm m) where one is a law, which ``cold`` and ``warm`` leave out. Resistivities are those along x, and
-    current densities (3, rows, points) those that go with them (`fem3d.problems.paths`), by a quadrature with ``more``
-    points along each axis than the space asks for.
+    Rows are the ``cells`` and, after these, the facets of contacts that the current crosses (`fem3d.problems.paths`).
+    Resistivities are along x; current densities (3, rows, points) match them there.
+
+    Attributes
+    ----------
+    heat : the problem of the temperature
+    cells : (n,), numbers of the cells
+    on : quadrature on the rows
+    free : (m,), the functions of the unknown potential
+    cold, warm : (rows, 1), resistivity at the initial temperature (ohm m) and its change per kelvin
+    voltages : (channels, functions), given potentials; for a terminal the voltage behind its resistance, or its current
+    electrodes : for each its share (functions,) of the entering currents
+    sections : facets of the current probes inside
+    jumps : for each current probe the row (functions,) of its part on contacts
+    matrix : (functions, functions), at the initial temperature
+    names : (rows,), bodies and contacts
+    ordering : of the factorization
+    solved : the allowed residual of a potential, relative
+    terminals : electrodes of unknown potential
+    following : the resistivity (ohm m) of rows with a law, which ``cold`` and ``warm`` leave out
+    more : points of the quadrature along each axis beyond the default of the space
     """
 
     heat: HeatProblem
@@ -94,7 +104,6 @@ class Conductor:
     sections: dict[str, Section]
     jumps: dict[str, np.ndarray]
     matrix: csc_array
-    stands_for: np.ndarray
     names: np.ndarray
     ordering: Ordering
     solved: float = SOLVED
@@ -133,7 +142,7 @@ class Conductor:
         """(cells, points) in ohm m at a field u (functions,) of the heat problem's space."""
         if self.following is None:
             return self.cold + self.warm * self.on.value(u)
-        return self.stands_for * self.following.value(self.on.value(u))
+        return self.following.value(self.on.value(u))
 
     def steepness(self, rise: np.ndarray) -> np.ndarray:
         """(cells, points): the derivative of the resistivity's logarithm (1/K) at a rise (all nodes)."""
@@ -432,7 +441,7 @@ class Conductor:
 
     def heating(self, a: np.ndarray, b: np.ndarray, rise: np.ndarray) -> np.ndarray:
         """(cells, points): rho Ja . Jb (W/m3)."""
-        return self.resistivity(rise) / self.stands_for * (a * b).sum(axis=0)
+        return self.resistivity(rise) * (a * b).sum(axis=0)
 
     def joule_load(self, a: np.ndarray, rise: np.ndarray, b: np.ndarray | None = None) -> np.ndarray:
         """(all nodes of the heat problem,): integral of rho Ja . Jb v, or of rho |Ja|^2 v, in W."""

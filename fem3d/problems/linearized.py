@@ -47,9 +47,9 @@ def linearized(heat: HeatProblem, conductor: Conductor | None, rise: np.ndarray,
     if conductor is not None and conductor.warms and len(density):
         heating, steepness = conductor.heating(density, density, rise), conductor.steepness(rise)
         matrix = csc_array(matrix - part(conductor.on.mass_of(steepness * heating), heat.order))
-        dissipated = float((conductor.on.weights * heating * conductor.stands_for).sum())
+        dissipated = float((conductor.on.weights * heating).sum())
         falls = 2 * conductor.taken(density, dissipated) / (dissipated or 1.0)
         columns = falls * heat.take(conductor.on.load(heating))[None]
-        rows = heat.take(conductor.on.load(steepness * heating * conductor.stands_for))[None]
+        rows = heat.take(conductor.on.load(steepness * heating))[None]
     stiffness.sort_indices()
     return replace(heat, stiffness=stiffness, rest=Rest(matrix, columns, rows), about=u, exact=heat)

@@ -51,7 +51,7 @@ def of_pairs(conductor: Conductor, basis: np.ndarray, patterns: Sequence[Pattern
     """
     heat, on = conductor.heat, conductor.on
     densities, m, r = np.array([p.density for p in patterns]), len(patterns), basis.shape[1]
-    weights = on.weights / conductor.stands_for
+    weights = on.weights
     warm_weights = weights * conductor.warm
     channels = np.zeros((heat.inputs.count, *on.weights.shape))
     channels[0] = weights * conductor.cold
@@ -66,12 +66,11 @@ def of_pairs(conductor: Conductor, basis: np.ndarray, patterns: Sequence[Pattern
         cells = slice(None) if (names == name).all() else names == name
         points = on.weights[cells].size
         body = _Body(*(x[..., cells, :].reshape(*x.shape[:-2], points) for x in (fields, channels, warm_weights)))
-        copies = float(conductor.stands_for[cells].flat[0])
         currents = densities[:, :, cells].reshape(m, densities.shape[1], points)
         products = np.einsum("idx,jdx->ijx", currents, currents)
         cold, warm = heats.in_box[name] = body.heat(products)
         for total, part in zip((heats.cold, heats.warm), (cold, warm), strict=True):
-            total += copies * part
+            total += part
         for total, part in zip((heats.cold_load, heats.warm_load), body.load(products), strict=True):
             total += part
         for boundary, v in held.items():
@@ -81,8 +80,8 @@ def of_pairs(conductor: Conductor, basis: np.ndarray, patterns: Sequence[Pattern
             cold, warm = body.heat(np.einsum("idx,dx->ix", currents, density[:, cells].reshape(len(density), -1)))
             none = shares, np.zeros((len(channels), m)), np.zeros((m, r))
             _, drop, warm_drop = heats.potentials.setdefault(probe, none)
-            drop += copies * cold
-            warm_drop += copies * warm
+            drop += cold
+            warm_drop += warm
     for t in conductor.terminals:
         if t.conductance:
             through = np.array([p.currents[t.name] for p in patterns])

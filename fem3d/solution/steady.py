@@ -227,7 +227,7 @@ class Newton:
                 self.vanished = True
                 return None
             density = -c.on.gradient(potential) / resistivity
-            driven = driven + heat.take(c.on.load(resistivity / c.stands_for * (density**2).sum(axis=0)))
+            driven = driven + heat.take(c.on.load(resistivity * (density**2).sum(axis=0)))
             of_current = c.unbalanced(potential, resistivity, c.voltages[0])
         of_heat = (self.still + mu * driven - heat.outflow(rise))[: heat.free]
         return Point(rise, potential, mu, resistivity, density, driven, of_heat, of_current)
@@ -377,7 +377,7 @@ class Linearization:
             self._precondition = c.near(self._resistivity).precondition
             if c.warms:
                 self._steep = np.broadcast_to(c.steepness(point.rise), c.on.weights.shape)
-                self._heating = self._resistivity / c.stands_for * (self._density**2).sum(axis=0)
+                self._heating = self._resistivity * (self._density**2).sum(axis=0)
         self._driven = point.driven[: heat.free]
         if heat.given[0].any() and not newton.electric:
             held = np.concatenate([np.zeros(heat.free), heat.given[0]])
@@ -395,7 +395,7 @@ class Linearization:
         if c is None:
             return of_heat, w
         slope = c.on.gradient(c.expanded(w))
-        made = -2 * (self._density * slope).sum(axis=0) / c.stands_for
+        made = -2 * (self._density * slope).sum(axis=0)
         charge = slope / self._resistivity
         if c.warms:
             warmed = self._steep * c.on.value(heat.field(heat.whole(v)))

@@ -108,11 +108,6 @@ class Domain(ABC):
             return np.array([laws.along(each) for each in given], float).T[:, self.body]
         return np.array(given, float)[self.body]
 
-    @property
-    def stands_for(self) -> np.ndarray:
-        """(bodies,): 1 for each."""
-        return np.ones(len(self.names))
-
     @cached_property
     def probes(self) -> dict[str, Any]:
         """The scene's, by name."""
