@@ -100,8 +100,11 @@ def test_a_declared_tolerance_holds(case: Case) -> None:
 
 @pytest.mark.long
 @pytest.mark.usefixtures("no_solver")
-def test_the_command(case: Case, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command(
+    case: Case, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
     """In the table, the summary, the report and figure 6; and refused before anything is solved."""
+    monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("validate.report.figures.render.Renderer.start", lambda self: None)
     data = made(case.fem3d, UNEVEN, 1.1)
     # The scene declares every check that differs, and this one is not among them.
@@ -177,9 +180,10 @@ def check_scale(case: Case) -> float:
 
 @pytest.mark.usefixtures("no_solver")
 def test_a_start_that_is_off_is_judged_against_what_the_data_are_known_to(
-    case: Case, capsys: pytest.CaptureFixture[str]
+    case: Case, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    """0.6 K is 18 % of the ends' rise: refused of data that are exact, nothing where they are known to 0.3 K."""
+    """0.6 K is 18 % of the ends' rise: refused of exact data, accepted with an uncertainty of 0.3 K."""
+    monkeypatch.chdir(tmp_path)
     times = np.linspace(0, 0.02, 60)
     data = made(case.fem3d, times)
     rows = zip(times, data.values["end_K"] + np.where(times == 0, 0.6, 0.0), strict=True)

@@ -7,9 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from compare.data import read
 from scenes.errors import SceneError
-from tests.compare.data import SINK, found
+from tests.compare.data import found
 
 TIMES = np.array([0.0, 1.0, 5.0, 20.0])
 RISES = np.array([0.0, 10.0, 18.0, 20.0])
@@ -156,13 +155,6 @@ def test_two_wrdata_runs_in_one_file(tmp_path: Path) -> None:
         found(tmp_path, unequal)
 
 
-def test_ltspices_export_and_savetxt(tmp_path: Path) -> None:
-    text = table(("time", 1e-3 * TIMES), ("V(peak)", RISES), separator="\t")
-    assert found(tmp_path, text).values["peak_K"] == pytest.approx(293 + RISES)
-    text = "# " + table(("time_ms", TIMES), ("peak_K", 293 + RISES), separator=" ")
-    assert found(tmp_path, text).values["peak_K"] == pytest.approx(293 + RISES)
-
-
 @pytest.mark.parametrize(
     ("columns", "said"),
     [
@@ -188,15 +180,6 @@ def test_what_may_be_of_another_scene_is_warned_of(tmp_path: Path) -> None:
     assert "--set room_temperature=293.15" in said
     (said,) = found(tmp_path, table(("Time (us)", TIMES), ("peak (K)", 293 + RISES))).warnings
     assert "only that is compared" in said
-
-
-def test_a_workbook_and_utf_16(tmp_path: Path) -> None:
-    path = tmp_path / "a.xlsx"
-    path.write_bytes(b"PK\3\4" + bytes(100))
-    with pytest.raises(SceneError, match="save the table as text or CSV"):
-        read(path, SINK)
-    path.write_bytes(table(MILLISECONDS, ("peak (K)", 293 + RISES), separator="\t").encode("utf-16"))
-    assert read(path, SINK).values["peak_K"] == pytest.approx(293 + RISES)
 
 
 @pytest.mark.parametrize(

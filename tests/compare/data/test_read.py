@@ -54,6 +54,8 @@ def test_a_comsol_table(kind: str, tmp_path: Path) -> None:
         ("# mine\nt [us];T_max [degC]\n0;19,85\n1000;26,85\n2000;27,85\n", 301.0),
         ("Time (s)\tpeak rise (K)\n0\t0\n1e-3\t7\n2e-3\t8\n", 301.0),
         ("\N{ZERO WIDTH NO-BREAK SPACE}Time (ms), centre (K), comment_x\n0, 293, 1\n1, 300, 1\n2, 301, 1\n", 301.0),
+        ("# time_ms peak_K\n0 293\n1 300\n2 301\n", 301.0),
+        ("time\tV(peak)\n0\t0\n1e-3\t7\n2e-3\t8\n", 301.0),
         ("time_s,fem3d_peak_K,reduced1d_peak_K\n0,293,293\n1e-3,300,299\n2e-3,301,300\n", 301.0),
     ],
 )
@@ -152,6 +154,8 @@ def test_a_raw_file_of_nothing(before: str, after: str, said: str, tmp_path: Pat
 def test_binary_that_is_no_raw_file(tmp_path: Path) -> None:
     with pytest.raises(SceneError, match="binary"):
         found(tmp_path, bytes(range(256)))
+    with pytest.raises(SceneError, match="save the table as text or CSV"):
+        found(tmp_path, b"PK\3\4" + bytes(100))
     with pytest.raises(SceneError, match="cannot be read"):
         read(tmp_path / "none.csv", SINK)
 
