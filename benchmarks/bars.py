@@ -51,7 +51,7 @@ def cold_electrodes(ends: Sequence[tuple[Point, Point]], volts: Value) -> tuple[
 def random_resistivity(rng: np.random.Generator) -> Law:
     """Draw a law that rises or falls: a power, or a table that is monotone.
 
-    A power between -2.5 and -1 has a limit too, but at 0.99 of that a peak of many thousand kelvin.
+    A power between -2.5 and -1 has a limit too, but its peak at 0.99 of the limit is many thousand kelvin.
     """
     falls = rng.random() < 0.5
     if rng.random() < 0.5:

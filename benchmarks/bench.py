@@ -164,7 +164,7 @@ def _pairs(pairs: Mapping[str, tuple[Sequence[str], Sequence[str]]], rounds: int
 
 
 def start_up(rounds: int, say: Say) -> dict[str, Any]:
-    """Return the time of cold runs over that of a bare ``import skfem``, and their largest memory (MB)."""
+    """Return the time of cold runs over a bare ``import skfem``, and their largest memory (MB)."""
     rows = _pairs({name: (arguments, BARE) for name, arguments in STARTS.items()}, rounds, say)
     with tempfile.TemporaryDirectory() as folder:
         command = [sys.executable, "-c", PEAK, *_whole(PLAIN, folder)]
@@ -183,9 +183,9 @@ PARTS: dict[str, Callable[[int, bool, Say], Any]] = {
 
 
 def run(parts: Sequence[str], rounds: int, quick: bool, say: Say, earlier: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the named parts and those that an ``earlier`` run measured.
+    """Return the named parts and the parts of an ``earlier`` run.
 
-    Raises ArithmeticError where a reference can't be made; an entry that fails is a row that says so."""
+    Raises ArithmeticError where a reference can't be made; an entry that fails is a row with the reason."""
     document: dict[str, Any] = {"schema": SCHEMA, "quick": quick, "machine": _machine(), **earlier}
     return document | {part: PARTS[part](rounds, quick, say) for part in parts if part not in document}
 

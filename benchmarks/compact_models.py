@@ -22,7 +22,7 @@ LIMIT = 60  # s of computing for one scene
 
 
 def rows(quick: bool, first: int = 0) -> Iterator[Row]:
-    """Compare the models of some scenes from a seed on; scenes without a model of that accuracy don't count."""
+    """Compare the models of some scenes from a seed on; scenes without a sufficiently accurate model do not count."""
     wanted = QUICK if quick else COUNT
     ratios: dict[int, float] = {}
     errors, left, seed = list[str](), 0, first

@@ -49,7 +49,7 @@ def energy(drawn: Drawn, result: Result) -> float:
 
 
 def never_colder(_: Drawn, result: Result) -> float:
-    """No reported temperature is below that of the surroundings while the scene is heated."""
+    """No reported temperature is below the surroundings while the scene is heated."""
     means = [mean for name, mean in result.steady.items() if name.startswith("mean")]
     return max(max(ROOM - mean.value, 0.0) / (mean.error + 1e-12 * ROOM) for mean in means)
 
@@ -119,7 +119,7 @@ def squared(drawn: Drawn, _: Result) -> float:
 
 
 def reciprocal(drawn: Drawn, _: Result) -> float:
-    """A watt in one box warms another by as much as a watt there warms the one."""
+    """A watt in one box warms another as much as a watt there warms the first."""
     boxes = drawn.scene.boxes
     first, last = boxes[0], boxes[-1]
     rises = []
@@ -216,7 +216,7 @@ def _distances(
 
 
 def _numbers(result: Result, times: tuple[float, ...]) -> dict[str, tuple[np.ndarray, float]]:
-    """The steady values, or those of the traces at some times, with their error bounds."""
+    """Return the steady values, or the traces at some times, with their error bounds."""
     if result.traces is None:
         return {name: (np.array(e.value), e.error) for name, e in result.steady.items()}
     at, traces = result.traces.time, result.traces

@@ -39,7 +39,7 @@ class Entry:
 
 
 class EntryError(ArithmeticError):
-    """An entry did not come to an end; the message tells which and why."""
+    """An entry did not come to an end; the message names it and the reason."""
 
 
 def once(entry: Entry, patience: float = 0.0) -> dict[str, Any]:

@@ -99,7 +99,7 @@ def steady_quantities(sink: Sink, order: int, first: float, ratio: float) -> dic
     """Return the steady quantities of a sink, with the names of summary.json."""
     program = Program(sink, *sink_programs.mesh(sink, first, ratio), order)
     peak, end, mean, current = program.quantities(sdirk.solve_steady(program, 1e-11))
-    # All heat leaves through the substrate: the equations say so in any space that has the constants.
+    # All heat leaves through the substrate: this follows from the equations in any space that contains the constants.
     power = current * float(sink.voltage)
     values = (peak, end, mean, current, power, power, 2 * end / power)
     return dict(zip((entry.steady for entry in OF_A_SINK.values()), values, strict=True))

@@ -72,7 +72,7 @@ def changed(
 
 def draw(seed: int, accuracy: float = 1e-2) -> Drawn:
     """Return the scene of a seed."""
-    # Draws of the second generator leave those of the first as they are.
+    # Draws of the second generator do not change the first.
     rng, more = np.random.default_rng(seed), np.random.default_rng([seed, 1])
     base = 10 ** float(rng.uniform(-5.5, -4))
     planes = [_planes(rng, int(rng.integers(1, 4)), base) for _ in range(2)]

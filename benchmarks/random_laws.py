@@ -102,7 +102,7 @@ def _law(rng: np.random.Generator, value: float, lowest: float = -1.6) -> Law:
 
 
 def _contacts(rng: np.random.Generator, scene: Scene) -> list[Contact]:
-    """Contacts of some pairs of boxes that touch, of a resistance like that of the boxes themselves."""
+    """Contacts of some pairs of boxes that touch, with a resistance like the boxes."""
     contacts = []
     for i, one in enumerate(scene.boxes):
         for other in scene.boxes[i + 1 :]:

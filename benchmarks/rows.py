@@ -1,4 +1,4 @@
-"""Rows of the tables of `validate verify` and `validate stress`: a number beside the one that is right."""
+"""Rows of the tables of `validate verify` and `validate stress`: a number beside its expected value."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Row:
 
     @property
     def difference(self) -> float:
-        """Found less expected."""
+        """``found`` less ``expected``."""
         return self.found - self.expected
 
     @property

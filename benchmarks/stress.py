@@ -129,7 +129,7 @@ def rows(outcomes: list[Outcome], group: str, padding: float) -> Iterator[Row]:
     for ended in ("error", "out of time", "refused by name"):
         seeds = [o for o in outcomes if o.ended == ended]
         note = f"seed {seeds[0].seed}: {seeds[0].why}" if seeds else ""
-        # A scene may run away, and an accuracy may be out of reach: a sentence tells so.
+        # A scene may run away, and an accuracy may be out of reach: both end in a sentence.
         yield at_most(group, f"{ended}, {scenes}", "scenes", len(seeds), count * (ended == "refused by name"), note)
     late = [o.seed for o in outcomes if o.ended == "refused by name" and o.seconds > SOON]
     yield at_most(group, f"refused after more than {SOON:g} s, {scenes}", "scenes", len(late), count, _listed(late))
@@ -153,7 +153,7 @@ def _listed(seeds: list[int]) -> str:
 
 def run(quick: bool, scenes: int, seed: int, jobs: int, progress: Callable[[str], None]) -> list[Row]:
     """Return all rows; of ``scenes`` random boxes and a share of the other kinds one half has ordinary seeds, the other
-    those of the hold-out. ``quick`` takes fewer of everything else."""
+    hold-out seeds. ``quick`` takes fewer of everything else."""
     parts: dict[str, Callable[[], Iterator[Row]]] = {
         "time steps": time_steps.rows,
         "explicit coupling": lambda: time_steps.coupling(quick),

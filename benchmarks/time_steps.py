@@ -1,5 +1,5 @@
 """Time steps from far below to far above the time constants: which methods ring; and the largest stable step of the
-paper's explicit coupling, predicted and found by simulation."""
+paper's explicit coupling, predicted and simulated."""
 
 from __future__ import annotations
 

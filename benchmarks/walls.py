@@ -1,6 +1,6 @@
 """Transients of walls of any layers, in the Laplace domain, inverted on Talbot's contour.
 
-With A = sqrt(s/alpha), a layer takes the admittance Y = q/T at its far face to that at its near face,
+With A = sqrt(s/alpha), a layer takes the admittance Y = q/T at its far face to the admittance at its near face,
 Y_near = k A (Y_far + k A tanh(A d)) / (k A + Y_far tanh(A d)), and T_far/T_near = 1/(cosh(A d) + Y_far/(k A) sinh(A d))
 (Carslaw and Jaeger, Conduction of Heat in Solids, 2nd ed., 3.7). Inversion: Abate and Valko, Int. J. Numer. Meth. Eng.
 60, 2004, 979.
