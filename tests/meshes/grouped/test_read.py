@@ -58,19 +58,20 @@ def test_groups_come_back(cell: str, suffix: str, tmp_path: Path) -> None:
 ELEMENTS = {True: skfem.ElementTetP1, False: skfem.ElementHex1}
 
 
+def bend(x: np.ndarray) -> np.ndarray:
+    return x + 2e-6 * np.sin(x[:, [1, 2, 0]] / 1e-5)
+
+
+def volumes(of: GroupedMesh, name: str) -> float:
+    return float(skfem.Basis(of.mesh, ELEMENTS[of.simplex](), elements=of.volumes[name], intorder=6).dx.sum())
+
+
 @pytest.mark.parametrize("cell", CELLS)
 def test_refinement_keeps_a_curved_shape_and_its_groups(cell: str, tmp_path: Path) -> None:
-    def bend(x: np.ndarray) -> np.ndarray:
-        return x + 2e-6 * np.sin(x[:, [1, 2, 0]] / 1e-5)
-
     boxes.write(boxes.grouped(scene_of(bridge()), cell, 1, bend), tmp_path / "m.msh")
     mesh = read(tmp_path / "m.msh", 1.0)
     fine = refine(mesh)
     assert fine.count == 8 * mesh.count
-
-    def volumes(of: GroupedMesh, name: str) -> float:
-        return float(skfem.Basis(of.mesh, ELEMENTS[of.simplex](), elements=of.volumes[name], intorder=6).dx.sum())
-
     for name in mesh.volumes:
         assert volumes(fine, name) / volumes(mesh, name) == pytest.approx(1, abs=1e-11)
     # The nodes of curved cells are nodes of the finer ones.
@@ -86,26 +87,16 @@ def test_refinement_keeps_a_curved_shape_and_its_groups(cell: str, tmp_path: Pat
 
 @pytest.mark.parametrize("cell", ["tetra", "tetra10"])
 def test_halved_tetrahedra_keep_their_shape_and_their_groups(cell: str, tmp_path: Path) -> None:
-    """Some of them up to three times; what is beside them follows, so that no node hangs: every facet has two cells, or
-    is of the surface that was there."""
-
-    def bend(x: np.ndarray) -> np.ndarray:
-        return x + 2e-6 * np.sin(x[:, [1, 2, 0]] / 1e-5)
-
+    """Some are halved up to three times; no node hangs, so that every facet inside has two cells."""
     boxes.write(boxes.grouped(scene_of(bridge()), cell, 1, bend), tmp_path / "m.msh")
     mesh = read(tmp_path / "m.msh", 1.0)
     fine = refine(mesh, np.random.default_rng(1).integers(0, 4, mesh.count))
     assert 2 * mesh.count < fine.count < 30 * mesh.count
-    # Straight cuts change by what the bend is over a cell; facets inside, beside a node that hangs, are more.
+    # Straight cuts change by the bend over a cell; a hanging node would add facets inside.
     outer = [area(m, m.mesh.boundary_facets()) for m in (mesh, fine)]
     assert outer[1] / outer[0] == pytest.approx(1, abs=0.03)
-    for name, cells in mesh.volumes.items():
-        before, after = (
-            skfem.Basis(m.mesh, ELEMENTS[True](), elements=own, intorder=6).dx.sum()
-            for m, own in ((mesh, cells), (fine, fine.volumes[name]))
-        )
-        assert after / before == pytest.approx(1, abs=1e-11)
-        assert 1 + 1 / fine.count != pytest.approx(1, abs=1e-11)
+    for name in mesh.volumes:
+        assert volumes(fine, name) / volumes(mesh, name) == pytest.approx(1, abs=1e-11)
     for name, (facets, side) in fine.surfaces.items():
         coarse, way = mesh.surfaces[name]
         assert (fine.mesh.f2t[1, facets] < 0).all() == (mesh.mesh.f2t[1, coarse] < 0).all()
@@ -169,9 +160,7 @@ REFUSED: dict[str, tuple[Change, tuple[str, ...]]] = {
         put("probe", 1, quantity="potential", group="foot"),
         ('probe "mean" asks for the potential where nothing conducts',),
     ),
-    "current on an insulator": (put("probe", 2, group="base"), ('probe "current" asks for a current where nothing',)),
     "electrode on an insulator": (put("boundary", 2, group="base"), ('"plus".voltage touches nothing that conducts',)),
-    "electrodes that touch": (put("boundary", 3, group="plus"), ("touch on a conductor with different voltages",)),
     "no voltage": (
         lambda d: (d["boundary"].pop(3), d["boundary"].pop(2)),
         ('probe "current" asks for a current in a conductor that no electrode touches',),
@@ -180,7 +169,6 @@ REFUSED: dict[str, tuple[Change, tuple[str, ...]]] = {
         lambda d: (d["boundary"].pop(1), d["boundary"].pop(0), d["probe"].pop(3)),
         ("no exit for heat",),
     ),
-    "at rest": (put("boundary", 2, voltage=0), ("nothing happens in this scene",)),
     "two places": (put("probe", 0, group="beam"), ('probe "tip" has at and group',)),
     "no place": (lambda d: d["probe"][0].pop("at"), ('probe "tip" has no place',)),
     "flow at a point": (put("probe", 0, quantity="heat_flow"), ('quantity = "heat_flow" needs a surface',)),
@@ -188,25 +176,9 @@ REFUSED: dict[str, tuple[Change, tuple[str, ...]]] = {
     "no file": (lambda d: d["mesh"].pop("file"), ("mesh.file is missing",)),
     "no unit": (lambda d: d["mesh"].update(unit="kg"), ('mesh.unit = "kg" is not a unit of length',)),
     "no such file": (lambda d: d["mesh"].update(file="chop.msh"), ('chop.msh" is no file',)),
-    "temperature over another": (
-        lambda d: d["boundary"].append({"name": "again", "group": "base", "temperature": 400}),
-        ("overlap with different temperatures",),
-    ),
-    "flux on a fixed face": (
-        lambda d: d["boundary"].append({"name": "flux", "group": "base", "heat_flux": 4}),
-        ('"flux".heat_flux lies where other boundaries fix the temperature',),
-    ),
     "source on a surface": (
         lambda d: d.update(source=[{"group": "base", "heat_source": 1}]),
         ('"base" is a surface group, not a volume group',),
-    ),
-    "resistivity below zero": (
-        put("material", 0, temperature_coefficient=-0.1, reference_temperature=280),
-        ("temperature_coefficient = -0.1 1/K makes the resistivity -1 times its reference value",),
-    ),
-    "face inside the solid": (
-        put("boundary", 1, group="joint"),
-        ('boundary "air".convection has solid on both sides everywhere',),
     ),
     "potential at a place in an insulator": (
         put("probe", 0, quantity="potential", at=[1e-6, 2e-6, 1e-6]),
