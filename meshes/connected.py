@@ -12,7 +12,7 @@ from scenes.free.grid import grid_of
 from scenes.free.grid import planes_of as scene_planes
 from scenes.model import Scene, Value
 
-_graph = lru_cache(maxsize=16)(grid_of)
+graph = lru_cache(maxsize=16)(grid_of)
 
 
 @lru_cache(maxsize=16)
@@ -24,19 +24,19 @@ def coarsest(scene: Scene) -> Grid:
 
 def anchored(scene: Scene) -> bool:
     """Return whether heat can leave every connected part of the solid: to a given temperature, or to the air."""
-    return _graph(scene).anchored
+    return graph(scene).anchored
 
 
 def live(scene: Scene) -> np.ndarray:
     """Return (nx, ny, nz) of `coarsest` the cells of conductors between electrodes of two potentials."""
-    graph = _graph(scene)
-    return graph.live.reshape(graph.owner.shape)
+    cells = graph(scene)
+    return cells.live.reshape(cells.owner.shape)
 
 
 def still(scene: Scene) -> tuple[tuple[np.ndarray, Value | str], ...]:
     """Return the cells (nx, ny, nz) of each conductor without a current, and its potential, or its electrode's name."""
-    graph = _graph(scene)
-    return tuple((cells.reshape(graph.owner.shape), value) for cells, value in graph.still)
+    shape = graph(scene).owner.shape
+    return tuple((cells.reshape(shape), value) for cells, value in graph(scene).still)
 
 
 def between(f2t: np.ndarray, one: np.ndarray, other: np.ndarray) -> np.ndarray:

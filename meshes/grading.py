@@ -16,7 +16,6 @@ import numpy as np
 
 from meshes import connected, singular
 from meshes.grid import Grid
-from scenes.free.grid import across, resistances
 from scenes.model import Scene
 
 # Ratio of neighbouring intervals towards a feature; 0.15 is optimal for corner singularities (Gui and Babuska).
@@ -140,20 +139,11 @@ def _faces(scene: Scene) -> list[np.ndarray]:
     grid = connected.coarsest(scene)
     kinds = list(dict.fromkeys(b.material for b in grid.boxes))
     kind = np.pad(np.array([*(kinds.index(b.material) + 1 for b in grid.boxes), 0])[grid.owner], 1)
-    faces, count = [], len(kinds) + 1
-    numbers = np.zeros((len(scene.boxes) + 1,) * 2, int)
-    for number, joint in enumerate(np.argwhere(resistances(scene).any(axis=0)) if scene.contacts else (), start=1):
-        numbers[tuple(joint)] = number
-    for d in range(3):
+    faces, count, graph = [], len(kinds) + 1, connected.graph(scene)
+    given = [*map(graph.faces, scene.boundaries), *(graph.between(c) for c in scene.contacts if not c.perfect)]
+    for d, marks in enumerate(graph.marked((faces, number) for number, faces in enumerate(given, start=1))):
         materials = np.moveaxis(kind, d, 0)[:, 1:-1, 1:-1]
-        conditions = np.zeros(materials[1:].shape, int)
-        for number, b in enumerate(scene.boundaries, start=1):
-            if grid.flat(b.lower, b.upper) == d:
-                window = tuple(w for e, w in enumerate(grid.window(b.lower, b.upper)) if e != d)
-                conditions[grid.at(d, b.lower[d])][window] = number
-        if scene.contacts:
-            joints = across(grid.owner, d, numbers)
-            conditions[1:-1] = np.where(joints > 0, len(scene.boundaries) + joints, conditions[1:-1])
+        conditions = np.moveaxis(marks, d, 0).astype(int)
         changes = (materials[1:] != materials[:-1]) | (
             (conditions > 0) & (np.maximum(materials[1:], materials[:-1]) > 0)
         )

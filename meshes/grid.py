@@ -9,10 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from scenes.model import Box, Point
-
-VOID = -1
-SAME = 1e-9  # coordinates closer than this fraction of the extent along an axis are one
+from scenes.free.grid import VOID as VOID
+from scenes.model import ROUNDING, Box, Point
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +53,7 @@ class Grid:
     def small(self, d: int) -> float:
         """The length (m) along an axis that counts as nothing."""
         breaks = self.breaks[d]
-        return min(SAME * float(breaks[-1] - breaks[0]), 0.1 * float(np.diff(breaks).min()))
+        return min(ROUNDING * float(breaks[-1] - breaks[0]), 0.1 * float(np.diff(breaks).min()))
 
     def at(self, d: int, coordinate: float) -> int:
         """The breakpoint nearest to a coordinate."""
@@ -72,10 +70,6 @@ class Grid:
         """The cells of a box whose faces lie on breakpoints."""
         x, y, z = (slice(*self.span(d, lower[d], upper[d])) for d in range(3))
         return x, y, z
-
-    def flat(self, lower: Point, upper: Point) -> int:
-        """The axis along which a flat box has no extent."""
-        return min(range(3), key=lambda d: (upper[d] - lower[d]) / (self.breaks[d][-1] - self.breaks[d][0]))
 
     def refined(self, other: Grid, cells: np.ndarray) -> np.ndarray:
         """Cells (nx, ny, nz) of a coarser grid of the same scene as cells of this one."""

@@ -25,7 +25,6 @@ from numpy.polynomial import legendre
 from meshes import connected
 from meshes.grid import VOID, Grid
 from scenes import faces, laws
-from scenes.free.grid import ELECTRIC, THERMAL, across, resistances
 from scenes.model import Boundary, Box, Scene, Value, bends
 
 REGULAR = 0.95  # edges of this exponent or more are left to the degree, but for contradictions up to the next one
@@ -52,28 +51,25 @@ def edges(scene: Scene) -> list[dict[float, float]]:
     electric = np.array([[1 / (rho or np.inf) for rho in laws.along(m.resistivity)] for m in cold]).T
     exponents: list[dict[float, float]] = [{}, {}, {}]
     solid, live = grid.owner != VOID, connected.live(scene)
-    held, k = _held(grid, scene, "temperature"), np.where(solid, thermal[:, grid.owner], 0.0)
-    cuts = [_cuts(grid, table) for table in resistances(scene)] if scene.contacts else [_none(grid), _none(grid)]
+    held, k = _held(scene, "temperature"), np.where(solid, thermal[:, grid.owner], 0.0)
+    graph = connected.graph(scene)
+    torn, cut = (_padded(graph.jumps(key)) for key in ("thermal_resistance", "electrical_resistance"))
     _collect(grid, k, held, exponents, _passing(grid, scene))
-    if any(faces.any() for faces in cuts[THERMAL]):
+    if any(faces.any() for faces in torn):
         largest = max(c.thermal_resistance for c in scene.contacts)
         fine = RESOLVED * min(float(np.diff(b).min()) for b in grid.breaks)
-        _collect(grid, np.where(k * largest > fine, k, 0.0), held, exponents, _passing(grid, scene), cuts[THERMAL])
+        _collect(grid, np.where(k * largest > fine, k, 0.0), held, exponents, _passing(grid, scene), torn)
     if live.any():
         sigma = np.where(live, electric[:, grid.owner], 0.0)
-        _collect(grid, sigma, _held(grid, scene, "voltage"), exponents)
-        if any(faces.any() for faces in cuts[ELECTRIC]):
-            _collect(grid, sigma, _held(grid, scene, "voltage"), exponents, cuts=cuts[ELECTRIC])
+        _collect(grid, sigma, _held(scene, "voltage"), exponents)
+        if any(faces.any() for faces in cut):
+            _collect(grid, sigma, _held(scene, "voltage"), exponents, cuts=cut)
     return exponents
 
 
-def _cuts(grid: Grid, between: np.ndarray) -> list[np.ndarray]:
-    """Per axis, which faces across it have a contact, from the resistances between boxes."""
-    cut = _none(grid)
-    for d in range(3):
-        inner = tuple(slice(1, -1) for _ in range(3))
-        cut[d][inner] = np.moveaxis(across(grid.owner, d, between) > 0, 0, d)
-    return cut
+def _padded(faces: list[np.ndarray]) -> list[np.ndarray]:
+    """Marks of faces per axis, with a margin of one cell across the axis, as `_collect` pads."""
+    return [np.pad(f, [(0, 0) if e == d else (1, 1) for e in range(3)]) for d, f in enumerate(faces)]
 
 
 def _collect(
@@ -121,20 +117,20 @@ def _rays(faces: list[np.ndarray], first: int, second: int, along: int) -> np.nd
 
 def _passing(grid: Grid, scene: Scene) -> list[np.ndarray]:
     """Per axis, which faces across it heat passes by a given flux, or by a film that is no mere trifle."""
-    passing = _none(grid)
+    graph, through = connected.graph(scene), []
     given = [b.value if b.kind == "temperature" else b.ambient for b in scene.boundaries if b.kind != "voltage"]
     hottest = max([scene.initial_temperature, *(t for t in given if isinstance(t, float | int))])
     for b in scene.boundaries:
         if b.kind == "heat_flux" and b.value != 0.0:
-            _mark(passing, grid, b)
+            through.append(b)
         elif bends(b) or (b.kind == "convection" and isinstance(b.value, float | int)):
             d, start = next(d for d in range(3) if b.lower[d] == b.upper[d]), scene.initial_temperature
             k = [laws.along(box.material.at(start).thermal_conductivity)[d] for box in grid.boxes]
             film: Any = float(faces.coefficient(b, np.array(hottest))) if bends(b) else b.value
             biot = max((film * _across(box, b) / k_box for k_box, box in zip(k, grid.boxes, strict=True)), default=0)
             if biot >= PASSES:
-                _mark(passing, grid, b)
-    return passing
+                through.append(b)
+    return _padded(graph.marked((graph.faces(b), 1) for b in through))
 
 
 def _across(box: Box, boundary: Boundary) -> float:
@@ -147,28 +143,11 @@ def _across(box: Box, boundary: Boundary) -> float:
     return box.upper[d] - box.lower[d] if touches else 0.0
 
 
-def _held(grid: Grid, scene: Scene, kind: str) -> list[np.ndarray]:
+def _held(scene: Scene, kind: str) -> list[np.ndarray]:
     """Per axis, the number of the value of a kind that each face across it is given; 0 for none."""
-    held, numbers = _none(grid), dict[Value, int]()
-    for b in scene.boundaries:
-        if b.kind == kind:
-            _mark(held, grid, b, numbers.setdefault(b.value, len(numbers) + 1))
-    return held
-
-
-def _none(grid: Grid) -> list[np.ndarray]:
-    """Per axis, zeros for the faces across it: one plane more than cells along it, and a margin of one cell across, as
-    `_collect` pads."""
-    shape = grid.owner.shape
-    return [np.zeros([n + 1 if e == d else n + 2 for e, n in enumerate(shape)], dtype=int) for d in range(3)]
-
-
-def _mark(faces: list[np.ndarray], grid: Grid, boundary: Boundary, number: int = 1) -> None:
-    """Give the faces of a boundary a number."""
-    d, window = grid.flat(boundary.lower, boundary.upper), grid.window(boundary.lower, boundary.upper)
-    at = [slice(s.start + 1, s.stop + 1) for s in window]
-    at[d] = slice(window[d].start, window[d].start + 1)
-    faces[d][tuple(at)] = number
+    graph, numbers = connected.graph(scene), dict[Value, int]()
+    given = [b for b in scene.boundaries if b.kind == kind]
+    return _padded(graph.marked((graph.faces(b), numbers.setdefault(b.value, len(numbers) + 1)) for b in given))
 
 
 @lru_cache(maxsize=512)

@@ -15,8 +15,7 @@ from typing import Any
 import numpy as np
 
 from meshes import connected
-from meshes.grid import Grid
-from scenes.free.grid import across, resistances
+from scenes.free.grid import Grid, grid_on
 from scenes.model import Boundary, Box, Point, Probe, Scene, Schedule, Value
 from scenes.plan import Step
 
@@ -203,22 +202,21 @@ class _Mirror:
 
     def _both_sides(self, scene: Scene) -> Grid:
         """The grid of all planes of a scene and of their images."""
-        breaks = [np.array(connected.scene_planes(scene, d)) for d in range(3)]
-        planes = breaks[self.axis]
-        breaks[self.axis] = np.array(connected.distinct([*planes, *(2 * self.middle - planes)], self.small))
-        return Grid(tuple(breaks), tuple(np.ones(len(b) - 1, int) for b in breaks), scene.boxes)
+        planes = [np.array(connected.scene_planes(scene, d)) for d in range(3)]
+        along = planes[self.axis]
+        planes[self.axis] = np.array(connected.distinct([*along, *(2 * self.middle - along)], self.small))
+        return grid_on(scene, tuple(planes))
 
     def _keeps_contacts(self, scene: Scene) -> bool:
         """Whether the mirror maps every face with a contact onto one that is the same, and none lies in its plane,
         where half of one would be left."""
         grid = self._both_sides(scene)
-        for table in resistances(scene):
-            for axis in range(3):
-                on_faces = np.moveaxis(across(grid.owner, axis, table), 0, axis)
-                if (on_faces != np.flip(on_faces, self.axis)).any():
+        count = grid.owner.shape[self.axis]
+        for key in ("thermal_resistance", "electrical_resistance"):
+            for axis, marks in enumerate(grid.jumps(key)):
+                if (marks != np.flip(marks, self.axis)).any():
                     return False
-                count = grid.owner.shape[self.axis]
-                if axis == self.axis and count % 2 == 0 and np.take(on_faces, count // 2 - 1, axis=axis).any():
+                if axis == self.axis and count % 2 == 0 and np.take(marks, count // 2, axis=axis).any():
                     return False
         return True
 

@@ -13,6 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from scenes.errors import NumericsError
+from scenes.model import ROUNDING
 
 WIDEST = np.radians(140.0)  # angle of a triangle
 # Of other tiles, on one side of a tile: with more, fans of triangles fill in the factors, and errors are no smaller.
@@ -30,7 +31,6 @@ MIDDLE = 0.25
 NEAR = 0.25
 UNIT = 1 << 36  # from one plane to the next: coordinates are whole numbers, of which equal ones are the same
 ROUGHLY = UNIT >> 10  # multiples of which the middles of tiles are that several planes cross
-FLAT = 1e-9  # area of a triangle over that of its tile that counts as none
 
 
 @dataclass(frozen=True, eq=False)
@@ -258,7 +258,7 @@ def _clipped(points: np.ndarray, rings: np.ndarray) -> tuple[np.ndarray, np.ndar
             widest = (squares[2] - squares[0] - squares[1]) / (2 * np.sqrt(squares[0] * squares[1]))
             # The smallest triangle among equals.
             score = widest + 1e-3 * squares[2] / squares[2].max(axis=1, keepdims=True)
-        score[(area <= FLAT * whole) | (whole - area <= FLAT * whole)] = np.inf
+        score[(area <= ROUNDING * whole) | (whole - area <= ROUNDING * whole)] = np.inf
         rows, best = np.arange(len(rings)), score.argmin(axis=1)
         three = (before[rows, best], best, after[rows, best])
         triangles.append(np.column_stack([rings[rows, at] for at in three]))

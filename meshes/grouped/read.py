@@ -22,6 +22,7 @@ from meshes.grouped.nastran import read_nastran
 from meshes.grouped.refine import ordered
 from scenes.errors import SceneError, printable, quoted
 from scenes.files import check_regular
+from scenes.model import ROUNDING
 
 KINDS = {
     "tetra": (4, 4), "tetra10": (4, 10), "hexahedron": (8, 8), "hexahedron20": (8, 20), "hexahedron27": (8, 27),
@@ -29,8 +30,6 @@ KINDS = {
 """meshio's names of the cells that are solved on: their corners and nodes."""
 
 _TEXT_FORMATS = {**dict.fromkeys((".bdf", ".nas", ".fem", ".dat"), read_nastran), ".inp": read_abaqus}
-# a mesh is flat where its least extent is below this fraction of the largest, which nine digits can't tell from zero
-FLAT = 1e-9
 
 
 def read(path: Path, unit: float) -> GroupedMesh:
@@ -180,7 +179,7 @@ def _refuse_broken(points: np.ndarray, cells: np.ndarray, path: Path) -> None:
         )
     # The least of the extents along the axes in which the nodes extend most.
     extents = np.linalg.svd(points[used] - points[used].mean(axis=0), compute_uv=False)
-    if not extents[-1] > FLAT * extents[0]:
+    if not extents[-1] > ROUNDING * extents[0]:
         raise SceneError(f"{shown} is flat, its nodes lie in one plane: give a mesh of volumes")
 
 

@@ -8,7 +8,7 @@ coordinates; edge 3 v + d leads along the axis d from the vertex v.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -21,8 +21,6 @@ from scenes.model import ROUNDING, Boundary, Box, Contact, Point, Probe, Scene, 
 VOID = -1  # The owner of a cell outside the solid.
 _MOST_CELLS = 10_000_000
 """The most cells of the planes' grid: checking them takes two or three seconds and 0.6 GB."""
-THERMAL, ELECTRIC = 0, 1
-"""First index of the table of `resistances`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,7 +152,9 @@ class Grid(CellGraph):
         return 3 * np.array([corner, corner + up, corner, corner + along]) + np.array([first, first, second, second])
 
     def between(self, contact: Contact) -> np.ndarray:
-        """Return the faces between two boxes."""
+        """Return the faces between two boxes, none where one of them is missing."""
+        if not self._numbers.keys() >= set(contact.between):
+            return np.empty(0, int)
         one, other = (self._numbers[name] for name in contact.between)
         box = self.scene.boxes[one]
         window = [self.span(d, box.lower[d], box.upper[d]) for d in range(3)]
@@ -167,6 +167,21 @@ class Grid(CellGraph):
             at[axis] += 1
             faces.append(3 * np.ravel_multi_index(tuple(at), self._shape) + axis)
         return np.concatenate(faces)
+
+    def marked(self, marks: Iterable[tuple[np.ndarray, float]]) -> list[np.ndarray]:
+        """Return per axis (planes along it, cells along the others, axes in order) the mark of each face, 0 for none.
+
+        ``marks`` are faces with a number; a later one wins.
+        """
+        table = np.zeros(3 * int(np.prod(self._shape)))
+        for faces, number in marks:
+            table[faces] = number
+        ends = [tuple(slice(None if e == d else -1) for e in range(3)) for d in range(3)]
+        return [table[d::3].reshape(self._shape)[end] for d, end in enumerate(ends)]
+
+    def jumps(self, key: str) -> list[np.ndarray]:
+        """Return `marked` of the "thermal_resistance" or the "electrical_resistance" of contacts."""
+        return self.marked((self.between(c), getattr(c, key)) for c in self.scene.contacts)
 
     def areas(self, faces: np.ndarray) -> np.ndarray:
         """Return (faces,) the area (m2) of each face."""
@@ -230,7 +245,11 @@ class Grid(CellGraph):
 
 def grid_of(scene: Scene) -> Grid:
     """Return the grid of a scene; SceneError where it would be too large to look at."""
-    planes = tuple(np.array(planes_of(scene, axis)) for axis in range(3))
+    return grid_on(scene, tuple(np.array(planes_of(scene, axis)) for axis in range(3)))
+
+
+def grid_on(scene: Scene, planes: tuple[np.ndarray, ...]) -> Grid:
+    """Return the grid of given planes, among them all of the scene."""
     count = float(np.prod([len(p) - 1.0 for p in planes]))
     if count > _MOST_CELLS:
         raise SceneError(
@@ -283,28 +302,3 @@ def crowding(scene: Scene, planes: tuple[np.ndarray, ...]) -> str:
         return sentence
     named = listed([name for name, _ in alone.most_common()])
     return f"{sentence}; {alone.total()} of these are used once, most by {named}"
-
-
-def resistances(scene: Scene) -> np.ndarray:
-    """Return (2, boxes + 1, boxes + 1) the thermal (m2 K/W) and electrical (ohm m2) resistance between every two boxes.
-
-    The void has the last number, or -1. The entry is 0 where boxes touch perfectly.
-    """
-    resistances = np.zeros((2, len(scene.boxes) + 1, len(scene.boxes) + 1))
-    numbers = {box.name: number for number, box in enumerate(scene.boxes)}
-    for contact in scene.contacts:
-        one, other = (numbers.get(name) for name in contact.between)
-        # In the symmetric part of a scene a box may be missing.
-        if one is not None and other is not None:
-            both = contact.thermal_resistance, contact.electrical_resistance
-            resistances[:, one, other] = resistances[:, other, one] = both
-    return resistances
-
-
-def across(owner: np.ndarray, axis: int, between: np.ndarray) -> np.ndarray:
-    """Return the entries of a table (boxes + 1, boxes + 1) at the faces between neighbouring cells of these owners.
-
-    The result is one shorter along the axis, which comes first.
-    """
-    owners = np.moveaxis(owner, axis, 0)
-    return between[owners[:-1], owners[1:]]

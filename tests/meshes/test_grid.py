@@ -65,7 +65,6 @@ def test_later_boxes_win():
     assert Grid(breaks, degrees, boxes[::-1]).owner.ravel().tolist() == [1, 1]
     grid = Grid(breaks, degrees, boxes)
     assert grid.span(0, 1.0 + 1e-12, 2.0) == (1, 2)
-    assert grid.flat((0.0, 0.0, 1.0), (2.0, 1.0, 1.0)) == 2
     assert grid.marked(0, {1.0: 0.5, 1.4: 0.1}, np.inf).tolist() == [np.inf, 0.5, np.inf]
     assert grid.same(Grid(breaks, degrees, boxes))
     assert not grid.same(grading.raised(grid))
