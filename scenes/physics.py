@@ -147,25 +147,15 @@ def refuse_following(scene: AnyScene, over_time: bool) -> None:
             )
 
 
-def refuse_laws(used: Iterable[Material], what: str, instead: str = "") -> None:
-    """Refuse laws and properties that differ along axes, for ``what`` takes numbers; ``instead`` ends the sentence."""
+def refuse_laws(used: Iterable[Material], what: str, takes: str = "one number", instead: str = "") -> None:
+    """Refuse properties that differ along axes, and laws where ``what`` takes "one number"; ``instead`` ends the sentence."""
     for material in used:
         for key, given in material.given():
-            if not laws.is_plain(given):
-                kind = "follows the temperature" if laws.varies(given) else "differs along x, y and z"
+            varies = laws.varies(given) and takes == "one number"
+            if varies or isinstance(given, tuple):
+                kind = "follows the temperature" if varies else "differs along x, y and z"
                 name = f"{key} of {quoted(material.name)}"
-                raise SceneError(f"{name} {kind}, and {what} takes one number: give one value there{instead}")
-
-
-def refuse_directions(used: Iterable[Material], what: str) -> None:
-    """Refuse a property that differs along axes, for ``what`` takes one number or law along all."""
-    for material in used:
-        for key, given in material.given():
-            if isinstance(given, tuple):
-                raise SceneError(
-                    f"{key} of {quoted(material.name)} differs along x, y and z, and {what} takes one number or law: "
-                    "give one there, or ask for the 3D solution alone"
-                )
+                raise SceneError(f"{name} {kind}, and {what} takes {takes}: give one there{instead}")
 
 
 def refuse_terminals(scene: AnyScene, what: str) -> None:

@@ -20,7 +20,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from scenes.errors import SceneError, did_you_mean, quoted
-from scenes.physics import refuse_directions
+from scenes.physics import refuse_laws
 
 if TYPE_CHECKING:
     import numpy as np
@@ -116,7 +116,7 @@ def solve(
 
 def refuse(sink: Sink, name: str) -> None:
     """Raise SceneError where a reduction does not exist for a row of spans, or for the sink's materials and faces."""
-    refuse_directions(sink.materials, "a 1D model")
+    refuse_laws(sink.materials, "a 1D model", "one number or law", ", or ask for the 3D solution alone")
     if name not in CONSTANT and sink != sink.plain:
         what = "radiates" if sink.emissivity else "has a property that follows the temperature by a law"
         raise SceneError(

@@ -149,7 +149,7 @@ class Layout:
 
 def layout(scene: AnyScene) -> Layout:
     """Cut a scene of boxes into lines; SceneError for one on a mesh, and for materials that lines don't take."""
-    physics.refuse_laws(physics.materials(scene), "a network", ", or ask for the 3D solution alone")
+    physics.refuse_laws(physics.materials(scene), "a network", instead=", or ask for the 3D solution alone")
     physics.refuse_faces(scene, "a network")
     if isinstance(scene, MeshScene):
         raise SceneError(
