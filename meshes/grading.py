@@ -34,7 +34,6 @@ FINE = 3e-5  # accuracy from which on the tails of constrictions count (`validat
 # error by RATIO^(2 s), a degree beside a singular end by rho^-2 (`fem3d.adaptivity.estimator`).
 FALL = -np.log(RATIO) / np.log((1 + np.sqrt(RATIO)) / (1 - np.sqrt(RATIO)))
 MEASURED = 6  # degree from which on the contributions of the last two degrees foresee the next ones
-AT_MOST = 2  # degrees that an interval gains at once: three add as many unknowns as another interval
 
 
 @dataclass(frozen=True)
@@ -205,8 +204,8 @@ def refined(
 ) -> Grid:
     """Return the grid refined until the indicator of each interval is expected to be its share of a target.
 
-    Intervals towards a singular plane are cut in layers; others gain degrees, or are halved where more than `AT_MOST`
-    degrees are needed. Intervals that are too short to refine take their share of the target first.
+    Intervals towards a singular plane are cut in layers; others gain degrees, or are halved where these
+    would exceed `HIGHEST_DEGREE`. Intervals that are too short to refine take their share of the target first.
 
     Parameters
     ----------
@@ -236,7 +235,7 @@ def refined(
                     more = 1
                     if falls is not None and p >= MEASURED:
                         more = int(np.ceil(np.log(excess) / -np.log(np.clip(falls[d][i], 1e-9, 1 - 1e-9))))
-                    if p + more <= HIGHEST_DEGREE and more <= AT_MOST:
+                    if p + more <= HIGHEST_DEGREE:
                         p += more
                     else:
                         inner, cut_degrees = [(a + b) / 2], [p, p]

@@ -148,7 +148,7 @@ def refuse_following(scene: AnyScene, over_time: bool) -> None:
 
 
 def refuse_laws(used: Iterable[Material], what: str, takes: str = "one number", instead: str = "") -> None:
-    """Refuse properties that differ along axes, and laws where ``what`` takes "one number"; ``instead`` ends the sentence."""
+    """Refuse properties that differ along axes, and laws where ``what`` takes "one number"; ``instead`` is advice."""
     for material in used:
         for key, given in material.given():
             varies = laws.varies(given) and takes == "one number"
