@@ -90,7 +90,7 @@ def test_invariants_see_what_they_are_there_for():
 
 @pytest.mark.long
 def test_invariants_over_time_see_what_they_are_there_for():
-    """A step of what heats the bar and of what cools it; the traces of another scene, and a balance that is off."""
+    """A step of the heating and of the cooling; the traces of another scene, and a balance with an error."""
     hot, cold = Schedule((0.0, 3e-6, 3e-6), (1e12, 1e12, -2e12)), Schedule((0.0, 5e-6, 5e-6), (ROOM, ROOM, ROOM + 5))
     steady = bar().scene
     boundaries = (replace(steady.boundaries[0], value=cold), steady.boundaries[3])
@@ -110,7 +110,7 @@ def test_invariants_over_time_see_what_they_are_there_for():
 
 
 def test_random_scenes_have_contacts_faces_that_radiate_and_given_currents():
-    """A scene of all three keeps its balance, of which another current is no part."""
+    """A scene with all three keeps its balance; another current breaks it."""
     drawn = random_laws.draw(17)
     scene, plus = drawn.scene, next(b for b in drawn.scene.boundaries if b.name == "plus")
     assert drawn == random_laws.draw(17)

@@ -1,4 +1,4 @@
-"""The answer in a sentence: on a stand-in that is bent by known parts, and on real sinks with different faults."""
+"""The answer in a sentence: on a stand-in with given deviations, and on real sinks with different faults."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def told(sink: Sink, fem3d: Result | None, reduced1d: Result | None, options: Op
 
 
 def bent(case: Case, peak: float = 1.0, end: float = 1.0, bump: float = 0.0) -> Result:
-    """A reduction that is the 3D stand-in but for factors of its rises, and a part of the final peak rise by which its
+    """A reduction that is the 3D stand-in but for factors of its rises, and a part of the final peak rise that its
     peak is too hot on the way."""
     steady = dict(case.fem3d.steady)
     for key, factor in (("peak_rise_K", peak), ("end_rise_K", end)):
@@ -68,7 +68,7 @@ def test_steady_differences_have_their_size_and_sign(case: Case, peak: float, en
 
 
 def test_an_error_that_matters_is_said(case: Case) -> None:
-    """With 3D known to 2 %, 10 % is 10 give or take 2; with 3D known to 20 %, it may be all that there is."""
+    """With an error of 3D of 2 %, 10 % is 10 give or take 2; with an error of 20 %, it may be zero."""
     loose = case.errors(2e-2)
     assert "give or take" in told(loose.sink, loose.fem3d, bent(case, peak=0.9, end=0.9))
     looser = case.errors(0.2)
@@ -80,7 +80,7 @@ def test_an_error_that_matters_is_said(case: Case) -> None:
 def test_on_the_way_is_told_apart_from_the_steady_state(case: Case) -> None:
     found = told(case.sink, case.fem3d, bent(case, bump=0.2))
     assert "On the way it is up to 20 % high at the peak (at " in found
-    # The same throughout is not said twice.
+    # A constant difference is not repeated.
     assert "On the way" not in told(case.sink, case.fem3d, bent(case, peak=0.9, end=0.9))
     steady = told(case.sink, case.fem3d, bent(case, bump=0.2), Options(steady=True))
     assert "way" not in steady

@@ -1,4 +1,4 @@
-"""Each check's definition on made-up results, and a twin that is off by a known part and must be caught."""
+"""Each check's definition on made-up results, and a twin with a given error that must be caught."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ TWINS = {
 
 @pytest.mark.parametrize("name", TWINS)
 def test_a_steady_quantity_that_is_off_is_caught(name: str, case: Case) -> None:
-    """The 3D quantity on the left is moved by a few percent: the difference moves as its definition says."""
+    """The 3D quantity on the left is moved by a few percent: the difference moves as defined."""
     key, factor = TWINS[name]
     before = checks_of(case)[name]
     after = checks_of(case.change(**{key: factor * value(case, key)}))[name]
@@ -97,7 +97,7 @@ def test_energy(case: Case) -> None:
 
 
 def _over_time(case: Case, key: str, bump: np.ndarray) -> Case:
-    """The 1D traces equal to the 3D ones but for a bump of one quantity."""
+    """The 1D traces equal to 3D except for a bump of one quantity."""
     solution = case.fem3d.traces
     assert solution is not None
     values = {**solution.values, key: solution.values[key] + bump}
@@ -122,7 +122,7 @@ def test_largest_distance_over_time(name: str, key: str, steady: str, case: Case
         assert found.difference == pytest.approx(part, rel=1e-6)
         assert found.time == time[i]
         assert found.verdict == ("agrees" if part == 0.02 else "differs")
-        # An isolated maximum is known no better than its neighbours allow; the 3D errors come on top.
+        # An isolated maximum is no more certain than its neighbours allow; the 3D errors come on top.
         assert found.u_num >= case.fem3d.traces.errors[key] / abs(final)
 
 

@@ -34,11 +34,11 @@ def test_the_gas_is_under_the_beam_and_around_the_oxide():
 
 def test_in_air_the_sink_hardly_heats():
     found = in_air().steady
-    # An independent code of bricks has 2.45725 K, to that many digits.
+    # An independent code of bricks has 2.45725 K, to all these digits.
     assert abs(found["peak_rise_K"].value - 2.45725) < found["peak_rise_K"].error < 1e-3
     assert abs(20.33 - 2.45725) > 1000 * found["peak_rise_K"].error
     assert found["heat_out_W"].value == pytest.approx(found["power_W"].value, rel=1e-9)
-    # The beam's heat is what its ends and the gas below it take; that at its mean rise, whose parabola in z is 1e-6.
+    # The beam's heat leaves by its ends and the gas below; the gas at the mean rise, whose parabola in z is 1e-6.
     beam = 2 * found["end_flow_W"].value + gap_conductance(AIR) * found["mean_rise_K"].value
     assert beam == pytest.approx(found["power_W"].value, rel=2e-4)
 
@@ -49,7 +49,7 @@ def test_the_fin_and_the_plate_are_3d_s_steady_and_over_time(reduction):
     one = ladder.solve(AIR, reduction, times=three.traces.time)
     for name in ("peak_rise_K", "end_rise_K", "mean_rise_K", "anchor_resistance_K_per_W", "heat_out_W"):
         known = three.steady[name]
-        # What both leave out is of second order in the Biot number of the film, 2e-4, and their own error.
+        # Both neglect the second order in the Biot number of the film, 2e-4, and have their own errors.
         assert abs(one.steady[name].value - known.value) < known.error + one.steady[name].error + 1e-4 * known.value
     late = three.traces.time >= 1e-4
     off = np.abs(one.traces.values["peak_K"] - three.traces.values["peak_K"])[late].max()

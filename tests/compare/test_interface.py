@@ -133,7 +133,7 @@ def test_traces_are_named_columns(monkeypatch: pytest.MonkeyPatch) -> None:
     assert (columns["reduced1d_end_K"] == run.traces("end_K")[2]).all()
     with pytest.raises(KeyError, match="fem3d_peak_K"):
         columns["fem3d_peek_K"]
-    # pandas need not be installed; a stand-in shows what it would be given.
+    # pandas need not be installed; a stand-in shows its arguments.
     pandas = SimpleNamespace(DataFrame=dict)
     monkeypatch.setitem(sys.modules, "pandas", pandas)
     assert set(columns.to_dataframe()) == set(columns)

@@ -39,10 +39,10 @@ def test_a_constriction_is_all_there_is() -> None:
     names = [part.blame for part in tip.parts]
     assert names == ["wide | narrow", REST]
     assert sum(part.value for part in tip.parts) == pytest.approx(tip.total, rel=1e-9)
-    # In series no flow spreads otherwise than lines say: 3D's resistance at the one joint leaves nothing.
+    # In series the flow is the same as in lines: 3D's resistance at the only joint leaves nothing.
     assert tip.parts[0].value < -10 * tip.parts[0].error
     assert abs(tip.parts[1].value) <= tip.parts[1].error
-    # 3D is asked for 3e-3 of the rise, a tenth of the total, and states a tenth of that.
+    # The accuracy of 3D is 3e-3 of the rise, a tenth of the total, and its bound a tenth of the accuracy.
     assert tip.parts[1].error < 0.02 * abs(tip.total)
     assert "the joint wide | narrow" in found.sentence
     # The same by hand: that resistance gives 3D's tip, one a fifth larger does not.

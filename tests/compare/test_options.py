@@ -1,4 +1,4 @@
-"""The options table: what it makes of given values, and the Python interface that is made of it."""
+"""The options table: its treatment of values, and the Python interface made from the table."""
 
 from __future__ import annotations
 

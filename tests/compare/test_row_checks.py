@@ -1,4 +1,4 @@
-"""The checks of a row of spans: what they find, and that their reasons are true."""
+"""The checks of a row of spans: their differences, and that their reasons are true."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def test_one_sink_alone_is_compared_with_each_span(outcome: Outcome[Sink]) -> No
 
 
 def test_spans_are_apart_over_time_as_their_traces_are(outcome: Outcome[Sink]) -> None:
-    """At the time that is said, against the traces themselves; the twin: the row's own peak for the single one's."""
+    """At the stated time, against the traces themselves; the twin: the row's own peak for the single one's."""
     found = named(outcome.checks)["islands_equivalent_over_time"]
     single = sink_run.solve(replace(ROW, spans=1))
     assert "one sink alone" in found.because
@@ -97,6 +97,6 @@ def test_a_long_rows_fin_is_cheap_and_told_from_that_of_a_short_one() -> None:
     assert long is not None
     assert short is not None
     assert long.details["states"] < 500
-    # Seven islands between eight spans, 59 between sixty: the current tells them apart by their share of the row.
+    # Seven islands between eight spans, 59 between sixty: the current shows their share of the row.
     current = [row.steady["current_A"].value for row in (long, short)]
     assert current[0] / current[1] == pytest.approx((8000 + 7 * 50) / 8 / ((60_000 + 59 * 50) / 60), rel=2e-4)

@@ -48,7 +48,7 @@ def test_3d_and_the_plate_agree_at_rest_and_over_time(more):
 def test_the_oxide_between_contacts_stores_as_the_rise_that_they_leave_it():
     plain = Sink()
     assert stored(plain) == pytest.approx(1 / 3)
-    # Between large contacts the oxide is all at half of what is above.
+    # Between large contacts all oxide is at half of the temperature above.
     assert stored(replace(plain, contact_resistance=1.0)) == pytest.approx(1 / 4, rel=1e-4)
     one = replace(plain, contact_resistance=RESISTANCE)
     assert 1 / film(one) - 1 / film(plain) == pytest.approx(2 * RESISTANCE)

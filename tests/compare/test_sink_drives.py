@@ -37,7 +37,7 @@ def test_in_3d_it_is_the_state_of_the_voltage(sink):
     found = sink_run.solve(sink(), STEADY)
     assert found.details["symmetry"] == "the quarter"
     for name, known in at_a_volt().items():
-        # One mesh, and a coupled iteration that ends at 1e-3 of the accuracy; twins differ by what feeds back.
+        # One mesh, and a coupled iteration that ends at 1e-3 of the accuracy; twins differ by the feedback.
         assert found.steady[name].value == pytest.approx(known.value, rel=2e-6)
     twin = replace(sink(), silicon=replace(Sink().silicon, thermal_conductivity=1.001 * 130.0))
     more = sink_run.solve(twin, STEADY)
@@ -64,7 +64,7 @@ def test_the_lump_at_a_given_current_warms_like_an_exponential():
     traces = ladder.solve(sink, times=times).traces
     exact = heat / model.capacity / rate * -np.expm1(-rate * times)
     off = np.abs(traces.values["mean_K"] - 293.0 - exact)
-    # The error is that of steps 2.8 times as long, each, which leave 6e-5.
+    # The error belongs to steps 2.8 times as long, which leave 6e-5.
     assert off.max() < traces.errors["mean_K"] < 1e-4 * exact[-1]
     power = heat * (1 + model.coefficient * exact)
     assert np.abs(traces.values["power_W"] - power).max() < traces.errors["power_W"] + 1e-12

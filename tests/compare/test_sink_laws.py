@@ -27,7 +27,7 @@ def test_law_is_charged_to_step_from_plate_to_3d():
     assert parts["properties at room temperature"] == pytest.approx(plain - in_3d, rel=1e-3)
     assert sum(parts.values()) == pytest.approx(peak.total, rel=1e-9)
     assert "properties at room temperature" in outcome.answer
-    # The paper's equations are as they are, and every check of them is made.
+    # The paper's equations stay, and all their checks are made.
     assert outcome.reduced1d.steady == ladder.solve(SINK.plain, "paper", steady_only=True).steady
     made = KINDS["sink"].made(SINK, Options(steady=True))
     assert [check.id for check in outcome.checks] == list(made)

@@ -1,8 +1,8 @@
 """The twelve checks on three sinks, solved in 3D: each verdict as declared, and no check that has one verdict only.
 
-They are chosen apart: the built-in one, on which some of the paper's equations hold; one on which none does, as the
-current crosses the pads, the wind takes most of the heat and the resistance grows; and one that is what the equations
-take for granted, a beam as wide as its pads, whose anchors are thick oxide under all of them.
+On the built-in sink some of the paper's equations hold. On the second none holds, because the current crosses the
+pads, the wind takes most of the heat and the resistance grows. The third meets the assumptions of the equations: a beam
+as wide as its pads, with thick oxide under the whole pads.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ def test_the_verdict_is_the_declared_one(name: str, check: str) -> None:
 
 
 def test_each_check_can_come_out_either_way() -> None:
-    """Declared of different sinks: a check that saw nothing of them could not be both. Energy is lost by no sink."""
+    """Both verdicts are declared: a check that ignores the sink could not have both. No sink loses energy."""
     either = {check for check in DEFAULT_TOLERANCES if {check in found for found in DIFFER.values()} == {True, False}}
     assert either == set(DEFAULT_TOLERANCES) - {"energy"}
     sink = load("sink", [f"run.accuracy={COARSE}"])
@@ -71,7 +71,7 @@ def test_each_check_can_come_out_either_way() -> None:
 
 
 def test_another_sink_s_solution_is_caught() -> None:
-    """The built-in sink's checks on the 3D solution of a sink with oxide half as thick: what stands on it moves."""
+    """The built-in sink's checks on the 3D solution with oxide half as thick: every check on the oxide moves."""
     sink = load("sink", [f"run.accuracy={COARSE}"])
     own, other = (KINDS["sink"].compare(s, Options(figures=False)) for s in (sink, replace(sink, oxide_thickness=1e-6)))
     assert own.reduced1d is not None

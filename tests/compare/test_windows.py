@@ -1,4 +1,4 @@
-"""Intervals of noisy traces hold the truth as often as they say, whatever of the noise is shared, and see an offset."""
+"""Intervals of noisy traces hold the truth as often as stated, for any shared part of noise, and detect an offset."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ def share_that_holds(
     rows: int, truth: float, shared: float, other: float = 0.0, slack: float = 1.0, count: int = 200,
     follows: float = 0.0,
 ) -> tuple[float, float, float]:  # fmt: skip
-    """Of repetitions with noise U, of which a part is one number for all rows and the rest ``follows`` that of the row
-    before in part, and with another uncertainty that all share: how often the interval of the worst window, times a
-    ``slack``, and of the last one hold, and how often the worst is seen to be off."""
+    """Return how often the intervals of the worst window (times ``slack``) and of the last window hold, and how often
+    the worst is detected. Noise U: a shared part for all rows, the rest ``follows`` the row before in part; another
+    uncertainty is shared by all."""
     time = np.linspace(1e-4, 0.02, rows)
     cuts = cut(1 - np.exp(-time / 3e-3))
     drawn, held = np.random.default_rng(7), np.zeros((count, 3))
@@ -46,8 +46,8 @@ def share_that_holds(
     (200, 0.0, 0.0, 0.9, 0.93), (60, 0.0, 0.0, 0.3, 0.90), (60, 0.5, 0.0, 0.0, 0.86),
 ])  # fmt: skip
 def test_the_truth_is_within_in_95_of_100(rows: int, shared: float, other: float, follows: float, least: float) -> None:
-    """93 to 97 % of 800 repetitions, which by chance may be 1 % more. That 60 rows share a part of their noise can't be
-    told from chance in some of a hundred repetitions, whose intervals are too narrow then."""
+    """93 to 97 % of 800 repetitions, which by chance may be 1 % more. A shared part of the noise of 60 rows is not
+    distinguishable from chance in some of a hundred repetitions, whose intervals are too narrow then."""
     worst_held, end_held, _ = share_that_holds(rows, 0.0, shared, other, count=800, follows=follows)
     assert least <= worst_held <= 0.98, worst_held
     assert least <= end_held <= 0.98, end_held
@@ -60,10 +60,10 @@ def test_half_an_interval_is_caught() -> None:
 
 @pytest.mark.long
 def test_an_offset_is_found() -> None:
-    """Twice the noise of one row: seen in every repetition, and in 5 of 100 what isn't there."""
+    """Twice the noise of one row: detected in every repetition, and in 5 of 100 a false offset."""
     assert share_that_holds(2001, 0.1, 0.0)[2] == 1.0
     assert share_that_holds(2001, 0.0, 0.0)[2] < 0.07
-    # All of it shared, 2 u is no more than chance.
+    # If all noise is shared, 2 u is no more than chance.
     assert share_that_holds(2001, 0.1, 1.0)[2] < 0.75
 
 
@@ -74,20 +74,20 @@ def test_windows_share_out_rows_and_changes() -> None:
     assert len(cuts) == MOST
     assert [c.start for c in cuts[1:]] == [c.stop for c in cuts[:-1]]
     assert (cuts[0].start, cuts[-1].stop) == (0, 2001)
-    # Half of them are in the first twentieth of the time, where two thirds of the change are.
+    # Half of the rows are in the first twentieth of the time, with two thirds of the change.
     assert time[cuts[4].stop] < 1e-3
     assert len(cut(np.zeros(5))) == 5
     assert len(cut(np.linspace(0, 1, 1))) == 1
 
 
 def test_noise_that_changes_slowly_falls_with_how_often_it_changes() -> None:
-    """Steps of ten equal rows: twelve and a half numbers in a window of 125, and so the mean is known to U/sqrt(12.5);
-    the sum over distances is within a tenth of that, for correlations that fall in a straight line."""
+    """Steps of ten equal rows: 12.5 numbers in a window of 125, and so the uncertainty of the mean is U/sqrt(12.5);
+    the sum over distances is within a tenth, for correlations that fall in a straight line."""
     drawn = np.random.default_rng(4)
     time, noise = np.arange(2000.0), np.repeat(drawn.normal(0, U, 200), 10)
     cuts = cut(time)
     slow, quick = (windows(time, off, np.full(2000, U), cuts)[0] for off in (noise, drawn.normal(0, U, 2000)))
-    # What all rows share is known to a thirtieth of u^2 from 2000 rows, and may count for nothing.
+    # The shared part is estimated to a thirtieth of u^2 from 2000 rows, and may be zero.
     assert U / np.sqrt(125) <= quick.u_data * (1 + 1e-9) < U * np.sqrt(1 / 125 + 1 / 30)
     assert slow.u_data == pytest.approx(U / np.sqrt(12.5), rel=0.1)
     assert slow.share < slow.scatter

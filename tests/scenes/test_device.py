@@ -1,4 +1,4 @@
-"""The device as a scene file: every key, the built-in text, what is withdrawn and what distinguishes it."""
+"""The device as a scene file: every key, the built-in text, withdrawn keys and the name."""
 
 import json
 import re

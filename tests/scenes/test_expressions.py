@@ -1,4 +1,4 @@
-"""Expressions of quantities: their values and units, and what is refused before it can cost anything."""
+"""Expressions of quantities: their values and units, and refusals before any cost."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def test_what_is_no_expression_is_as_before(text: str) -> None:
     ("1e400*n", "not a finite number"),
     ("-" * 60 + "w", "more than 40 deep"),
     ("w" + "+w" * 300, "longer than 500"), ("2**2**2**2" + "**2" * 40, "deep"),
-    # What names nothing that is known is read as a quantity, of which the sentence says more.
+    # An unknown name is read as a quantity, whose sentence has more detail.
     ("5 mm/sec", 'unknown unit "sec", did you mean "s"'), ("abc", "names no parameter"), ("10² um", "unknown unit"),
 ])  # fmt: skip
 def test_a_bad_expression_is_refused(text: str, said: str) -> None:

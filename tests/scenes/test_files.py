@@ -1,4 +1,4 @@
-"""What is named as a file is read as one: of bounded size, and only where it has an end."""
+"""Files are read with a bounded size, and only where they have an end."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Parameters of scene files: one moves all that is made of it, however it is changed; and what is refused."""
+"""Parameters of scene files: one moves all values that use it, however it is changed; refusals."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Bad scenes: each is refused in one line that names the key, the value and what is allowed."""
+"""Bad scenes: each is refused in one line with the key, the value and the allowed values."""
 
 import re
 from dataclasses import replace
@@ -29,7 +29,7 @@ def refusal(call, *arguments):
 
 SIZE = "from 1 nm to 1 m"
 REFUSED_SETTINGS = [
-    # what is set, and what the message has to say
+    # the setting, and words of the message
     ("sink.width=2 V", 'sink.width = "2 V"', "a voltage, not a length", SIZE),
     ("sink.width=2 A", 'sink.width = "2 A"', "a current, not a length"),
     ("sink.width=2 A/m", 'sink.width = "2 A/m"', "a quantity in m-1 A, not a length"),

@@ -1,4 +1,4 @@
-"""How well keys are known, as it is given, and what is refused."""
+"""Uncertainties of keys as given, and refusals."""
 
 from __future__ import annotations
 

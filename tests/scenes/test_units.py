@@ -98,7 +98,7 @@ def test_a_word_that_is_meant_for_a_unit(text, meant):
     ],
 )  # fmt: skip
 def test_what_a_text_would_mean(text: str, unit: str, near: str | None) -> None:
-    """Factors that stand close to one another, and those behind a slash: a hint only, and only where it fits."""
+    """Factors without a sign between them, and factors behind a slash: a hint only, and only where it fits."""
     assert meant(text, parse_unit(unit).powers) == near
 
 

@@ -34,7 +34,7 @@ def test_over_time(tmp_path: Path) -> None:
     made = document()
     expected = CompactModel(made).simulate([0.5, 1.0], {"V": ([0.5, 0.5], [1.5, -1.0]), "T": 0.0})["t"]
     found = run(made, tmp_path / "a", {"output": ["t"]})
-    # Steps of a millionth each, and the sum of ten of them.
+    # Steps of a millionth each, and the sum of ten.
     assert found["t"][-1] == pytest.approx(expected[-1], abs=1e-4 * np.abs(expected).max())
     made["matrices"]["F"]["values"][3] *= 1.01
     again = run(made, tmp_path / "b", {"output": ["t"]})

@@ -102,7 +102,7 @@ def test_what_it_refuses() -> None:
 
 @pytest.mark.parametrize("seed", range(5))
 def test_a_steady_state_in_which_all_inputs_cancel_out(seed: int) -> None:
-    """As where all is of one temperature: the states are what rounding leaves of large terms."""
+    """As where all is of one temperature: the states are rounding errors of large terms."""
     rng, n, warm = np.random.default_rng(seed), 20, np.full(3, 293.15)
     per_kelvin = rng.normal(size=(n, 3))
     F = np.column_stack([-per_kelvin @ warm, per_kelvin, -np.diag(10.0 ** rng.uniform(0, 4, n))])

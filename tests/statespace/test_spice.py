@@ -1,4 +1,4 @@
-"""The SPICE subcircuit, by an evaluator of netlists that knows nothing of how it was made."""
+"""The SPICE subcircuit, by an independent evaluator of netlists."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Circuit:
         return re.sub(r"([VI])\((\w+)\)", r'\1["\2"]', value).strip()
 
     def left(self, x: np.ndarray, rate: np.ndarray, given: dict[str, float]) -> np.ndarray:
-        """What is left of the laws: a current for every node, a voltage for every source."""
+        """The residuals: a current for every node, a voltage for every source."""
         count = len(self.nodes)
         V = dict(zip(self.nodes, x, strict=False)) | {"0": 0.0}
         dV = dict(zip(self.nodes, rate, strict=False)) | {"0": 0.0}
@@ -106,7 +106,7 @@ def test_steady_with_an_extreme_and_two_current_fields() -> None:
 
 
 def test_over_time_with_a_ramp() -> None:
-    """Of which the first output follows the rate, too."""
+    """The first output follows the rate, too."""
     made = document()
     model = CompactModel(made)
     expected = model.simulate([1.0], {"V": 1.0, "T": ([0.0, 2.0], [2.0, 4.0])})

@@ -50,6 +50,6 @@ def test_a_table_of_conductivity_is_exact_between_its_rows(tmp_path: Path):
     summary = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))
     middle = summary["fem3d"]["steady"]["middle"]
     assert abs(middle["value"] - PEAK) <= middle["error"] < 0.05
-    # d peak / d ln sigma = sigma(peak) V^2 / (8 k); the uncertainty is 2 % of that.
+    # d peak / d ln sigma = sigma(peak) V^2 / (8 k); the uncertainty is 2 % of it.
     slope = (COLD + SLOPE * (PEAK - 300)) * VOLTS**2 / 8 / K
     assert middle["u_input"] == pytest.approx(0.02 * slope, rel=1e-3)

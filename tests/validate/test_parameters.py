@@ -127,7 +127,7 @@ def test_a_room_that_is_a_parameter_moves_temperatures(mine: Path) -> None:
 
 
 def test_rounding_is_no_spread() -> None:
-    """Samples of what no input moves differ by rounding, and linear propagation says nothing of it."""
+    """Samples of a quantity without inputs differ by rounding, which linear propagation leaves out."""
     assert Sampled(10, 0, {"peak": Spread(20.0, 1e-13, 1e-14, 0.0)}, {}, {}).warnings() == ()
     assert "infinite" in Sampled(10, 0, {"peak": Spread(20.0, 1e-3, 1e-4, 0.0)}, {}, {}).warnings()[0]
 

@@ -1,4 +1,4 @@
-"""Linear algebra uses one thread, unless the environment says otherwise; limits of time; a pool of processes."""
+"""Linear algebra uses one thread, unless the environment sets another number; limits of time; a pool of processes."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from validate.cli import main
 
 @pytest.fixture
 def unsaid(monkeypatch: pytest.MonkeyPatch) -> None:
-    """An environment that says nothing of threads."""
+    """An environment without a number of threads."""
     for name in ONE_THREAD:
         monkeypatch.setenv(name, "")  # so that what is set meanwhile goes again
         monkeypatch.delenv(name)

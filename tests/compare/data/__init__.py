@@ -10,7 +10,7 @@ SINK = Sink()
 
 
 def found(folder: Path, content: str | bytes, *columns: str, sink: Sink = SINK) -> Data:
-    """What is read of a file with some content."""
+    """Read a file with some content."""
     path = folder / "a.csv"
     path.write_bytes(content if isinstance(content, bytes) else content.encode())
     return read(path, sink, columns)

@@ -1,4 +1,4 @@
-"""A user's traces against the 3D model: equal ones agree, moved ones are found by how much, at any rows of time."""
+"""A user's traces against the 3D model: equal traces agree, moved traces show their shift, at any rows of time."""
 
 from __future__ import annotations
 
@@ -140,15 +140,15 @@ def test_the_command(
 
 
 def noisy(fem3d: Result, u: float, off: float = 0.0, seed: int = 0) -> Data:
-    """The 3D traces at 2,001 even times with noise of the ends (K), said to be known to it."""
+    """The 3D traces at 2,001 even times with noise of the ends (K), which is their uncertainty."""
     data = made(fem3d, np.linspace(0, 0.02, 2001))
     drawn = np.random.default_rng(seed).normal(off, u, len(data.time))
     return replace(data, values={"end_K": data.values["end_K"] + drawn}, u={"end_K": np.full(len(drawn), u)})
 
 
 def test_noise_that_is_known_is_no_difference(case: Case) -> None:
-    """The largest of 2,001 samples is 0.17 K off by chance, 5 % of the rise of the ends; the worst window is not. What
-    is 0.3 K off is found, whatever the noise."""
+    """The largest of 2,001 samples is 0.17 K off by chance, 5 % of the rise of the ends; the worst window is not. An
+    offset of 0.3 K is detected, whatever the noise."""
     for seed in range(20):
         (check,) = evaluate(case.sink, noisy(case.fem3d, 0.05, seed=seed), case.fem3d)
         assert check.verdict == "agrees"
@@ -163,14 +163,14 @@ def test_noise_that_is_known_is_no_difference(case: Case) -> None:
 
 
 def test_the_verdict_counts_what_the_data_are_known_to(case: Case) -> None:
-    """Data that are 0.1 K too high as a whole, 3 % of the rise: resolved if known to 0.01 K, and not to 0.5 K."""
+    """Data 0.1 K too high as a whole, 3 % of the rise: resolved with an uncertainty of 0.01 K, not with 0.5 K."""
     data = made(case.fem3d, UNEVEN)
     high = replace(data, values={"end_K": data.values["end_K"] + 0.1})
     for u, verdict in ((0.01, "agrees"), (0.5, "unresolved")):
         known = replace(high, u={"end_K": np.full(len(data.time), u)})
         (check,) = evaluate(case.sink, known, case.fem3d)
         assert check.verdict == verdict
-        # All of u is shared by the rows: they don't scatter, and no mean is known better than one of them.
+        # All of u is shared by the rows: they do not scatter, and a mean is no more certain than one row.
         assert check.u_data == pytest.approx(u / check_scale(case), rel=0.1)
 
 

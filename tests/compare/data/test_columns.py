@@ -1,4 +1,4 @@
-"""Which column is which quantity: ordinary headers, --column, ngspice's tables, and what may be another scene's."""
+"""Which column is which quantity: ordinary headers, --column, ngspice's tables, and columns of another scene."""
 
 from __future__ import annotations
 
@@ -118,7 +118,7 @@ def test_what_column_refuses(columns: list[str], said: str, tmp_path: Path) -> N
 
 
 def wrdata(names: bool, single: bool) -> str:
-    """What ngspice 39 writes: numbers with a sign or a space before and a space behind, names padded to 15."""
+    """The output of ngspice 39: numbers with a sign or a space before and a space behind, names padded to 15."""
     vectors = {"v(peak)": RISES, "v(end)": RISES / 4, "i(vdrive)": -3.3e-3 + 1e-6 * RISES}
     columns: list[tuple[str, np.ndarray]] = [("time", 1e-3 * TIMES)] if single else []
     for name, values in vectors.items():
@@ -132,7 +132,7 @@ def wrdata(names: bool, single: bool) -> str:
 @pytest.mark.parametrize("names", [True, False])
 @pytest.mark.parametrize("single", [True, False])
 def test_wrdata(names: bool, single: bool, tmp_path: Path) -> None:
-    """With and without wr_vecnames and wr_singlescale; what has no names is told by number, never guessed."""
+    """With and without wr_vecnames and wr_singlescale; columns without names are assigned by number, never guessed."""
     told: tuple[str, ...] = ()
     if not names:
         with pytest.raises(SceneError, match="no names"):
@@ -203,7 +203,7 @@ def test_what_spreadsheets_write(text: str, tmp_path: Path) -> None:
 
 
 def test_rows_with_an_empty_cell_are_left_out_and_counted(tmp_path: Path) -> None:
-    """Of the columns that are compared; one that is left out by name, or that nobody knows, costs no row."""
+    """Rows of the compared columns; a column that is left out, or unknown, costs no row."""
     text = "t (ms);Tmax [K];Tend [K];remark\n0;293;293;\n1;;294;1\n5;311;;2\n;312;296;3\n17;313;297;\n18;314;298;4\n"
     data = found(tmp_path, text)
     assert data.time == pytest.approx([0.0, 0.017, 0.018])

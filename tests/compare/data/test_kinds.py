@@ -1,4 +1,4 @@
-"""Files as other programs and instruments write them, of a bar whose middle warms by a known course."""
+"""Files as other programs and instruments write them, of a bar whose middle warms by a given course."""
 
 from __future__ import annotations
 
@@ -153,7 +153,7 @@ MARKED = TIMES * np.array([1, 1, -1, 1, -1, 1])
 
 @pytest.mark.parametrize("kind", ["text", "UTF-16", "single", "double"])
 def test_raw_file_of_ltspice(kind: str, scene: Path) -> None:
-    """Minus signs of times are LTspice's marks; binary files have single precision unless they say "double"."""
+    """Minus signs of times are LTspice's marks; binary files have single precision unless marked "double"."""
     values = rows("0\t{:.15e}\n\t{:.15e}\n\t-1e-1", MARKED, MID)
     point = "<dff" if kind == "single" else "<ddd"
     binary = b"".join(struct.pack(point, t, v, -0.1) for t, v in zip(MARKED, MID, strict=True))

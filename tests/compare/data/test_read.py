@@ -1,4 +1,4 @@
-"""Reading other tools' tables: what each kind of file says, and refusals that say what was found."""
+"""Reading other tools' tables: the content of each kind of file, and refusals that name the fault."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Several runs in one file: the scene's own is taken, and said; none is merged with another."""
+"""Several runs in one file: the scene's own run is taken and named; runs are never merged."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def test_no_run_of_the_scene(text: str, tmp_path: Path) -> None:
 
 
 def test_a_parameter_of_another_name(tmp_path: Path) -> None:
-    """Refused with the choices, and told by --column; so is one that stands for no voltage."""
+    """Refused with the choices, which --column resolves; so is a column that stands for no voltage."""
     for text in (below("Ua (V)"), beside("Ua={}")):
         with pytest.raises(SceneError, match=r"Ua.*0\.5, 1, 2.*--column KEY="):
             found(tmp_path, text)
@@ -113,7 +113,7 @@ def test_runs_whose_rows_take_turns(tmp_path: Path) -> None:
 
 
 def test_one_value_of_a_key_is_held_against_the_scenes(tmp_path: Path) -> None:
-    """A single run at another voltage is refused as one of many is; a column that no key is called after is said."""
+    """A single run at another voltage is refused like one of many; a column without a key of its name is reported."""
     assert found(tmp_path, below(volts=(1.0,))).run == "the run at V0 = 1 V (drive.voltage)"
     with pytest.raises(SceneError, match="no run of this scene"):
         found(tmp_path, below(volts=(2.0,)))
@@ -153,7 +153,7 @@ def test_a_field_is_no_table(tmp_path: Path) -> None:
 
 
 def test_a_parameter_in_the_headers_may_be_left_out_and_is_no_quantity(tmp_path: Path) -> None:
-    """What the refusal of a file without the scene's run advises, for a parameter that is called like a key."""
+    """The advice for a file without the scene's run, for a parameter with the name of a key."""
     rows = "\n".join(f"{t:g}  {k:g}" for t, k in zip(TIMES, peak(1.0), strict=True))
     text = f"{HEAD}% Time (s)  T (K), peak @ voltage=3\n{rows}\n"
     with pytest.raises(SceneError, match=r"no run of this scene.*ignore=voltage"):

@@ -1,4 +1,4 @@
-"""The checks of Figures 9 to 14 on the paper's own scene: known numbers, by hand where there is a formula."""
+"""The checks of Figures 9 to 14 on the paper's own scene: given numbers, by hand where there is a formula."""
 
 from __future__ import annotations
 
@@ -136,7 +136,7 @@ def test_the_papers_sentence_on_meters_by_hand(found: dict[str, Check]) -> None:
     V, current = np.sqrt(P * R), np.sqrt(P / R)
     assert found["meter_resistance"].measured == pytest.approx(R * 1e-7 * (1 / V + 1 / current), rel=1e-9)
     assert found["meter_power"].measured == pytest.approx(1e-7 * (V + current), rel=1e-9)
-    # The paper's own 60 uohm and 23 nW: its ranges at their ends, as a root of squares, and what it rounds to.
+    # The paper's own 60 uohm and 23 nW: its ranges at their ends, as a root of squares, and their rounding.
     assert 50 * np.hypot(1e-6, 5e-7) == pytest.approx(found["meter_resistance"].predicted, rel=0.1)
     assert 20e-3 * np.hypot(1e-6, 5e-7) == pytest.approx(found["meter_power"].predicted, rel=0.05)
     assert found["meter_rate"].measured == pytest.approx(1e4)

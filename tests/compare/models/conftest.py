@@ -74,7 +74,7 @@ def transient(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def model(tmp_path: Path) -> Path:
-    """A lumped model of the bar as a Python file, with functions that do what they should not."""
+    """A lumped model of the bar as a Python file, with functions that misbehave."""
     path = tmp_path / "lumped.py"
     path.write_text(
         '''"""One thermal resistance and one capacity."""

@@ -1,5 +1,5 @@
 """Data of a free scene: a bar whose tip and mean have series over time, held against 3D and against a user's model; its
-conductivity and the model's time constant fitted to them."""
+conductivity and the model's time constant are fitted."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def test_the_interval_holds_the_truth_as_often_as_is_said(at_rest: bool, steady:
 
     for name, held in inside(100 * relative, 1.0, 1000).items():
         # The worst window's is one of all windows' that hold at once, and so holds at least as often; where the error
-        # shows in every window, the one that misses it on the near side is never the worst: then 97.7 % hold.
+        # shows in every window, an interval that misses it on the near side is never the worst: then 97.7 % hold.
         assert 0.935 <= np.mean(held) <= (0.975 if name.endswith("end") else 0.99), name
     assert np.mean(inside(50 * relative, 0.0, 50)["tip end"]) < 0.9
 
@@ -101,7 +101,7 @@ def run(scene: Path, *more: str) -> tuple[int, dict[str, Any]]:
 def test_the_command(
     at_rest: bool, steady: Path, transient: Path, model: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """A mean that is measured 2 K too hot: 3D is off by -2 K, and of the lumped model its own error is found."""
+    """A mean that is measured 2 K too hot: 3D is off by -2 K, and the lumped model shows its own error."""
     scene = steady if at_rest else transient
     file = written(scene.parent / "mine.csv", quantities.AT_REST if at_rest else TIMES, K, 2.0)
     status, summary = run(scene, "--model", f"{model}:bar", "--against", str(file), "--data-uncertainty", "0.1K",
@@ -120,7 +120,7 @@ def test_the_command(
     checks = {check["id"]: check for check in summary["checks"]}
     rise = 200 / 3 if at_rest else float(exact(K, TIMES)["bar mean"][-1]) - 300
     assert checks["against_bar mean"]["difference"] == pytest.approx(2 / rise, abs=0.003)
-    # The mean of all rows at rest is in proportion to 1/k: 0.1 % of k is 0.1 % of what is measured of it.
+    # The mean of all rows at rest is in proportion to 1/k: 0.1 % of k is 0.1 % of the measured mean.
     if at_rest:
         assert checks["against_bar mean"]["u_input"] == pytest.approx(1e-3 * (1 + 2 / rise), rel=0.01)
     assert checks["against_tip"]["verdict"] == "agrees"
@@ -162,7 +162,7 @@ def bar(scene, times):
 
 
 def test_parameters_of_the_model_are_fitted_with_it(transient: Path) -> None:
-    """Data of the model itself: its time constant and its end are found, whatever 3D has."""
+    """Data of the model itself: the fit returns its time constant and its end, whatever 3D has."""
     (transient.parent / "own.py").write_text(MODEL, encoding="utf-8")
     text = (
         transient.read_text(encoding="utf-8")

@@ -1,5 +1,5 @@
-"""How a model of one's own follows the keys beside 3D, and what uncertain keys make of the difference, on a bar whose
-tip rises by g L^2/2k; and the assertion for tests of one's own."""
+"""How a user's own model follows the keys beside 3D, and the effect of uncertain keys on the difference, on a bar whose
+tip rises by g L^2/2k; and the assertion for the user's own tests."""
 
 from __future__ import annotations
 

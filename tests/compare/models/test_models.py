@@ -39,7 +39,7 @@ def rises(times: np.ndarray | None) -> dict[str, Any]:
 
 
 def fmu(folder: Path, until: float = np.inf) -> Path:
-    """The same as an FMU, whose steps say that they fail from ``until`` (s) on."""
+    """The same as an FMU, whose steps return an error from ``until`` (s) on."""
     from pythonfmu.builder import FmuBuilder
 
     script = folder / "lump.py"
@@ -95,7 +95,7 @@ def test_four_forms_of_one_model_get_the_same_checks(transient: Path, tmp_path: 
         # A table of times has no steady state.
         assert list(checks) == [name for name in wanted if form != "CSV" or name.endswith("_over_time")]
         for name, check in checks.items():
-            # Each states what interpolation, or its own steps, may be off by; both models' parts of u_num are 3D's.
+            # Each states the error of interpolation, or of its own steps; both models' parts of u_num are 3D's.
             assert abs(check.difference - wanted[name].difference) <= check.u_num - 0.9 * wanted[name].u_num, form
             assert check.verdict == wanted[name].verdict
 
@@ -134,7 +134,7 @@ def test_a_trace_of_3d_agrees_and_a_slower_one_is_told_so(transient: Path) -> No
 
 
 def test_a_model_that_answers_otherwise_each_time_is_known_to_its_noise(transient: Path) -> None:
-    """It is asked for the same times more than once; noise of a kelvin leaves 1 % of a hundred open, not differing."""
+    """The model runs several times for the same times; noise of a kelvin leaves 1 % of a hundred open."""
     drawn = np.random.default_rng(0)
 
     def noisy(_: Any, times: np.ndarray | None) -> dict[str, Any]:
@@ -285,7 +285,7 @@ def test_a_command_broken_over_two_lines_is_not_run(steady: Path, tmp_path: Path
 
 @pytest.mark.needs("ngspice")
 def test_comments_and_titles_that_are_commands_do_nothing(steady: Path, tmp_path: Path) -> None:
-    """ngspice runs what stands after *# , and takes a file that begins with *ng_script for commands."""
+    """ngspice runs text after *# , and takes a file that begins with *ng_script for commands."""
     escaped = tmp_path / "escaped"
     text = f"*ng_script\n*#shell touch {escaped}\nV1 tip 0 350\n.op\n.end\n"
     (tmp_path / "lump.cir").write_text(text, encoding="utf-8")

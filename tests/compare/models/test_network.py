@@ -24,7 +24,7 @@ def test_the_bridge_is_judged() -> None:
     checks = found.checks
     assert set(checks) == {"middle", "beam mean", "current", "heat to the substrate", "quarter"}
     for check in checks.values():
-        # By hand, 0.5 % of what 3D says, and known far better than that.
+        # By hand, 0.5 % of the 3D value, and far more certain.
         assert check.verdict == "agrees"
         assert abs(check.difference) < 5e-3
         assert check.u_num < 1e-3
@@ -38,7 +38,7 @@ def test_it_runs_no_code_of_anybody() -> None:
 
 
 def test_rows_just_before_a_jump_bend_nothing() -> None:
-    """3D has a row a billionth of the run before a jump: no straight line there is off by what the jump is."""
+    """3D has a row a billionth of the run before a jump: no straight line there is off by the jump."""
     time = np.array([0.0, 1.0, 2.0, 2.0 + 4e-9, 3.0, 4.0])
     values = np.array([0.0, 0.0, 0.0, 1.0, 1.0, 1.0])
     assert bends(time, values).max() == 0.0
@@ -73,7 +73,7 @@ def test_why_of_a_drive_that_varies_is_said(transient: Path) -> None:
 
 
 def test_a_network_of_a_mesh_is_refused_before_3d_is_solved() -> None:
-    """Which is said of the scene alone: the mesh's file is not even read."""
+    """The scene alone decides: the mesh file is not even read."""
     scene = MeshScene("plug", "none.msh", 1.0, (), (), (), ())
     for ask in (pipeline.plan, pipeline.solve):
         with pytest.raises(SceneError, match="is on a mesh file, and a network is made of boxes"):

@@ -1,5 +1,5 @@
-"""What is no model ends in one sentence with status 2, and nothing is written; where a model fails as it is asked, or
-is ended, what 3D found is kept."""
+"""An invalid model ends in one sentence with status 2, and nothing is written; where a model fails during its run, or
+is ended, the 3D result is kept."""
 
 from __future__ import annotations
 
@@ -207,7 +207,7 @@ def test_a_model_that_never_answers_is_ended_and_3d_is_kept(
     child = subprocess.Popen(
         [*command, "--no-figures"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, encoding="utf-8", env=environment
     )
-    # It says that it sleeps once it has been asked.
+    # It prints that it sleeps once it runs.
     deadline = time.monotonic() + 60
     while not (here / "sleeping").exists() and time.monotonic() < deadline:
         time.sleep(0.05)

@@ -24,7 +24,7 @@ OF_ONE = ("fig4", "fig6_peak", "fig6_end", "fig7_current")
 
 
 def papers(scene: dict[str, Any], times: np.ndarray | None) -> dict[str, Any]:
-    """The paper's own model, as a function that knows the sink as plain numbers."""
+    """The paper's own model, as a function of the sink in plain numbers."""
     found = solve(from_dict(scene), steady_only=times is None, times=times)
     if times is None:
         return {name: found.steady[name].value for name in ("peak_rise_K", "end_rise_K", "current_A")}
@@ -58,7 +58,7 @@ def test_the_papers_model_as_a_function_is_judged_as_the_papers(tmp_path: Path) 
 @pytest.mark.long
 @pytest.mark.usefixtures("no_field")
 def test_a_model_of_one_number(tmp_path: Path) -> None:
-    """Checks of what it doesn't say are not made, pictures and files are."""
+    """Checks of missing quantities are not made, pictures and files are."""
     out = tmp_path / "run"
     found = compare.run("sink", reduction=hotter, accuracy=1e-2, out=out, figures=True)
     known = compare.run("sink", accuracy=1e-2, steady=True)

@@ -1,4 +1,4 @@
-"""A model of one's own at many designs, whose difference from 3D is known in closed form: rises are as (k/50)^-1/2 and
+"""A user's own model at many designs, whose difference from 3D has a closed form: rises are as (k/50)^-1/2 and
 (g/1e12)^0.1 too high."""
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def test_the_map_finds_the_line_within_its_stated_error(steady: Path, bent: str,
     assert len(rows) == 400
     k, g, found, error = (np.array([float(row[name]) for row in rows]) for name in (K, G, "difference", "error"))
     exact = (50 / k) ** 0.5 * (g / 1e12) ** 0.1 - 1
-    # A fit through exact values is off by no more than it says, and the values by the rounding of the solver.
+    # A fit through exact values is within its stated error, and the values within the rounding of the solver.
     assert (np.abs(found - exact) <= error + 1e-7).all()
     sure = {row["verdict"] for row in rows}
     assert sure <= {"agrees", "differs", "unresolved"}

@@ -1,4 +1,4 @@
-"""A free scene, changes of it that are refused, and words of the sentence that refuses each."""
+"""A free scene, its refused changes, and words of the sentence for each."""
 
 from __future__ import annotations
 

@@ -86,7 +86,7 @@ def test_what_the_scene_does_not_need_may_be_left_out_and_is_not_written() -> No
 
 
 def electric(steady: bool = True, coefficient: float = 0.0) -> dict:
-    """A bar of which only the resistance is asked."""
+    """A bar with a probe of its resistance alone."""
     found = bar()
     found["material"] = [{"name": "silicon", "resistivity": 6e-5, "temperature_coefficient": coefficient}]
     found["run"] = {"steady": True} if steady else {"end_time": 1e-3}

@@ -1,4 +1,4 @@
-"""What hangs together in a scene is said: bodies, narrow gaps, overlaps, conductors, cuts, areas."""
+"""Remarks on the structure of a scene: bodies, narrow gaps, overlaps, conductors, cuts, areas."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def test_one_body_its_conductor_and_areas() -> None:
 
 @pytest.mark.parametrize("gap", [1e-3, 0.0499])
 def test_two_bodies_that_nearly_touch_are_said(gap: float) -> None:
-    """The thinner one is 0.5 m thick, a tenth of which is the limit."""
+    """The thinner one is 0.5 m thick; the limit is a tenth."""
     document = roof(gap)
     assert lines(document)["bodies"] == '2 that nothing passes between: "beam" and "foot"; "roof"'
     assert 'boxes "beam" and "roof" are ' in lines(document)["gap"]
@@ -76,7 +76,7 @@ def test_a_wide_gap_is_no_slip_and_bodies_that_touch_are_one() -> None:
     ("aside", "above", "said"), [(0.02, 0.01, "22.4 mm"), (0.0, 0.01, "10.0 mm"), (0.41, 0.01, "")]
 )
 def test_bodies_that_lie_diagonally_at_a_narrow_gap_are_said(aside: float, above: float, said: str) -> None:
-    """No axis passes both of them."""
+    """No axis passes through both."""
     document = roof(above)
     document["box"][-1] |= {"lower": [4 + aside, 0, 1 + above], "upper": [8, 1, 1.5 + above]}
     document["boundary"] = document["boundary"][:-2]
@@ -84,7 +84,7 @@ def test_bodies_that_lie_diagonally_at_a_narrow_gap_are_said(aside: float, above
     found = [text for text in remarks(scene(document)) if "diagonally" in text]
     assert len(found) == bool(said)
     assert all(f'"beam" and "roof" lie diagonally at {said} from one another' in text for text in found)
-    # Of one body nothing is said: heat goes another way.
+    # One body gets no remark: heat goes another way.
     document["box"].append({"name": "post", "material": "metal", "lower": [3, 0, 0], "upper": [5, 1, 1.5 + above]})
     assert not [text for text in remarks(scene(document)) if "diagonally" in text]
 

@@ -8,7 +8,7 @@ import pytest
 
 
 def summary(folder: str | Path = "results/sink-1V") -> dict[str, Any]:
-    """What a run has written, in which no number is infinite or none."""
+    """Return the summary of a run; no number is infinite or missing."""
     found = json.loads(Path(folder, "summary.json").read_text(encoding="utf-8"), parse_constant=pytest.fail)
     assert isinstance(found, dict)
     return found

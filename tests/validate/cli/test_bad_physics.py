@@ -1,5 +1,5 @@
 """Bad laws of the temperature, contacts, drives, faces and substrates, through the command: each is one sentence
-that says what is allowed, exit status 2, and nothing is printed or written."""
+with the allowed values, exit status 2, and nothing is printed or written."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def top(condition: str) -> tuple[str, str]:
 
 
 SCENES: dict[str, tuple[tuple[tuple[str, str], ...], tuple[str, ...]]] = {
-    # what is changed in the scene, and what the message has to say
+    # change of the scene, and words of the message
     "k below zero": ((law("-5"),), ('"metal".thermal_conductivity = -5 is out of range', "from 1")),
     "a power of a value below zero": (
         (law("{value = -130, at = 293, exponent = -1.3}"),),
@@ -236,7 +236,7 @@ SINKS = {
 
 
 def refused(command: str, folder: Path, capsys: pytest.CaptureFixture[str]) -> str:
-    """What the command says as it refuses."""
+    """Return the sentence of the refusal."""
     before = {path.name for path in folder.iterdir()}
     assert main(shlex.split(command)) == 2
     out, err = capsys.readouterr()

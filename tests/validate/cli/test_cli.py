@@ -1,4 +1,4 @@
-"""The command: exit statuses, what is printed and what is written, with a stand-in for the 3D solver."""
+"""The command: exit statuses, printed text and files, with a stand-in for the 3D solver."""
 
 from __future__ import annotations
 
@@ -152,7 +152,7 @@ PLANS = {
 
 @pytest.mark.parametrize("arguments", PLANS)
 def test_the_plan_is_true(arguments: str, capsys: pytest.CaptureFixture[str]) -> None:
-    """Each line of the plan against what is in the folder and the summary."""
+    """Each line of the plan against the folder and the summary."""
     assert sink("--explain", *arguments.split()) == 0
     text = capsys.readouterr().out
     found = summary(str(next(Path("results").iterdir())))
@@ -203,7 +203,7 @@ def test_fields_open_in_pyvista() -> None:
 
 @pytest.mark.long
 def test_figures_without_opengl(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    """Where nothing can be rendered there are four figures all the same, and the plan says which is not as planned."""
+    """Where nothing can be rendered there are four figures all the same, and the plan marks the deviation."""
     monkeypatch.setattr("validate.report.figures.render.Renderer.start", lambda self: None)
     assert main(["sink", "--explain"]) == 0
     assert "As it turned out" in capsys.readouterr().out
@@ -223,7 +223,7 @@ def python(*arguments: str, **environment: str) -> subprocess.CompletedProcess[s
 
 @pytest.mark.long
 def test_from_a_shell() -> None:
-    """The real 3D solver, in a process of its own, on a terminal that knows ASCII only."""
+    """The real 3D solver, in a process of its own, on a terminal with ASCII only."""
     found = python("-m", "validate", "sink", "--no-figures", PYTHONIOENCODING="ascii")
     assert (found.returncode, found.stderr) == (0, "")
     assert " ".join(found.stdout.split()).startswith(

@@ -29,7 +29,7 @@ def rows(form: str) -> str:
 
 
 TABLES: dict[str, tuple[str | bytes, int]] = {
-    # what loggers, spreadsheets and other programs write
+    # output of loggers, spreadsheets and other programs
     "plain": ("time (s),peak (K)\n" + ROWS, 0), "bare": ("time,peak\n" + ROWS, 0),
     "bare rise": ("time,peak\n" + rows("{s},{rise}\n"), 0), "bare degrees": ("time,peak\n" + rows("{s},{C}\n"), 2),
     "trailing": ("time;peak;\n" + rows("{s};{K};\n"), 0), "half trailing": ("time;peak\n" + rows("{s};{K};\n"), 0),
@@ -52,7 +52,7 @@ TABLES: dict[str, tuple[str | bytes, int]] = {
     "falling": ("time,peak\n0.02,293\n0.01,294\n0,295\n", 2),
     "nan time": ("time,peak\n0,293\nnan,294\n2e-3,295\n", 2), "inf time": ("time,peak\n0,293\n1e-3,294\ninf,295\n", 2),
     "nan": ("time,peak\n0,293\n1e-3,nan\n2e-3,295\n", 2), "huge": ("time,peak\n0,293\n1e-3,1e999\n2e-3,295\n", 2),
-    # what is no table
+    # not a table
     "nothing": ("", 2), "blank": ("\n \n\t\n", 2), "head": ("time,peak\n", 2), "one row": ("time,peak\n0,293\n", 2),
     "words": ("once upon a time\nthere was a beam\n", 2), "binary": (bytes(range(256)) * 9, 2),
     "zeros": (bytes(9999), 2),
@@ -195,7 +195,7 @@ LINES = (
 
 @pytest.fixture
 def mine(tmp_path: Path) -> dict[str, str]:
-    """A folder of somebody's files, and what is in them."""
+    """Return the files of a folder and their content."""
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine.txt").write_text("mine", encoding="utf-8")
     for name in ("model.py", "summary.json", "notes.txt"):

@@ -1,4 +1,4 @@
-"""Completion scripts: asked of the shells themselves where they are installed."""
+"""Completion scripts, run by the shells themselves where they are installed."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def command(quiet: bool, seconds: float) -> list[str]:
 
 
 def on_a_terminal(quiet: bool, seconds: float) -> str:
-    """What appears on a terminal that standard error is."""
+    """Return the output on standard error, which is a terminal."""
     pty = pytest.importorskip("pty", reason="terminals as Unix has them")
     ours, theirs = pty.openpty()
     process = subprocess.Popen(command(quiet, seconds), stderr=theirs, stdout=subprocess.PIPE, cwd=ROOT)
@@ -117,7 +117,7 @@ def in_a_pipe(quiet: bool, seconds: float) -> str:
 
 
 def test_a_pipe_is_told_every_now_and_then() -> None:
-    """Whole lines, for a log: none of what is soon done, and none where it is to be quiet."""
+    """Whole lines, for a log: none for short steps, and none if quiet."""
     lines = in_a_pipe(False, 1.0).splitlines()
     assert lines[0] == "solving in 3D (0 s)"
     assert len(lines) == 2

@@ -1,4 +1,4 @@
-"""The command for the whole sensor: exit statuses, what is printed and what is written."""
+"""The command for the whole sensor: exit statuses, printed text and files."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def device(*arguments: str) -> int:
 
 @pytest.fixture(scope="module")
 def full(tmp_path_factory: pytest.TempPathFactory) -> tuple[str, Path]:
-    """What a run with all checks and answers prints, and its folder."""
+    """Return the output of a run with all checks and answers, and its folder."""
     folder, printed = tmp_path_factory.mktemp("full") / "one", io.StringIO()
     with contextlib.redirect_stdout(printed):
         assert device(*QUICK, "--no-figures", "--max-power", "20 mW", "--out", str(folder)) == 0
@@ -276,7 +276,7 @@ def test_in_3d_beside_1d(tmp_path, capsys):
     assert [s["quantity"] for s in three["settling"]] == [s["quantity"] for s in one["settling"]]
     header = (tmp_path / "run" / "traces.csv").read_text(encoding="utf-8").splitlines()[0].split(",")
     assert {f"fem3d_{name}" for name in three["peaks"]} | {"fem3d_polymer_top_W"} <= set(header)
-    # What the flow's error is stands where its values do.
+    # The flow's error stands beside its values.
     flow = f"{1e6 * three['errors']['polymer_flux_W']:.2g} uW"
     assert f"of the heat into the polymer {flow}" in " ".join(capsys.readouterr().out.split())
     checks = {check["id"]: check["verdict"] for check in summary["checks"]}

@@ -1,4 +1,4 @@
-"""The default folder tells apart what makes results different; what replaces an earlier run says so."""
+"""Default folders differ where results differ; a run that replaces an earlier one reports it."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def _somewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def folder(command: str, arguments: str, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Where a run would be written, found without one."""
+    """Return the folder of a run without running it."""
     found: list[Path] = []
 
     def stop(scene: object, request: object, out: Path, *_: object) -> None:
@@ -92,7 +92,7 @@ def test_different_results_have_different_folders(command: str, monkeypatch: pyt
 
 @pytest.mark.parametrize("command", DIFFERENT)
 def test_every_option_is_one_or_the_other(command: str) -> None:
-    """A new option is put into the folder's name, or into the list of those that make no difference."""
+    """A new option is put into the folder's name, or into the list of options without effect."""
     options = import_module(f"validate.cli.{command}").OPTIONS
     known = {usage.split()[0] for usage in options if usage.startswith("--")}
     tried = {word for arguments in DIFFERENT[command] for word in arguments.split() if word.startswith("--")}

@@ -20,7 +20,7 @@ fcntl, termios = pytest.importorskip("fcntl"), pytest.importorskip("termios")
 
 @contextmanager
 def narrow() -> Iterator[int]:
-    """Standard output and errors on a terminal of 20 columns: what was written can be read from what is given."""
+    """Standard output and errors on a terminal of 20 columns: the full text can be read."""
     ours, theirs = pty.openpty()
     fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 20, 0, 0))
     with os.fdopen(theirs, "w", encoding="utf-8") as stream, redirect_stderr(stream), redirect_stdout(stream):

@@ -37,7 +37,7 @@ def test_the_chosen_model_is_named(reduction: str, capsys: pytest.CaptureFixture
 
 
 def test_a_better_model_agrees_where_the_papers_differs() -> None:
-    """The stand-in is the exact fin on 2663 K/W, which is what the plate finds."""
+    """The stand-in is the exact fin on 2663 K/W, the value of the plate."""
     verdicts = {}
     for reduction in ("paper", "plate"):
         assert main(["sink", "--no-figures", "--reduction", reduction, "--out", reduction]) == 0
@@ -48,7 +48,7 @@ def test_a_better_model_agrees_where_the_papers_differs() -> None:
 
 
 def test_strict_asks_nothing_of_a_better_model_that_is_the_papers(capsys: pytest.CaptureFixture[str]) -> None:
-    """The stand-in's steady state is the plate's: all checks of it agree, while eqs 14 and 18 still differ."""
+    """The stand-in's steady state is the plate's: all its checks agree, while eqs 14 and 18 still differ."""
     strict = ["sink", "--no-figures", "--steady", "--strict", "--voltage", "2"]
     assert main([*strict, "--reduction", "plate"]) == 0
     assert "all 2 checks agree" in capsys.readouterr().out

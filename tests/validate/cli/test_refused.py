@@ -1,4 +1,4 @@
-"""Bad input: one sentence that says what to give, exit status 2, and nothing is printed or written."""
+"""Bad input: one sentence with the cure, exit status 2, and nothing is printed or written."""
 
 from __future__ import annotations
 

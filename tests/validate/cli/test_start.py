@@ -1,4 +1,4 @@
-"""How the command starts, whatever it finds: Ctrl-C at once, closed streams, names in other encodings, packages that
+"""How the command starts in any environment: Ctrl-C at once, closed streams, names in other encodings, packages that
 are missing."""
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def test_an_interrupt_while_it_starts_is_no_traceback(module: str, name: str, tm
 
 
 def test_nothing_is_read_from_files_before_an_interrupt_is_provided_for() -> None:
-    """Python's own start aside, which no program has a say in."""
+    """Without Python's own start, which no program controls."""
     code = (
         "import sys; before = set(sys.modules); import validate.__main__; "
         "print(*sorted(set(sys.modules) - before - set(sys.builtin_module_names)))"
@@ -61,7 +61,7 @@ def test_nothing_is_read_from_files_before_an_interrupt_is_provided_for() -> Non
 @pytest.mark.long
 @pytest.mark.parametrize("closed", [(0, 1, 2), (2,)])
 def test_without_standard_streams(closed: tuple[int, ...], tmp_path: Path) -> None:
-    """The next files that are opened are not taken for them: what is written is whole, and the status is the run's."""
+    """The next opened files do not replace them: the files are whole, and the status is the run's."""
 
     def close() -> None:
         for stream in closed:

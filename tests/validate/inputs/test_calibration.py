@@ -1,4 +1,4 @@
-"""Keys fitted to data whose truth is known."""
+"""Keys fitted to data with a given truth."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ def test_what_nothing_follows_is_refused() -> None:
 
 @pytest.mark.long
 def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Data of 3D itself with another oxide, as 3D's own slope has them: the fit finds it."""
+    """Data of 3D itself with another oxide, by 3D's own slope: the fit recovers it."""
     steady = tmp_path / "first"
     truth = ["sink", "--set", f"{OXIDE}=1.2", "--accuracy", "1e-2", "--only", "3d", "--no-figures",
              "--quiet", "--out", str(steady)]  # fmt: skip

@@ -1,4 +1,4 @@
-"""What both models leave out: each effect is what solving with it says, and so are all together."""
+"""Effects that both models leave out: each change equals a solution with the effect, and so does the change of all."""
 
 from __future__ import annotations
 
@@ -83,12 +83,12 @@ def test_in_air_the_gas_below_decides_and_from_a_pressure_on_it_matters(found: l
     pressure = float(said[1]) * {"": 1.0, "k": 1e3, "m": 1e-3}[said[2]]
     k = CONDUCTIVITY / (1 + 2 * left_out.jump(pressure) / SINK.oxide_thickness)
     peaks = [steady(replace(SINK, gap_gas_conductivity=f * k)).steady["peak_rise_K"].value for f in (0.0, 1.0)]
-    # The search ends within 1 %, and two digits are told.
+    # The search ends within 1 %, and two digits are printed.
     assert 1 - peaks[1] / peaks[0] == pytest.approx(0.05, rel=0.05)
 
 
 def test_the_jump_is_1_64_mean_free_paths() -> None:
-    """With the viscosity of air, 1.85e-5 Pa s at 300 K, the path is mu/p sqrt(pi R T / 2), and g is of it
+    """With the viscosity of air, 1.85e-5 Pa s at 300 K, the path is mu/p sqrt(pi R T / 2), and g over the path is
     2 gamma / (gamma + 1) / Pr, Pr = 0.71."""
     path = 1.85e-5 / 101325 * math.sqrt(math.pi * 287.05 * 300.0 / 2)
     assert left_out.jump(101325.0) == pytest.approx(2.8 / 2.4 / 0.71 * path, rel=0.01)

@@ -1,4 +1,4 @@
-"""What uncertain inputs make of quantities and of differences: against samples, and against formulas."""
+"""Effects of uncertain inputs on quantities and differences: against samples, and against formulas."""
 
 from __future__ import annotations
 
@@ -114,7 +114,7 @@ def test_where_it_is_not_linear_is_said() -> None:
     off = samples_of.Spread(1.0, 2.0, 0.1, 1.0)
     assert "+100 %" in samples_of.Sampled(10, 0, {"peak_rise_K": off}, {}, {}).warnings()[0]
     assert samples_of.Sampled(10, 0, {"peak_rise_K": replace(off, deviation=1.2)}, {}, {}).warnings() == ()
-    # Nothing of it follows the inputs: rounding has no shape.
+    # Rounding does not follow the inputs.
     rounding = samples_of.Spread(1861.76, 1e-8, 1e-10, 2e-8)
     assert samples_of.Sampled(10, 0, {}, {"anchor_resistance_K_per_W": rounding}, {}).warnings() == ()
 
@@ -134,7 +134,7 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert end["u_input"] / end["value"] == pytest.approx(0.0835, rel=0.01)
     checks = {check["id"]: check for check in found["checks"]}
     assert {name for name, check in checks.items() if "u_input" in check} == set(checks)
-    # Both models have the same power, nearly, and eq 13 asks for nothing but shapes.
+    # Both models have the same power, nearly, and eq 13 depends on shapes alone.
     assert checks["eq13"]["u_input"] < 1e-3
     assert 0.003 < checks["eq14"]["u_input"] < 0.01
 
@@ -176,7 +176,7 @@ def test_from_python_and_in_a_test() -> None:
 
 @pytest.mark.long
 def test_the_profile_is_followed() -> None:
-    """fig5's difference, against that of whole runs."""
+    """fig5's difference, against whole runs."""
     sink, step = Sink(convection_coefficient=2e4, accuracy=1e-3), 0.02
 
     def at(other: Sink) -> float:

@@ -1,4 +1,4 @@
-"""Sensitivities of both models side by side, their checks, and what is said of them."""
+"""Sensitivities of both models side by side, their checks, and the report."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def test_the_worst_in_a_sentence(one: float, said: str) -> None:
 
 
 def test_a_slope_that_the_error_leaves_open_is_counted_and_explained() -> None:
-    """0.2002 of 2, with errors of 1e-3 of that: on either side of the tolerance of 10 %."""
+    """0.2002 of 2, with relative errors of 1e-3: on either side of the tolerance of 10 %."""
     found = made(width=(2.0, 2.0), length=(-0.5, -0.5 - 0.20002))
     checks = sensitivities.checks(Sink(), found, WORDS)
     assert [check.verdict for check in checks] == ["agrees", "unresolved"]

@@ -1,4 +1,4 @@
-"""What follows of a comparison with data whose truth is known."""
+"""Results of a comparison with data with a given truth."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def test_an_error_of_the_model_lies_in_its_interval() -> None:
 
 
 def test_an_oxide_that_is_known_badly_explains_what_it_does() -> None:
-    """A sink whose oxide conducts 10 % less: seen where the oxide is taken as exact, not where it is known to 15 %."""
+    """A sink whose oxide conducts 10 % less: detected where the oxide is exact, not where its uncertainty is 15 %."""
     oxide = Sink().oxide
     data = measured(Sink(oxide=replace(oxide, thermal_conductivity=0.9 * oxide.thermal_conductivity)), 0.01)
     data = known(data, "0.01K")
@@ -123,7 +123,7 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert against["u_input"] == pytest.approx(0.05 * 0.235 * (1 + against["difference"]), rel=0.1)
     assert checks["energy"]["u_input"] == 0
     end = {(s["model"], s["quantity"], s["where"]): s for s in found["statements"]}["3D", "end_K", "end"]
-    # The data are the paper's model's, whose ends 3D finds 1.3 K hotter.
+    # The data are from the paper's model; in 3D the ends are 1.3 K hotter.
     assert end["interval"][0] < 1.32 < end["interval"][1]
     assert end["seen"]
     assert end["u_val"] == pytest.approx(np.hypot(end["u_data"], np.hypot(end["u_input"], end["u_num"])))
@@ -131,7 +131,7 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
 
 
 def test_the_figure() -> None:
-    """What is found is its title; every row of the data is there; a current is in mA, and its differences in uA."""
+    """The result is its title; every row of the data is there; a current is in mA, and its differences in uA."""
     from validate.report.figures import analysis_figures
     from validate.report.figures.drawing import kept
 

@@ -1,4 +1,4 @@
-"""What the figures show: no kink that is not real, round lengths, nothing in a legend that cannot be seen; of a free
+"""The content of figures: no kink that is not real, round lengths, nothing in a legend that cannot be seen; of a free
 scene an axis of time on which its traces are seen."""
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ def budget(*values: float, over_time: np.ndarray | None = None) -> Budget:
 
 def test_the_legend_has_what_can_be_seen() -> None:
     assert seen_parts(budget(-1.0, 0.3, 0.001)) == [0, 1]
-    # What shows on the way only is seen too.
+    # Parts that show only on the way are in the legend too.
     assert seen_parts(budget(-1.0, 0.0, 0.0, over_time=np.array([[-1.0, -1.0], [0.0, 0.0], [0.1, 0.0]]))) == [0, 2]
 
 

@@ -1,4 +1,4 @@
-"""The results folder: swapped in whole, never at the cost of what is not a run's."""
+"""The results folder: swapped in whole, never at the cost of other files."""
 
 from __future__ import annotations
 

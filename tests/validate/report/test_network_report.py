@@ -1,4 +1,4 @@
-"""What a run with the network prints, keeps and draws."""
+"""Text, files and figures of a run with the network."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def test_the_picture_has_every_line_and_joint() -> None:
 
 @pytest.mark.parametrize(("name", "tallest"), [("bridge", 0.6), ("plate", 1.0)])
 def test_the_view_from_above_is_in_true_proportions(name: str, tallest: float) -> None:
-    """And no taller than what it shows: of a long bridge it was once mostly white."""
+    """And no taller than its content, also for a long bridge."""
     figure = draw(Outcome(load(name), Options()))
     box = figure.axes[0].get_position()
     wide, tall = figure.get_size_inches() * (box.width, box.height)
@@ -70,7 +70,7 @@ def test_the_view_from_above_is_in_true_proportions(name: str, tallest: float) -
 
 @pytest.mark.long
 def test_the_network_is_exported(tmp_path: Path) -> None:
-    """As JSON, Python and SPICE, by what exports compact models."""
+    """As JSON, Python and SPICE, by the export of compact models."""
     out, folder = tmp_path / "run", tmp_path / "few"
     command = ["solve", "plate", "--model", "network", "--no-figures", "--out", str(out), "--export", str(folder)]
     assert main(command) == 0

@@ -19,7 +19,7 @@ FIELDS = ["solve", "bridge", "--set", "run.accuracy=1e-2", "--no-figures", "--qu
 
 @contextmanager
 def files_up_to(size: int) -> Iterator[None]:
-    """No file that this process and those that it starts write becomes larger (bytes)."""
+    """Limit the size (bytes) of files that this process and its children write."""
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
     try:

@@ -29,7 +29,7 @@ def test_heights_are_apart_within_bounds_and_no_worse_than_others(wanted: list[f
         assert (-np.diff(found)).min() >= apart * (1 - 1e-9)
     assert found.max() <= 1 + 1e-9
     assert found.min() >= -1 - 1e-9 or apart * (len(found) - 1) > 2
-    # Of the unbounded problem no small shift of a run of names comes nearer to what is wanted.
+    # Of the unbounded problem no small shift of a run of names comes nearer to the wanted places.
     free = spread(wanted, apart, -1e3, 1e3)
     for first, last in combinations(range(len(free) + 1), 2):
         for shift in (1e-4, -1e-4):

@@ -1,4 +1,4 @@
-"""What gets hotter than its data hold to is said on the terminal, in the summary and in the report."""
+"""A material hotter than the range of its data is reported on the terminal, in the summary and in the report."""
 
 from __future__ import annotations
 
@@ -111,7 +111,7 @@ def test_beam_and_pad_meet_and_both_ends_are_alike() -> None:
 
 
 def test_the_anchor_is_eq_14_s_two_prisms() -> None:
-    """Where the pad reaches the oxide the rise is what the oxide's part of eq 14 leaves, and it ends in none."""
+    """Where the pad reaches the oxide the rise is the oxide's part of eq 14; below the oxide it is zero."""
     thick, area = SINK.oxide_thickness, SINK.oxide_length * SINK.oxide_width
     oxide = thick / (SINK.oxide.thermal_conductivity * area) / anchor_series_resistance(SINK)
     assert at(-SINK.anchor_distance) == pytest.approx(END * oxide)

@@ -1,4 +1,4 @@
-"""A 3D result of a free scene that is made up, so that what is made of it can be tested without a solver."""
+"""A made-up 3D result of a free scene, so that reports can be tested without a solver."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ STEP = Step("stand-in", "done", "numbers made up in place of the 3D solver")
 
 
 def solve(scene: Scene, progress: object = None, whole: bool = False) -> Result:
-    """Probe number i is i + 1, with an error of a thousandth; over time it jumps there from half of that at 1/4 of the
-    end time, and is nine times that before its errors hold."""
+    """Probe number i is i + 1, with an error of a thousandth; over time it jumps there from the half at 1/4 of the
+    end time, and is nine times as large before its errors hold."""
     values = {probe.name: float(i + 1) for i, probe in enumerate(scene.probes)}
     errors = {name: 1e-3 * value for name, value in values.items()}
     fields = StandInFields(Sink())
@@ -44,7 +44,7 @@ def solve(scene: Scene, progress: object = None, whole: bool = False) -> Result:
 
 
 def plan(scene: Scene, whole: bool = False) -> tuple[Step, ...]:
-    """One line, by which it is known."""
+    """One line of the page."""
     return (STEP,)
 
 

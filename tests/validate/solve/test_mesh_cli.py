@@ -81,7 +81,7 @@ def _files(_somewhere_else: None) -> None:
 
 
 def test_wire(capsys: pytest.CaptureFixture[str]) -> None:
-    """Cells of second order hold a circle's area to a part in a thousand on this mesh, straight ones to a tenth."""
+    """Cells of second order hold a circle's area to a part in a thousand on this mesh, straight cells to a tenth."""
     Path("wire.toml").write_text(SCENE + READOUTS, encoding="utf-8")
     assert main(["solve", "wire.toml", "--no-figures", "--fields", "--explain"]) == 0
     text = capsys.readouterr().out

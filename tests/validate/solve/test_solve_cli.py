@@ -1,4 +1,4 @@
-"""`validate solve`: what is printed and written, with a stand-in for the 3D solver."""
+"""`validate solve`: printed text and files, with a stand-in for the 3D solver."""
 
 from __future__ import annotations
 

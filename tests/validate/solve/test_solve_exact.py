@@ -45,7 +45,7 @@ def plate(conductivity: float = 52.0) -> float:
 def test_plate_cooled_at_two_edges(accuracy: float) -> None:
     found = solve("plate", f"run.accuracy={accuracy}")["steady"]["E"]
     assert abs(found["value"] - plate()) <= found["error"] <= accuracy * 100.0
-    # A conductivity that is off by a tenth is told apart.
+    # A conductivity that is off by a tenth is detected.
     assert abs(found["value"] - plate(57.2)) > 3 * found["error"]
 
 

@@ -60,7 +60,7 @@ def test_verdicts_are_those_of_the_truth_and_errors_hold(name: str, tmp_path: Pa
     found, formulas, truth = mapped(SURFACES[name], tmp_path / "m")
     resolved = found.verdicts != "unresolved"
     wrong = resolved & ((found.verdicts == "differs") != (np.abs(truth) > 0.05))
-    # What the issue asks of a map: 99 % right or unresolved, less than 5 % unresolved, at most 400 solved.
+    # The goal for a map: 99 % right or unresolved, less than 5 % unresolved, at most 400 solved.
     assert wrong.mean() <= 0.01
     assert (~resolved).mean() < 0.05
     assert formulas.solved == len(found.solved) <= 400
@@ -89,8 +89,8 @@ def test_where_there_is_no_answer_the_map_says_why_and_finds_the_border(tmp_path
 
 @pytest.mark.long
 def test_designs_that_cannot_be_built_neither_count_nor_draw_the_search(tmp_path: Path) -> None:
-    """Oxide that is longer than its pad, in nearly half of the cells: known without a solution, and no reason to solve
-    next to it where nothing else is open."""
+    """Oxide longer than its pad, in nearly half of the cells: decided without a solution, and no reason to solve
+    beside them where nothing else is open."""
     sink = base("sink", ["checks.tolerances.fig4=0.05"])
     keys = {"anchor.oxide_length": (10e-6, 300e-6), "anchor.pad_length": (100e-6, 250e-6)}
     places = np.array(PLACES[::2])

@@ -54,7 +54,7 @@ def stored(folder: Path) -> int:
 
 @pytest.fixture(scope="module", autouse=True)
 def _processes_that_stay() -> Iterator[None]:
-    """The processes that solve are started once: to start one takes longer than all that a test asks of it."""
+    """The processes that solve are started once: to start one takes longer than its work in a test."""
     with cluster_of.pool(2, import_solvers) as processes, pytest.MonkeyPatch.context() as patch:
         patch.setattr(cluster_of, "pool", lambda count, first: nullcontext(processes))
         yield
@@ -129,7 +129,7 @@ def test_a_worker_and_then_all_of_it_killed_goes_on_to_the_same_table(
 
 
 def solvers(run: subprocess.Popen[bytes]) -> list[psutil.Process]:
-    """The processes that solve a sweep's points; Python has one more, which removes what killed ones leave."""
+    """The processes that solve a sweep's points; Python has one more, which cleans up after killed processes."""
     children = psutil.Process(run.pid).children()
     return [child for child in children if "resource_tracker" not in "".join(child.cmdline())]
 

@@ -11,7 +11,7 @@ from validate.verify import beam
 
 @pytest.mark.long
 def test_both_paths_find_the_same_and_another_law_is_caught():
-    """What halving its intervals changes bounds the second path's error; so it holds of its coarser mesh too."""
+    """The change by halving its intervals bounds the second path's error, also on its coarser mesh."""
     rows = list(beam.rows())
     assert {row.verdict for row in rows} == {"agrees"}
     scene = beam.beam()

@@ -45,7 +45,7 @@ def test_a_bar_between_temperatures_has_a_straight_kirchhoff_variable():
     law = newton.law(FALLING)
     problem, places = of_bar([end(0, "temperature", ROOM), end(1, "temperature", 600.0)], law, 8)
     found = at(places, newton.steady(problem), BAR[1] / 8)
-    # On a line, corners of elements have no error but that of the quadrature, and Newton's.
+    # On a line, corners of elements have only the errors of quadrature and Newton's method.
     assert abs(found - kirchhoff.along_bar(curve(law), ROOM, 600.0, 1 / 8)) < 1e-9
     twin = newton.law(PowerLaw(130.0, 293.0, -1.3 * (1 + 1e-9)))
     assert abs(found - kirchhoff.along_bar(curve(twin), ROOM, 600.0, 1 / 8)) > 1e-9
@@ -143,7 +143,7 @@ def test_a_contact_s_own_heat_enters_either_side():
     density = 1.0 / (rho * BAR[1] + electrical)
     plus = problem.electrodes[0]
     assert newton.current(problem, state, plus) == pytest.approx(density * BAR[0] * BAR[2], rel=1e-9)
-    # Each half: its own heat, and what enters at the contact; the temperatures of both sides a and b by resistances.
+    # Each half: its own heat, and the heat at the contact; the temperatures of both sides a and b by resistances.
     r, q = BAR[1] / 2 / k, density**2 * rho * BAR[1] / 2
     hot, cold = 400.0 + q * r / 2, ROOM + q * r / 2
     own = density**2 * electrical / 2

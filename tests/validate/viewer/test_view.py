@@ -152,7 +152,7 @@ def test_a_films_times_are_even_and_its_states_those_stored(run: Path) -> None:
     for stored, shown in ((0, 0), (-1, 8)):
         at = range(len(source.times))[stored]
         assert film.grid(shown)["rise"] == pytest.approx(source.grid(at)["rise"], abs=1e-9)
-    # The 1D model is that of the frame's time, not one between those stored.
+    # The 1D model is at the frame's time, not between stored times.
     assert source.reduction is not None
     assert film.grid(3)["rise_1d"] == pytest.approx(source.reduction.rise(film.grid(3).points, film.times[3]))
     low, high = source.grid(0)["rise"].min(), source.grid(len(source.times) - 1)["rise"].max()
@@ -175,7 +175,7 @@ def test_a_picture_and_a_film(
 ) -> None:
     from PIL import GifImagePlugin, Image
 
-    # Else every frame after the first is read as RGB, and not only those with a palette of their own.
+    # Else every frame after the first is read as RGB, and not only frames with their own palette.
     monkeypatch.setattr(
         GifImagePlugin, "LOADING_STRATEGY", GifImagePlugin.LoadingStrategy.RGB_AFTER_DIFFERENT_PALETTE_ONLY
     )
