@@ -25,7 +25,19 @@ from meshes.grid import Grid
 from meshes.grouped.model import GroupedMesh, locate
 from meshes.grouped.place import Placed
 from scenes import laws
-from scenes.model import Boundary, Contact, GroupBoundary, GroupProbe, Material, Point, Probe, Scene, Schedule, Value
+from scenes.model import (
+    FLOWS,
+    Boundary,
+    Contact,
+    GroupBoundary,
+    GroupProbe,
+    Material,
+    Point,
+    Probe,
+    Scene,
+    Schedule,
+    Value,
+)
 
 D = TypeVar("D", bound="Domain")
 Patch = tuple[np.ndarray, np.ndarray, np.ndarray]
@@ -329,8 +341,8 @@ class Groups(Domain):
                 return Region(0, np.empty(0, int), point=item.at, parts=parts)
             if item.groups:
                 return Region(3, np.flatnonzero(self.parts(item.groups)), parts=parts)
-            # A potential is read on the surface of this name where not all cells conduct.
-            cells = mesh.volumes.get(name)
+            # A flow passes the surface of this name; a potential is read there where not all cells conduct.
+            cells = None if item.quantity in FLOWS else mesh.volumes.get(name)
             if cells is not None and (item.quantity != "potential" or self.placed.conducting[cells].all()):
                 return Region(3, cells, parts=parts)
             return Region(2, mesh.surfaces[name][0], 1 - 2 * mesh.surfaces[name][1], parts=parts)
