@@ -140,7 +140,7 @@ def _traces(sink: Sink, steady: dict[str, float]) -> Traces:
 
 
 def plan_of_stand_in(sink: Sink, transient: bool) -> tuple[Step, ...]:
-    """One line, by which it is known."""
+    """One line of the page."""
     return (Step("stand-in", "done", "a fin in place of the 3D model"),)
 
 
@@ -156,7 +156,7 @@ def _plugins() -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     """Ctrl-C reaches the commands that tests start, also where a shell runs the suite in the background, with it
-    ignored. And where Python is told to write no bytecode it goes to pytest's cache: else every process of the suite,
+    ignored. And where Python writes no bytecode it goes to pytest's cache: else every process of the suite,
     and every command that a test starts, compiles all modules again."""
     if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -1,4 +1,4 @@
-"""The heated beam as a fin between given anchor resistances, to rounding: what the 3D model is held against.
+"""The heated beam as a fin between given anchor resistances, to rounding: the reference of the 3D model.
 
     k A T'' - h w T + I^2 rho0 (1 + a T) / A = 0 for 0 < y < L, T the rise above room temperature,
     k A T'(0) = T(0) / R_anchor, symmetric about L/2,   V = I times the integral of rho0 (1 + a T) / A.
@@ -43,7 +43,7 @@ class Fin:
 
 
 def fin_at(sink: Sink, anchor_resistance: float, current: float) -> Fin:
-    """The fin that carries a current (A); its power tells the voltage."""
+    """The fin that carries a current (A); its power gives the voltage."""
     k, area, half = sink.silicon.thermal_conductivity, sink.cross_section, sink.length / 2
     rho, a = room_resistivity(sink.silicon, sink.room_temperature)
     heat = current**2 * rho / area

@@ -1,4 +1,4 @@
-"""The documentation: every page is in the contents, and what it refers to exists. CI builds it in strict mode."""
+"""The documentation: every page is in the contents, and its references exist. CI builds it in strict mode."""
 
 from __future__ import annotations
 

@@ -93,7 +93,7 @@ def test_the_notebook_runs(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Captu
 
 @pytest.mark.long
 def test_one_lumped_model_in_four_forms(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each form's differences are the function's, to what its own steps and rows may be off by."""
+    """Each form's differences are the function's, within the errors of its own steps and rows."""
     monkeypatch.chdir(tmp_path)
     runpy.run_path(str(ROOT / "examples" / "lumped.py"), run_name="__main__")
     found = {"function": f"{ROOT / 'examples' / 'lumped.py'}:hotplate", "table": "lumped.csv"}

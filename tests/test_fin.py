@@ -1,4 +1,4 @@
-"""The fin that other models are held against, against what is known in closed form."""
+"""The fin, reference of other models, against closed forms."""
 
 import math
 from dataclasses import replace
@@ -18,7 +18,7 @@ def silicon(a):
 
 def test_default_sink_with_the_anchor_resistance_of_three_dimensions():
     fin = solve_fin(Sink(), 2663.0)
-    # Independently known to the digits given.
+    # Independent values, to the digits given.
     assert fin.peak_rise == pytest.approx(20.33, abs=0.005)
     assert fin.end_rise == pytest.approx(4.405, abs=0.0005)
     assert fin.mean_rise == pytest.approx(15.02, abs=0.005)
@@ -36,7 +36,7 @@ def test_it_is_what_finite_differences_converge_to(R, h, a):
     bands[1] = 2 * link + h * sink.width * cell - source * a
     bands[1, [0, -1]] += end - link
     rise = solve_banded((1, 1), bands, np.full(n, source))
-    # Second order in cells of a 2000th; the strongest cooling has a healing length of 20 of them.
+    # Second order in cells of a 2000th; the strongest cooling has a healing length of 20 cells.
     assert fin_at(sink, R, current).mean_rise == relative(rise.mean(), 1e-3 if h > 1e4 else 1e-5)
     assert fin_at(sink, R, 1.01 * current).mean_rise != relative(rise.mean(), 1e-3)
 

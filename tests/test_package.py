@@ -45,7 +45,7 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @needs_setuptools
 def test_a_run_of_the_wheel_alone(installed: Path, tmp_path: Path) -> None:
     assert {path.parent.name for path in installed.glob("*/py.typed")} == set(PACKAGES)
-    # Without site no editable installation is found; what it depends on is where numpy is.
+    # Without site no editable installation is visible; its dependencies are beside numpy.
     where = os.pathsep.join([str(installed), str(Path(np.__file__).parents[1])])
     command = [sys.executable, "-S", "-m", "validate", "sink", "--no-figures", "--steady", "--quiet", "--out", "run"]
     done = subprocess.run(

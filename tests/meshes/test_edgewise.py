@@ -1,4 +1,4 @@
-"""Degrees edge by edge: what faces and cells have of their edges, and refinement for what edges miss."""
+"""Degrees edge by edge: faces and cells follow their edges, and refinement by the indicators of edges."""
 
 from dataclasses import replace
 
@@ -58,14 +58,14 @@ def test_an_interval_that_is_cut_leaves_edges_their_degrees():
     found = edgewise.refined(grid, missing, 0.5, NOTHING)
     assert found.breaks[0] == pytest.approx([0.0, 0.25, 0.5, 1.0])
     assert found.edges[0][:2, 0, 0].tolist() == [8, 8]
-    # The new plane's edges along y have what those beside it have.
+    # The new plane's edges along y have the degrees of their neighbours.
     assert found.edges[1][:, 1, 0].tolist() == [5, 5, 3, 3]
 
 
 @pytest.mark.parametrize("seed", range(20))
 def test_a_grid_that_misses_something_is_refined(seed):
-    """Whatever is missing where: also where single edges miss little, or where those that do are not at their
-    interval's highest degree."""
+    """For any indicators: also where single edges have small ones, or large ones are not at their interval's highest
+    degree."""
     rng = np.random.default_rng(seed)
     grid = cube(5, 3)
     edges = tuple(rng.integers(2, 6, e.shape) for e in grid.edges)

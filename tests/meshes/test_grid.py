@@ -47,7 +47,7 @@ def test_a_missing_cell_is_seen_in_the_volume():
 
 @pytest.mark.parametrize("mirrored", [False, True])
 def test_at_a_high_accuracy_what_a_constriction_spreads_is_told_from_the_smooth_rest(mirrored):
-    """The pads stand out by 25 um beside the beam, of which half are 500 um: what changes there has spread within
+    """The pads stand out by 25 um beside the beam, whose half is 500 um: changes there decay within
     50 um of the layers, whose longest ends at 75 um, or at 150 um of the whole beam."""
     whole = Sink().scene()
     scene = whole if mirrored else symmetry.reduce(whole).scene

@@ -1,4 +1,4 @@
-"""Which scenes are reduced, and to what."""
+"""Which scenes are reduced, and their parts."""
 
 from dataclasses import replace
 

@@ -20,7 +20,7 @@ def checked(tiles: Tiles) -> np.ndarray:
     areas = (a * d - b * c) / 2
     assert areas.min() > 0
     assert np.allclose(np.bincount(of, areas), tiles.sizes.prod(axis=1), rtol=1e-9)
-    # An edge is that of two triangles, which go along it in opposite directions, or lies on the outline.
+    # An edge belongs to two triangles, which traverse it in opposite directions, or lies on the outline.
     directed = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
     assert len(np.unique(directed, axis=0)) == len(directed)
     alone = np.flatnonzero(~(directed[:, None] == directed[None, :, ::-1]).all(axis=2).any(axis=1))

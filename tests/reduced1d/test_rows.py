@@ -47,7 +47,7 @@ def test_unequal_ends_are_what_a_parabola_and_two_resistances_say() -> None:
 
 
 def test_a_rows_lumps_are_in_one_circuit() -> None:
-    """Heat, resistance and voltage of the spans add up to those of the row."""
+    """Heat, resistance and voltage of the spans add up to the totals of the row."""
     sink = Sink(spans=5)
     found = {name: e.value for name, e in ladder.solve(sink, "paper", steady_only=True).steady.items()}
     rho, a = equations.room_resistivity(sink.silicon, sink.room_temperature)
@@ -66,7 +66,7 @@ def test_only_the_outer_spans_differ() -> None:
 
 
 def test_a_span_between_anchors_of_islands_alone_is_the_papers_sink() -> None:
-    """A row whose anchor is what an island is has spans that are all alike, and like one sink on such anchors."""
+    """A row with anchors like its islands has spans that are all alike, and like one sink on such anchors."""
     sink = Sink(spans=4)
     row = lumps(sink, half_island(sink))
     one = steady(lumps(replace(sink, spans=1), half_island(sink)))
@@ -97,7 +97,7 @@ def test_the_fin_of_a_row_solves_its_equation() -> None:
 
     y = np.unique(np.concatenate([np.linspace(0, ends[2], 301), [ends[0] - 1e-12, ends[0] + 1e-12, ends[1] + 1e-12]]))
     exact = solve_bvp(slopes, at_ends, y, np.zeros((2, len(y))), tol=1e-6, max_nodes=20_000)
-    # What the polynomials leave is what finer ones change (the result's own error), and the solver's tolerance.
+    # The error of the polynomials is the change by finer ones (the result's own error), and the solver's tolerance.
     for name, place in (("end_rise_K", 0.0), ("span1_middle_rise_K", 0.5e-3), ("span2_middle_rise_K", ends[2])):
         value = found.steady[name]
         assert float(exact.sol(place)[0]) == pytest.approx(value.value, abs=2e-5 * value.value + value.error)
@@ -109,7 +109,7 @@ def test_what_is_made_for_one_span_says_so() -> None:
 
 
 def test_spans_taken_to_be_alike_are_what_they_would_be_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A row of which three spans are told apart against all of its ten; the twin, told apart but for one, is off."""
+    """A row with three distinct spans against all ten; the twin, with two, is off."""
     sink, times = Sink(spans=10, convection_coefficient=300.0), np.array([1e-4, 1e-3])
     anchor = Levels(replace(sink, spans=1)).coarse.anchor
     found = {}

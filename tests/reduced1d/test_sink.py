@@ -43,7 +43,7 @@ def sinks(draw):
 def test_default_sink_at_one_volt():
     result = solve(Sink())
     value = {key: estimate.value for key, estimate in result.steady.items()}
-    # Independently known to the digits given.
+    # Independent values, to the digits given.
     assert value["peak_rise_K"] == pytest.approx(19.00, abs=0.005)
     assert value["end_rise_K"] == pytest.approx(3.082, abs=0.0005)
     assert value["mean_rise_K"] == pytest.approx(13.69, abs=0.005)

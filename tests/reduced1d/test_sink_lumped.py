@@ -90,7 +90,7 @@ def test_time_and_progress_are_inverse(feedback, last):
     model = scaled(feedback)
     times = last * np.array([0.0, 1e-3, 0.1, 0.7, 1.0])
     progress = progress_at(model, times)
-    # Above a progress of 700 the steady state is reached to rounding, and times are no longer told apart.
+    # Above a progress of 700 the steady state is reached to rounding, and times are no longer distinct.
     inside = progress < 700
     assert inside[0]
     assert time_at_progress(model, progress[inside]) == relative(times[inside], 1e-13)
@@ -171,7 +171,7 @@ def test_runaway_is_seen_by_an_integrator_that_knows_no_roots():
     below = integrated(replace(model, voltage=0.999 * limit), np.array([0.0, long]))[-1]
     assert below == relative(steady_rise(replace(model, voltage=0.999 * limit)), 1e-6)
     assert below < 1 / (2 * 2e-3) < 1 / 2e-3
-    # Beyond it the rise passes that of the double root, on its way to the vanishing resistance.
+    # Beyond it the rise passes the double root, on its way to the vanishing resistance.
     beyond = replace(model, voltage=1.001 * limit)
 
     def past(t, y):

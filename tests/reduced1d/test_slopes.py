@@ -12,7 +12,7 @@ from scenes.varied import numbers, varied
 
 
 def test_anchor_resistance_by_its_formula() -> None:
-    """Eq 14: R = u_o / (k w t) + t_o / (k_o l_o w_o), and u_o half of what the pad is longer than the oxide."""
+    """Eq 14: R = u_o / (k w t) + t_o / (k_o l_o w_o), and u_o half of the pad's length beyond the oxide."""
     sink = Sink()
     steady, _ = slopes.of_sink(sink, "paper", numbers(sink))
     found = {key: of["anchor_resistance_K_per_W"] for key, of in steady.items()}
@@ -33,8 +33,8 @@ def test_anchor_resistance_by_its_formula() -> None:
 
 
 def test_current_by_its_formula() -> None:
-    """I = V / (R (1 + a dT)) and the power V I, of which dT is a fixed share per watt: d ln dT / d ln V = 2 / (1 + f)
-    with f = a dT / (1 + a dT), that of a fixed point."""
+    """I = V / (R (1 + a dT)) and the power V I; dT is proportional to the power: d ln dT / d ln V = 2 / (1 + f)
+    with f = a dT / (1 + a dT), a fixed point."""
     sink = Sink(voltage=5.0)
     steady, _ = slopes.of_sink(sink, "paper", ["drive.voltage"])
     a = 5e-4
@@ -51,7 +51,7 @@ def test_over_time_it_goes_to_the_steady_state() -> None:
     steady, course = slopes.of_sink(sink, "paper", ["sink.width"], np.array([1e-5, 0.2]))
     found = course["sink.width"]
     assert found["end_K"][-1] == pytest.approx(steady["sink.width"]["end_rise_K"], abs=1e-6)
-    # Early on the rise is the energy over the heat capacity, and neither knows the width.
+    # Early on the rise is the energy over the heat capacity, and neither depends on the width.
     assert found["mean_K"][0] == pytest.approx(0, abs=1e-2)
 
 

@@ -1,5 +1,6 @@
-"""The spreading resistance of a plate: its limits, and which of a sink's 1D models know of it. They are held against 3D
-in `tests/fem3d/test_substrate.py`."""
+"""The spreading resistance of a plate: its limits, and the 1D models that include it.
+
+The comparison with 3D is in `tests/fem3d/test_substrate.py`."""
 
 import pytest
 
@@ -25,7 +26,7 @@ def test_a_source_that_covers_a_plate_has_its_resistance_alone():
 
 
 def test_sides_that_are_far_do_not_matter_and_cost_nothing():
-    """A wafer against a plate whose sides are 6 thicknesses away: what they reflect is exp(-6 pi) of it."""
+    """A wafer against a plate whose sides are 6 thicknesses away: the reflection is a part exp(-6 pi)."""
     block = (5e-5, 5e-5)
     wafer, plate = (plate_resistance((side, side, 2e-4), block, (side / 2, side / 2), K) for side in (0.3, 2.45e-3))
     near = plate_resistance((8e-4, 8e-4, 2e-4), block, (4e-4, 4e-4), K)

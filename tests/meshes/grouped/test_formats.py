@@ -87,7 +87,7 @@ def assert_solved(path: Path) -> None:
 
 
 def refusal(path: Path, capsys: pytest.CaptureFixture[str]) -> str:
-    """Return the sentence by which a scene is refused."""
+    """Return the sentence that refuses a scene."""
     assert main(["solve", str(path), "--no-figures", "--out", str(path.parent / "out")]) == 2
     message = capsys.readouterr().err.strip()
     assert message.startswith("validate: ")
@@ -148,7 +148,7 @@ def tetrahedra() -> str:
 
 
 def turned(kind: str) -> tuple[str, np.ndarray]:
-    """Return cards of a system whose origin is off and whose axes are turned, and the coordinates of the bar in it."""
+    """Return cards of a system whose origin is off and whose axes are turned, and the coordinates of the bar there."""
     origin, axes = np.array([3.0, -4.0, 12.0]), np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]])
     local = (POINTS - origin) @ axes.T
     angle = np.degrees(np.arctan2(local[:, 1], local[:, 0]))
@@ -316,7 +316,7 @@ def test_abaqus_is_refused_by_name(form: str, tmp_path: Path, capsys: pytest.Cap
 
 NAMES = '$PhysicalNames\n3\n2 2 "left"\n2 3 "right"\n3 1 "metal"\n$EndPhysicalNames\n'
 CELLS = [(4, 1, TETRAHEDRA), *((2, tag, [f for p, f in TRIANGLES if p == tag]) for tag in (2, 3))]
-# Gmsh's Mesh.SaveAll adds the curves, of which none is in a physical group.
+# Gmsh's Mesh.SaveAll adds the curves; none is in a physical group.
 CURVES = [(1, 7, [[1, 3], [3, 4]])]
 
 

@@ -1,4 +1,4 @@
-"""Groups come back from the files that mesh generators write, and every refusal names what is wrong."""
+"""Groups come back from the files that mesh generators write, and every refusal names the fault."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def test_refinement_keeps_a_curved_shape_and_its_groups(cell: str, tmp_path: Pat
     assert fine.count == 8 * mesh.count
     for name in mesh.volumes:
         assert volumes(fine, name) / volumes(mesh, name) == pytest.approx(1, abs=1e-11)
-    # The nodes of curved cells are nodes of the finer ones.
+    # The nodes of curved cells are nodes of the finer cells.
     apart = np.abs(fine.mesh.doflocs[:, :, None] - mesh.mesh.doflocs[:, None]).max(axis=0).min(axis=0)
     assert apart.max() < 1e-18
     for name, (facets, side) in fine.surfaces.items():
@@ -270,7 +270,7 @@ def test_parts_that_only_lie_side_by_side_are_told(tmp_path: Path) -> None:
 
 
 def take_off_the_foot(mesh: boxes.Built) -> int:
-    """Gives the foot corners of its own, and tells how many it had in common with the beam; its faces are in no group
+    """Give the foot its own corners, and return how many it shared with the beam; its faces are in no group
     any more."""
     foot = mesh.volumes["foot"]
     twins, others = np.unique(mesh.cells[foot]), np.unique(mesh.cells[mesh.volumes["beam"]])
@@ -306,7 +306,7 @@ def test_cells_in_no_group_are_refused(tmp_path: Path) -> None:
 
 
 def broken(path: Path, cell: str, change: Callable[[Any], None]) -> str:
-    """What is said of the mesh of a bridge, changed, in Gmsh's older format."""
+    """Return the refusal of the mesh of a bridge, changed, in Gmsh's older format."""
     boxes.write(boxes.grouped(scene_of(bridge()), cell, 1), path, 1e-6)
     mesh = meshio.read(path)
     change(mesh)

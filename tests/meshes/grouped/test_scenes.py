@@ -33,7 +33,7 @@ _SOLVED: dict[str, Result] = {}
 def on_mesh(
     document: dict[str, Any], cell: str, pieces: int, folder: Path, bend: boxes.Map | None = None
 ) -> Result:  # fmt: skip
-    """The scene of boxes solved on a Gmsh file of it in um; once, however many tests look at it."""
+    """The scene of boxes solved on its Gmsh file in um; once for all tests."""
     asked = repr((document, cell, pieces, bend))
     if asked not in _SOLVED:
         _SOLVED[asked] = solve(loaded(document, cell, pieces, folder, bend))
@@ -43,7 +43,7 @@ def on_mesh(
 def loaded(
     document: dict[str, Any], cell: str, pieces: int, folder: Path, bend: boxes.Map | None = None
 ) -> MeshScene:  # fmt: skip
-    """The scene of boxes on a Gmsh file of it in um."""
+    """The scene of boxes on its Gmsh file in um."""
     scene = from_dict(document)
     assert isinstance(scene, Scene)
     boxes.write(boxes.grouped(scene, cell, pieces, bend), folder / "m.msh", 1e-6)
@@ -95,7 +95,7 @@ def test_the_same_scene_as_boxes(cell: str, pieces: int, tmp_path: Path) -> None
 
 
 def test_a_wrong_conductivity_is_caught(tmp_path: Path) -> None:
-    """The errors are small enough to tell 20 % in the foot's conductivity, through which all heat leaves."""
+    """The errors are small enough to show 20 % in the foot's conductivity, through which all heat leaves."""
     document = bridge()
     document["material"][1]["thermal_conductivity"] *= 1.2
     found, boxed = on_mesh(document, "hexahedron", 2, tmp_path).steady, on_bricks(False).steady
@@ -219,7 +219,7 @@ def test_curved_cells_are_taken_as_they_are(tmp_path: Path) -> None:
         errors[cell] = abs(value.value + exact) / abs(exact)
     assert errors["hexahedron20"] < 1e-3
     assert errors["tetra10"] < 1e-3
-    # Straight edges cut a percent off the circumference: that this is seen shows that the bent ones are.
+    # Straight edges cut a percent off the circumference: this difference shows that bent edges are used.
     assert errors["hexahedron"] > 3 * errors["hexahedron20"]
 
 

@@ -1,4 +1,4 @@
-"""The integrals of the space of a mesh file, against what they must be."""
+"""The integrals of the space of a mesh file, against exact values."""
 
 from __future__ import annotations
 
@@ -70,15 +70,15 @@ def test_faces_are_those_of_scikit_fem(cell: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("cell", CELLS)
 def test_flux_through_a_closed_surface_is_what_is_inside(cell: str, tmp_path: Path) -> None:
-    """Gauss: what leaves through the surface of each function is the integral of -div grad over the cells next to it;
-    the normals of a closed surface add to nothing."""
+    """Gauss: the flux of each function through the surface is the integral of -div grad over the adjacent cells;
+    the normals of a closed surface add to zero."""
     mesh = mesh_of(cell, tmp_path).mesh
     space, outer = MappedSpace(mesh), mesh.boundary_facets()
     faces = space.faces(outer, mesh.f2t[0, outer])
     x = np.zeros(space.size)
     x[: mesh.nvertices] = mesh.doflocs[0, : mesh.nvertices]
     if mesh.doflocs.shape[1] > mesh.nvertices:
-        # The map of a curved cell is in the space of degree 2: what its vertex functions leave of it is its bubbles'.
+        # The map of a curved cell is in the space of degree 2: vertex functions and bubbles.
         at, nodes = np.asarray(mesh.elem().doflocs).T, mesh.dofs.element_dofs
         second = [0, 1, 2, 3, 4, 6, 8, 10, 12, 14] if len(mesh.t) == 4 else np.arange(27)
         x[space.dofs[second]] = np.linalg.solve(space.at(at)[:, second], mesh.doflocs[0, nodes])
@@ -90,7 +90,7 @@ def test_flux_through_a_closed_surface_is_what_is_inside(cell: str, tmp_path: Pa
 
 @pytest.mark.parametrize("more", [0, 6, 9])
 def test_sides_of_tetrahedra_have_rules_of_any_order(more: int) -> None:
-    """scikit-fem's end at 19; a polynomial of the highest degree tells a rule of a lower one."""
+    """scikit-fem's end at 19; a polynomial of the highest degree exposes a rule of lower order."""
     mesh = skfem.MeshTet()
     faces = MappedSpace(mesh).faces(np.array([0]), mesh.f2t[0, :1]).finer(more)
     a, b, c = mesh.p[:, mesh.facets[:, 0]].T
@@ -105,7 +105,7 @@ def test_sides_of_tetrahedra_have_rules_of_any_order(more: int) -> None:
 
 @pytest.mark.parametrize("more", range(4))
 def test_rules_of_the_tetrahedron_are_exact_to_their_order(more: int) -> None:
-    """Those of scikit-fem from the fifth to the ninth are to one order less than they say."""
+    """The rules of scikit-fem from the fifth to the ninth are exact to one order less than stated."""
     x, y, z = _rule((True, 3), 5 + more).points
     weights = _rule((True, 3), 5 + more).weights
     for i in range(6 + more):

@@ -1,4 +1,4 @@
-"""What a designer asks: range, resolution, smooth starts, settling; and inputs that make no device."""
+"""Questions of a designer: range, resolution, smooth starts, settling; and inputs that make no device."""
 
 from __future__ import annotations
 

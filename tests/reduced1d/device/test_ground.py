@@ -21,8 +21,8 @@ from statespace.result import QUANTITIES
 
 
 def off(device: Device, ground: float, outer: float) -> np.ndarray:
-    """What is missing in both heat balances (relative to the powers) and in what both controllers see (of what they
-    want) at the steady state: by currents from the voltages, Kirchhoff's laws solved as a linear system."""
+    """Return the residuals of both heat balances (relative to the powers) and of both controllers (relative to their
+    set points) at the steady state: by currents from the voltages, Kirchhoff's laws solved as a linear system."""
     lumped, state = lump(device), steady(device, outer)
     rise = np.array([state.sink_K, state.sensor_K]) - 293.0
     warm = lumped.resistance * (1 + lumped.coefficient * rise)

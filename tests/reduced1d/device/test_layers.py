@@ -20,7 +20,7 @@ from reduced1d.device.paper import crank_nicolson, layer_step, mesh_ratio
 
 @dataclass(frozen=True)
 class ExactLayer:
-    """A layer's temperature in K: ``ends``, those of its faces at x = 0 and x = L, and ``b`` (N,), the b_n of w."""
+    """A layer's temperature in K: ``ends``, its faces at x = 0 and x = L, and ``b`` (N,), the b_n of w."""
 
     slab: Slab
     ends: tuple[float, float]

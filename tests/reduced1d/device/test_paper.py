@@ -1,4 +1,4 @@
-"""The paper's own scheme: its error, its stability limit, and that it is what it says."""
+"""The paper's own scheme: its error, its stability limit, and its equations."""
 
 from __future__ import annotations
 

@@ -45,7 +45,7 @@ def test_the_lump_on_eq_14s_resistance_is_the_papers_model(sink: Sink) -> None:
     for key in ("peak_rise_K", "end_rise_K", "mean_rise_K", "current_A", "power_W", "heat_out_W"):
         assert found[key] == relative(exact.steady[key].value, 1e-10)
     assert exact.traces is not None
-    # From 10 us on: nothing of the first steps is asked for, and five Radau points on doubling steps leave 2e-5.
+    # From 10 us on: the first steps do not count, and five Radau points on doubling steps leave 2e-5.
     for key in ("peak_K", "mean_K", "end_K"):
         rise = exact.traces.values[key] - sink.room_temperature
         assert np.abs(traces[key] - rise).max() < 3e-5 * rise[-1]
@@ -103,7 +103,7 @@ def test_with_feedback_the_steps_are_those_of_a_general_integrator(voltage: floa
     times = np.linspace(0.0, end, 30)
     exact = solve_ivp(rate, (0.0, end), [0.0], t_eval=times, rtol=1e-10, atol=1e-14, method="Radau").y.T
     found, _ = trajectory(model, times)
-    # Where the resistance is about to vanish, the inside of a step is less well known than its ends.
+    # Where the resistance is about to vanish, the inside of a step is less accurate than its ends.
     assert np.abs(found - exact).max() < (3e-5 if voltage < 4.0 else 3e-4) * np.abs(exact).max()
     with pytest.raises(RunawayError, match="runs away after"):
         trajectory(replace(model, drive=Drive(20.0)), times)

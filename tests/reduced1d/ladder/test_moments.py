@@ -1,4 +1,4 @@
-"""The few-state model: what it matches, keeps and costs; names of reductions."""
+"""The few-state model: its moments, its balance and its cost; names of reductions."""
 
 from __future__ import annotations
 

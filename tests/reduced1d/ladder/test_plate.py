@@ -1,4 +1,4 @@
-"""The plate against exact solutions, its balances, and its own estimate of what it leaves out."""
+"""The plate against exact solutions, its balances, and its own error estimate."""
 
 from __future__ import annotations
 
@@ -119,7 +119,7 @@ def test_heat_is_conserved(sink: Sink) -> None:
     resistance = model.resistance + model.coefficient * model.source @ rise
     assert one @ (model.conductance @ rise) == relative(sink.voltage**2 / resistance, 1e-8)
     assert model.source.sum() == relative(model.resistance, 1e-10)
-    # The capacity is that of all silicon and a third of the oxide.
+    # The capacity is all silicon and a third of the oxide.
     silicon = (sink.length * sink.width + 2 * sink.pad_length * sink.pad_width) * sink.thickness
     oxide = 2 * sink.oxide_length * sink.oxide_width * sink.oxide_thickness
     expected = sink.silicon.heat_capacity * silicon + sink.oxide.heat_capacity * oxide / 3
@@ -139,7 +139,7 @@ def test_the_anchors_capacity_is_what_its_impedance_says(levels: Levels) -> None
     plate, anchor = levels.fine.plate, levels.fine.anchor
     mean, end = plate.model.outputs["mean"], plate.model.outputs["end"]
     field = plate.inverse.solve(mean)
-    # The beam's capacity left out, the flow through the ends is the same at any rate but for what the pads take.
+    # The beam's capacity left out, the flow through the ends is the same at any rate except for the heat of the pads.
     moved = factorize((plate.model.conductance + 1.0 * (plate.in_pads + plate.in_oxide)).tocsc()).solve(mean)
     R, C = anchor.resistance, anchor.pad + anchor.oxide
     change = float(end @ (moved - field)) / float(end @ field)

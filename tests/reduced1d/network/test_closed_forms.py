@@ -1,4 +1,4 @@
-"""The network against closed forms, to 1e-6 of the rise or the flow, and its stated errors against what they are."""
+"""The network against closed forms, to 1e-6 of the rise or the flow, and its stated errors against the true errors."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ TOP = (0, 0, THICK), (LONG, WIDE, THICK)
 
 
 def rises(result: Result, **exact: float) -> None:
-    """Holds steady rises and flows against exact ones, and the stated errors against the differences."""
+    """Compare steady rises and flows with exact values, and the stated errors against the differences."""
     for name, value in exact.items():
         estimate = result.steady[name.replace("_", " ")]
         found = estimate.value - (COLD if abs(estimate.value - COLD - value) < abs(estimate.value - value) else 0.0)
         assert found == pytest.approx(value, rel=NEAR), name
-        # The stated error is that of the coarser elements; rounding is a few parts in 1e12 of the temperature.
+        # The stated error belongs to the coarser elements; rounding is a few parts in 1e12 of the temperature.
         assert abs(found - value) <= estimate.error + 1e-11 * max(abs(estimate.value), abs(value)), name
 
 
@@ -104,7 +104,7 @@ def heated_wire(coefficient: float, **drive: float) -> AnyScene:
 
 @pytest.mark.parametrize("coefficient", [4e-3, -1e-3])
 def test_a_heated_wire_with_resistance_feedback(coefficient: float) -> None:
-    """k A T'' = -I^2 rho/A (1 + a T), held at both ends: cosines, or hyperbolic ones where the resistance falls."""
+    """k A T'' = -I^2 rho/A (1 + a T), held at both ends: cosines, or hyperbolic cosines where the resistance falls."""
     current = 0.6 * math.sqrt(K / 1e-5 / abs(coefficient)) * AREA / LONG
     b = current / AREA * math.sqrt(1e-5 * abs(coefficient) / K)
     cos, tan, sin = (math.cos, math.tan, math.sin) if coefficient > 0 else (math.cosh, math.tanh, math.sinh)
@@ -321,7 +321,7 @@ def test_a_wire_over_time_with_resistance_feedback(coefficient: float) -> None:
 
 
 def test_a_perturbed_conductivity_is_caught() -> None:
-    """The twin of all of the above: a part in 1e5 is ten times what they allow."""
+    """The twin of all of the above: a part in 1e5 is ten times the tolerance."""
     of = scene(
         [box(*BAR, heat_source=1e13)], [flat("left", *LEFT, temperature=COLD)], [at("tip", LONG, 0, 0)],
         [material() | {"thermal_conductivity": K * (1 + 1e-5)}],
@@ -350,7 +350,7 @@ def test_ends_that_meet_at_a_contact() -> None:
     rises(solve(of), near=near, beyond=beyond, tip=beyond + power * 2 * LONG / K / (AREA / 2), through=-power)
     (joint,) = (p for p in places(layout(of)) if p.other)
     assert joint.other is not None
-    # In 3D the temperature is told on either side.
+    # In 3D the temperature has a value on either side.
     assert (joint.one.boxes, joint.other.boxes) == (("bar",), ("thin",))
 
 

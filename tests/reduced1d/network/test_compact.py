@@ -1,4 +1,4 @@
-"""A network as a compact model: its values, its stated errors, and what it is refused for."""
+"""A network as a compact model: its values, its stated errors, and its refusals."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from tests.reduced1d.network.test_closed_forms import cooled_wire
 
 @pytest.mark.long
 def test_the_bridge_in_a_few_states() -> None:
-    """Steady, with resistance feedback, a potential and a heat flow among what is read."""
+    """Steady, with resistance feedback, a potential and a heat flow among the outputs."""
     bridge = load("bridge")
     assert isinstance(bridge, Scene)
     document = compact(bridge, None, 1e-4)
@@ -28,7 +28,7 @@ def test_the_bridge_in_a_few_states() -> None:
     for name, value in model.steady().items():
         assert abs(value - exact[name].value) <= errors[name]["error"] * (1 + 1e-6) + 1e-12 * abs(value)
         assert errors[name]["relative"] < 1e-4
-    # Another voltage than any that it was tried at, against the network of that.
+    # A voltage that was not used in the reduction, against the network at that voltage.
     other = replace(bridge, boundaries=tuple(replace(b, value=0.6 * b.value) if b.kind == "voltage" else b
                                              for b in bridge.boundaries))  # fmt: skip
     there = solve(other).steady

@@ -40,7 +40,7 @@ def test_a_wire_over_time_at_given_currents() -> None:
 
 
 def test_the_wire_that_runs_away_at_a_given_current() -> None:
-    """I^2 R (1 + a T) = G T has a state below I = sqrt(G / (a R)) alone; just below it the state is found."""
+    """I^2 R (1 + a T) = G T has a state below I = sqrt(G / (a R)) alone; just below it there is a state."""
     limit = math.sqrt(FILM / OHM / 3e-3)
     with pytest.raises(RunawayError, match="the resistance rises as it heats; the largest current") as caught:
         solve(cooled_wire(3e-3, current=1.01 * limit))

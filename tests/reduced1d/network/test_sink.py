@@ -71,7 +71,7 @@ def test_a_row_of_spans_is_refused() -> None:
 
 
 def test_pads_lie_along_the_beam() -> None:
-    """Pads and oxide blocks are square: they run as what they are joined to does."""
+    """Pads and oxide blocks are square: they run along their neighbours."""
     sink = load("sink")
     assert isinstance(sink, Sink)
     layout = solve(replace(sink.scene(), steady=True)).details["model"].layout

@@ -1,4 +1,4 @@
-"""The table of a network: its formulas give its values, and its values are what the network is made of."""
+"""The table of a network: its formulas give its values, and its values are the parts of the network."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ UNITS = {
 
 
 def worked_out(formula: str) -> float:
-    """What a formula comes to in SI units."""
+    """Return the value of a formula in SI units."""
     for unit in sorted(UNITS, key=len, reverse=True):
         formula = re.sub(rf"([\d.e+-]+) {re.escape(unit)}(?![\w(])", rf"(\1{UNITS[unit]})", formula)
     return float(eval(formula.replace(" x ", " * "), {"__builtins__": {}}))
