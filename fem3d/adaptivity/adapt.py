@@ -1,7 +1,7 @@
-"""Refining until every quantity is known well enough, level by level, on any `fem3d.adaptivity.mesh.Mesh`.
+"""Adaptive refinement: solve, estimate the errors, mark and refine, on any `fem3d.adaptivity.mesh.Mesh`.
 
-A level is solved and judged; the verdict is to accept its answer, to refine the mesh for what its readings miss, to
-raise it a little everywhere, or to ask another mesh whether heating really runs away.
+Each level ends with a verdict: accept the answer, refine the mesh by its error indicators, raise the mesh a little
+everywhere, or check on a finer mesh whether heating really runs away.
 """
 
 from __future__ import annotations
@@ -26,21 +26,22 @@ from fem3d.solution.steady import SteadyState
 from fem3d.solution.transient import Base
 from scenes.errors import BeyondLawError, NumericsError, RunawayError, RunawayInTimeError
 
-# A voltage above that of the fold runs away on any mesh if it lies further above it than this many times the change of
-# the fold's voltage from the mesh before: what all further changes add up to, each at most 2/3 of the one before.
+# A voltage runs away on any mesh if it exceeds the fold's voltage by this many times the fold's change from the mesh
+# before: the sum of all further changes if each is at most 2/3 of its predecessor.
 SURELY = 3.0
-# Of a limit: the drives whose states a mesh is refined for before the limit is believed, the second if the first has
-# none. A limit that changes by less than `NAMED` is not off by a quarter: a drive that is so `FAR` above needs no more.
+# Fractions of a limit: a mesh is refined for the state at the first drive, or else at the second, before the limit is
+# believed. A limit that changes by less than `NAMED` is not off by a quarter: a drive `FAR` above needs no more.
 BELOW, NAMED, FAR = (0.99, 0.95), 1e-3, 1.25
 MOST_LEVELS = 40
 Progress = Callable[[str], None]
 
 
 class Verdict(NamedTuple):
-    """What is to be done after a level: "accept" its ``answer``; "refine" the mesh for what its ``goals`` miss, which
-    ``falls`` with the degree (`estimate.falling`), or for as much more as the ``worst`` of the ``relative`` errors
-    says; "raise" it, as a lower space has no steady state although the fine one has, or as its states go ``beyond`` the
-    law of a resistivity; or see whether another mesh confirms the ``runaway``."""
+    """Decision after a level.
+
+    "accept" takes the ``answer``. "refine" uses the indicators of the ``goals``, their factor ``falls`` per degree
+    (`estimator.falling`) and the ``relative`` errors. "raise" refines everywhere: a lower space has no steady state
+    although the fine space has one, or states go ``beyond`` a resistivity law. "runaway" needs a second mesh."""
 
     action: Literal["accept", "refine", "raise", "runaway"]
     answer: Answer | None = None
@@ -65,11 +66,23 @@ def adapt(
     mesh: Mesh | None = None,
     with_steady: bool = True,
 ) -> Answer:
-    """Levels, of bricks if no ``mesh`` is given, until every estimated error is within the study's accuracy or the mesh
-    is to be taken as it is; of the steady state, of the transient, or of both.
+    """Solve and refine until the estimated relative error of every quantity is at most ``study.accuracy``.
 
-    Raises RunawayError where no steady state exists, RunawayInTimeError where a transient runs away, NumericsError
-    where the accuracy can't be reached.
+    Each level solves a(u, v) = l(v) for v in nested spaces of degrees p, p - 1 and p - 2, and for each quantity J the
+    dual problem a(v, z) = J(v). The residual r = l - a(u(p-1), .) with the dual weights z_i gives the contributions
+    z_i r_i of degree p; `Estimator.indicators` extrapolates them to all higher degrees, and their sum bounds the error
+    of J. The next mesh is refined where the indicators, relative to the scale of J, are largest.
+
+    Parameters
+    ----------
+    study : scene, quantities with their scales, accuracy and times (s)
+    with_transient, with_steady : solve the transient, the steady state, or both
+    progress : called with one line of text per level
+    mesh : first mesh; by default a grid of bricks
+
+    Returns the last level. Its errors exceed the accuracy only if the mesh cannot be refined further.
+    Raises RunawayError if no steady state exists, RunawayInTimeError if the transient runs away, NumericsError if the
+    accuracy cannot be reached.
     """
     search, falling = Search(study, with_steady, with_transient, progress), reach.Falling(study.accuracy)
     mesh = mesh or Bricks.of(study, over_time=not with_steady)
@@ -104,9 +117,9 @@ def adapt(
 
 @dataclass
 class Search:
-    """What one level hands to the next: the limit of the last mesh's runaway, whether a transient ran away, and the
-    slowest time constant (s) and the generations of fields of a transient without steady state; the
-    steady state ``near`` that of the next mesh."""
+    """State carried from one level to the next: the limit ``fold`` of the last mesh's runaway, whether a transient ran
+    away, the ``slowest`` time constant (s) and ``generations`` of Krylov fields of a transient without steady state,
+    and the steady state ``near``, the initial guess on the next mesh."""
 
     study: Study
     with_steady: bool
@@ -120,18 +133,17 @@ class Search:
 
     @property
     def enough(self) -> float:
-        """The relative error that a level may have: no trace is known better than where it ends, and its rows take
-        their share."""
+        """The largest relative error of an accepted level; the rows of traces take their share of the accuracy."""
         return self.study.accuracy * (1 - ROW_SHARE) if self.with_transient else self.study.accuracy
 
     def judge(self, mesh: Mesh, number: int) -> Verdict:
-        """The verdict on a mesh, from its steady level, and from its response where that level is good enough."""
+        """Judge a mesh by its steady level, and by its response if the steady level is accurate enough."""
         problems = mesh.problems()
         fine = level = response = None
         try:
             if self.with_steady:
                 fine = nested.solution(self.study, problems, near=self.near)
-                # Of a linear problem nobody asks for it, and it holds the factors of its mesh.
+                # A linear problem needs no initial guess, and the state would keep its factors in memory.
                 self.near = fine.state if problems.follows else None
                 level = mesh.examine(self.study, problems, fine)
             self.progress(f"level {number}: {problems.heat.size} unknowns")
@@ -156,8 +168,8 @@ class Search:
         return Verdict("refine", answer, level, goals=goals, falls=falls, relative=relative)
 
     def _respond(self, mesh: Mesh, problems: Problems, level: Level | None) -> Response:
-        """The response on a mesh, in fields about its steady state; where that isn't asked for, about what the slowest
-        time constant of the mesh before tells."""
+        """Solve the transient in Krylov fields about the steady state; without it, shifted by the slowest time constant
+        of the mesh before."""
         study = self.study
         if level is not None:
             self.progress("transient")
@@ -173,13 +185,13 @@ class Search:
         return response
 
     def refine_for_runaway(self, mesh: Mesh, runaway: RunawayError) -> Mesh | None:
-        """Refine the mesh to confirm a runaway; None where it is the scene's own, with a limit that is accurate."""
+        """Refine the mesh to confirm a runaway; None if the runaway is confirmed and its limit accurate."""
         if isinstance(runaway, RunawayInTimeError):
             before, self.ran_away = self.ran_away, True
             return None if before else mesh.refine_all()
         change = np.inf if self.fold is None else abs(runaway.limit - self.fold)
         self.fold = runaway.limit
-        # Where heat alone drives a scene the limit is a fraction of it.
+        # If heat alone drives a scene, the limit is a fraction of the heat.
         drive = abs(self.study.voltage) or 1.0
         confirmed = drive - runaway.limit > SURELY * change
         if confirmed and not runaway.largest:

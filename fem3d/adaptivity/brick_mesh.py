@@ -26,25 +26,25 @@ from meshes.grid import Grid
 from scenes.model import Scene
 from scenes.plan import Step
 
-# A refinement aims at this fraction of the error that is allowed, as predictions of what it takes away are right only
-# within a factor of two, and one more level costs more than some cells too many (`validate stress --scenes 160`:
-# seconds of the slowest).
+# A refinement aims at this fraction of the allowed error: the predicted reduction is right only within a factor of two,
+# and one more level costs more than some cells too many (`validate stress --scenes 160`: seconds of the slowest).
 AIM = 0.5
 # Where halved intervals would give the next level more than this factor times the unknowns, degrees are raised instead:
 # a mesh that is still so far from the accuracy predicts its own errors badly. The default sink at 1e-5 grows by 1.9.
 MOST_GROWTH = 3.0
-# The degree of a rough grid, and the unknowns of a first grid from which on a rough one comes before it: with fewer it
-# takes longer than it saves (random scenes, and such on blocks).
+# Degree of a rough grid; a first grid with at least MANY unknowns is preceded by a rough grid. With fewer unknowns the
+# rough grid takes longer than it saves (random scenes, also on blocks).
 ROUGH, MANY = 2, 6_000
 LARGE = 30_000  # unknowns of a grid beyond which tetrahedra are looked at (`fem3d.adaptivity.choice`)
 
 
 @dataclass(frozen=True, eq=False)
 class Bricks:
-    """A grid of bricks for an accuracy, the features of its scene, and what is known of its singular edges: errors from
-    the last two degrees, refined where these say that something is missing. One in rough degrees tells which of those
-    of the grid that is its ``aim`` each edge needs. Where the memory has no room for a finer one, the accuracy is
-    refused or, with ``as_far_as_it_goes``, the grid is taken as it is."""
+    """A grid of bricks for a relative ``accuracy``, refined where the contributions of the last two degrees are large.
+
+    ``marks`` are the features of the scene with its singular edges. A grid of rough degrees selects the edges that need
+    the degrees of its ``aim``. If memory has no room for a finer grid, the accuracy is refused or, with
+    ``as_far_as_it_goes``, the grid is taken as it is."""
 
     scene: Scene
     grid: Grid
@@ -55,7 +55,7 @@ class Bricks:
 
     @staticmethod
     def of(study: Study, over_time: bool = False) -> Bricks:
-        """The grid to start with, for what happens ``over_time`` with layers at faces whose temperature jumps."""
+        """Return the first grid; ``over_time`` adds layers at faces whose temperature jumps."""
         scene, accuracy = study.part.scene, study.accuracy
         reach.check_planes(scene)
         marks = grading.features(scene)
@@ -77,7 +77,7 @@ class Bricks:
         reach.check_size(self.scene, self.grid, self.accuracy, self.marks)
         given = nested.problems(boxes(self.scene, self.grid), self.accuracy)
         if self.aim is None and any(p.quantity == "current" for p in self.scene.probes):
-            # The power of the cold conductor shows before anything else is solved.
+            # The power of the cold conductor is available before any other solution.
             power = self._estimator.indicators(given.electric_parts)
             reach.check_edges(self.grid, self.marks, [power], self.accuracy)
         return given
@@ -133,7 +133,7 @@ class Bricks:
     levels = None
 
     def steps(self, levels: int | None) -> tuple[Step, ...]:
-        """A line of the plan where the grid is insisted on, or large."""
+        """Return a line of the plan if the scene demands the grid, or if the grid is large."""
         size = foreseen(self.scene, self.grid)
         if not self.scene.mesh and size.unknowns <= LARGE:
             return ()

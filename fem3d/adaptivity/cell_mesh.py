@@ -1,7 +1,7 @@
 """Meshes of tetrahedra, refined by their error indicators, and of hexahedra, refined everywhere.
 
-The spaces are of degrees 1 to 3 on tetrahedra, 1 and 2 on hexahedra and where memory is short. Nothing but edges tells
-where a solution on such cells is singular, so the estimator assumes the slowest rate (`fem3d.adaptivity.estimator`) and
+The spaces are of degrees 1 to 3 on tetrahedra, 1 and 2 on hexahedra and where memory is short. Only edges show where a
+solution on such cells is singular, so the estimator assumes the slowest rate (`fem3d.adaptivity.estimator`) and
 corrects its bounds by earlier meshes (`fem3d.adaptivity.effectivity`).
 """
 
@@ -36,16 +36,16 @@ from scenes.model import AnyScene, MeshScene
 from scenes.plan import Step
 
 AIM = 0.7  # of the target: estimates foresee the next error to a factor
-# Unknowns up to which a mesh is refined unless run.memory is given: about a minute of one processor, for a transient
-# and for a steady state. A mesh that has more is solved as it is.
+# Largest number of unknowns of a refined mesh unless run.memory is given: about a minute of one processor, for a
+# transient and for a steady state. A larger mesh is solved as it is.
 FEWER, MOST_UNKNOWNS = 60_000, 150_000
 LEAST_GROWTH = 1.5  # a finer mesh with less than this factor times the unknowns changes little
 MOST_GROWTH = 3.0  # times the cells of a level that the next one may have
-# A cell is halved along the longest axes, to half of the longest, of those along which indicator times size is at least
-# this fraction of the largest: across an edge both are larger than along it, where cells may stay long.
+# A cell is halved only along axes on which indicator times size is at least VARIES times the largest product, and there
+# only along axes longer than SHORTER times the longest: cells may stay long along an edge.
 VARIES, SHORTER = 0.05, 0.5
-# Bisection goes on in neighbours until no node hangs: so many sets of cells are tried, the first of which would take
-# this part of the room alone.
+# Bisection continues in neighbours until no node hangs, so the growth is unknown: TRIALS sets of cells are tried. The
+# first set would take the fraction FIRST of the room without its neighbours.
 TRIALS, FIRST = 5, 0.25
 MARKED = 0.9  # part of all indicators that the refined cells hold
 
@@ -87,7 +87,7 @@ class Layout(Protocol):
         """Return the lines of the plan; after a run with the number of its refinements."""
 
     def statistics(self) -> dict[str, Any]:
-        """Return what a result says of the cells."""
+        """Return the statistics of the cells for a result."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,7 +100,7 @@ class CellMesh:
     accuracy: the largest relative error.
     degree: the highest degree of the elements.
     levels: how many times the mesh was refined.
-    history: estimates of earlier levels, which correct later ones.
+    history: estimates of earlier levels, which correct later estimates.
     """
 
     layout: Layout
@@ -134,7 +134,7 @@ class CellMesh:
 
     @property
     def _room(self) -> float:
-        """The factor by which the unknowns may grow, by memory, and unless run.memory is given by time."""
+        """The largest growth factor of the unknowns, limited by memory, and by time unless run.memory is given."""
         # Factors grow like n^(4/3) in three dimensions (George, SIAM J. Numer. Anal. 10, 1973).
         room = (reach.limit(self.scene) - START_UP) / (self.size.memory - START_UP)
         most = MOST_UNKNOWNS if self.scene.steady else FEWER
@@ -176,7 +176,7 @@ class CellMesh:
         return self
 
     def refine(self, indicators: Indicators, target: float) -> CellMesh | None:
-        """Cut cells with more than their share, those with most first, as far as there is room."""
+        """Cut cells with more than their share of the error, largest indicators first, as far as there is room."""
         record = () if indicators.record is None else (indicators.record,)
         if self._last:
             return None
@@ -283,7 +283,7 @@ def mesh_of(scene: MeshScene) -> CellMesh:
 
 @dataclass(frozen=True, eq=False)
 class FileLayout:
-    """A scene on the cells of its file, or on refined ones."""
+    """A scene on the cells of its file, or on refined cells."""
 
     placed: Placed
 
@@ -306,7 +306,7 @@ class FileLayout:
         return groups(self.placed, degree)
 
     def refine(self, shorter: np.ndarray, sharp: np.ndarray) -> FileLayout:
-        """Three bisections make one half as long, wherever edges are sharp; hexahedra are all cut into eight."""
+        """Bisect three times to halve the length, regardless of sharp edges; cut all hexahedra into eight."""
         mesh, times = self.placed.mesh, np.where(shorter.any(axis=0), 3, 0)
         return FileLayout(replace(self.placed, mesh=refine(mesh, times if mesh.simplex else None)))
 

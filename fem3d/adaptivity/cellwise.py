@@ -1,8 +1,8 @@
-"""What a change of a field does to another one cell by cell, in the energy product of the heat or the current problem.
+"""Energy products of a field's change with a dual solution, cell by cell, for the heat and the current problem.
 
-On bricks parts are told function by function, as those of one interval are nearly orthogonal. On flat tetrahedra they
-are not, and cancel: there the difference of two spaces' fields times a dual solution is integrated over each cell,
-which no choice of functions changes.
+On bricks contributions are separated by function, because the functions of one interval are nearly orthogonal. On flat
+tetrahedra they are not, and contributions cancel. There the energy product of the difference of two spaces' fields with
+a dual solution is integrated over each cell, which is independent of the basis.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ Tested = Callable[[np.ndarray], np.ndarray]
 
 
 def _parts(products: np.ndarray, besides: np.ndarray | float = 0.0) -> np.ndarray:
-    """(3, cells): the sums of products (3, cells) of slopes along the axes, and of others, in parts that are to one
-    another as the absolute values of those of the slopes."""
+    """Split the sum of the products (3, cells) of slopes and of other products ``besides`` into (3, cells) parts, in
+    proportion to the absolute products of slopes."""
     sizes = np.abs(products)
     total = np.maximum(sizes.sum(axis=0), 1e-300)
     parts: np.ndarray = (products.sum(axis=0) + besides) * np.where(total > 1e-300, sizes / total, 1 / 3)
@@ -33,8 +33,8 @@ def _parts(products: np.ndarray, besides: np.ndarray | float = 0.0) -> np.ndarra
 
 
 def heat(problem: HeatProblem, change: np.ndarray, time: float | None) -> Tested:
-    """For a ``change`` (functions,) of the rise: k grad u . grad v with what films add and, half on each side,
-    contacts; and, of a step of ``time`` (s), rho c u v over it."""
+    """Integrate k grad u . grad v over each cell for a ``change`` u (functions,) of the rise, with films and, half on
+    each side, contacts; for a step of ``time`` (s) plus rho c u v / time."""
     domain = problem.domain
     on = domain.space.on(np.arange(len(domain.body)))
     flux = domain.per_cell("thermal_conductivity")[..., None] * on.weights * on.gradient(change)
@@ -66,8 +66,8 @@ def heat(problem: HeatProblem, change: np.ndarray, time: float | None) -> Tested
 
 
 def current(conductor: Conductor, change: np.ndarray) -> Tested:
-    """For a ``change`` (functions,) of the potential: sigma grad u . grad v of the cold conductor, with what contacts
-    add, half on each side."""
+    """Integrate sigma grad u . grad v over each cell of the cold conductor for a ``change`` u (functions,) of the
+    potential, with contacts, half on each side."""
     on: Any = conductor.on
     count = len(conductor.heat.domain.body)
     flux = on.weights * on.gradient(change) / conductor.cold

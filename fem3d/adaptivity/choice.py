@@ -1,8 +1,8 @@
-"""What a scene of boxes is solved on: a grid of bricks, whose planes cross the whole scene, or tetrahedra
-(`meshes.columns`), which end where they are needed.
+"""Choice of the mesh for a scene of boxes: a grid of bricks, whose planes cross the whole scene, or tetrahedra
+(`meshes.columns`), which are refined locally.
 
-Bricks gain degrees and layers where tetrahedra are halved: where parts align they take far fewer unknowns for an
-accuracy. Planes that align with nothing make a grid grow with the square of their number, tetrahedra in proportion.
+Bricks gain degrees and layers where tetrahedra are halved: if parts align, bricks need far fewer unknowns for an
+accuracy. Planes that align with no others make a grid grow with the square of their number, tetrahedra in proportion.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ from scenes.free.grid import crowding
 from scenes.model import Scene
 from scenes.plan import Step
 
-# Times the unknowns of the first tetrahedra that those have which reach an accuracy of 1e-2, and what the next decade
-# takes: a meander of platinum on a membrane takes 2.5 times with 10 to 50 pads beside it, random plates 2.3, stacks
-# with vias more; with 10 pads 1e-3 takes 7.8 times as many as 1e-2.
+# Growth of the unknowns from the first tetrahedra to an accuracy of 1e-2, and per further decade. A platinum meander on
+# a membrane grows 2.5 times with 10 to 50 pads beside it, random plates 2.3, stacks with vias more; with 10 pads the
+# step from 1e-2 to 1e-3 takes a factor 7.8.
 TO_PERCENT, PER_DECADE = 4.0, 7.0
 
 
@@ -143,12 +143,12 @@ def _suits(scene: Scene, grid: Size, most: float) -> bool:
 
 
 def factor(accuracy: float) -> float:
-    """Return the unknowns that an accuracy is foreseen to take over those of the first tetrahedra."""
+    """Return the predicted growth of the unknowns from the first tetrahedra to an accuracy."""
     return float(TO_PERCENT * PER_DECADE ** max(np.log10(1e-2 / accuracy), 0.0))
 
 
 def on_tetrahedra(scene: Scene, grid: Size) -> CellMesh:
-    """Return the first tetrahedra of a scene, instead of a ``grid`` of that size."""
+    """Return the first tetrahedra of a scene, in place of a ``grid`` of the given size."""
     why = "run.mesh asks for them"
     if scene.mesh != "tetrahedra":
         crowded = crowding(scene, connected.coarsest(scene).breaks)

@@ -15,12 +15,12 @@ import numpy as np
 
 from fem3d.adaptivity.goal_errors import Level, Record
 
-# An error is stated as 1 + n^(-1/2) times the largest fraction i of any of n readings, as one alone may be right by
-# chance, but not below this fraction of its estimate. Of 37 random plates, combs and stacks with vias no error is above
-# 0.67 of this bound on a later mesh, against finer meshes.
+# An error is stated as 1 + n^(-1/2) times the largest fraction i of any of n readings, because one reading may be right
+# by chance, but not below this fraction of its estimate. Of 37 random plates, combs and stacks with vias no error is
+# above 0.67 of this bound on a later mesh, against finer meshes.
 LEAST = 0.25
 # Errors of extrapolated readings are at most AS_IT_IS of their estimates, and CAUTION times their doubt where the
-# estimate fell on the last mesh: of 46 random plates, meshes from Gmsh and stacks none is above 0.70 of that.
+# estimate fell on the last mesh: none of 46 random plates, Gmsh meshes and stacks exceeds 0.70 of this bound.
 AS_IT_IS, CAUTION = 0.5, 1.25
 ROUNDING = 1e-8  # relative: smaller errors, and readings that move less, show rounding alone
 # A reading that moves by more than its estimate falls is wrong by more than estimated. Its bound is then twice its

@@ -1,26 +1,26 @@
 """Bound the error of a goal by dual-weighted residuals in nested spaces of degrees p, p - 1 and p - 2.
 
 Let a(u, v) = l(v) be the problem, J the goal, z the dual solution, a(v, z) = J(v), and V(p-2) < V(p-1) < V(p) nested
-spaces. With the residual r = l - a(u(p-1), .) the last degree changes the goal by
+spaces. With the residual r = l - a(u(p-1), .) and the dual weights z_i, the last degree changes the goal by
 
     J(u(p)) - J(u(p-1)) = r(z(p)) = sum of z_i r_i over the functions i of V(p) that V(p-1) lacks
 
-(Becker and Rannacher, Acta Numerica 10, 2001). Each function stands on known intervals of the axes, and each integral
-on known cells, so that the sum also says where the change comes from: d_p on an interval, and d_(p-1) from the next
-pair of spaces. Absolute values are added.
+(Becker and Rannacher, Acta Numerica 10, 2001). Each function belongs to one interval of an axis, and each integral to
+one cell. The absolute values are added to the contribution d_p of each interval or cell; the next pair of spaces
+gives d_(p-1).
 
-An error q^-a after degree q, d_q = (q-1)^-a - q^-a, leaves 1 / ((p/(p-1))^a - 1) times d_p after degree p. The ratio
-d_p / d_(p-1) gives the rate a, at most the theoretical one: beside an edge of exponent s the element has
-(p + lag)^-4s (Gui and Babuska, Numer. Math. 49, 1986); at a distance from edges the parts fall no faster than
-rho^-2 a degree, rho being the sum of the half axes, over the half length, of the ellipse around the interval that the
-edge lies on (Bernstein). As odd and even degrees take turns, d_(p-1) gives a second value, and the larger counts.
+If the error after degree q is q^-a, then d_q = (q-1)^-a - q^-a, and the error after degree p is
+d_p / ((p/(p-1))^a - 1). The ratio d_p / d_(p-1) gives the rate a, limited by theory. Beside an edge of exponent s the
+error is (p + lag)^-4s (Gui and Babuska, Numer. Math. 49, 1986). Away from edges, contributions fall at most by rho^-2
+per degree, where rho is the sum of the half axes, over the half length, of the ellipse around the interval that passes
+through the edge (Bernstein). Odd and even degrees alternate, so d_(p-1) gives a second value; the larger counts.
 
-A solution that is even over an interval has no part of an odd degree, so away from edges d_(p-1) is also continued by
-every second degree: by q / (1 - q), where q is the decay over two degrees of the coefficients of the solution and the
+An even solution on an interval has no contribution of odd degree. Away from edges d_(p-1) is therefore also continued
+over every second degree, by q / (1 - q): q is the decay over two degrees of the coefficients of the solution and the
 dual solution (the smoothness indicator of Mavriplis, ICOSAHOM 1989).
 
-On the cells of a mesh any edge may be hidden by what is smooth in the same cell, so that no measured rate faster than
-the slowest one is believed there. What the theory expects of later degrees is added to goals (`extrapolated`).
+On the cells of a mesh a smooth contribution may hide an edge in the same cell, so rates are not limited by distances
+to edges. The change that theory expects of later degrees is added to goals (`fem3d.adaptivity.later`).
 """
 
 from __future__ import annotations
@@ -41,12 +41,12 @@ from meshes.grid import Grid
 # Rates a that are assumed at least: beside an edge unless theory has a slower one, and away from edges, where 2 is the
 # rate beside an edge of exponent 1/2. FASTEST is infinity, for a table of rates.
 SLOWEST, REGULAR, FASTEST = 1.0, 2.0, 40.0
-# Degrees by which the element lags behind its asymptotic decay at an edge, and over the exponent: measured for
-# distances to powers from 0.13 to 0.67 about an edge, in cells up to four times longer than wide.
+# Lag in degrees behind the asymptotic decay at an edge: a constant, and a part to be divided by the exponent. Measured
+# for distances to powers from 0.13 to 0.67 about an edge, in cells up to four times longer than wide.
 LAG, LAG_OVER_EXPONENT = 3.0, 0.6
-# Times what all later degrees add beside an edge in theory, p^-4s: expected and at most. Between meshes of random
-# plates with pads (exponent 1/2), stacks with vias (2/3) and an L-shaped conductor it is 1.1 to 1.7, and 2.1 in the
-# flattest films. Away from edges later degrees add at most AWAY times the last contribution: 0.1 to 0.3 on the plates.
+# Factors, expected and largest, on the sum of all later degrees beside an edge in theory, p^-4s. Measured between
+# meshes: 1.1 to 1.7 on random plates with pads (exponent 1/2), stacks with vias (2/3) and an L-shaped conductor, 2.1
+# in the flattest films. Away from edges later degrees add at most AWAY times the last contribution: 0.1 to 0.3.
 EXPECTED, LATER, AWAY = 1.2, 2.1, 0.5
 
 Spread = list[np.ndarray]
@@ -100,17 +100,22 @@ def _ratios(p: int) -> tuple[np.ndarray, np.ndarray]:
 
 @dataclass(frozen=True, eq=False)
 class Estimator:
-    """Rates at which the error of a goal falls with the degree, per axis on each interval of a grid, or on each cell.
+    """Extrapolate dual-weighted residuals in the polynomial degree, to bound the error of a goal.
+
+    The dual weights z and the residual r of degree p - 1 give the contribution d_p = sum |z_i r_i| of degree p to the
+    goal, on each interval of each axis of a grid or on each mesh cell; d_(p-1) likewise. An error q^-a after degree q
+    has the ratio d_p / d_(p-1) = ((p-1)^-a - p^-a) / ((p-2)^-a - (p-1)^-a), which gives the rate a. The indicator is
+    eta = d_p / ((p/(p-1))^a - 1), the error left after degree p; the error bound is the sum of all eta.
 
     Attributes
     ----------
-    degrees: per axis the degree of each interval, or of the cells.
-    slowest, fastest: per axis the least and the largest rate.
-    ellipse: per axis the factor rho^-2 by which contributions fall per degree at most; zero on a mesh.
+    degrees: per axis the degree p of each interval, or of the cells.
+    slowest, fastest: per axis the least and the largest rate a.
+    ellipse: per axis the least factor rho^-2 between contributions of successive degrees; zero on a mesh.
     near: per axis the exponent of the singular plane at each breakpoint; empty on a mesh.
     grid: the grid whose degrees differ from edge to edge; else None.
-    later_factors: (2, cells) twice, for heat and current: the change by later degrees over the contribution of the last
-        one, expected and at most; None where the exponents are unknown.
+    later_factors: (2, cells) twice, for heat and current: expected and largest change by later degrees over the
+        contribution of the last degree; None if the exponents are unknown.
     """
 
     degrees: Spread
@@ -125,8 +130,8 @@ class Estimator:
     def of_cells(cls, exponents: np.ndarray | None, cells: int, degree: int) -> Estimator:
         """Return the estimator for cells of one degree.
 
-        ``exponents`` (2, cells) are the smallest ones of edges that each cell touches, of heat and of current, infinite
-        without an edge; None where they are unknown.
+        ``exponents`` (2, cells) are the smallest exponents, for heat and for current, of the edges that each cell
+        touches: infinite without an edge, None if unknown.
         """
         p, smallest = np.full(cells, degree), np.full(cells, np.inf) if exponents is None else exponents.min(axis=0)
         slowest = np.minimum(rate_at_edge(p, smallest), SLOWEST)
@@ -161,7 +166,7 @@ class Estimator:
         return cls(degrees, slowest, fastest, ellipse, near, grid if grid.edges else None)
 
     def indicators(self, goal: Contributions) -> Spread:
-        """Return the error that all degrees after the last leave of a goal, on each interval or cell."""
+        """Return the error of a goal after the last degree, eta, on each interval or cell."""
         pairs = [goal.before, goal.last]
         if self.grid is not None:
             pairs = [edgewise.pooled(self.grid, each) for each in pairs]
@@ -181,7 +186,15 @@ class Estimator:
         return edgewise.shared(self.grid, errors, [x + y for x, y in zip(*goal[:2], strict=True)])
 
     def bound(self, goal: Contributions) -> float:
-        """Return the bound on the error of a goal: the sum of its indicators."""
+        """Return the bound on |J(u) - J(u(p))|, the error of a goal J after degree p, in the unit of the contributions.
+
+        It is the sum over the intervals of all axes, or over cells, of the indicators
+
+            eta = max(d_p / ((p/(p-1))^a - 1), d_(p-1) / (((p-1)/(p-2))^a - 1) ((p-1)/p)^a, d_(p-1) q / (1 - q)),
+
+        with d_p = ``goal.last``, d_(p-1) = ``goal.before`` and the rate a from their ratio. Away from edges q is
+        ``goal.every_second``, within theoretical limits; beside edges q = 0. For p = 2 only the first term counts.
+        """
         return total(self.indicators(goal))
 
     @property
@@ -191,7 +204,7 @@ class Estimator:
 
     @property
     def extrapolates(self) -> bool:
-        """Whether the exponents of edges are known, so that later degrees can be foreseen."""
+        """Whether the exponents of edges are given, so that later degrees can be extrapolated."""
         return self.later_factors is not None
 
     def later(self, changed: np.ndarray, electric: bool) -> tuple[float, float]:
@@ -204,7 +217,7 @@ class Estimator:
         return float((expected * changed).sum()), float(((most - expected) * np.abs(changed)).sum())
 
     def at_vertices(self, space: Any, vertices: np.ndarray, parts: np.ndarray) -> Spread:
-        """Return contributions (n,) of the functions of some vertices on edges, in equal parts for what ends there."""
+        """Return contributions (n,) of vertex functions on edges, in equal parts for the intervals that end there."""
         if not self.near:
             return space.spread(vertices, parts)
         corner, cell = np.nonzero(np.isin(space.dofs[:8], vertices))

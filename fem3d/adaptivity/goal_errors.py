@@ -23,8 +23,7 @@ Errors = dict[str, float]
 
 
 class Record(NamedTuple):
-    """Estimates of one mesh that later meshes are compared with: of each quantity the value, the estimated error,
-    the scale and the least error, in its unit."""
+    """Values, estimated errors, scales and least errors of the quantities on one mesh, in their units."""
 
     values: Errors
     errors: Errors
@@ -43,7 +42,7 @@ class Level:
     scales, errors: of each quantity, in its unit.
     goals: indicators of the power and of each goal with the power, relative to the scales.
     falls: factor from one degree's contribution to the next (`estimator.falling`).
-    least: on cells no error is smaller, whatever other meshes say: the deviation of the extrapolated change
+    least: lower limit of the errors on cells, independent of other meshes: the deviation of the extrapolated change
         (`fem3d.adaptivity.later`) and the error of the coupled iteration.
     extrapolated: whether the fine quantities contain the expected change by later degrees.
     record: the estimates before a correction by earlier meshes (`fem3d.adaptivity.effectivity`), on cells.
@@ -112,10 +111,10 @@ def examined(study: Study, given: Problems, fine: Solution, estimator: Estimator
         if name not in parts:
             errors[name] = factor * change + total(power) * scale
             continue
-        # A change beyond the goal's own contributions comes by way of others, as from the power to a heat flow.
+        # A change beyond the goal's own contributions comes from other goals, as from the power to a heat flow.
         own = total(parts[name].last) + total(joule.get(name, electric).last)
         errors[name] = max(change, total(goals[name]) * scale + factor * max(change - own * scale, 0.0))
-    # A rise is known far better than the worst one by chance alone, as where odd degrees contribute nothing.
+    # An error far below the largest error of any rise is chance, as where odd degrees contribute nothing.
     largest = max((errors[name] / scales[name] for name in study.rises), default=0.0)
     errors |= {name: max(errors[name], OF_WORST * largest * scales[name]) for name in study.rises}
     errors = _with_others(study, fine, scales, errors, unsettled)
@@ -124,7 +123,7 @@ def examined(study: Study, given: Problems, fine: Solution, estimator: Estimator
 
 
 def of_part(part: Symmetry, goals: Mapping[str, str], scales: Mapping[str, float]) -> Errors:
-    """Return the scale of each goal in the part that is solved: half the scale of a flow of which that is half."""
+    """Return the scale of each goal in the solved part: a flow that symmetry halves has half its scale."""
     return {name: scales[name] / max(abs(part.probes[probe][0]), 1e-300) for name, probe in goals.items()}
 
 
@@ -161,7 +160,7 @@ def _factor(goals: Mapping[str, Spread], parts: Mapping[str, Contributions], est
 
 def _with_others(study: Study, fine: Solution, scales: Errors, space: Mapping[str, float], unsettled: float) -> Errors:
     """Add to errors of space the ``unsettled`` (relative) error of the coupled iteration and the doubt of an extreme's
-    place; a ratio's relative error is at least that of the goal that it divides."""
+    place; a ratio's relative error is at least the relative error of its divided goal."""
     doubts = {name: float(fine.out.get(f"doubt:{study.goals.get(name)}", 0.0)) for name in space}
     errors = {name: space[name] + unsettled * scales[name] + doubts[name] for name in fine.quantities}
     errors = as_balanced(study, errors, fine, scales)
@@ -173,8 +172,7 @@ def _with_others(study: Study, fine: Solution, scales: Errors, space: Mapping[st
 
 
 def as_balanced(study: Study, errors: Mapping[str, float], fine: Solution, scales: Mapping[str, float]) -> Errors:
-    """Raise each error to what the heat balance leaves: the heat itself for a heat flow, else its part of what
-    passes."""
+    """Raise each error to the imbalance of heat: in watts for a heat flow, else relative to the passing heat."""
     gap, part = outputs.unbalanced(fine.out)
     probes = fine.state.heat.domain.probes
     flows = {name for name, probe in study.goals.items() if probes[probe].quantity == "heat_flow"}

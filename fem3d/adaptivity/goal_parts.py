@@ -1,7 +1,7 @@
-"""What the last two degrees took away of each goal of a level: dual-weighted residuals, of the heat and of the current.
+"""Contributions of the last two degrees to each goal of a level: dual-weighted residuals of the heat and the current.
 
-With the solution z of the adjoint problem of a goal and the residual r of the solution in the next lower space, a
-degree changes the goal by the sum of z r over the functions that it adds.
+With the dual solution z of a goal and the residual r of the solution in the next lower space, a degree changes the goal
+by the sum of z_i r_i over the functions i that it adds.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ Duals = dict[str, list[np.ndarray]]
 def steady_parts(
     study: Study, given: Problems, fine: Solution, low: Solution, scales: dict[str, float], duals: Duals
 ) -> dict[str, Contributions]:
-    """For each goal what the degrees p - 1 and p take away, relative to its scale; ``duals`` are of the fine rise."""
+    """Return the contributions of degrees p - 1 and p to each goal, over its scale; ``duals`` are of the fine rise."""
     heat, state = given.heat, low.state
     if not physics.heat(given.domain.scene):
         return _potentials(study, given, scales)
@@ -57,8 +57,8 @@ def thermal_parts(
     time: float | None,
     duals: Duals,
 ) -> dict[str, Contributions]:
-    """For each thermal goal the parts that residuals (all nodes) of the two lower spaces tell, over its scale;
-    ``rise``, ``time`` and ``duals`` as of `duals_of`."""
+    """Return the contributions to each thermal goal, over its scale, from the residuals (all nodes) of the two lower
+    spaces; ``rise``, ``time`` and ``duals`` as for `duals_of`."""
     heat, space, parts = given.heat, given.domain.space, dict[str, Contributions]()
     depth, residual_fields = space.depth[heat.order], heat.field(np.array(residuals))
     sizes = degree_products(heat.stiffness, rise, depth)
@@ -66,7 +66,7 @@ def thermal_parts(
         sizes += degree_products(heat.mass, rise, depth) / time
     free = [h.order[: h.free] for h in given.heats]
     tested = []
-    # Where a law makes the tangent, its heat is known of functions alone.
+    # The linearization about a law has its heat by function only, not by cell.
     if space.by_cells and heat.about is None and duals:
         for upper, residual in zip(given.heats[1:], residual_fields, strict=True):
             solve = upper.solve_steady if time is None else upper.solve_shifted(time)
@@ -79,8 +79,8 @@ def thermal_parts(
 
 
 def duals_of(goals: Mapping[str, str], given: Problems, rise: np.ndarray, time: float | None) -> Duals:
-    """The dual solutions of the steady problem, or of a step of ``time`` (s) from rest; ``rise`` is the fine solution,
-    where extremes are looked for."""
+    """Solve the dual problems of the steady problem, or of a step of ``time`` (s) from rest; extremes are located in
+    the fine solution ``rise``."""
     rows = {name: goal_row(given.heat, given.domain.probes[probe], rise) for name, probe in goals.items()}
     thermal = {name: row * (time or 1.0) for name, row in rows.items() if row is not None}
     if not thermal:
@@ -98,14 +98,14 @@ def joule_parts(
     scales: Mapping[str, float],
     duals: Duals,
 ) -> dict[str, Contributions]:
-    """For each thermal goal what the degrees p - 1 and p take away of it because they change the Joule heat of some
-    ``potentials`` (functions,), one in each space, of the cold conductor, over its scale.
+    """Return the contributions of degrees p - 1 and p to each thermal goal, over its scale, by way of the Joule heat.
 
-    With the dual solution z of the goal, the goal sees the integral of z sigma |grad phi|^2. From phi to psi, that of
-    the next higher space, it changes by that of z sigma grad(phi + psi) . grad(psi - phi), which is the residual of phi
-    tested with w, where the integral of sigma grad w . grad v is that of z sigma grad(phi + psi) . grad v for all v of
-    the higher space. The power, z = 1, changes by the square of what the potential does, as `electric_parts` has it;
-    where the heat is seen away from what the potential lacks, by the whole of what the current does.
+    ``potentials`` (functions,), one in each space, are of the cold conductor. With (f) for the integral of f, the goal
+    with dual solution z contains (z sigma |grad phi|^2). From phi to psi in the next higher space the goal changes by
+    (z sigma grad(phi + psi) . grad(psi - phi)). This is the residual of phi tested with w, where w solves
+    (sigma grad w . grad v) = (z sigma grad(phi + psi) . grad v) for all v of the higher space. The power, z = 1,
+    changes by the square of the change of the potential (`electric_parts`). If z is sensitive to heat away from the
+    error of the potential, the goal changes in proportion to the change of the current.
     """
     conductor = given.conductor
     if conductor is None or not duals or not any(phi.any() for phi in potentials):
@@ -133,8 +133,8 @@ def joule_parts(
 
 
 def warmed(given: Problems, state: SteadyState) -> list[np.ndarray]:
-    """(functions,) in each space: the potential of the cold conductor, at so many volts that the power is the state's;
-    nothing where no heat is asked for."""
+    """Scale the potential (functions,) of the cold conductor in each space to the power of a state; empty without a
+    heat problem."""
     conductor = state.conductor
     if conductor is None or not physics.heat(given.domain.scene):
         return []
@@ -153,13 +153,12 @@ def at_contradictions(
     duals: Duals,
     judge: Estimator,
 ) -> dict[str, Spread]:
-    """For each thermal goal, over its scale, what edges take where given temperatures contradict each other; nothing
-    without such edges. ``rise``, ``time`` and ``duals`` as of `duals_of`.
+    """Return indicators of each thermal goal, over its scale, at edges where given temperatures contradict each other.
 
-    The jump is spread over the first interval or cell beside the edge, and no degree changes that. What is wrong there
-    enters with the heat of the dual solution, of which the functions of the edge have that of both sides: the jump
-    times the residual of the dual problem at its node, in equal parts to the intervals that end there, or to the cells
-    around it.
+    Empty without such edges; ``rise``, ``time`` and ``duals`` as for `duals_of`. At any degree the jump is spread over
+    the first interval or cell beside the edge. The error is the jump times the residual of the dual problem at its
+    node, whose functions carry the dual heat of both sides: in equal parts to the intervals that end there, or to the
+    cells around it.
     """
     heat, space = given.heat, given.domain.space
     nodes = np.flatnonzero(heat.torn)
@@ -176,12 +175,12 @@ def at_contradictions(
 
 
 def summed(a: Mapping[str, Spread], b: Mapping[str, Spread]) -> dict[str, Spread]:
-    """The spreads of ``a`` with those of ``b`` of the same names added."""
+    """Add the spreads of ``b`` to the spreads of ``a`` with the same names."""
     return {n: [x + y for x, y in zip(spread, b[n], strict=True)] if n in b else spread for n, spread in a.items()}
 
 
 def goal_row(heat: HeatProblem, probe: Any, rise: np.ndarray) -> np.ndarray | None:
-    """(all nodes,): how a thermal probe follows the rise, at the point of an extreme; None for an electric one."""
+    """Return the load vector (all nodes,) of a thermal probe, at an extreme's point; None for an electric probe."""
     if probe.quantity not in ("temperature", "heat_flow"):
         return None
     how = reading(heat, probe)
@@ -192,8 +191,8 @@ def goal_row(heat: HeatProblem, probe: Any, rise: np.ndarray) -> np.ndarray | No
 
 
 def _potentials(study: Study, given: Problems, scales: Mapping[str, float]) -> dict[str, Contributions]:
-    """For each potential that is read inside the conductor, and each current that crosses a contact there, the parts of
-    its error, at the initial temperature."""
+    """Return the contributions to potentials inside the conductor and to currents across its contacts, at the initial
+    temperature."""
     domain, conductor, space = given.domain.electric, given.conductor, given.domain.electric.space
     if conductor is None:
         return {}

@@ -1,9 +1,9 @@
 """Extrapolate readings in the polynomial degree, and bound the deviation.
 
 On one mesh the error beside an edge of exponent s falls like p^-4s with the degree p (Gui and Babuska, Numer. Math. 49,
-1986), with a factor that keeps its sign. So later degrees move a reading further in the same direction, by a known
-multiple of its last change; energies are extrapolated likewise (Szabo and Babuska, Finite Element Analysis, Wiley 1991,
-section 4.3). Each cell has its own exponent, and its own dual-weighted contribution to the change.
+1986), with a factor that keeps its sign. So later degrees move a reading further in the same direction. The exponent s
+gives the ratio to its last change; energies are extrapolated likewise (Szabo and Babuska, Finite Element Analysis,
+Wiley 1991, section 4.3). Each cell has its own exponent, and its own dual-weighted contribution to the change.
 """
 
 from __future__ import annotations

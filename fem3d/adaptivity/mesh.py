@@ -20,14 +20,14 @@ from scenes.plan import Step
 
 
 class Indicators(NamedTuple):
-    """Error indicators by which a mesh is refined.
+    """Error indicators that steer the refinement of a mesh.
 
     Attributes
     ----------
     goals: of each goal, relative to its scale.
     falls: factor from one degree's contribution to the next (`estimator.falling`).
     worst: the largest relative error.
-    record: estimates of the level, for the correction of later ones.
+    record: estimates of the level, for the correction of later levels.
     """
 
     goals: Sequence[Spread]
@@ -56,7 +56,7 @@ class Mesh(Protocol):
     def respond(
         self, study: Study, given: Problems, bases: Sequence[Base], shift: float, steady: Level | None, generations: int
     ) -> Response:
-        """Return the response of the first of ``bases``, those of the spaces from the highest on, with its errors.
+        """Return the response of the first of ``bases``, in the highest space, with its errors; lower spaces follow.
 
         ``steady`` is the level of its steady state, if solved; ``generations`` of Krylov fields are the first trial.
         """

@@ -1,7 +1,7 @@
 """The problems of a domain in its nested spaces, and their steady solutions.
 
-The space of each interval's own degree p holds those of degrees p - 1 and p - 2, whose matrices are leading parts of
-its own; so has the space of degree 3 on tetrahedra.
+The space of degree p of each interval contains the spaces of degrees p - 1 and p - 2; their matrices are leading parts
+of its matrix. The space of degree 3 on tetrahedra has the same structure.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class Problems:
     heats: tuple[HeatProblem, ...]
     conductors: tuple[Conductor | None, ...]
     states: dict[int, SteadyState] = field(default_factory=dict)
-    """The steady states that are known, by the number of the space."""
+    """The steady states solved so far, by the number of the space."""
 
     @property
     def heat(self) -> HeatProblem:
@@ -57,12 +57,12 @@ class Problems:
 
     @property
     def bricks(self) -> BrickSpace:
-        """The space on a grid of bricks, whose functions stand on known intervals of the axes."""
+        """The space on a grid of bricks, in which each function belongs to one interval per axis."""
         assert isinstance(self.domain.space, BrickSpace)
         return self.domain.space
 
     def driven(self, factor: float) -> Problems:
-        """The problems at a fraction of the voltages, or without any of what heats them."""
+        """Scale the voltages by a factor, or all heat loads and given values if there is no conductor."""
         conductors = tuple(c and replace(c, voltages=factor * c.voltages) for c in self.conductors)
         heats = self.heats
         if self.conductor is None:
@@ -72,7 +72,7 @@ class Problems:
         return replace(self, heats=heats, conductors=conductors, states={})
 
     def about(self, heat: HeatProblem) -> Problems:
-        """The problems linearized as that of the highest space is, where it is."""
+        """Linearize the problems about the state of ``heat``, if the latter is linearized."""
         if heat.about is None:
             return self
         return replace(self, heats=(*(heat.lower(k) for k in range(len(self.heats) - 1)), heat))
@@ -82,7 +82,7 @@ class Problems:
         return self.heat.take(self.heats[level].field(rise))
 
     def let_go(self) -> None:
-        """Lets go of the factors of the lower spaces, of which a response with a known steady state needs none."""
+        """Free the factors of the lower spaces, which a response about a steady state does not need."""
         for heat, conductor in zip(self.heats[:-1], self.conductors[:-1], strict=True):
             heat.let_go(steady=True)
             if conductor is not None:
@@ -95,7 +95,7 @@ class Problems:
 
     @cached_property
     def electric_parts(self) -> Contributions:
-        """What the degrees p - 1 and p take away of the power of the cold conductor, relative to it."""
+        """Relative contributions of degrees p - 1 and p to the power of the cold conductor."""
         space, conductor = self.domain.electric.space, self.conductor
         if conductor is None:
             none = space.spread(np.empty(0, int), np.empty(0))
@@ -103,7 +103,7 @@ class Problems:
         potentials = self.cold_potentials
         powers = [max(float(np.einsum("cn,cn->", phi, (conductor.matrix @ phi.T).T)), 1e-300) for phi in potentials[1:]]
         if space.by_cells:
-            # What the power loses is the square of what the potential does.
+            # The power changes by the square of the change of the potential.
             return signed_parts([
                 np.abs(np.sum([current(conductor, c)(c) for c in phi - lower], axis=0) / power)
                 for (lower, phi), power in zip(pairwise(potentials), powers, strict=True)
@@ -115,7 +115,7 @@ class Problems:
         sizes = sum(
             (v * degree_products(conductor.matrix, v, space.depth) for v in potentials[-1]), np.zeros(space.size)
         )
-        # The power loses the square of what the potential lacks: nothing of that cancels.
+        # The power changes by the square of the potential's change: no terms cancel.
         return parts_of(space, free_functions(self), [np.ones_like(p) for p in products], products, sizes)
 
 
@@ -131,7 +131,7 @@ def problems(domain: Domain, accuracy: float) -> Problems:
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """A steady state, what is read off it, and its quantities."""
+    """A steady state, its outputs and its quantities."""
 
     state: SteadyState
     out: Outputs
@@ -139,8 +139,8 @@ class Solution:
 
 
 def solution(study: Study, given: Problems, level: int = -1, near: SteadyState | None = None) -> Solution:
-    """The steady state in one of the nested spaces, by default the highest, perhaps from a state ``near`` it on other
-    bricks; where the problems are linearized about the state of the highest space, from that."""
+    """Solve the steady state in one of the nested spaces, by default the highest, from the fine state or a state
+    ``near`` on other bricks."""
     level = range(len(given.heats))[level]
     if level not in given.states:
         heat, conductor = given.heats[level], given.conductors[level]
@@ -149,7 +149,7 @@ def solution(study: Study, given: Problems, level: int = -1, near: SteadyState |
         if fine is not None:
             start = heat.take(fine.heat.field(fine.rise))
             if heat.exact is not None:
-                # The quadrature of laws is that of the fine state.
+                # Use the quadrature of laws of the fine state.
                 conductor = fine.conductor and fine.conductor.lower(level, heat.exact)
         thermal = physics.heat(given.domain.scene)
         given.states[level] = solve_steady(heat, conductor, study.voltage, study.accuracy, start, thermal)
@@ -159,7 +159,7 @@ def solution(study: Study, given: Problems, level: int = -1, near: SteadyState |
 
 
 def _of(near: SteadyState | None, heat: HeatProblem) -> np.ndarray | None:
-    """(all nodes,): the rise of a state on other bricks; None without one, or where either isn't on bricks."""
+    """Interpolate the rise (all nodes,) of a state on other bricks; None without a state or without bricks."""
     space, before = heat.domain.space, None if near is None else near.heat.domain.space
     if near is None or not (isinstance(space, BrickSpace) and isinstance(before, BrickSpace)):
         return None
@@ -167,7 +167,7 @@ def _of(near: SteadyState | None, heat: HeatProblem) -> np.ndarray | None:
 
 
 def free_functions(given: Problems) -> list[np.ndarray]:
-    """In each space the functions that the potential is sought of."""
+    """Return the free functions of the potential in each space."""
     return [conductor.free for conductor in given.conductors if conductor is not None]
 
 
@@ -179,9 +179,9 @@ def parts_of(
     sizes: np.ndarray,
     tested: Sequence[Tested] = (),
 ) -> Contributions:
-    """The parts of one goal, from the free functions of each space, the lowest first, for the two upper ones the dual
-    solutions (functions,) and the residuals (functions,) of the space below, or on cells of any shape the changes to
-    be ``tested``; and the fine dual solution times the `estimate.weights`."""
+    """Return the contributions to one goal, from the ``free`` functions of each space, lowest first; ``duals`` and
+    ``residuals`` of the space below (functions,) are of the two upper spaces, on cells replaced by changes to be
+    ``tested``; ``sizes`` is the fine dual solution times `estimator.degree_products`."""
     new = [upper[np.isin(upper, lower, invert=True, kind="table")] for lower, upper in pairwise(free)]
     if not tested:
         products = [(dual * residual)[at] for dual, residual, at in zip(duals, residuals, new, strict=True)]
@@ -198,8 +198,8 @@ def parts_of(
 
 
 def signed_parts(products: Sequence[np.ndarray]) -> Contributions:
-    """Return the contributions of the last degrees on cells, from those (3, cells) of each; where the spaces are of
-    degrees 1 and 2 alone, nothing is known of the degree before."""
+    """Return the contributions on cells, from products (3, cells) of each degree; zero for the degree before if the
+    spaces are only of degrees 1 and 2."""
     last = [*np.abs(products[-1])]
     nothing = [np.zeros_like(x) for x in last]
     before = [*np.abs(products[-2])] if len(products) > 1 else nothing

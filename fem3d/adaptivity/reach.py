@@ -87,9 +87,9 @@ def _check(scene: Scene, size: Size, when: str, why: str = "") -> None:
 def check_edges(grid: Grid, marks: Features, goals: Iterable[Spread], accuracy: float) -> None:
     """Raise NumericsError where edges put an accuracy out of reach.
 
-    The error of an edge of exponent s falls with the length of its layer to the power 2 s, whatever else is refined:
-    the shortest possible layers leave a known part of the indicators of layers that are short enough to see their edge
-    alone.
+    The error at an edge of exponent s is proportional to the length of its layer to the power 2 s, whatever else is
+    refined. So the shortest possible layers leave a fixed part of the indicators of layers so short that other features
+    do not matter.
     """
     shortest, longest, kept = grading.shortest_of(grid), LAYER * _narrowest(grid, marks), 0.0
     for goal in goals:
