@@ -30,8 +30,8 @@ def rim_by_quadrilaterals(length: float, k: float, resistance: float, flux: floa
     """The rises (K) and the heat across the contact (W per m of depth) of a square of side 2 ``length``, cold below,
     heated above, with a contact over the left half of its middle; and by how much each may be off.
 
-    The intervals shrink towards the rim by a half each, so the error falls with their number: what one layer less
-    changes bounds what is left.
+    The intervals shrink towards the rim by a half each, so the error falls with their number: the change by one layer
+    less bounds it.
     """
     # In units of the length and of the rise of a square that conducts that well, as searches in cells need.
     units = dict.fromkeys(("below", "above", "block"), flux * length / k) | {"across": flux * length}
@@ -46,7 +46,7 @@ def _solved(length: float, k: float, resistance: float, flux: float, layers: int
     at = np.unique(np.concatenate([length - steps, length + steps]))
     mesh = MeshQuad.init_tensor(at, at)
     p, t = mesh.p, mesh.t.copy()
-    # Vertices on the contact, but for its rim, are there twice: those of the cells above are others.
+    # Vertices on the contact, except its rim, are doubled: the cells above have their own.
     there = np.flatnonzero(np.isclose(p[1], length, rtol=1e-9) & (p[0] < length * (1 - 1e-9)))
     above = p[1, t].mean(axis=0) > length
     other = np.arange(p.shape[1])
@@ -94,8 +94,8 @@ def warmed_bar(
     """The rises (K) at both sides of a contact between two halves with cold ends, and the current (A); the resistivity
     is ``line`` = (rho, a), rho (1 + a rise).
 
-    With m^2 = rho a j^2/k, rise + 1/a = cos(m s)/a + B sin(m s) in each half, s from its cold end. What enters the
-    contact, and half its own heat, crosses it; what drives j through it all is the voltage.
+    With m^2 = rho a j^2/k, rise + 1/a = cos(m s)/a + B sin(m s) in each half, s from its cold end. The flow into the
+    contact, and half its own heat, crosses it; j follows from the voltage.
     """
     rho, a = line
 

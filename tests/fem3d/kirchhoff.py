@@ -1,6 +1,6 @@
 """Closed solutions where the conductivity follows the temperature, by Kirchhoff's transform (Carslaw and Jaeger,
 Conduction of Heat in Solids, 2nd ed., 1.6): with theta(T) = integral of k dT from T_0 to T, div(k grad T) is the
-Laplacian of theta, and what is known of constant properties holds for theta.
+Laplacian of theta, and solutions for constant properties hold for theta.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """A row of spans solved another way: quadratic hexahedra on a mesh of their own, one current for the whole row.
 
 Nothing of `fem3d` is used. The current between the ends of the beam is uniform, so that I = V / R with R the mean of
-the resistivity along the row over its cross section; the rise is found by fixed-point steps, in time by a second-order
+the resistivity along the row over its cross section; the rise follows from fixed-point steps, in time by a second-order
 L-stable Runge-Kutta method (Alexander, SIAM J. Numer. Anal. 14, 1977).
 """
 

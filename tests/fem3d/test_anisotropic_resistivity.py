@@ -113,13 +113,13 @@ def means(result):
 
 @pytest.mark.long
 def test_fields_have_the_current_density_along_each_axis(tmp_path):
-    """Along x it is that of the stretched conductor, along y the field is sqrt(r) times as strong in r times the
+    """Along x it is the stretched conductor, along y the field is sqrt(r) times as strong in r times the
     resistivity; the heat is the same."""
     given, other = both("a coefficient", steady=True)
     x, y, _, heat = means(solve(from_dict(other)))
     for result in (solve(from_dict(given)), on_mesh(given, "tetra", 2, tmp_path)):
         along_x, along_y, _, heating = means(result)
-        # Twice the accuracy that both were asked for.
+        # Twice the accuracy of both.
         assert along_x == pytest.approx(x, rel=2e-2)
         assert along_y == pytest.approx(y / np.sqrt(RATIO), rel=2e-2)
         assert heating == pytest.approx(heat, rel=2e-2)

@@ -107,7 +107,7 @@ def test_cells_fill_the_boxes_and_nothing_else(seed: int) -> None:
 
 
 def test_what_a_grid_suits_stays_on_it() -> None:
-    """The unknowns are those of before."""
+    """The unknowns are unchanged."""
     for name in ("bridge", "hotplate", "plate"):
         scene = load_free(name)
         assert isinstance(scene, Scene)
@@ -170,7 +170,7 @@ def test_bricks_that_become_too_many_give_way_to_tetrahedra(monkeypatch: pytest.
 def test_where_memory_ends_bricks_the_better_answer_is_taken(
     worse: float, kind: str | None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Two grids leave 3e-5, as tetrahedra do; to a tenth of that these don't come, to a hundred times that they do."""
+    """Two grids leave 3e-5, as tetrahedra do; these do not reach a tenth of it, but a hundred times as much."""
     relative, said = Answer.relative, list[str]()
 
     def larger(self: Answer, study: Study) -> dict[str, float]:

@@ -1,4 +1,4 @@
-"""Contacts: exact slabs, steady and over time, and what each of them says of itself."""
+"""Contacts: exact slabs, steady and over time, with the readings of each contact."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ def pair(thermal: float, electric: float, behind: float = 0.0, coefficient: floa
 
 
 def exact(thermal: float, electric: float, behind: float) -> dict[str, float]:
-    """What the probes of `pair` read, resistances in series."""
+    """The probes of `pair`, by resistances in series."""
     j = VOLTS / (3 * RHO * LENGTH + electric + behind)
     in_a, in_b, at_c, at_end = (j**2 * r for r in (RHO * LENGTH, 2 * RHO * LENGTH, electric, behind))
     beyond = in_b + at_end + at_c / 2
@@ -218,7 +218,7 @@ def test_a_contact_that_ends_inside_agrees_with_quadrilaterals_of_scikit_fem() -
         scale = SIDE if name == "across" else 1.0
         assert abs(own.value - start - value * scale) <= own.error + doubt * scale, name
         assert own.error < 2e-3 * abs(own.value - start)
-    # A contact one percent worse is told from this one.
+    # A contact one percent worse is detected.
     worse = rim_by_quadrilaterals(LENGTH, K, 1.01 * RESISTANCE, 1e4)[0]["above"]
     assert abs(found["above"].value - 293.0 - worse) > 3 * found["above"].error
 
@@ -319,7 +319,7 @@ def test_a_law_that_says_a_number_changes_nothing_beside_contacts() -> None:
     law, falling = (solve(with_law(scene, "thermal_conductivity", n)).steady for n in (0.0, -0.05))
     for name, value in plain.items():
         assert law[name].value == pytest.approx(value.value, rel=2e-3 * scene.accuracy)
-    # One that says another is told apart.
+    # Another value is detected.
     assert any(abs(falling[n].value - v.value) > v.error + falling[n].error for n, v in plain.items())
 
 

@@ -43,12 +43,12 @@ def on_file(scene: Scene, folder: Path, cell: str = "tetra", pieces: int = 1) ->
 
 
 def off(a: dict[str, Estimate], b: dict[str, Estimate]) -> float:
-    """The largest difference over what both errors allow."""
+    """The largest difference over the sum of both errors."""
     return max(abs(e.value - b[n].value) / (e.error + b[n].error) for n, e in a.items())
 
 
 def holds(result: Result, resistances: tuple[float, float, float]) -> None:
-    """The exact values of `pair` are within the errors, and those of resistances one percent larger are not."""
+    """The exact values of `pair` are within the errors, and with resistances one percent larger they are not."""
     expected, twin = exact(*resistances), exact(*(1.01 * r for r in resistances))
     for name, found in result.steady.items():
         assert abs(found.value - expected[name]) <= found.error + 1e-11 * abs(expected[name]), name
@@ -130,7 +130,7 @@ def test_values_agree_with_those_on_bricks_within_their_errors(exponent: float, 
     if exponent:
         return
     assert off(solve(on_file(scene, tmp_path)).steady, bricks) < 1.0
-    # Contacts one tenth worse are told from these.
+    # Contacts one tenth worse are detected.
     worse = tuple(replace(c, thermal_resistance=1.1 * c.thermal_resistance) for c in scene.contacts)
     assert off(solve(replace(scene, mesh="tetrahedra", contacts=worse)).steady, bricks) > 1.0
 
@@ -149,7 +149,7 @@ def test_sensitivities_are_those_on_bricks() -> None:
         for name, one in on_bricks.steady[key].items():
             other = on_columns.steady[key][name]
             assert abs(one.value - other.value) <= one.error + other.error, (key, name)
-    # The two thermal ones are told apart.
+    # The two thermal contacts are distinct.
     one, other = (on_columns.steady[key]["above"] for key in keys[:2])
     assert abs(one.value - other.value) > one.error + other.error
 
@@ -174,7 +174,7 @@ def test_fields_show_the_jump(of_file: bool, tmp_path: Path) -> None:
 
 
 def test_what_contacts_pass_is_told_of_the_cells_beside_them() -> None:
-    """A field with itself: the parts of all cells are the energy, in which that of the contacts is no trifle."""
+    """A field with itself: the parts of all cells are the energy, in which the contacts have a large part."""
     scene = replace(pair(5e-4, 3e-8, 2e-8), mesh="tetrahedra")
     heat = assemble(box_cells(scene, Columns.of(scene).mesh))
     conductor = conductors.find(heat)

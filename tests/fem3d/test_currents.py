@@ -1,4 +1,4 @@
-"""Currents over time as sums of steady ones, which a function gives that multiplies voltages by known conductances."""
+"""Currents over time as sums of steady currents, from a function that multiplies voltages by given conductances."""
 
 from types import SimpleNamespace
 
@@ -26,7 +26,7 @@ def scene(*values, **probe):
 
 
 def steady(alone):
-    """What a steady state of given voltages would answer."""
+    """The steady state of given voltages."""
     total = sum(SIEMENS[b.name] * b.value for b in alone.boundaries)
     out = {f"current:{b.name}": np.array(SIEMENS[b.name] * b.value) for b in alone.boundaries}
     scales = {p.name: abs(total) for p in alone.probes}

@@ -79,7 +79,7 @@ def test_beyond_an_electrode_inside_where_nothing_passes_the_potential_is_the_el
 @pytest.mark.long
 @pytest.mark.parametrize("given", [0.0, 1e-15])
 def test_an_electrode_that_only_senses_changes_nothing(given):
-    """A cross section is an equipotential; 1e-15 A is 1e-12 of what passes. As much as passes is seen."""
+    """A cross section is an equipotential; 1e-15 A is 1e-12 of the current. As much as the current is detected."""
     driven = end("ground", 0.0, 0.0), end("source", SIZE[1], 0.01)
     for steady in (True, False):
         alone, sensed, fed = (
@@ -173,7 +173,7 @@ def test_a_given_current_that_takes_most_of_a_falling_resistance_leaves_the_hype
 
 @pytest.mark.parametrize("steady", [True, False])
 def test_a_given_current_that_leaves_no_resistance_is_told_so_and_does_not_run_away(steady):
-    """Its heat falls with the resistance: what goes beyond no resistance is a state of the mesh alone."""
+    """Its heat falls with the resistance: a state beyond zero resistance belongs to the mesh alone."""
     falling = replace(METAL, temperature_coefficient=-1e-2)
     with pytest.raises(BeyondLawError, match="temperature coefficient makes the resistivity zero"):
         scene_run.solve(driven(1.0, metal=falling, accuracy=1e-2, steady=steady, end_time=1e-3))

@@ -1,4 +1,4 @@
-"""Exponents of edges on tetrahedra (`fem3d.spaces.edge_exponents`), against those of edges between bricks."""
+"""Exponents of edges on tetrahedra (`fem3d.spaces.edge_exponents`), against edges between bricks."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def given(name: str, low: float, high: float, value: float) -> Boundary:
         ((BASE, PAD), (), exponent((317.0, 0.0, 1.4, 1.4))),
         ((BASE, replace(PAD, material=OXIDE)), (), 2 / 3),
         ((BASE,), (given("warm", 0.0, 2.0, 300.0),), 0.5),
-        # Two that differ and meet: half of what one of them alone, on either side of the edge, would have.
+        # Two that differ and meet: half of the exponent of one material on either side of the edge.
         ((BASE,), (given("warm", 0.0, 2.0, 300.0), given("hot", 2.0, 4.0, 310.0)), 0.5),
         # The rim of an electrode, that no heat sees.
         (
@@ -71,8 +71,8 @@ def test_cells_that_touch_no_edge_have_none() -> None:
     ("knows", "x", "z"), [(True, (0.75, 1.5, 2.5), (0.75, 1.25)), (False, (0.5, 1.5, 3.0), (0.5, 1.5))]
 )
 def test_tetrahedra_are_cut_near_the_foot_of_a_pad(knows: bool, x: tuple[float, ...], z: tuple[float, ...]) -> None:
-    """On the base from 0 to 4 a pad stands from 1 to 2: towards it the tiles beside it are sharp, at either end those
-    under it, and up and down what is above and below its foot."""
+    """On the base from 0 to 4 a pad stands from 1 to 2: towards it the tiles beside it are sharp, at either end the
+    tiles under it, and up and down the tiles above and below its foot."""
     scene = held((BASE, PAD))
     columns = Columns.of(scene)
     mesh = columns.mesh
@@ -100,8 +100,8 @@ def test_angles_are_those_of_the_solid_however_it_lies() -> None:
 def test_errors_of_a_first_mesh_hold_where_a_good_conductor_ends_at_a_held_edge(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """A heated pad of gold whose end is flush with the cold end of a plate of steel: an exponent of 0.1. The twin that
-    knows of no edge is off by more than twice its errors."""
+    """A heated pad of gold whose end is flush with the cold end of a plate of steel: an exponent of 0.1. The twin
+    without edges is off by more than twice its errors."""
     steel = Material("steel", 16.0, 8000.0, 500.0)
     boxes = (
         Box("plate", steel, (0.0, 0.0, 0.0), (1e-4, 6e-5, 1e-5)),

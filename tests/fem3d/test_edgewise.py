@@ -1,4 +1,5 @@
-"""A small structure on a large block: degrees edge by edge from a rough solution, whose errors see what is missed."""
+"""A small structure on a large block: degrees edge by edge from a rough solution, whose errors show the missing
+degrees."""
 
 from dataclasses import replace
 from functools import cache
@@ -35,7 +36,7 @@ def bridge(accuracy=1e-2):
 
 @cache
 def close():
-    """A solution to a part in 1,000 whose degrees are those of its intervals."""
+    """A solution to a part in 1,000 whose degrees are uniform in its intervals."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(brick_mesh, "MANY", np.inf)
         return scene_run.solve(bridge(1e-3)).steady

@@ -1,4 +1,4 @@
-"""What earlier meshes tell of how much larger estimates are than errors (`fem3d.adaptivity.effectivity`)."""
+"""The ratio of estimates to errors from earlier meshes (`fem3d.adaptivity.effectivity`)."""
 
 from types import SimpleNamespace
 from typing import Any
@@ -13,7 +13,7 @@ TRUE = {"a": 10.0, "b": -3.0}
 
 
 def level(estimates: dict[str, float], fractions: dict[str, float], least: float = 0.0) -> Level:
-    """One whose readings are wrong by those fractions of their estimates, and have at ``least`` that error."""
+    """A level whose readings are wrong by given fractions of their estimates, and have at ``least`` that error."""
     values = {n: TRUE[n] + fractions[n] * e for n, e in estimates.items()}
     fine: Any = SimpleNamespace(quantities=values)
     problems: Any = None
@@ -22,7 +22,7 @@ def level(estimates: dict[str, float], fractions: dict[str, float], least: float
 
 
 class Search:
-    """Levels, each corrected by those before."""
+    """Levels, each corrected by the levels before."""
 
     def __init__(self) -> None:
         self.history: list[Record] = []
@@ -46,7 +46,7 @@ def test_an_error_is_the_fraction_that_readings_tell(fraction: float) -> None:
         part = min((1 + 0.5**0.5) * abs(fraction), 1.0)
         assert after.errors == pytest.approx({n: part * e for n, e in estimates.items()}, rel=1e-9)
         assert after.goals["a"][0].sum() == pytest.approx(part * estimates["a"], rel=1e-9)
-        # Wrong by as much as it says, it would be outside: what is stated holds the error, and half of it doesn't.
+        # Wrong by its whole estimate it would be outside: the bound holds the error, and half of the bound does not.
         true = abs(fraction) * estimates["a"]
         assert 0.5 * after.errors["a"] < true < after.errors["a"]
 
@@ -66,7 +66,7 @@ def test_estimates_stay_where_meshes_tell_nothing_better(second: dict[str, float
 
 def test_a_reading_that_moves_by_more_than_its_estimate_falls_is_wrong_by_more() -> None:
     """Means and estimates on four meshes of a gold pad that hangs over the end of a steel plate, which is held at a
-    temperature: the edge has an exponent of 0.1, and the estimate believes in 1/4. What the mean tends to is NGSolve's
+    temperature: the edge has an exponent of 0.1, and the estimate believes in 1/4. The limit of the mean is NGSolve's
     on meshes halved eight times along the edge. The other reading is as it was."""
     told, scale, limit = Search(), 0.228, 0.0723
     for mesh, (mean, estimate) in enumerate(
@@ -87,8 +87,8 @@ def test_one_reading_alone_is_trusted_less() -> None:
 
 
 def test_a_reading_that_meshes_were_not_refined_for_is_as_estimated() -> None:
-    """The heat into a side of a plate, whose estimate a second mesh hardly made smaller: a quarter of it, as the other
-    readings told, was 1.38 times too little."""
+    """The heat into a side of a plate, whose estimate a second mesh hardly made smaller: a quarter, by the other
+    readings, was 1.38 times too little."""
     told, hardly = Search(), {"a": 0.1, "b": 0.0}
     told.corrected(level({"a": 0.8, "b": 3.4e-4}, hardly))
     after = told.corrected(level({"a": 0.2, "b": 2.8e-4}, hardly))
@@ -97,7 +97,7 @@ def test_a_reading_that_meshes_were_not_refined_for_is_as_estimated() -> None:
 
 
 def test_what_an_estimate_fell_to_before_the_last_mesh_tells_nothing() -> None:
-    """One that fell once, and not on the last mesh: a part of it, as the other reading told, was 2.9 times too little
+    """One that fell once, and not on the last mesh: a part, by the other reading, was 2.9 times too little
     (random scene 7 with laws and contacts, on tetrahedra)."""
     told, fractions = Search(), {"a": 0.1, "b": 0.0}
     told.corrected(level({"a": 0.8, "b": 4e-3}, fractions))
@@ -108,7 +108,7 @@ def test_what_an_estimate_fell_to_before_the_last_mesh_tells_nothing() -> None:
 
 
 def test_no_error_is_below_what_the_last_degree_leaves_or_the_least_part() -> None:
-    """Readings that are right by chance tell little, and rounding tells nothing."""
+    """Readings that are right by chance give little information, and rounding none."""
     hardly = {"a": 1e-3, "b": 0.0}
     for last, stated in ((0.0, LEAST * 0.4), (0.3, 0.3)):
         told = Search()

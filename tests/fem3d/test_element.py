@@ -108,8 +108,8 @@ def test_lower_degrees_leave_functions_out_and_nothing_else(degrees):
 
 @pytest.mark.parametrize("degrees", KINDS)
 def test_functions_that_two_bricks_share_are_there_in_both_or_in_none(degrees):
-    """Bricks that meet in a facet have the same intervals along it, whatever their degrees across: the rule of what is
-    there must not depend on these."""
+    """Bricks that meet in a facet have the same intervals along it, whatever their degrees across: the quadrature there
+    must not depend on these."""
     p, others = 7, range(1, 8)
     for d in range(3):
         shared = modes(p)[:, d] < 2

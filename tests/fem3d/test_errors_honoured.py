@@ -1,4 +1,4 @@
-"""Reported errors against the true ones, for cheap sinks, and what goes in against what comes out or stays; the truth
+"""Reported errors against true errors, for cheap sinks, and heat in against heat out and stored; the truth
 is a run at 1e-4, whose own error is allowed for."""
 
 from dataclasses import replace
@@ -83,7 +83,7 @@ def test_heat_balances_steady_to_rounding_and_over_time_to_the_accuracy(sink, ru
     for found in runs.values():
         assert 0 <= found.details["energy_imbalance"] < 1e-9
         assert abs(found.steady["power_W"].value / (sink.voltage * found.steady["current_A"].value) - 1) < 1e-9
-    # A tenth of the accuracy: what the reduced space may lose, whose balance it is; how much of that is chance.
+    # A tenth of the accuracy, which the reduced space may lose in its balance; how much is chance.
     assert 0 < runs[1e-4].details["transient_imbalance"] < 1e-5
     assert 0 < runs[1e-2].details["transient_imbalance"] < 1e-3
 
@@ -111,8 +111,8 @@ def test_heat_is_in_balance_after_a_jump_of_a_given_temperature():
 @pytest.mark.long
 @pytest.mark.parametrize("seed", [278, 958])
 def test_traces_hold_where_heat_passes_by_a_singular_edge_and_where_they_are_asked_for_soon_after_a_jump(seed):
-    """Two good conductors meet at an edge among poor ones: a step from rest tells a third of what a degree changed. A
-    flux jumps just before an output time, at a thirteenth of the first one."""
+    """Two good conductors meet at an edge among poor conductors: a step from rest shows a third of the change by a
+    degree. A flux jumps just before an output time, at a thirteenth of the first one."""
     drawn = draw(seed)
     found = invariants.solve(drawn.scene)
     assert 0.1 < invariants.compared(drawn, found, 10.0)[0] < 0.9

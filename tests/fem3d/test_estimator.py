@@ -1,4 +1,4 @@
-"""Errors from three nested degrees: rates recovered, what is left of known decays, true errors of solutions."""
+"""Errors from three nested degrees: rates recovered, remainders of given decays, true errors of solutions."""
 
 from dataclasses import replace
 
@@ -28,7 +28,7 @@ UNIT = Box("box", SILICON, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0))
 
 
 def parts(p, a, size=1.0):
-    """What the degrees p - 1 and p take away of an error that falls like size * q^-a."""
+    """The contributions of degrees p - 1 and p to an error that falls like size * q^-a."""
     return size * ((p - 2.0) ** -a - (p - 1.0) ** -a), size * ((p - 1.0) ** -a - float(p) ** -a)
 
 
@@ -83,19 +83,19 @@ def test_what_remains_of_an_algebraic_error_is_all_of_it(p, a):
 
 @pytest.mark.parametrize("p", [3, 5, 7])
 def test_a_part_that_every_second_degree_lacks_is_not_taken_for_the_end(p):
-    """An even error whose parts fall by a tenth: the odd degree p takes nothing away, and 1/9 of the last part is left;
-    of degree 3, where no rate is known, what the least rate leaves."""
+    """An even error whose parts fall by a tenth: the odd degree p contributes nothing, and 1/9 of the last part is
+    left; of degree 3, without a rate, the remainder by the least rate."""
     even = remains(p, 1.0, 0.0, 0.1 if p > 3 else np.inf)[0][0]
     assert even == pytest.approx(1 / 9 if p > 3 else 0.0694, rel=1e-2)
     assert remains(p, 1.0, 0.0)[0][0] < 1e-3
-    # Beside an edge nothing is even, and what theory has there counts alone.
+    # Beside an edge nothing is even, and theory alone counts there.
     beside = [remains(p, 1.0, 1e-9, ratio, exponents={0.0: 0.5})[0][0] for ratio in (0.0, 0.1)]
     assert beside[0] == beside[1]
 
 
 @pytest.mark.parametrize("degree", [3, 4, 5, 8])
 def test_the_parts_of_every_second_degree_are_compared(degree):
-    """On one interval functions of one coordinate are apart in the stiffness matrix: the sizes are those of the
+    """On one interval functions of one coordinate are apart in the stiffness matrix: the sizes are the
     coefficients, whatever the cross-section."""
     scene = bar(silicon(0.0), end(0, "temperature", 293.0), end(1, "temperature", 293.0))
     heat = problem(scene, bar_grid(scene, 1, degree))
@@ -111,7 +111,7 @@ def test_the_parts_of_every_second_degree_are_compared(degree):
 @pytest.mark.parametrize("p", [3, 4, 6])
 @pytest.mark.parametrize("exponent", [0.1, 0.2, 0.5, 2 / 3])
 def test_next_to_an_edge_no_faster_rate_is_taken_than_the_element_has(p, exponent):
-    """A first pair of parts that falls fast by chance: what (q + lag)^-4s leaves after degree p is left at least."""
+    """A first pair of parts that falls fast by chance: the remainder of (q + lag)^-4s after degree p is the least."""
     found = remains(p, 1.0, 1e-3, exponents={0.0: exponent})[0][0]
     a = estimator.rate_at_edge(np.array([p]), np.array([exponent]))
     most = estimator.left(np.array([p]), a)[0]
@@ -177,8 +177,8 @@ def test_nested_problems_are_those_assembled_at_the_lower_degrees(name):
 
 
 def test_what_a_goal_misses_of_the_joule_heat_is_seen_from_where_it_heats():
-    """A film's mean follows the square of the current, which the far rim of an electrode spoils: it misses nearly twice
-    what the power misses."""
+    """A film's mean follows the square of the current, which the far rim of an electrode spoils: its error is nearly
+    twice the error of the power."""
     scene = draw(1349).scene
     study = probe_quantities.study(scene, part_of(scene, False))
     given = nested.problems(boxes(study.part.scene, reach.first_grid(scene, 1e-3, grading.features(scene))), 1e-6)

@@ -1,5 +1,5 @@
 """A wire between cold ends, whose mirror plane a probe of its potential keeps from being used: every second degree
-changes nothing, and errors over time are known all the same."""
+changes nothing, and errors over time hold all the same."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Bars whose solution is known in closed form."""
+"""Bars with a solution in closed form."""
 
 from dataclasses import replace
 
@@ -92,7 +92,7 @@ def test_a_bar_of_pads_of_its_own_width_is_a_fin_behind_a_known_resistance():
     )  # fmt: skip
     resistance = 4e-3 / (130.0 * pad * width)
     answer = adapt(sink_quantities.study(sink, symmetry.reduce(sink.scene())), False)
-    # What the turn from beam to oxide adds is of the order of the beam's thickness over the oxide's.
+    # The turn from beam to oxide adds a part of the order of the beam's thickness over the oxide's.
     fin = solve_fin(sink, resistance)
     assert off(answer.fine.quantities["peak_rise_K"], fin.peak_rise) < 2e-3
     assert off(answer.fine.quantities["peak_rise_K"], solve_fin(sink, 0.99 * resistance).peak_rise) > 4e-3

@@ -1,4 +1,4 @@
-"""Largest and smallest values found on the cells' polynomials, against a dense sampling of the same functions."""
+"""Largest and smallest values of the cells' polynomials, against a dense sampling of the same functions."""
 
 from itertools import pairwise
 
@@ -41,7 +41,7 @@ def dense(space, probe, u, count=41):
 
 
 def functions(space, count, seed, fall=0.25):
-    """Random functions whose modes beyond the second fall with their degree, as those of solutions do."""
+    """Random functions whose modes beyond the second fall with their degree, as in solutions."""
     found = np.random.default_rng(seed).normal(size=(count, space.size))
     of_mode = np.where(modes(space.p) > 1, modes(space.p), 0).sum(axis=1)
     scale = np.empty(space.size)

@@ -48,7 +48,7 @@ def radiated(t, emissivity=EMISSIVITY):
 
 
 def held(found, exact):
-    """Whether a value is within its error, beyond what rounding leaves."""
+    """Whether a value is within its error, apart from rounding."""
     return abs(found.value - exact) <= found.error + 1e-9 * abs(exact)
 
 
@@ -73,7 +73,7 @@ def test_a_slab_ends_where_what_conducts_is_what_leaves(name):
     face = brentq(lambda t: K * (HOT - t) / LENGTH - leaves(t), ROOM, HOT, xtol=1e-12)
     assert held(found["face"], face)
     assert held(found["flow"], -leaves(face) * WIDTH**2)
-    # The straight line at room temperature, by which the flux would be less, is told apart.
+    # The straight line at room temperature, by which the flux would be less, is detected.
     slope = float((leaves(ROOM + 1e-3) - leaves(ROOM - 1e-3)) / 2e-3)
     straight = brentq(lambda t: K * (HOT - t) / LENGTH - slope * (t - ROOM), ROOM, HOT)
     assert not held(found["face"], straight)
@@ -206,7 +206,7 @@ def test_the_heat_of_a_row_that_radiates_into_air_is_balanced():
     sink = Sink(voltage=10.0, spans=2, emissivity=0.7, convection_coefficient=187.5, accuracy=2e-2)
     result = sinks.solve(sink, STEADY)
     steady, out = result.steady, result.details["answer"].fine.out
-    # What is made leaves by the faces of spans and bridge, the island and the two ends: the pads carry no current.
+    # The heat leaves by the faces of spans and bridge, the island and the two ends: the pads carry no current.
     faces = sum(v for n, v in out.items() if n.startswith("flow:") and ("span" in n or "bridge" in n))
     left = 2 * steady["end_flow_W"].value + steady["island1_heat_W"].value - faces
     assert left == pytest.approx(out["power"], rel=1e-9)

@@ -1,4 +1,4 @@
-"""The plan of a free scene over time says what was solved."""
+"""The plan of a free scene over time lists the solved parts."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ from scenes.sink import SILICON
 
 
 def bar(**changes):
-    """A bar of 1 mm between two electrodes at 1 V, over 1 ms; only its current is asked for."""
+    """A bar of 1 mm between two electrodes at 1 V, over 1 ms, with a probe of its current alone."""
     ends = [{"lower": [x, 0, 0], "upper": [x, 1e-4, 2e-6]} for x in (0, 1e-3)]
     found = {
         "scene": {"initial_temperature": 293.0},
@@ -75,7 +75,7 @@ def test_the_current_falls_as_it_heats_only_where_heat_is_solved():
     capacity = 2330 * 712 * 1e-3 * 1e-4 * 2e-6
     exact = 1 / 300 / np.sqrt(1 + 2 * 1e-3 * warm.time / (300 * capacity))
     assert warm.values["current"] == pytest.approx(exact, abs=warm.errors["current"])
-    # ... which is ten times less than what it falls by.
+    # ... which is ten times less than its fall.
     assert exact[-1] < cold.values["current"][0] - 3 * warm.errors["current"]
 
 
@@ -100,7 +100,7 @@ def test_an_extreme_potential_turns_over_with_the_voltage():
     ("instants", "earliest"), [((), 1e-3), ((0.04, 0.5), 0.04), ((0.5,), 0.1), ((0.3, 0.42), 0.02), ((0.4, 0.9), 0.1)]
 )
 def test_traces_hold_from_the_first_instant_on_after_the_start_and_after_a_jump(instants, earliest):
-    """One right at a jump asks for nothing before the next."""
+    """A time right at a jump needs nothing before the next."""
     box = Box("box", SILICON, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0))
     step = Schedule((0.0, 0.4, 0.4), (293.0, 293.0, 300.0))
     cold = Boundary("cold", "temperature", (0.0, 0.0, 0.0), (1.0, 1.0, 0.0), step)

@@ -211,7 +211,8 @@ def test_what_has_no_steady_state_is_refused():
     lone = bar(face("a", "heat_flux", 0.0, 1.0), probes=(at("x", 0.05),))
     with pytest.raises(NumericsError, match="no exit for heat"):
         solve(lone)
-    # Over time it just gets warmer: evenly, around what drives the flux through the bar (Carslaw and Jaeger, 3.8).
+    # Over time it just gets warmer: evenly, around the profile that drives the flux through the bar (Carslaw and
+    # Jaeger, 3.8).
     traces = solve(replace(lone, steady=False, end_time=2000.0, accuracy=1e-3)).traces
     exact = 293.0 + 1.0 * 2000.0 / (STEEL.heat_capacity * LENGTH) - 1.0 * LENGTH / (24 * STEEL.thermal_conductivity)
     assert abs(traces.values["x"][-1] - exact) <= traces.errors["x"] < 2e-5

@@ -18,7 +18,7 @@ SECOND = 5e-4
 
 
 def apart(sink: Sink, other: Rises, time: float | None) -> dict[str, float]:
-    """By how much a row and the second path differ, over what both errors allow."""
+    """Return the differences of a row and the second path over the sum of their errors."""
     found = sink_run.solve(sink, time is not None)
     off = {}
     for name, value in other.items():

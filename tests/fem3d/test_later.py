@@ -1,4 +1,4 @@
-"""What degrees after the last one change of readings on tetrahedra (`fem3d.adaptivity.later`)."""
+"""The change of readings on tetrahedra by degrees after the last (`fem3d.adaptivity.later`)."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def conductor() -> Scene:
 
 
 def currents(extrapolated: bool, levels: int = 5) -> list[tuple[float, float]]:
-    """On each mesh how far the current is off, and what is stated of that."""
+    """On each mesh the true and the stated error of the current."""
     study, mesh = runs.start(conductor())
     study, series = replace(study, extrapolated=extrapolated), []
     search = Search(study, True, False, lambda _: None)
@@ -55,7 +55,7 @@ def currents(extrapolated: bool, levels: int = 5) -> list[tuple[float, float]]:
 
 
 def test_a_current_around_a_corner_is_nearer_with_what_later_degrees_change() -> None:
-    """Three times at least, five times on most meshes, and within what is stated; without it the same would be too
+    """Three times at least, five times on most meshes, and within the bound; without it the same would be too
     little."""
     known, solved = currents(True), currents(False, 3)
     for off, stated in known:
@@ -121,7 +121,7 @@ def test_each_cell_goes_on_as_its_edge_does_and_what_comes_by_way_of_others_as_a
 @pytest.mark.long
 @pytest.mark.parametrize(("pads", "accuracy", "most"), [(10, 1e-2, 20_000), (50, 1e-2, 66_000), (10, 1e-3, 150_000)])
 def test_a_meander_among_pads_reaches_an_accuracy(pads: int, accuracy: float, most: int) -> None:
-    """50 pads ended at 1.3 % with 143,000 unknowns, 10 at 2.2e-3 with 116,000. With 10 the values are those of NGSolve
+    """50 pads ended at 1.3 % with 143,000 unknowns, 10 at 2.2e-3 with 116,000. With 10 the values agree with NGSolve
     at order 4 on 122,000 tetrahedra, halved once at the rims: orders 3 and 4 are 0.010 K apart in the mean, 0.12 K at
     the peak, 3.3e-6 A in the current."""
     result = runs.solve(meander(pads, accuracy))

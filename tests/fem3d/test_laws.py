@@ -87,7 +87,7 @@ def test_between_two_temperatures_the_transform_is_linear(law):
     held(found["at"], exact, accuracy * (exact - COLD))
     held(found["flow"], -whole / LENGTH * area, 1e-3 * whole / LENGTH * area)
     held(found["section"], -whole / LENGTH * area, 1e-3 * whole / LENGTH * area)
-    # A law that differs a little is told apart.
+    # A law that differs a little is detected.
     off = {"exponent": law["exponent"] * 1.001} if "exponent" in law else {"values": [130.0, 61.0, 90.0]}
     twin = law | off
     assert abs(found["at"].value - inverse(twin, theta(twin, 700.0) / 2)) > found["at"].error
@@ -104,7 +104,7 @@ def test_joule_heat_between_cold_ends(law):
 
 
 def test_a_flux_that_is_given_is_read_as_it_is():
-    """theta at the heated end is q L; a probe of what is given there sees nothing of the temperature."""
+    """theta at the heated end is q L; a probe of the given flux there does not depend on the temperature."""
     flux = theta(POWER, 600.0) / LENGTH
     given = bar(POWER, hot=600.0, accuracy=1e-3)
     del given["boundary"][1]["temperature"]
@@ -178,8 +178,8 @@ def valued(law, temperature):
 
 @pytest.mark.parametrize("series", [0.0, 80.0])
 def test_a_given_current_and_a_series_resistance(series):
-    """With rho = rho0 T/T0 and k of the temperature as k0 (T/T0)^n the state that a voltage has is that of its current,
-    and of a voltage that is larger by what a resistance takes."""
+    """With rho = rho0 T/T0 and k of the temperature as k0 (T/T0)^n the state at a voltage equals the state at its
+    current, and at a larger voltage behind a resistance."""
     given = bar(POWER, volts=0.5, resistivity=RISING, accuracy=1e-4)
     known = solve(from_dict(given)).steady
     current = abs(known["current"].value)
@@ -251,7 +251,7 @@ def test_the_coldest_temperature_is_that_of_what_a_scene_is_next_to():
     ambient = replace(hot, kind="convection", value=10.0, ambient=Schedule((0.0, 1.0), (280.0, 220.0)))
     assert physics.coldest(replace(scene, boundaries=(cold, ambient))) == 220.0
     assert physics.coldest(replace(scene, boundaries=())) == COLD
-    # What takes heat out makes things colder than all that.
+    # A heat sink makes parts colder than all given temperatures.
     assert physics.coldest(replace(scene, boundaries=(cold, replace(hot, kind="heat_flux", value=-1.0)))) == 0.0
     assert physics.coldest(replace(scene, boxes=(replace(scene.boxes[0], heat_source=-1.0),))) == 0.0
 
@@ -295,7 +295,7 @@ def on_bricks(law, intervals, hot):
 
 @pytest.mark.parametrize("law", [PowerLaw(K, COLD, 0.7), PowerLaw(K, COLD, -1.3)])
 def test_a_law_keeps_to_its_slope_where_a_state_is_colder_than_anything(law):
-    """Polynomials swing below 0 K where the rise is some 10,000 K: what the tangent says there is what changes."""
+    """Polynomials swing below 0 K where the rise is some 10,000 K: the tangent there matches the change."""
     heat = on_bricks(vars(law), 2, 900.0)
     _, own, _, _ = heat.terms[0].parts[0]
     rises = np.tile([-COLD - 50.0, -COLD - 1.0, 20.0, 70.0], (2, 1))

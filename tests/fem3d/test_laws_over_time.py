@@ -1,5 +1,5 @@
 """Properties that follow the temperature, over time: against the method of lines of Kirchhoff's variable, a second path
-on scikit-fem's own elements, closed forms, and what is known of constant properties and of the steady state."""
+on scikit-fem's own elements, closed forms, constant properties and the steady state."""
 
 from dataclasses import replace
 
@@ -111,7 +111,7 @@ def test_a_resistivity_that_falls_with_the_square_of_the_temperature_runs_away_w
 @pytest.mark.parametrize("law", [{"value": 700.0, "at": COLD, "exponent": 0.8},
                                  {"temperatures": [COLD, 900.0], "values": [700.0, 1500.0]}])  # fmt: skip
 def test_a_specific_heat_that_follows_the_temperature(law):
-    """The same bar, its enthalpy per volume being what the method of lines keeps."""
+    """The same bar, its enthalpy per volume being the state of the method of lines."""
     times, source = np.array([0.05, 0.3, 1.0, 6.0]) * SLOWEST, 2e13
     found = solve(from_dict(over(POWER, times[-1], times, source=source, specific_heat=law)))
 

@@ -1,4 +1,4 @@
-"""What the search for an accuracy does with each verdict, on meshes that only say what was measured on them."""
+"""The search for an accuracy and its verdicts, on stand-in meshes with given errors."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ ACCURACY = 1e-2
 
 class Meshes:
     """Meshes by number: ``told[k]`` is the relative error of the steady level on mesh k, None where a lower space has
-    no steady state, or what is raised there; there are no more than are told of."""
+    no steady state, or an exception to raise there; there are no further meshes."""
 
     def __init__(self, told: list[Any], number: int = 0, way: tuple[str, ...] = ()) -> None:
         self.told, self.number, self.way = told, number, way
@@ -124,9 +124,9 @@ def test_no_mesh_is_left() -> None:
 
 
 def test_an_error_that_does_not_fall_is_named() -> None:
-    """Each mesh has twice the unknowns of the one before."""
+    """Each mesh has twice the unknowns of the last."""
     sentence = "the error of probe is 0.5 of its size and doesn't fall, although the mesh grew from 10 to 80 unknowns"
     with pytest.raises(NumericsError, match=sentence):
         solved([0.5, 0.5, 0.5, 0.5, 0.001])
-    # One that was told too small at first falls.
+    # An estimate that was too small at first falls.
     assert solved([0.2, 0.5, 0.4, 0.3, 0.001]).levels == 5

@@ -27,7 +27,7 @@ def on_tetrahedra() -> Scene:
 
 
 def kept(scene: Any, names: list[str]) -> int:
-    """How many problems, domains and factors are there after a run whose result is let go of, beyond those before."""
+    """The number of problems, domains and factors that a run leaves after its result is released."""
 
     def count() -> int:
         return sum(isinstance(each, (Domain, Factors, HeatProblem)) for each in gc.get_objects())

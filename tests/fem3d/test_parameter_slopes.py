@@ -1,5 +1,5 @@
-"""Slopes by parameters of a scene: those of the faces, properties and conditions that they move, added up; and those of
-solutions beside."""
+"""Slopes by parameters of a scene: the sum over the faces, properties and conditions that they move; and differences of
+solutions."""
 
 from __future__ import annotations
 

@@ -59,8 +59,8 @@ def read():
 
 
 def test_a_strip_is_a_thermometer(read):
-    """Current runs along the strip alone, so that its resistance is that of its mean temperature; where the mean of
-    1 + a u is taken across it, not that of its inverse, the difference is the square of what a u varies there: 2e-7."""
+    """Current runs along the strip alone, so that its resistance follows its mean temperature; with the mean of
+    1 + a u across it, not of its inverse, the difference is the square of the variation of a u there: 2e-7."""
     found = read.steady
     u = found["mean"].value - 293.0
     assert u > 7.0
@@ -73,7 +73,7 @@ def test_a_strip_is_a_thermometer(read):
 
 @pytest.mark.parametrize(("volts", "series"), [(1e-5, inf), (3.6e-4, 18.0)])
 def test_it_is_the_same_however_it_is_read(read, volts, series):
-    """By a current of 10 uA, or behind a resistance: the strip heats itself by less than 1e-5 of what the heater does.
+    """By a current of 10 uA, or behind a resistance: the strip heats itself by less than 1e-5 of the heater.
     Two wires that get warm differently share no pattern of the current."""
     other = scene_run.solve(chip(read=volts, series=series, accuracy=3e-3)).steady["strip"]
     one = read.steady["strip"]
@@ -90,7 +90,7 @@ def test_powers_are_what_the_electrodes_supply(read):
 
 
 def test_over_time_it_rises_with_the_strip():
-    """From a ramp that starts at no voltage: the resistance there is that of the cold strip."""
+    """From a ramp that starts at no voltage: the resistance there is the cold strip's."""
     ramp = Schedule((0.0, 5e-5), (0.0, 0.05))
     scene = chip(ramp, ramp, accuracy=1e-2, steady=False, end_time=1e-4, output_times=(5e-5,))
     traces = scene_run.solve(scene).traces
@@ -123,7 +123,7 @@ def test_slopes_are_differences():
         low, high = (scene_run.solve(beside(f, of_voltage), whole=True).steady for f in (0.98, 1.02))
         for name in ("strip", "heater", "half"):
             slope = np.log(high[name].value / low[name].value) / np.log(1.02 / 0.98)
-            # Of the difference, what its ends' errors leave of it, which are alike, and its curvature: below 1e-3.
+            # The errors of both ends, which are alike, and the curvature of the difference: below 1e-3.
             assert table[key][name].value == pytest.approx(slope, abs=1e-3)
     assert table["boundary.plus.voltage"]["heater"].value > 0.03
 

@@ -1,4 +1,4 @@
-"""Transients that have no solution from some time on: when that is, by a closed form, and what of them is kept."""
+"""Transients that have no solution from some time on: the time, by a closed form, and the kept part."""
 
 from dataclasses import replace
 
@@ -54,7 +54,7 @@ def test_what_is_solved_until_then_is_kept_and_the_largest_voltage_named():
     assert traces.time[-1] == kept.end_time
     assert 0.9 * KEPT**2 * time < kept.end_time < 1.01 * KEPT * time
     assert kept.output_times == (0.1 * RUNS_AWAY, kept.end_time)
-    # To 1 % two digits are known.
+    # At 1 % two digits are certain.
     assert said.startswith(f"the heating runs away at t = {1e6 * time:.2g} us; ")
     assert all(np.isfinite(v).all() for v in traces.values.values())
     assert (np.diff(traces.values["current"]) > 0).all()

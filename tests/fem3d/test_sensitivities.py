@@ -106,7 +106,7 @@ def test_a_wire_that_radiates_alone() -> None:
 
 
 def test_a_table_and_a_film_on_a_mesh_file(tmp_path: Path) -> None:
-    """A bar of tetrahedra between a cold end and a film: what both carry, theta(T_end) / L and h (T_a - T_end), is one,
+    """A bar of tetrahedra between a cold end and a film: the flow through both, theta(T_end) / L = h (T_a - T_end),
     and differentiated by the law as a whole and by the coefficient gives the slopes."""
     document = {
         "scene": {"initial_temperature": 300.0},
@@ -290,14 +290,14 @@ def test_over_time() -> None:
     course = {key: by_name["top"] for key, by_name in found.course.values.items()}
     own = np.interp(found.course.times, result.traces.time, result.traces.values["top"]) - 300.0
     size = own.max()
-    # Traces are known to 1e-2.
+    # Traces are within 1e-2.
     source, conductivity, density, length = course.values()
     assert source == pytest.approx(own, abs=5e-3 * size)
     assert np.abs(source + conductivity + density).max() < 1e-4 * size
     assert np.abs(conductivity).max() > 0.5 * size
     # q L^2 / k times a function of k t / (c L^2): L acts like the square root of q and c, and the inverse one of 1 / k.
     assert length == pytest.approx(2 * source + 2 * density, abs=1e-4 * size)
-    # The slopes are of the largest rise, which is that of the top.
+    # The slopes are of the largest rise, at the top.
     for by_name in found.steady.values():
         assert by_name["most"].value == pytest.approx(by_name["top"].value, abs=by_name["most"].error)
 

@@ -1,4 +1,4 @@
-"""Boundaries of one value that meet: each has its part of what enters at the nodes they share."""
+"""Boundaries of one value that meet: each has its part of the flow at shared nodes."""
 
 from dataclasses import replace
 
@@ -99,7 +99,7 @@ def test_parts_add_up_to_the_whole_and_the_later_of_two_values_takes_all():
     heat = problem(other, grid_of(other, BREAKS, 1))
     at_edge = np.flatnonzero((heat.held["left"] > 0) | (heat.held["right"] > 0))
     left, right = heat.held["left"][at_edge], heat.held["right"][at_edge]
-    # Two corners of the left one, and the edge with those of the right one.
+    # Two corners of the left one, and the edge with corners of the right one.
     assert sorted(left.tolist()) == [0, 0, 0, 0, 1, 1]
     assert (left + right).tolist() == [1] * 6
     assert sorted(heat.given[0][at_edge].tolist()) == [0, 0, 5, 5, 5, 5]

@@ -1,4 +1,5 @@
-"""Edges where the solution is a distance to a small power: errors are honest there, what is out of reach is said."""
+"""Edges where the solution is a distance to a small power: errors hold there, and an accuracy out of reach is
+reported."""
 
 from dataclasses import replace
 
@@ -38,7 +39,7 @@ def at_edges(grid, marks):
 
 
 def cut(grid, marks, times):
-    """The grid cut next to singular planes until what they leave falls by a number of times."""
+    """The grid cut next to singular planes until their error falls by a factor."""
     missing = at_edges(grid, marks)
     return grading.refined(grid, missing, sum(float(m.sum()) for m in missing) / times, marks)
 
@@ -67,7 +68,7 @@ def test_the_estimate_is_near_the_true_error_at_any_exponent(contrast):
 
     assert 0.4 * estimated(marks) < true < 0.8 * estimated(marks)
     assert level(marks).worst > scene.accuracy
-    # One that knows nothing of the edges takes degrees for much better than they are.
+    # A grid without knowledge of the edges overrates degrees.
     assert estimated(replace(marks, exponents=({}, {}, {}))) < 0.9 * true
 
 
@@ -91,7 +92,7 @@ def test_layers_are_cut_as_the_exponent_needs():
     grid = grading.first_grid(scene, 1e-1, marks)
     finer = cut(grid, marks, 4.0)
     fallen = (np.diff(finer.breaks[1]).min() / np.diff(grid.breaks[1]).min()) ** (2 * exponent)
-    # What is left falls with twice the exponent; layers are whole, and rounded at 0.3 of one.
+    # The error falls with twice the exponent; layers are whole, and rounded at 0.3 of one.
     one = grading.RATIO ** (2 * exponent)
     assert 0.25 * one < fallen < 0.25 / one**0.31
     smooth = replace(marks, exponents=tuple(dict.fromkeys(found, 1.0) for found in marks.exponents))
@@ -101,7 +102,7 @@ def test_layers_are_cut_as_the_exponent_needs():
     assert np.diff(finer.breaks[1]).min() >= 0.9 * grading.RATIO * grading.shortest_of(finer)
     degrees = list(zip(finer.degrees, at_edges(finer, marks), strict=True))
     assert all((d[e > 0] >= grading.LEAST_AT_EDGE).all() for d, e in degrees)
-    # Layers between an edge and what is smooth have fewer, as they are smaller.
+    # Layers between an edge and a smooth part have fewer, as they are smaller.
     assert all(d.min() < grading.LEAST_AT_EDGE for d, e in degrees if e.any())
 
 
@@ -116,7 +117,7 @@ def test_what_no_layer_resolves_is_refused_at_once_and_named(steady):
 @pytest.mark.long
 @pytest.mark.parametrize(("seed", "levels"), [(985, 1), (1442, 2)])
 def test_what_edges_leave_is_said_as_early_as_it_can_be_known(seed, levels):
-    """By the potential of the cold conductor, or by what hardly falls from the first level to the second."""
+    """By the potential of the cold conductor, or by an error that hardly falls from the first level to the second."""
     said = []
     with pytest.raises(NumericsError, match=r"isn't reached .* to the power 0\."):
         solve(draw(seed).scene, said.append)
@@ -124,7 +125,7 @@ def test_what_edges_leave_is_said_as_early_as_it_can_be_known(seed, levels):
 
 
 def test_what_falls_from_level_to_level_is_no_edge():
-    """On long layers a coarse grid misses thousands of times what is allowed, and none of it is the edges'."""
+    """On long layers a coarse grid misses thousands of times the tolerance, and the edges cause none of the error."""
     scene = draw(372).scene
     found = solve(scene)
     assert found.details["levels"] > 2

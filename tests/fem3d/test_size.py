@@ -1,4 +1,4 @@
-"""What a grid of bricks costs is foreseen before anything is made on it, and what costs too much is refused then."""
+"""The cost of a grid of bricks is predicted before any work on it, and too large a cost is refused then."""
 
 from __future__ import annotations
 
@@ -70,8 +70,8 @@ def _entries(space: BrickSpace) -> list[np.ndarray]:
 @pytest.mark.long
 @pytest.mark.parametrize("pads", [2, 4])
 def test_the_factors_are_foreseen_to_a_factor_of_two(pads: int) -> None:
-    """The sizes of a dissection's joins are a power law, and what is joined beyond them a constant: on plates,
-    rows and cubes the foreseen entries were 1.0 to 1.4 times the true ones; a third either way is left."""
+    """The sizes of a dissection's joins are a power law, and the joins beyond a constant: on plates,
+    rows and cubes the predicted entries were 1.0 to 1.4 times the true entries; a third either way is left."""
     scene = plate(pads)
     grid = graded(scene, 1e-2)
     heat = assemble(boxes(scene, grid))

@@ -1,5 +1,5 @@
-"""An error that is stated holds everything that is known to be off: what a heat balance leaves, voltages that add up,
-and rows that are too few."""
+"""A stated error includes every error that a run can see: the residual of the heat balance, sums of voltages,
+and too few rows."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def through(name: str, x: float, quantity: str = "heat_flow") -> Probe:
 
 
 def test_an_error_is_at_least_what_the_heat_balance_leaves(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A part in a million of the rise that rounding leaves wrong: no degree of the functions knows of it."""
+    """A part in a million of the rise by rounding, which no degree of the functions shows."""
     half = LENGTH / 2
     boxes = replace(BAR, upper=(half, SIDE, SIDE)), replace(BAR, name="end", lower=(half, 0.0, 0.0))
     ends = (end("hot", 0.0, 303.0), end("cold", LENGTH, 293.0))
@@ -79,7 +79,7 @@ def ramp(to: float) -> Schedule:
 
 @pytest.mark.long
 def test_errors_of_voltages_that_nearly_cancel_are_of_what_is_left() -> None:
-    """1 V against 0.9 V: what each drives alone, known to 3e-2, is ten times the current."""
+    """1 V against 0.9 V: the current of each alone, within 3e-2, is ten times the current."""
     found = solve(l_shaped(ramp(1.0), ramp(0.9), 3e-2))
     alone = solve(l_shaped(ramp(0.1), ramp(0.0), 1e-3)).over_time
     off = abs(found.over_time.values["out"][-1] - alone.values["out"][-1])
@@ -87,7 +87,7 @@ def test_errors_of_voltages_that_nearly_cancel_are_of_what_is_left() -> None:
     assert off <= error + alone.errors["out"]
     assert error <= 3e-2 * abs(alone.values["out"][-1])
     assert not found.details["warnings"]
-    # What can't be known as well is said: equal voltages but for a part in 1e6.
+    # An uncertain result is stated as such: equal voltages but for a part in 1e6.
     barely = solve(l_shaped(ramp(1.0), ramp(1.0 - 1e-6), 3e-2))
     assert [w for w in barely.details["warnings"] if "vary apart add up to" in w]
 

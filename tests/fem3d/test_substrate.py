@@ -66,7 +66,7 @@ BARE = Sink()
 
 @cache
 def at_rest(sink):
-    """The steady state, to a part in 3,000: what the substrate adds is 3 % of the rise."""
+    """The steady state, to a part in 3,000: the substrate adds 3 % of the rise."""
     return sink_run.solve(replace(sink, accuracy=CLOSE), transient=False).steady
 
 
@@ -111,7 +111,7 @@ def test_what_a_substrate_is_given_leaves_through_its_bottom_and_both_mirrors_st
     assert traces is not None
     assert bare is not None
     early = [np.interp(2e-5, t.time, t.values["peak_K"]) - 293.0 for t in (traces, bare)]
-    # Heat is then no further than sqrt(D t) = 40 um from the beam's middle: it knows nothing of the substrate yet.
+    # Heat is then no further than sqrt(D t) = 40 um from the beam's middle: it does not reach the substrate yet.
     assert early[0] == pytest.approx(early[1], abs=traces.errors["peak_K"] + bare.errors["peak_K"])
     end = traces.values["end_K"][-1] - 293.0
     assert end == pytest.approx(steady["end_rise_K"].value, rel=2e-3)

@@ -25,7 +25,7 @@ WIDE, THIN = 1e-4, 5e-7
 @pytest.fixture(scope="module")
 def plate():
     """A thin plate, cold below and heated at one edge, where it is warm within a part of its thickness; the mean of the
-    whole, which is all that is asked for, needs few cells."""
+    whole, the only probe, needs few cells."""
     high = (WIDE, WIDE, THIN)
     boundaries = (
         Boundary("cold", "temperature", (0.0, 0.0, 0.0), (WIDE, WIDE, 0.0), 293.0),
@@ -132,7 +132,7 @@ def test_intervals_are_cut_towards_the_steep_end(plate):
 
 
 def test_a_field_beside_a_steep_decay_is_off_by_no_more_than_is_said():
-    """It falls below the cold face by 1.85 times what the last degree changes."""
+    """It falls below the cold face by 1.85 times the change by the last degree."""
     drawn = draw(1726)
     result = invariants.solve(drawn.scene)
     assert invariants.undershoot(drawn, result) < 1

@@ -100,7 +100,7 @@ def document(bar: Any) -> dict[str, Any]:
 
 @pytest.fixture(scope="module")
 def truth(bar: Any) -> Result:
-    """What `validate solve` has of the bar, at a tenth of its accuracy."""
+    """The bar by `validate solve`, at a tenth of its accuracy."""
     return scene_run.solve(replace(bar, accuracy=ACCURACY / 10))
 
 
@@ -110,7 +110,7 @@ def steady_truth(bar: Any) -> Result:
 
 
 def wrong(document: dict[str, Any]) -> dict[str, Any]:
-    """The same, with what is read off the states 3 % larger."""
+    """The same, with outputs 3 % larger."""
     Y = document["matrices"]["Y"]
     width = Y["shape"][1]
     nudged = [1.03 * y if k % width > len(document["inputs"]) else y for k, y in enumerate(Y["values"])]
@@ -271,7 +271,7 @@ def test_inputs_that_it_was_not_made_with(bar: Any, document: dict[str, Any]) ->
 
 @pytest.mark.long
 def test_a_steady_state_with_currents() -> None:
-    """Of as many states as asked for."""
+    """With a given number of states."""
     bridge = load("bridge", ["run.accuracy=1e-2"])
     found = CompactModel(compact(bridge, 3, 1e-2))
     assert found.states == 3

@@ -157,7 +157,7 @@ class Full:
         return full, powers
 
     def sample(self, v, given, voltage):
-        """What is left, a sample later, of the part ``v`` (free) that a ``given`` field (all nodes) is added to."""
+        """The remainder, a sample later, of the part ``v`` (free) that a ``given`` field (all nodes) is added to."""
 
         def whole(v):
             full = given.copy()
@@ -196,8 +196,8 @@ def simulate(device, samples, cuts=1, steps=6):
 
 
 def above_a_warmer_substrate(device, outer, samples, cuts=1, steps=6):
-    """(samples, 2): what a substrate 1 K warmer adds to the powers of sink and sensor at each sample from then on, from
-    the steady state with the outer face at a rise ``outer`` (K)."""
+    """(samples, 2): the change by a substrate 1 K warmer of the powers of sink and sensor at each sample from then on,
+    from the steady state with the outer face at a rise ``outer`` (K)."""
     full = Full(device, cuts, steps)
     given = outer * full.lift(full.above)
     start, before = full.settled(given, np.full(2, device.set_rise))

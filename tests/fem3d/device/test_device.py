@@ -1,4 +1,4 @@
-"""The 3D device: against every unknown stepped implicitly on another mesh, and what must hold of its heat."""
+"""The 3D device: against every unknown stepped implicitly on another mesh, and balances of its heat."""
 
 from __future__ import annotations
 
@@ -97,8 +97,8 @@ def test_errors_hold_where_the_mesh_is_coarser(states):
 
 
 def test_the_error_of_the_flow_holds_right_after_an_outer_step(states):
-    """Within 0.5 ms a step at the polymer's top gets some 7 um into its 100 um: the heat that enters it below is what
-    it was, and what the trace swings by is error."""
+    """Within 0.5 ms a step at the polymer's top gets some 7 um into its 100 um: the heat that enters it below is
+    unchanged, and any swing of the trace is error."""
     step = replace(Device().external, step_time=0.001)
     run, _ = states.solve(replace(Device(), external=step, end_time=0.0015), start="settled")
     after = run.time_s > 0.001
@@ -120,7 +120,7 @@ def test_the_sink_shields_the_sensor_from_the_substrate(states):
     for name, value in expected.items():
         assert getattr(found, name) == pytest.approx(value, rel=1e-3)
         assert errors[name] < 1e-3 * abs(value)
-    # No air: what is at room temperature is the substrate alone.
+    # No air: the substrate alone is at room temperature.
     assert found.sink_power_per_room_W_per_K == pytest.approx(found.sink_power_per_substrate_W_per_K, rel=1e-9)
     shared, _ = states.shielding(grounded(Device(), 1e-3))
     assert abs(shared.sensor_power_per_substrate_W_per_K) > 1e-6
@@ -128,7 +128,7 @@ def test_the_sink_shields_the_sensor_from_the_substrate(states):
 
 @pytest.mark.long
 def test_exported_it_is_within_what_it_states(states, short):
-    """The few states of the file against the 3D model's own run, with its error in what is stated; the 1D model is
+    """The few states of the file against the 3D model's own run, within the stated errors; the 1D model is
     further off than that."""
     result, lower = states.solve(short)
     runs = Runs(Run(short, result, states.largest_eigenvalue, reference=lower), None, ())
@@ -149,7 +149,7 @@ def test_exported_it_is_within_what_it_states(states, short):
 
 @pytest.mark.long
 def test_what_the_gas_takes_is_the_substrates_and_what_the_air_takes_nobodys():
-    """With the gas and all else a kelvin warmer both films are; the air takes what its film does."""
+    """With the gas and all else a kelvin warmer both films are warmer too; the air takes the heat of its film."""
     sink = replace(Device().sink, gap_gas_conductivity=0.026, convection_coefficient=1000.0)
     gassy = model(replace(Device(), sink=sink), 3e-2)
     modal, structure = gassy.fine, gassy.structures[0]
@@ -169,7 +169,7 @@ def test_leads_of_a_rough_model_are_found_although_rounding_goes_on():
 
 @pytest.mark.long
 def test_contacts_of_the_oxide_stand_in_series_with_it(states):
-    """Two of them under each end; and what a warmer substrate sends through them is what its film lets in."""
+    """Two under each end; the heat of a warmer substrate through them equals the heat through its film."""
 
     def bare(found):
         power = found.steady(found.device).sink_power_W
@@ -180,7 +180,7 @@ def test_contacts_of_the_oxide_stand_in_series_with_it(states):
     touching = model(replace(plain, sink=sink), 3e-2)
     aired = model(replace(plain, sink=replace(plain.sink, convection_coefficient=1000.0)), 3e-2)
     area = sink.oxide_length * sink.oxide_width
-    # The flow is crowded at the oxide's edges: a contact spreads it, and takes away some of what pad and oxide resist.
+    # The flow is crowded at the oxide's edges: a contact spreads it, and reduces the resistance of pad and oxide.
     assert bare(touching) - bare(aired) == pytest.approx(2 * resistance / area, rel=0.15)
 
     structure, modal = touching.structures[0], touching.fine

@@ -35,7 +35,7 @@ def test_differences_of_models(summary: dict[str, Any]) -> None:
     for name in FOLLOWED:
         more, less = (getattr(state, name) for state in solved)
         slope = summary["sensitivities"][key][name]["fem3d"]
-        # Models known to 1e-3 over twice the step, where their meshes are not alike.
+        # Models within 1e-3 over twice the step, where their meshes are not alike.
         expected = (more - less) / (STEP * (more + less))
         assert slope["value"] == pytest.approx(expected, abs=slope["error"] + 3e-3)
         assert slope["error"] < 2e-2
