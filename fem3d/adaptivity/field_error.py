@@ -22,8 +22,8 @@ from meshes.grading import RATIO
 from meshes.grid import Grid
 from scenes.errors import NumericsError
 
-# The error over the difference of the two degrees, at most: of 1,200 steady scenes one is 1.85 times the difference
-# below the coldest boundary (`validate stress`, "field away from the probes").
+# Largest ratio of the error to the difference of the two degrees: the worst of 1,200 steady scenes has 1.85, below the
+# coldest boundary (`validate stress`, "field away from the probes").
 CAUTION = 2.0
 # Intervals with at least this fraction of the largest difference are refined: one more layer at a re-entrant edge
 # reduces it by this factor.
@@ -91,7 +91,7 @@ def refined(level: Level, aim: Grid | None = None) -> Grid:
         return edgewise.refined(grid, missing, 0.5 * total(missing), marks)
     worst = [cells.max(axis=tuple({0, 1, 2} - {d})) for d in range(3)]
     missing = [np.where(each >= CAUSES * gaps.max(), 1.0, 0.0) for each in worst]
-    # Twice its share: one step, wherever.
+    # Half the target makes twice the share: one step everywhere.
     return grading.refined(grid, missing, 0.5 * total(missing), marks)
 
 

@@ -1,5 +1,5 @@
-"""The response of one space over time: in as many fields as the accuracy takes, or at full order where properties
-follow the temperature."""
+"""Transient response of one space: in as many Krylov fields as the accuracy takes, or at full order if properties
+depend on temperature."""
 
 from __future__ import annotations
 
@@ -22,22 +22,22 @@ TIME_SHARE = 0.01  # part of the accuracy for time stepping
 SPACE_SHARE = 0.1  # part of the accuracy for the reduced space
 FIELDS, DROPPED, MOST_FIELDS = 6, 2, 60  # generations of Krylov fields: the first trial, how many fewer, the most
 SAME_TIME = 0.05  # relative change of the time of a runaway with more fields, which counts as none
-LOOSER = 10.0  # factor between the tolerances of steps that tell the error of space and of an answer's
-# Global errors are in proportion to the tolerance (Hairer, Norsett and Wanner, Solving ODEs I, section II.4): of what a
-# smaller tolerance changes that part is left, of which three times as much is stated.
+LOOSER = 10.0  # ratio of tolerances: steps for the error of space over steps of an answer
+# Global errors are proportional to the tolerance (Hairer, Norsett and Wanner, Solving ODEs I, section II.4): the change
+# by a LOOSER times smaller tolerance leaves 1 / (LOOSER - 1) of itself, and three times that error is stated.
 LEFT = 3.0 / (LOOSER - 1.0)
 FINEST = 1e-9  # tolerance, of the largest rise
-QUADRATURE, LOOKED_AT = 0.1, 6  # of the accuracy: what finer quadratures of laws may change, at so many instants
+QUADRATURE, LOOKED_AT = 0.1, 6  # part of the accuracy that finer quadratures of laws may change; instants compared
 MOST_FINER = 4  # times that quadratures are refined
-ASKED = 200  # of the times that a user asks for, so many at most are compared: each costs a state of every space
+ASKED = 200  # most requested times that are compared: each costs a state of every space
 KNOTS = 12  # bends and jumps of the inputs, at most, after which errors are looked at closely
-SOONEST = 1e-3  # of the first time asked for: so soon after a jump nobody asks for more than what it was before
+SOONEST = 1e-3  # part of the first requested time: sooner after a jump only values before the jump matter
 
 
 @dataclass(frozen=True, eq=False)
 class Marched:
-    """A response in as many fields as the accuracy takes, or at full order: the values of its traces at ``checked``
-    times (s), their scales, and what the reduced space and the steps lose of each; a ``worse`` one by fewer fields and
+    """A response in as many fields as the accuracy takes, or at full order: its ``traces`` at ``checked`` times (s),
+    their scales, and ``gaps``, the errors by the reduced space and the time steps; ``worse`` has fewer fields and
     looser steps."""
 
     answer: Response
@@ -49,11 +49,11 @@ class Marched:
     scales: dict[str, float]
     gaps: dict[str, float]
     tolerance: float = 0.0
-    """At full order that of the answer."""
+    """Tolerance of the answer's steps at full order."""
 
 
 def marched(study: Study, base: Base, shift: float, steady_out: Outputs | None, generations: int = 0) -> Marched:
-    """The response of a base; arguments as of `respond`."""
+    """Return the response of a base; arguments as for `respond`."""
     checked = instants(study, base.heat)
     if base.follows:
         return _full(study, base, steady_out, checked)
@@ -68,7 +68,7 @@ def _linear(
     checked: np.ndarray,
     generations: int,
 ) -> Marched:
-    """As of `marched`, of a linear problem."""
+    """Solve a linear problem as `marched` does."""
     accuracy, end = study.accuracy, study.end
     space = Krylov(base, shift)
     count = max(generations, FIELDS + int(max(0.0, -np.log10(accuracy) - 3) * 2))
@@ -77,13 +77,13 @@ def _linear(
         reduced = base.project(space.fields(count))
         # One comparison for two errors: fewer fields and a looser step.
         dropped = space.dropped(count, DROPPED)
-        # In so short a time hardly anything diffuses: all generations are one, and dropping some tells nothing.
+        # In so short a time diffusion is negligible: all generations coincide, and dropping some shows no error.
         dropped = dropped if dropped < reduced.states else 0
         try:
             answer = transient.march(base, reduced, end, TIME_SHARE * accuracy)
             fewer = transient.march(base, reduced, end, 10 * TIME_SHARE * accuracy, dropped)
         except (BeyondLawError, RunawayInTimeError) as stop:
-            # In more fields a runaway is one at the same time.
+            # A true runaway happens at the same time in more fields.
             same = isinstance(stop, RunawayInTimeError) and abs(stop.time - stopped) <= SAME_TIME * stop.time
             if same or count >= MOST_FIELDS:
                 raise
@@ -93,15 +93,15 @@ def _linear(
         traces, scales = study.traces(out), study.trace_scales(steady_out or out)
         gaps = distance(traces, study.traces(outputs.of_transient(fewer, study.part, checked)))
         enough = max(gaps[name] / scales[name] for name in gaps) <= SPACE_SHARE * accuracy
-        # More generations that add no states are all but sums of those before.
+        # Generations that add no states are nearly linear combinations of earlier generations.
         if enough or count >= MOST_FIELDS or not dropped or reduced.states <= states:
             return Marched(answer, fewer, count, checked, out, traces, scales, gaps)
         count, states = count + 4, reduced.states
 
 
 def _full(study: Study, base: Base, steady_out: Outputs | None, checked: np.ndarray) -> Marched:
-    """As of `marched`, of a problem whose properties follow the temperature: by steps that are short enough to tell the
-    error of the mesh, without that of the steps."""
+    """Solve a problem with temperature-dependent properties as `marched` does, in steps short enough for the error of
+    the mesh; the error of the steps is not included."""
     tolerance = TIME_SHARE * study.accuracy
     for points in range(0, 2 * MOST_FINER, 2):
         answer = march_full(base.heat, base.conductor, study.end, tolerance, study.earliest, points)
@@ -115,8 +115,8 @@ def _full(study: Study, base: Base, steady_out: Outputs | None, checked: np.ndar
 
 
 def in_shorter_steps(study: Study, base: Base, march: Marched, room: Mapping[str, float]) -> Marched:
-    """The response at full order by steps whose error is a small part of the accuracy, or within the ``room`` that
-    other errors leave (in the unit of each trace), with that error."""
+    """Shorten the steps at full order until their error is a small part of the accuracy, or within the ``room`` that
+    other errors leave (in the unit of each trace); the error is added to the gaps."""
     assert isinstance(march.answer, FullResponse)
     points = march.answer.points
     while True:
@@ -133,8 +133,8 @@ def in_shorter_steps(study: Study, base: Base, march: Marched, room: Mapping[str
 
 
 def _by_quadrature(response: FullResponse) -> float:
-    """What finer quadratures change of the rise, over the largest: at some instants the response at rest to the heat
-    that they change, which is larger than that of any mode over time."""
+    """Return the relative change of the largest rise by finer quadratures: the steady response to the change of the
+    heat at some instants, an upper bound for every mode over time."""
     heat, conductor = response.heat, response.conductor
     if not heat.terms and (conductor is None or conductor.following is None):
         return 0.0
@@ -154,7 +154,7 @@ def _by_quadrature(response: FullResponse) -> float:
 
 
 def tangent(base: Base, march: Marched) -> HeatProblem:
-    """The problem linearized about its steady state where that is known, else about the hottest state of a response."""
+    """Return the problem linearized about its steady state, or without one about the hottest state of a response."""
     if base.steady is not None and base.steady.heat.about is not None:
         return base.steady.heat
     heat, conductor, density = base.heat, base.conductor, np.empty(0)
@@ -167,8 +167,8 @@ def tangent(base: Base, march: Marched) -> HeatProblem:
 
 
 def beside(study: Study, base: Base, shift: float, fine: Marched) -> Response:
-    """The response of a lower space in as many generations of fields as that of the fine one, or by the same steps and
-    quadratures."""
+    """Return the response of a lower space in as many generations of fields as the fine response, or with the same
+    steps and quadratures."""
     if isinstance(fine.answer, FullResponse):
         like = fine.answer
         return march_full(base.heat, base.conductor, study.end, fine.tolerance, study.earliest, like.points, like)
@@ -178,8 +178,9 @@ def beside(study: Study, base: Base, shift: float, fine: Marched) -> Response:
 
 
 def instants(study: Study, heat: HeatProblem) -> np.ndarray:
-    """Times (s) at which meshes and spaces are compared: early and late, and after bends and jumps of the inputs; after
-    a jump from the earliest time of interest on, as after the start, and at what is asked for sooner."""
+    """Return the times (s) at which meshes and spaces are compared: early and late, after bends and jumps of the
+    inputs, and requested times. Times after a jump begin at the earliest time of interest, as after the start, or
+    sooner if requested."""
     end, first = study.end, min(study.earliest, study.end)
     knots = heat.inputs.knots(end)
     groups = [np.geomspace(first, end, 40), np.linspace(0, end, 21)[1:]]
@@ -199,10 +200,10 @@ def instants(study: Study, heat: HeatProblem) -> np.ndarray:
 
 
 def spread(times: np.ndarray, most: int) -> np.ndarray:
-    """Which of some times to take: all, or where there are more, so many that are spread over them."""
+    """Return the indices of at most ``most`` times, spread over all."""
     return np.unique(np.linspace(0, len(times) - 1, min(len(times), most)).astype(int))
 
 
 def distance(a: Quantities, b: Quantities) -> dict[str, float]:
-    """The largest difference of each quantity."""
+    """Return the largest difference of each quantity."""
     return {name: float(np.abs(a[name] - b[name]).max()) for name in a}

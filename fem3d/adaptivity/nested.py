@@ -57,7 +57,7 @@ class Problems:
 
     @property
     def bricks(self) -> BrickSpace:
-        """The space on a grid of bricks, in which each function belongs to one interval per axis."""
+        """The space on a grid of bricks; each function belongs to one interval per axis."""
         assert isinstance(self.domain.space, BrickSpace)
         return self.domain.space
 

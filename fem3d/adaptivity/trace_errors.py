@@ -1,4 +1,4 @@
-"""Traces over time with their errors: of space, of the reduced space, of time stepping and of the rows."""
+"""Traces over time with their errors: by the mesh, the reduced space, the time steps and the rows."""
 
 from __future__ import annotations
 
@@ -44,9 +44,8 @@ class LowerSpaceError(NumericsError):
 
 @dataclass(frozen=True, eq=False)
 class Response:
-    """Traces and their errors (in their units), the heat balance, and what refinement needs if they are too large: what
-    the intervals miss for the power and for each of the ``goals`` with it, by which factors each degree takes away less
-    of that than the one before (``falls``)."""
+    """Traces with errors (in their units) and heat balance. If the errors are too large: ``goals``, the indicators of
+    the power and of each goal with the power, and ``falls``, the factor from one degree's contribution to the next."""
 
     times: np.ndarray
     traces: Quantities
@@ -58,13 +57,13 @@ class Response:
     goals: list[Spread] = field(default_factory=list)
     falls: Spread = field(default_factory=list)
     relative: dict[str, float] = field(default_factory=dict)  # errors without the rows' own, over their scales
-    scales: dict[str, float] = field(default_factory=dict)  # what they are relative to
+    scales: dict[str, float] = field(default_factory=dict)  # of the relative errors, in the traces' units
     between: float = 0.0  # the largest relative error of straight lines between rows
     early: dict[str, float] = field(default_factory=dict)  # errors before the earliest time of interest, if wanted
 
     @property
     def slowest(self) -> float:
-        """The time constant (s) of the slowest mode; infinite where it is not known."""
+        """The time constant (s) of the slowest mode; infinite at full order."""
         if not isinstance(self.transient, Transient):
             return np.inf
         return float(1 / max(self.transient.trajectory.rates.min(), 1e-300))
@@ -80,10 +79,11 @@ def respond(
     generations: int = 0,
     as_it_is: bool = False,
 ) -> Response:
-    """The response of the first of ``bases``, with its error from those of the lower spaces: of degrees lower by one
-    where the ``steady`` level is known, and by two where it isn't. Scales are taken from that level's outputs, or else
-    from those of the response itself; ``generations`` of fields is where to start; ``judge`` as of
-    `goal_errors.examined`, ``as_it_is`` as of `concluded`."""
+    """Return the response of the first of ``bases``, with errors by comparison with the lower spaces.
+
+    With a ``steady`` level the degrees are lower by one, else also by two. Scales come from the outputs of the steady
+    level, else of the response; ``generations`` of fields are the first trial; ``judge`` estimates errors, ``as_it_is``
+    accepts the response in any case."""
     steady_errors: Mapping[str, float] = {}
     if steady is not None:
         steady_errors = steady.relative
@@ -112,8 +112,8 @@ def _judged(
     steady_errors: Mapping[str, float],
     march: Marched,
 ) -> tuple[dict[str, float], list[Spread], Spread, Sequence[AnyResponse]]:
-    """The errors of a response, what its goals miss, how that falls, and the responses of the lower spaces; arguments
-    as of `respond`."""
+    """Return the errors of a response, the indicators of its goals, their factors per degree (`how_fast`), and the
+    responses of the lower spaces; arguments as for `respond`."""
     if bases[0].follows:
         given = given.about(tangent(bases[0], march))
     # One space's factors at a time: these have made all their fields.
@@ -128,7 +128,7 @@ def _judged(
     changed = changes[0]
     goals |= _scaled(study, march, goals, parts, changes)
     power = judge.indicators(given.electric_parts)
-    # Steady errors have what the current is off by in them.
+    # Steady errors include the error of the current.
     of_joule = {} if steady_errors else _of_joule_heat(study, given, march)
     joule = {name: judge.indicators(each) for name, each in of_joule.items()}
     electric = {n: 0.0 if steady_errors else total(joule.get(n, power)) for n in march.scales}
@@ -138,8 +138,8 @@ def _judged(
 
 
 def _early(study: Study, march: Marched, low: AnyResponse) -> dict[str, float]:
-    """Estimate the errors of traces before the earliest time of interest, after the start and after each jump: what the
-    last degree and the last Krylov fields change there, each twice, as no rate is known."""
+    """Estimate the errors of traces before the earliest time of interest, after the start and after each jump: twice
+    the changes by the last degree and by the last Krylov fields, for want of a measured rate."""
     first, inputs = min(study.earliest, study.end), march.answer.heat.inputs
     knots = inputs.knots(study.end)
     jumps = np.append(0.0, knots[np.any(inputs.jumps(knots), axis=1)])
@@ -157,8 +157,8 @@ def _early(study: Study, march: Marched, low: AnyResponse) -> dict[str, float]:
 def _by_lower(
     study: Study, given: Problems, judge: Estimator, march: Marched, lesser: Sequence[AnyResponse]
 ) -> tuple[list[dict[str, float]], dict[str, Spread], dict[str, Contributions]]:
-    """What each of the responses of lower spaces changes of each trace, and where they are all needed what is left of
-    the goals, with its parts."""
+    """Return the change of each trace from each lower space to the next; if all spaces are needed, also the indicators
+    of the goals and their contributions."""
     lower = [study.traces(outputs.of_transient(response, study.part, march.checked)) for response in lesser]
     changes = [distance(fine, low) for fine, low in pairwise([march.traces, *lower])]
     largest = max((changes[0][n] / march.scales[n] for n in changes[0]), default=0.0)
@@ -171,9 +171,9 @@ def _by_lower(
 def _when_worst(
     study: Study, march: Marched, lower: Sequence[Quantities], changes: Sequence[Mapping[str, float]]
 ) -> np.ndarray:
-    """Times (s) at which errors are looked at closely: the last, those at which each of the ``lower`` spaces changes
-    each rise most, and that for the trace which it ``changes`` most, which after a jump may be the heat that enters.
-    Of an even solution the first of them may change nothing, at any time, and only the next one tells when."""
+    """Return the times (s) of error indicators: the last time, and for each of the ``lower`` spaces the times of the
+    largest change of each rise and of the trace that changes most (after a jump perhaps the entering heat). Two spaces
+    are needed: an even solution may not change at all from one degree to the next."""
     at = {len(march.checked) - 1}
     for (fine, low), changed in zip(pairwise([march.traces, *lower]), changes, strict=True):
         worst = max(changed, key=lambda n: changed[n] / march.scales[n])
@@ -189,9 +189,9 @@ def _scaled(
     parts: Mapping[str, Contributions],
     changes: Sequence[Mapping[str, float]],
 ) -> dict[str, Spread]:
-    """What is left of each rise, more by the factor that the lower spaces' ``changes`` are larger than the parts that
-    tell of them. The dual of a goal is that of one step from rest, which tells too little where, say, heat has passed
-    by a singular edge for long. Of an even solution one of the two degrees changes nothing, so both count together."""
+    """Scale the indicators of each rise by the ratio of the lower spaces' ``changes`` to the contributions, at least 1.
+    The dual solution is of a single step from rest, which is too small where heat has passed a singular edge for long.
+    One of two degrees does not change an even solution, so both degrees count together."""
     scaled = {}
     for name in set(study.trace_rises) & set(parts):
         before = total(parts[name].before)
@@ -203,8 +203,7 @@ def _scaled(
 
 
 def _of_joule_heat(study: Study, given: Problems, march: Marched) -> dict[str, Contributions]:
-    """The parts of the Joule heat that each thermal trace sees, as if the largest voltages drove it from rest all the
-    time."""
+    """Return the Joule heat's contributions to each thermal trace, as if the largest voltages acted all the time."""
     if given.conductor is None:
         return {}
     potentials = [given.heat.inputs.largest(study.end) @ phi for phi in given.cold_potentials]
@@ -222,9 +221,8 @@ def _errors(
     electric: Mapping[str, float],
     steady_errors: Mapping[str, float],
 ) -> dict[str, float]:
-    """The error of each trace in its unit: of space the largest of what the lower space ``changed``, what its goal
-    misses and the relative error of its steady state; of the current (relative), of the fields, of an extreme's place.
-    """
+    """Return the error of each trace in its unit: by the mesh the largest of the lower space's change, the indicators
+    of its goal and its steady error; plus errors of the current (relative), of Krylov fields and extremes' places."""
     errors = {}
     for name, scale in march.scales.items():
         goal = study.trace_goals.get(name, name)
@@ -237,7 +235,7 @@ def _errors(
 
 
 def _worst(march: Marched, errors: Mapping[str, float]) -> float:
-    """The largest error over its scale."""
+    """Return the largest error over its scale."""
     return max(error / march.scales[name] for name, error in errors.items())
 
 
@@ -249,8 +247,8 @@ def concluded(
     falls: Spread,
     as_it_is: bool = False,
 ) -> Response:
-    """The response with its errors: at its rows, where the accuracy is reached or it is to be taken ``as_it_is``, else
-    with what its ``goals`` miss, and by which factors that ``falls``."""
+    """Return the response with its errors: at its rows if the accuracy is reached or for ``as_it_is``, else with the
+    indicators of its ``goals`` and their factors ``falls`` per degree."""
     answer, scales, count = fine.answer, fine.scales, fine.generations
     if _worst(fine, errors) > (1 - ROW_SHARE) * study.accuracy and not as_it_is:
         relative = {name: errors[name] / scales[name] for name in errors}
@@ -266,8 +264,8 @@ def _remains(
     scales: Mapping[str, float],
     times: np.ndarray,
 ) -> tuple[dict[str, Spread], dict[str, Contributions]]:
-    """For each thermal trace the worst of what is left at some times (s), with its parts, each seen as that long after
-    the last bend or jump of the inputs; ``transients`` are those of the spaces, the highest first."""
+    """Return for each thermal trace the largest indicators at some times (s), with their contributions; each time
+    counts from the last bend or jump of the inputs. ``transients`` are ordered from the highest space down."""
     heat, goals = given.heat, study.trace_goals
     own_scales = goal_errors.of_part(study.part, goals, scales)
     rises = [given.lifted(t.rises(times), -1 - k) for k, t in enumerate(transients)]
@@ -275,7 +273,7 @@ def _remains(
     knots = np.append(0.0, heat.inputs.knots(study.end))
     for i, time in enumerate(t - knots[knots < t].max() for t in times.tolist()):
         fine, low = rises[0][i], rises[1][i]
-        # Without the lowest space, as if each degree took away as much as the last.
+        # Without the lowest space, assume equal contributions of both degrees.
         lowest = rises[2][i] if len(rises) > 2 else 2 * low - fine
         steps = (low - lowest, fine - low)[-(len(given.heats) - 1) :]
         apart = [heat.stiffness @ u + heat.mass @ u / time for u in steps]
@@ -296,7 +294,7 @@ def with_rows(
     scales: dict[str, float],
     generations: int,
 ) -> Response:
-    """The response at as many rows as the accuracy takes; ``errors`` are those at any time without the rows' own."""
+    """Return the response at as many rows as the accuracy takes; ``errors`` are without the error of the rows."""
 
     def traces(times: np.ndarray) -> Quantities:
         return study.traces(outputs.of_transient(answer, study.part, times))
@@ -318,9 +316,9 @@ def with_rows(
 
 
 def _start(domain: Domain, traces: Quantities) -> None:
-    """Sets the first row of the mean temperatures that a jump of a given one at t = 0 leaves as they were.
+    """Set the first row of mean temperatures that a jump of a given temperature at t = 0 does not change yet.
 
-    No mesh resolves the layer at that instant, and the fields of the transient hold it from later on only.
+    No mesh resolves the layer at that instant, and the fields of the transient represent it only later.
     """
     scene = domain.scene
     for probe in scene.probes:
@@ -330,13 +328,12 @@ def _start(domain: Domain, traces: Quantities) -> None:
 
 
 def _imbalance(study: Study, answer: AnyResponse) -> float:
-    """Largest |stored + lost - supplied| over the heat that came or went until then, whichever is more, from the
-    earliest time of interest on.
+    """Return the largest |stored + lost - supplied| from the earliest time of interest on, over the larger of the heats
+    that entered and left until then.
 
-    The integrals over time run over the steps by Gauss's rule, apart from how the steps were made; what is lost comes
-    from the reactions of the full equations, so the figure sees the error of the reduced space too. Where a given
-    temperature jumps, what its nodes store at that instant has entered there.
-    Less heat than the rounding of the temperatures themselves counts as none.
+    Gauss's rule integrates over the steps independently of the time stepping. Lost heat comes from the reactions of the
+    full equations, so the figure includes the error of the reduced space. At a jump of a given temperature the heat
+    that its nodes store enters at that instant. Less heat than the rounding of temperatures counts as none.
     """
     points, weights = np.polynomial.legendre.leggauss(12)
     steps = answer.steps
@@ -372,6 +369,6 @@ def _imbalance(study: Study, answer: AnyResponse) -> float:
 
 
 def _jumps(answer: AnyResponse, edges: np.ndarray) -> np.ndarray:
-    """Which edges an input jumps at, the start among them."""
+    """Return whether an input jumps at each edge; the start counts as a jump."""
     drive = answer.heat.inputs
     return np.any(drive.jumps(edges), axis=1) | (np.arange(len(edges)) == 0)

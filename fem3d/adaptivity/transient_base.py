@@ -1,8 +1,8 @@
-"""The base of a transient whose steady state isn't known, or doesn't exist: what its space must hold.
+"""Basis of currents and loads for the reduced space of a transient without a solved steady state.
 
-It starts from the currents at the initial temperature and from every load of the scene. Where the resistivity depends
-on the temperature, a rough response shows how far heating moves the currents; those at its hottest instants join, and
-so do their Joule loads.
+It starts from the currents at the initial temperature and from every load of the scene. If the resistivity depends on
+temperature, a rough response shows how far heating changes the currents; the currents at its hottest instants and
+their Joule loads join the basis.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from fem3d.solution import transient
 from fem3d.solution.transient import Base, Krylov, Transient
 from scenes.errors import BeyondLawError, RunawayInTimeError
 
-ROUGH, GENERATIONS = 1e-3, 6  # accuracy and generations of fields of a response that only shows where to look
+ROUGH, GENERATIONS = 1e-3, 6  # accuracy and generations of fields of a response that only locates hot instants
 ROUNDS = 5
 # Fields are made up to this fraction of the time at which the heating runs away: there its rate is still finite.
 BEFORE = 0.95
@@ -28,8 +28,8 @@ SAME = 5e-2  # a change of the currents by heating is left out where it is below
 
 
 class Hot(NamedTuple):
-    """A state at which heating moves the currents most: the rise (all nodes), what drives the scene then (channels,),
-    and whether its currents join those known, or only their Joule load does."""
+    """A state at which heating changes the currents most: the ``rise`` (all nodes), the inputs ``drive`` (channels,),
+    and whether its currents join the basis, or only their Joule load."""
 
     rise: np.ndarray
     drive: np.ndarray
@@ -37,13 +37,12 @@ class Hot(NamedTuple):
 
 
 def of(heat: HeatProblem, conductor: Conductor | None, shift: float, end: float, accuracy: float) -> Base:
-    """The base of the response of a heat problem and its conductor up to ``end`` (s)."""
+    """Return the base of the response of a heat problem and its conductor up to ``end`` (s)."""
     return searched(heat, conductor, shift, end, accuracy)[0]
 
 
 def nested(given: Problems, shift: float, end: float, accuracy: float) -> list[Base]:
-    """The base in each of some nested spaces, the highest first: where heating moves the currents is looked for in the
-    lowest alone."""
+    """Return the base in each nested space, the highest first; hot states are searched in the lowest space alone."""
     lowest, hot = searched(given.heats[0], given.conductors[0], shift, end, accuracy)
     upper = [hold(*pair, hot, lowest.heat) for pair in zip(given.heats[1:], given.conductors[1:], strict=True)]
     return [*upper[::-1], lowest]
@@ -60,7 +59,7 @@ def hold(heat: HeatProblem, conductor: Conductor | None, hot: list[Hot], other: 
 
 
 def cold(heat: HeatProblem, conductor: Conductor | None) -> tuple[Base, list[Potential]]:
-    """The base at the initial temperature, and its potentials."""
+    """Return the base at the initial temperature, and its potentials."""
     loads, still = transient.heat_loads(heat), transient.stills(heat)
     if conductor is None:
         return Base(heat, None, [], still, loads), []
@@ -73,8 +72,8 @@ def cold(heat: HeatProblem, conductor: Conductor | None) -> tuple[Base, list[Pot
 
 
 def heated(conductor: Conductor, state: Hot, cold: list[Potential]) -> tuple[list[Potential], np.ndarray]:
-    """The potentials of each driven channel in a hot state, from the cold ones, which come first, and the Joule load
-    (all nodes) of its currents."""
+    """Return the potentials of each driven channel in a hot state, and the Joule load (all nodes) of its currents; the
+    list ``cold`` begins with the initial guesses."""
     driven = [c for c, v in enumerate(conductor.voltages) if v.any()]
     hot = [conductor.solve(state.rise, conductor.voltages[c], cold[k].potential) for k, c in enumerate(driven)]
     return hot, conductor.joule_load(combined(hot, state.drive[driven]), state.rise)
@@ -83,7 +82,7 @@ def heated(conductor: Conductor, state: Hot, cold: list[Potential]) -> tuple[lis
 def joined_by(
     base: Base, potentials: list[Potential], state: Hot, hot: list[Potential], load: np.ndarray
 ) -> tuple[Base, list[Potential]]:
-    """The base and its potentials with those of a hot state."""
+    """Add the potentials and the load of a hot state to a base."""
     assert base.conductor is not None
     together = [*potentials, *hot]
     patterns = independent(base.conductor, together) if state.joins else base.patterns
@@ -93,7 +92,7 @@ def joined_by(
 def searched(
     heat: HeatProblem, conductor: Conductor | None, shift: float, end: float, accuracy: float
 ) -> tuple[Base, list[Hot]]:
-    """The base with the currents and loads that heating brings, and the states that these are of."""
+    """Return the base with the currents and loads that heating brings, and their hot states."""
     base, potentials = cold(heat, conductor)
     joined: list[Hot] = []
     if conductor is None or not conductor.warms or not potentials:
@@ -122,14 +121,14 @@ def searched(
         state, hot, load = worst
         joined.append(state._replace(joins=bool(matter.any())))
         base, potentials = joined_by(base, potentials, joined[-1], hot, load)
-        # Currents that are known well enough stay so. One instant is always looked at again, its load having joined.
+        # Sufficiently accurate currents stay so. One instant is always checked again, because its load has joined.
         times = times[matter | (changes == changes.max())]
     return base, joined
 
 
 def _rough(base: Base, shift: float, end: float) -> Transient:
-    """A rough response up to ``end`` (s), or to where the heating is about to run away: the response in as many fields
-    as the accuracy takes says whether it does."""
+    """Return a rough response up to ``end`` (s), or until shortly before a runaway; only the accurate response decides
+    whether there is a runaway."""
     reduced = base.project(Krylov(base, shift).fields(GENERATIONS))
     try:
         return transient.march(base, reduced, end, ROUGH)
@@ -138,6 +137,6 @@ def _rough(base: Base, shift: float, end: float) -> Transient:
 
 
 def _instants(knots: np.ndarray, end: float) -> np.ndarray:
-    """A few times (s) spread over a run, among them those just before the inputs change."""
+    """Return a few times (s) spread over a run, some just before changes of the inputs."""
     few = knots[np.unique(np.linspace(0, len(knots) - 1, 4).astype(int))] if len(knots) else knots
     return np.unique(np.concatenate([np.geomspace(end / 100, end, 4), few * (1 - 1e-9)]))

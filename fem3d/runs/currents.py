@@ -1,7 +1,7 @@
-"""Currents over time where nothing thermal is asked for: they follow the voltages at once, and superpose.
+"""Currents over time without thermal probes: they follow the voltages at once, and superpose.
 
-One steady state for each voltage that varies in time, and one for all that don't, are the whole transient; no heat is
-solved, and no density or specific heat is needed.
+One steady state for each time-dependent voltage, and one for all constant voltages, give the whole transient. No heat
+problem is solved, and no density or specific heat is needed.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ _OTHER = {"max": "min", "min": "max"}
 
 
 def over_time(scene: AnyScene, solve: Callable[[Any], Result], plan: tuple[Step, ...]) -> Result:
-    """The probes of a transient of currents and potentials alone; ``solve`` answers a steady scene, ``plan`` is what
-    the result says of itself. Errors hold at every time.
+    """Superpose the probes of a transient of currents and potentials alone.
 
-    Raises SceneError for the largest or smallest potential under several voltages that vary apart, which isn't the sum
-    of theirs, and what ``solve`` raises.
+    ``solve`` answers a steady scene; ``plan`` is copied into the result. Errors hold at every time.
+    Raises SceneError for an extreme potential under several independent voltages, because extremes do not superpose,
+    and the errors of ``solve``.
     """
     for probe in scene.probes:
         if probe.quantity in DERIVED:
@@ -55,7 +55,7 @@ def over_time(scene: AnyScene, solve: Callable[[Any], Result], plan: tuple[Step,
 
     each = max(scene.accuracy / len(driven), ACCURACY.lower)
     best = answered(each)
-    # What several voltages drive may be less than what one of them does, and an error of that a larger part of it.
+    # Several voltages together may drive less than one alone, which makes the relative error larger.
     needed = scene.accuracy * best.share
     if best.worst > scene.accuracy and needed >= max(FINEST * scene.accuracy, ACCURACY.lower / len(driven)):
         with suppress(NumericsError):
@@ -74,9 +74,9 @@ def over_time(scene: AnyScene, solve: Callable[[Any], Result], plan: tuple[Step,
 
 
 class _Sum(NamedTuple):
-    """What all voltages drive together: the steady answers to each ``alone``, the sums over time with their errors, the
-    largest of these over its scale, and the least of these scales over the sum of those of the voltages alone
-    (``share``)."""
+    """Superposition of all voltages: the steady answers to each voltage ``alone``, the sums over time and their errors,
+    the ``worst`` relative error, and ``share``, the least ratio of a scale to the sum of the scales of all voltages
+    alone."""
 
     alone: list[Result]
     values: dict[str, np.ndarray]
@@ -86,7 +86,7 @@ class _Sum(NamedTuple):
 
 
 def _added(scene: AnyScene, alone: list[Result], g: np.ndarray, extremes: list[str]) -> _Sum:
-    """The steady answers to the voltages one by one, times their courses ``g`` (voltages, times), added up."""
+    """Add the steady answers to each voltage alone, times their courses ``g`` (voltages, times)."""
     values: dict[str, np.ndarray] = {}
     for probe in scene.probes:
         each = [part * r.steady[probe.name].value for r, part in zip(alone, g, strict=True)]
@@ -108,7 +108,7 @@ def _added(scene: AnyScene, alone: list[Result], g: np.ndarray, extremes: list[s
 
 
 def plan(scene: AnyScene) -> tuple[Step, Step]:
-    """The lines of the steady state and the transient."""
+    """Return the lines of the plan for the steady state and the transient."""
     count = len(_driven(scene))
     states = "one" if count == 1 else f"{count}, of each voltage that varies apart"
     return (
@@ -123,7 +123,7 @@ def _inputs(scene: AnyScene) -> Inputs:
 
 
 def _driven(scene: AnyScene) -> list[tuple[int, float]]:
-    """The channels that put a voltage anywhere, each with its largest magnitude."""
+    """Return the channels with a voltage other than zero, each with its largest magnitude (V)."""
     inputs = _inputs(scene)
     largest = inputs.largest(scene.end_time)
     constant = any(b.kind == "voltage" and not isinstance(b.value, Schedule) and b.value for b in scene.boundaries)
@@ -132,7 +132,7 @@ def _driven(scene: AnyScene) -> list[tuple[int, float]]:
 
 
 def _alone(scene: AnyScene, channel: int, value: float, extremes: list[str], accuracy: float) -> AnyScene:
-    """The steady scene of one channel at a value, with the opposite of each extreme as a probe of its own."""
+    """Return the steady scene of one channel at a value, with the opposite of each extreme as an additional probe."""
     schedules = _inputs(scene).schedules
 
     def given(voltage: Value) -> float:
@@ -154,8 +154,8 @@ def _turned(name: str) -> str:
 
 
 def _rows(inputs: Inputs, scene: AnyScene, extremes: bool) -> np.ndarray:
-    """Times (s) between which all is linear: where voltages bend, just before and at their jumps and, where
-    ``extremes`` of potentials are asked for, where voltages change sign."""
+    """Return the times (s) between which all is linear: bends, jumps and just before jumps of voltages, and for
+    ``extremes`` of potentials also sign changes."""
     end = scene.end_time
     knots = inputs.knots(end)
     before = [t - 1e-9 * (t - max([0.0, *(k for k in knots if k < t)])) for t in knots if inputs.jump(float(t)).any()]

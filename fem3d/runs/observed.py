@@ -25,8 +25,7 @@ def observe(
     probes : sequence of Probe
         Further probes, whose error bounds do not refine the mesh.
     chosen : callable, optional
-        Takes all values and returns the further probes that are needed, each of which costs a dual problem for its
-        error bound; all of them by default.
+        Takes all values and returns the needed further probes (default: all), each at the cost of a dual problem.
 
     Returns
     -------

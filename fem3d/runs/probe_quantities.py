@@ -1,11 +1,11 @@
-"""The quantities of a free scene: its probes, temperatures in K, potentials in V, heat flows and powers in W,
-currents in A, resistances in ohm.
+"""Quantities of a free scene: its probes, temperatures in K, potentials in V, heat flows and powers in W, currents in
+A, resistances in ohm.
 
-An error is relative to the largest rise of the probe (above the coldest given temperature, or above the start), but to
-no less than a tenth of the largest rise in the scene; of a potential to the span of the voltages; of a flow or a
-current to its own size, but to no less than a hundredth of what passes the scene, or would
-pass its least conducting box at its largest rise; of a heat flow in a steady state to no less than rounding leaves
-of it; a power like a flow, and of a resistance to its largest value.
+Errors are relative to a scale. For a temperature it is the probe's largest rise above the coldest given temperature, or
+above the start, and at least a tenth of the largest rise in the scene. For a potential it is the span of the voltages,
+for a resistance its largest value. For a flow, power or current it is the largest value, and at least a hundredth of
+the total through the scene, or of the heat through its least conducting box at the largest rise; for a steady heat flow
+also at least the rounding error.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ from scenes.readouts import Pair
 
 OF_RISE, OF_FLOW = 0.1, 0.01
 ISOTHERMAL = 1e-9  # a rise below this fraction of the given ones is rounding, and no measure of temperature errors
-FIELD = 0.1  # of the largest rise: what the field at any node may be off by, as far as a few more levels can do that
-EARLY, LATE = 1e-3, 0.1  # of the end time: of `_earliest` where no instants are asked for, and at most
+FIELD = 0.1  # of the largest rise: aimed error of the field at any node, within a few more levels
+EARLY, LATE = 1e-3, 0.1  # parts of the end time: `_earliest` without requested instants, and its largest value
 
 
 def study(scene: AnyScene, part: Symmetry) -> Study:
-    """What is to be found of a scene; of the field on a mesh file nothing is known to bound the error."""
+    """Return the quantities, scales and times of a scene; on a mesh file no error bound of the field exists."""
     probes: dict[str, Probe | GroupProbe] = {p.name: p for p in scene.probes}
     goals, pairs = {n: n for n, p in probes.items() if p.quantity not in DERIVED}, readouts.pairs(scene)
     thermal = tuple(n for n, p in probes.items() if p.quantity == "temperature")
@@ -46,19 +46,19 @@ def study(scene: AnyScene, part: Symmetry) -> Study:
 
 
 def _drive(scene: AnyScene) -> float:
-    """The largest difference of the voltages (V), or where none differ the largest current (A): it names the drive."""
+    """Return the largest difference of the voltages (V), or if none differ the largest current (A), as the drive."""
     return _span(scene, "voltage") or _span(scene, "current")
 
 
 def _span(scene: AnyScene, key: str) -> float:
-    """The largest difference of the given voltages, or the largest given current."""
+    """Return the largest difference of the given voltages (V), or the largest given current (A)."""
     given = _spread(b.value for b in scene.boundaries if b.kind == "voltage" and b.key == key)
     return max(map(abs, given), default=0.0) if key == "current" else max(given, default=0.0) - min(given, default=0.0)
 
 
 def _earliest(scene: AnyScene) -> float:
-    """The time (s) after the start, and after a jump of a given temperature, from which on traces hold their accuracy:
-    that of the first instant that is asked for, and of any other but those right after a jump."""
+    """Return the time (s) after the start, and after a jump of a given temperature, from which on traces hold their
+    accuracy: the first requested instant, or less if another one, not right after a jump, is closer to its jump."""
     end = scene.end_time
     given = [b.value for b in scene.boundaries if b.kind == "temperature" and isinstance(b.value, Schedule)]
     jumps = [t for s in given for t, following in pairwise(s.times) if t == following]
@@ -69,7 +69,7 @@ def _earliest(scene: AnyScene) -> float:
 
 
 def values(scene: AnyScene, out: Outputs, pairs: Mapping[str, Pair]) -> Quantities:
-    """The value of each probe; ``pairs`` are the electrodes of those of resistances (`readouts.pairs`)."""
+    """Return the value of each probe; ``pairs`` are the electrodes of resistance probes (`readouts.pairs`)."""
 
     def value(probe: Probe | GroupProbe) -> np.ndarray:
         if probe.name in pairs:
@@ -80,7 +80,7 @@ def values(scene: AnyScene, out: Outputs, pairs: Mapping[str, Pair]) -> Quantiti
 
 
 def scales(scene: AnyScene, out: Outputs, pairs: Mapping[str, Pair]) -> dict[str, float]:
-    """What an error of each probe is relative to; ``pairs`` as of `values`."""
+    """Return the scale for the error of each probe, in its unit; ``pairs`` as for `values`."""
     given = _spread(
         v for b in scene.boundaries for v in ((b.value,) if b.kind == "temperature" else (b.ambient,))
         if b.kind in ("temperature", "convection", "radiation")
@@ -96,7 +96,7 @@ def scales(scene: AnyScene, out: Outputs, pairs: Mapping[str, Pair]) -> dict[str
     made = _largest(out["power"]), _largest(out["generated"])
     through = max(through, *made, _least_conductance(scene) * rise)
     current = max((_largest(v) for n, v in out.items() if n.startswith("current:")), default=0.0)
-    # Under given currents the potentials span what the power says.
+    # Under given currents the power over the current is the span of the potentials.
     span = max(_span(scene, "voltage"), _largest(out["power"]) / (current or 1.0) if _span(scene, "current") else 0.0)
 
     def scale(probe: Probe | GroupProbe) -> float:
@@ -115,7 +115,7 @@ def scales(scene: AnyScene, out: Outputs, pairs: Mapping[str, Pair]) -> dict[str
 
 
 def _least_conductance(scene: AnyScene) -> float:
-    """That of the box along which heat has the longest way (W/K); none is known of a mesh."""
+    """Return the least conductance (W/K) of any box along its longest side; 0 for a mesh."""
 
     def along(box: Box) -> float:
         sides = sorted(abs(b - a) for a, b in zip(box.lower, box.upper, strict=True))
@@ -134,7 +134,7 @@ def _largest(value: np.ndarray) -> float:
 
 
 def _spread(given: Iterable[Value]) -> list[float]:
-    """All numbers that some values take."""
+    """Return all numbers that some values take."""
     numbers: list[float] = []
     for v in given:
         numbers += list(v.values) if isinstance(v, Schedule) else [float(v)]

@@ -1,7 +1,7 @@
-"""Resistances of electrodes, made of the currents and potentials that the engine finds.
+"""Resistances of electrodes from the computed currents and potentials.
 
-R = (phi - phi_other) / I, with the current I that enters at the electrode. An electrode's potential is its voltage,
-less what a resistance in series takes; of one whose current is given it is read by a probe of its own.
+R = (phi - phi_other) / I, with the current I that enters at the electrode. An electrode's potential is its voltage less
+the drop at its series resistance; an electrode of given current gets a probe for its potential.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from scenes.model import AnyScene, GroupProbe, MeshScene, Probe
 
 
 def pairs(scene: AnyScene) -> dict[str, readouts.Pair]:
-    """The electrodes of each probe of a resistance, which is looked for where there is one."""
+    """Return the two electrodes of each resistance probe."""
     if not any(p.quantity == "resistance" for p in scene.probes):
         return {}
     if isinstance(scene, MeshScene):
@@ -34,8 +34,8 @@ def pairs(scene: AnyScene) -> dict[str, readouts.Pair]:
 
 
 def to_solve(scene: Any) -> Any:
-    """The scene whose probes the engine reads: without resistances, but with the potentials of electrodes of given
-    current where one is asked for."""
+    """Return the scene to solve: without resistance probes, but if there are any with probes for the potentials of
+    electrodes of given current."""
     read = tuple(p for p in scene.probes if p.quantity != "resistance")
     if len(read) == len(scene.probes):
         return scene
@@ -51,12 +51,12 @@ def _potential(boundary: Any) -> Probe | GroupProbe:
 
 
 def resistance(pair: readouts.Pair, out: Outputs) -> np.ndarray:
-    """The resistance (ohm) between two electrodes, at the times of some outputs."""
+    """Return the resistance (ohm) between two electrodes, at the times of some outputs."""
     return readouts.resistance(given(pair, out), out[f"current:{pair[0].name}"], out.get("time", np.zeros(())))
 
 
 def given(pair: readouts.Pair, out: Outputs) -> np.ndarray:
-    """The voltage (V) between two electrodes."""
+    """Return the voltage (V) between two electrodes."""
     one, other = pair
     return _at(one, out) - _at(other, out)
 

@@ -1,4 +1,4 @@
-"""What is left of a transient that runs away: its course until shortly before."""
+"""The course of a transient until shortly before a thermal runaway."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ from scenes.model import AnyScene, Boundary, GroupBoundary, Value
 from scenes.result import Result
 from scenes.units import TIME
 
-# The course is kept up to this fraction of the time t at which the heating runs away. The rise nears its last value
-# like (1 - time / t)^(1/2), so that its error there is some three times that of t.
+# The course is kept up to this fraction of the time t of the runaway. The rise approaches its last value like
+# (1 - time / t)^(1/2), so that its error there is about three times the error of t.
 KEPT = 0.95
-TRIES = 4  # meshes that are asked for the time of a runaway: a finer one may run away earlier
-ROUGH = 1e-2  # accuracy of the steady state that tells the largest voltage
-STEPS = 1e-2  # fraction of the accuracy for the steps that find the time
+TRIES = 4  # runs that may each move the end: a finer mesh may run away earlier
+ROUGH = 1e-2  # accuracy of the steady state that gives the largest voltage
+STEPS = 1e-2  # fraction of the accuracy for the steps that locate the time
 
 
 def until(
     scene: AnyScene, runaway: RunawayInTimeError, progress: Callable[[str], None] | None = None, whole: bool = False
 ) -> tuple[AnyScene, Result, str]:
-    """The scene up to shortly before it runs away, its result (`fem3d.runs.scene.solve`), and a sentence: when it runs
-    away, up to when the result goes, and the largest voltage with a steady state, where a rough one tells that.
+    """Return the scene up to shortly before its runaway, its result (`fem3d.runs.scene.solve`), and a sentence.
 
-    Raises the ``runaway`` itself where not even that can be solved.
+    The sentence names the time of the runaway, the end of the result and, if a rough steady state gives it, the largest
+    voltage with a steady state. Raises the ``runaway`` itself if no such result can be solved.
     """
     time = runaway.time
     for _ in range(TRIES):
@@ -57,8 +57,8 @@ def until(
 
 
 def _limit(scene: AnyScene, time: float) -> str:
-    """The largest voltage, or given current, with a steady state under what holds at a ``time`` (s), as the end of a
-    sentence; nothing where it isn't known."""
+    """Return the end of a sentence: the largest voltage, or given current, with a steady state under the conditions at
+    a ``time`` (s); empty if unknown."""
 
     def then(value: Value) -> float:
         return float(channels.value(value, np.array([time]))[0])

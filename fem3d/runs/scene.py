@@ -1,5 +1,5 @@
-"""The 3D model of a free scene, of boxes or on a mesh file, with any conditions and probes, steady or over time; the
-plan and the result."""
+"""Solve a free scene in 3D, of boxes or on a mesh file, with any conditions and probes, steady or over time; describe
+the plan and the result."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ from scenes.model import AnyScene, MeshScene, Point, Scene
 from scenes.plan import Step
 from scenes.result import Estimate, Result, Traces
 
-LOOKED_AT = 9  # times of a run at which the ends of tables are looked for
+LOOKED_AT = 9  # times of a run at which rises are compared with the ends of tables
 
 
 def solve(scene: AnyScene, progress: Callable[[str], None] | None = None, whole: bool = False) -> Result:
-    """The probes of a scene in 3D, steady or over time, every number with its estimated error; ``whole`` leaves no part
-    out that is a mirror image of another.
+    """Solve the probes of a scene in 3D, steady or over time, each with its estimated error; ``whole`` ignores mirror
+    symmetry.
 
     Steady keys and trace names are the probes' names; temperatures in K, potentials in V, flows in W, currents in A.
-    Where errors on a mesh file exceed the accuracy of the scene, a warning says so. Raises SceneError where mesh and
+    If errors on a mesh file exceed the accuracy of the scene, a warning is added. Raises SceneError where mesh and
     scene do not fit, scenes.errors.RunawayError where no steady state exists, NumericsError where the numerics fail.
     """
     physics.refuse_following(scene, not scene.steady)
@@ -55,7 +55,7 @@ def solve(scene: AnyScene, progress: Callable[[str], None] | None = None, whole:
     details |= {"plan": plan(scene, not study.part.planes, on), "answer": answer}
     if response is None:
         details |= {"scales": study.steady_scales(answer.fine.out), "study": study, "solution": answer.fine}
-        # Of an answer that is less accurate than was asked for nothing is known away from the probes.
+        # An answer above the requested error has no error estimate away from the probes.
         if study.field is not None and answer.field < np.inf:
             details["field_error"] = answer.field
             details["warnings"] += _of_field(answer.field, study.field)
@@ -73,7 +73,7 @@ def solve(scene: AnyScene, progress: Callable[[str], None] | None = None, whole:
 
 
 def start(scene: AnyScene, whole: bool = False) -> tuple[Study, Any]:
-    """What a scene is solved on at first, and the study of the part of it that is solved."""
+    """Return the study of the solved part of a scene, and the first mesh."""
     study = probe_quantities.study(scene, part_of(scene, whole))
     if isinstance(scene, MeshScene):
         return study, on_file(scene)
@@ -84,14 +84,14 @@ def start(scene: AnyScene, whole: bool = False) -> tuple[Study, Any]:
 
 
 def on_file(scene: MeshScene) -> Any:
-    """The mesh of a scene's file (`fem3d.adaptivity.cell_mesh`), which boxes do not wait for."""
+    """Return the mesh of a scene's file; imported late, because scenes of boxes do not need it."""
     from fem3d.adaptivity.cell_mesh import mesh_of
 
     return mesh_of(readouts.to_solve(scene))
 
 
 def part_of(scene: AnyScene, whole: bool) -> Symmetry:
-    """The part of a scene that is solved, with the probes that are read there; one on a mesh is solved whole."""
+    """Return the solved part of a scene with its probes; a scene on a mesh file is solved whole."""
     scene = readouts.to_solve(scene)
     if isinstance(scene, MeshScene):
         return symmetry.uncut(scene, [b.material.name for b in scene.bodies])
@@ -100,7 +100,7 @@ def part_of(scene: AnyScene, whole: bool) -> Symmetry:
 
 
 def clipped(scene: Scene) -> Scene:
-    """The scene with conditions and probes cut to the extent of its boxes."""
+    """Return the scene with conditions and probes cut to the extent of its boxes."""
     low = [min(b.lower[d] for b in scene.boxes) for d in range(3)]
     high = [max(b.upper[d] for b in scene.boxes) for d in range(3)]
 
@@ -132,7 +132,7 @@ def _of_rows(study: Study, response: Response | None) -> list[str]:
 
 
 def described(study: Study, answer: Answer) -> dict[str, Any]:
-    """What a result says of its last level."""
+    """Return the details of a result about its last level."""
     heat, conductor, mesh, response = answer.heat, answer.conductor, answer.mesh, answer.response
     state = None if answer.steady is None else answer.steady.state
     transient = None if response is None else response.transient
@@ -156,7 +156,7 @@ def described(study: Study, answer: Answer) -> dict[str, Any]:
 
 
 def plan(scene: AnyScene, whole: bool = False, mesh: Any = None) -> tuple[Step, ...]:
-    """What `solve` will do, before it does it; with the last ``mesh``, as it turned out."""
+    """Return the plan of `solve` beforehand; with the last ``mesh`` the plan as carried out."""
     if isinstance(scene, MeshScene):
         given = mesh or on_file(scene)
         lines, reached = given.steps(mesh and mesh.levels), f"errors estimated, and compared with {scene.accuracy:g}"
@@ -188,7 +188,7 @@ def plan(scene: AnyScene, whole: bool = False, mesh: Any = None) -> tuple[Step, 
 
 
 def heat_step(scene: AnyScene) -> Step:
-    """The line of the heat problem."""
+    """Return the line of the heat problem."""
     if physics.heat(scene):
         why = physics.nonlinear(scene, not scene.steady)
         once = "one factorization per mesh: the conductivity doesn't depend on temperature"
@@ -198,7 +198,7 @@ def heat_step(scene: AnyScene) -> Step:
 
 
 def states(scene: AnyScene, reached: str) -> tuple[Step, Step]:
-    """The lines of the steady state, with what is ``reached`` there, and of the transient."""
+    """Return the lines of the steady state, with the text ``reached``, and of the transient."""
     if scene.steady:
         only = "only the steady state was asked for"
         return Step("steady state", "done", reached), Step("transient", "skipped", only)

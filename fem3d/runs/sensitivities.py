@@ -106,13 +106,13 @@ def _of_largest(found: Sensitivities, course: Course, known: Mapping[str, float]
 
 
 def _known(estimates: Mapping[str, Estimate]) -> tuple[dict[str, Estimate], dict[str, str]]:
-    """The quantities that are not zero within their errors, and the reason why others have no slope."""
+    """Return the quantities that are not zero within their errors, and the reason why others have no slope."""
     known = {n: e for n, e in estimates.items() if abs(e.value) > e.error}
     return known, {f"probe {quoted(n)}": ZERO for n in estimates if n not in known}
 
 
 def floor_of(scene: AnyScene, other: AnyScene) -> float:
-    """What temperatures are above: the mean in another scene of those that are the coldest given ones in this."""
+    """Return the reference (K) of rises: the mean, in the other scene, of this scene's coldest given temperatures."""
     pairs: list[tuple[Any, Any]] = []
     both: Iterable[tuple[Any, Any]] = zip(scene.boundaries, other.boundaries, strict=True)
     for a, b in both:

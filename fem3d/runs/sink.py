@@ -1,4 +1,4 @@
-"""The 3D model of a sink: the plan of a run, and its result."""
+"""Solve a sink in 3D: the plan of a run, and its result."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def _plan(sink: Sink, part: Symmetry, transient: bool) -> tuple[Step, ...]:
 
 
 def _found(sink: Sink, answer: Answer) -> list[Step]:
-    """What the plan could not know: how many steps and fields it took, and whether the current moved."""
+    """Return the lines of the plan that only a run determines: numbers of steps and of fields."""
     state = answer.fine.state
     over_time = []
     if answer.response is not None:
@@ -109,7 +109,7 @@ def _warnings(sink: Sink, peak: float) -> list[str]:
 
 
 def _profile(sink: Sink, state: SteadyState, part: Symmetry) -> dict[str, np.ndarray]:
-    """The steady rise along the axis of the whole row."""
+    """Return the steady rise (K) along the axis of the whole row."""
     y = np.linspace(0.0, sink.row_length, 401 if sink.spans == 1 else 100 * sink.spans + 1)
     points = part.mirrored(np.column_stack([np.zeros_like(y), y, np.full_like(y, sink.thickness / 2)]))
     space: Any = state.heat.domain.space

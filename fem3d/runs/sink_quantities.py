@@ -1,4 +1,4 @@
-"""The sink's quantities from the outputs of a solution."""
+"""Quantities of a sink from the outputs of a solution."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ NOT_TRACED = ("heat_out_W", "anchor_resistance_K_per_W", "end_flow_W")
 
 
 def study(sink: Sink, part: Symmetry) -> Study:
-    """What is to be found of a sink."""
+    """Return the quantities, scales and times of a sink."""
     return Study(
         part, sink.accuracy, sink.drive.value, sink.end_time, EARLIEST, (), RISES, TRACES, tuple(RISES),
         tuple(TRACES), {"anchor_resistance_K_per_W": "end_rise_K"},
@@ -26,10 +26,10 @@ def study(sink: Sink, part: Symmetry) -> Study:
 
 
 def steady(sink: Sink, out: Outputs) -> Quantities:
-    """Steady quantities of summary.json, and ``end_flow_W``, the heat through one end of the beam.
+    """Return the steady quantities of summary.json, and ``end_flow_W``, the heat through one end of the beam.
 
-    The anchor resistance is the end's rise over that heat, which is the beam's own heat less what air and gas take from
-    the beam and what it radiates, half to each end; it holds for heated or cooled pads too.
+    The anchor resistance is the end's rise over ``end_flow_W``. This is half of the beam's own heat less its losses to
+    air, gas and radiation; it holds for heated or cooled pads too.
     """
     entering = [flow for name, flow in out.items() if name.startswith("flow:substrate")]
     into_beam = [out[name] for name in ("flow:air-beam", "flow:substrate-gas-beam") if name in out]
@@ -49,7 +49,7 @@ def steady(sink: Sink, out: Outputs) -> Quantities:
 
 
 def traces(sink: Sink, out: Outputs) -> Quantities:
-    """Traces of traces.csv, without the model's name; temperatures in kelvin."""
+    """Return the traces of traces.csv, without the model's name; temperatures in kelvin."""
     return {name: sink.room_temperature + out[f"probe:{probe}"] for name, probe in TRACES.items()} | {
         "current_A": out["current:electrode-0"],
         "power_W": out["power"],
@@ -57,10 +57,10 @@ def traces(sink: Sink, out: Outputs) -> Quantities:
 
 
 def sizes(values: Quantities) -> dict[str, float]:
-    """What an error of each steady quantity is relative to: itself."""
+    """Return the scale for the error of each steady quantity: its own size."""
     return {name: abs(float(v)) for name, v in values.items()}
 
 
 def trace_sizes(values: Quantities) -> dict[str, float]:
-    """What an error of a trace is relative to: the final rise, or for current, power and heat their final value."""
+    """Return the scale for the error of each trace: the final rise, or the final current, power or heat."""
     return {name.replace("_rise_K", "_K"): v for name, v in sizes(values).items() if name not in NOT_TRACED}

@@ -1,7 +1,7 @@
-"""The quantities of a sink of several spans.
+"""Quantities of a sink of several spans.
 
-They are those of one span (`fem3d.runs.sink_quantities`), the mean taken over all spans and the peak being the largest,
-and beside them for each span, and each island, of half the row, counted from its outer end: ``span<k>_peak_rise_K``,
+They include the quantities of one span (`fem3d.runs.sink_quantities`), with the mean over all spans and the largest
+peak. Each span and island of half the row, counted from its outer end, adds ``span<k>_peak_rise_K``,
 ``span<k>_middle_rise_K``, ``span<k>_mean_rise_K``, ``island<k>_heat_W``, and ``anchor_heat_W`` of one anchor.
 """
 
@@ -25,7 +25,7 @@ def study(sink: Sink, part: Symmetry) -> Study:
     """Return the quantities, scales and times of a sink of several spans."""
     names = [f"span{k}_{kind}" for k in range(1, different(sink.spans) + 1) for kind in OF_SPAN]
     middles = {f"{n}_rise_K": f"{n.replace('middle', 'peak')}_rise_K" for n in names if n.endswith("middle")}
-    # The middle is next to the peak and shares its error: half of the duals are saved.
+    # The middle is next to the peak and shares its error, which saves half of the dual problems.
     goals = ["end", *(n for n in names if not n.endswith("middle"))]
     inner = f"span{different(sink.spans)}"
 
@@ -48,9 +48,9 @@ def study(sink: Sink, part: Symmetry) -> Study:
 
 
 def steady(sink: Sink, out: Outputs) -> Quantities:
-    """Steady quantities of summary.json, and ``end_flow_W``, the heat through one end of the row.
+    """Return the steady quantities of summary.json, and ``end_flow_W``, the heat through one end of the row.
 
-    That is what leaves at the anchor, less what the pad makes, with what leaves at its faces.
+    ``end_flow_W`` is the anchor heat less the pad's Joule heat, plus the loss at the pad's faces.
     """
     values = _both(sink, out)
     entering = [
@@ -66,13 +66,13 @@ def steady(sink: Sink, out: Outputs) -> Quantities:
 
 
 def traces(sink: Sink, out: Outputs) -> Quantities:
-    """Traces of traces.csv, without the model's name; temperatures in kelvin."""
+    """Return the traces of traces.csv, without the model's name; temperatures in kelvin."""
     values = _both(sink, out)
     return {n: v + sink.room_temperature if n.endswith("_K") else v for n, v in values.items()}
 
 
 def _both(sink: Sink, out: Outputs) -> Quantities:
-    """The quantities of the steady state and over time, with rises in place of temperatures."""
+    """Return the quantities common to steady state and traces, with rises in place of temperatures."""
     kinds = different(sink.spans)
     spans = {f"span{k}_{kind}_K": out[f"probe:span{k}_{kind}"] for k in range(1, kinds + 1) for kind in OF_SPAN}
     means = [spans[f"span{k}_mean_K"] for k in range(1, kinds + 1)]
@@ -91,7 +91,7 @@ def _both(sink: Sink, out: Outputs) -> Quantities:
 
 
 def _over_islands(sink: Sink, values: Mapping[str, np.ndarray]) -> np.ndarray:
-    """The heat (W) through all islands."""
+    """Return the heat (W) through all islands."""
     kinds = sink.spans // 2
     heats = [values[f"island{k}_heat_W"] for k in range(1, kinds + 1)]
     return 2 * sum(heats[:-1]) + (sink.spans - 1 - 2 * (kinds - 1)) * heats[-1]

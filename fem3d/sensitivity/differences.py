@@ -6,9 +6,9 @@ the parabola through f(0), f(a) and f(b) is
     D = (b D_a - a D_b) / (b - a),    D_a = (f(a) - f(0)) / a,
 
 for h and -h the central difference. Its distance from D_a bounds the truncation error and shows the noise of the
-solutions. The error of space is that of the next lower space: all solutions share their cells, so that the difference
-D_a is a smooth function of the mesh, and converges as the quantities do. Steady quantities are differentiated in
-logarithms, which are straight for powers.
+solutions. The error of space is estimated in the next lower space: all solutions share their cells, so that the
+difference D_a is a smooth function of the mesh, and converges as the quantities do. Steady quantities are
+differentiated in logarithms, which are straight for powers.
 """
 
 from __future__ import annotations
@@ -37,11 +37,11 @@ from scenes.result import Estimate
 STEP = 2.0**-10
 """Relative step of a key: a parabola is then off by some 1e-6 of a derivative."""
 TIGHT = 1e-2
-"""Part of the accuracy to which solutions are solved: what iterations leave is divided by the step."""
+"""Part of the accuracy to which solutions are solved: the error of iterations is divided by the step."""
 ROUNDING = 1e-8
 """Relative error that rounding in two solutions leaves in their difference over the step."""
 GENERATIONS = 4
-"""More generations of Krylov fields than the traces take, as what is left of them is divided by the step."""
+"""More generations of Krylov fields than the traces take, because their error is divided by the step."""
 MARCHED = 1e-8
 """Relative error of time steps, which is divided by the step."""
 SMALL = 0.1
@@ -102,7 +102,7 @@ class Values:
 
 
 class Point(NamedTuple):
-    """The values of a scene, and where they are needed in the next lower space, in fewer Krylov fields."""
+    """The values of a scene, and if needed its values in the next lower space, in fewer Krylov fields."""
 
     fine: Values
     low: Values | None = None
@@ -150,8 +150,8 @@ def sensitivities(
 
 @dataclass(frozen=True, eq=False)
 class Difference:
-    """A scene and two scenes next to it, whose key differs by ``steps``; ``edges`` is the error of space over what the
-    lower space changes."""
+    """A scene and two neighbours, whose key differs by the relative ``steps``; ``edges`` is the ratio of the error of
+    space to the change by the lower space."""
 
     base: Point
     steps: tuple[float, float]
@@ -159,7 +159,7 @@ class Difference:
     edges: float
 
     def slope(self, read: Callable[[Values], Any]) -> tuple[Any, Any]:
-        """The derivative of a reading, and its error."""
+        """Return the derivative of a reading, and its error."""
         (a, b), zero = self.steps, read(self.base.fine)
         first, second = ((read(p.fine) - zero) / h for p, h in zip(self.points, self.steps, strict=True))
         slope = (b * first - a * second) / (b - a)
@@ -170,7 +170,7 @@ class Difference:
         return slope, abs(slope - first) + self.edges * abs(first - lower)
 
     def logarithmic(self, name: str, known: Estimate) -> Estimate:
-        """d ln quantity / d ln key, by differences of logarithms where these change little."""
+        """Return d ln quantity / d ln key, by differences of logarithms if these are small."""
         zero = self.base.fine.steady[name]
         changes = [p.fine.steady[name] / zero - 1 for p in self.points]
         if not any(changes):
@@ -183,7 +183,7 @@ class Difference:
         return Estimate(float(slope), float(error) + known.error / abs(known.value) + rounding)
 
     def of_trace(self, name: str) -> tuple[np.ndarray, np.ndarray]:
-        """d trace / d ln key (n,) and its error (n,), in the trace's unit."""
+        """Return d trace / d ln key (n,) and its error (n,), in the trace's unit."""
         slope, error = self.slope(lambda values: values.traces[name])
         return slope, error + MARCHED / STEP * np.abs(self.base.fine.traces[name]).max()
 
