@@ -67,7 +67,7 @@ def _sources(domain: Domain) -> tuple[np.ndarray, np.ndarray]:
 
 @dataclass(frozen=True, eq=False)
 class _Films:
-    """int h u v, and that of the jumps at contacts over their resistance, as a ``matrix`` (functions, functions) in
+    """int h u v plus the jumps at contacts over their resistance, as a ``matrix`` (functions, functions) in
     W/K, the former for u = 1 as ``cooled`` (functions,), int (h (T_air - T_0) + q_n) v as ``loads`` (channels,
     functions) in W, and by boundary the heat that enters at no rise (channels,) and per kelvin (functions,)."""
 
@@ -78,7 +78,7 @@ class _Films:
 
 
 def jumping(domain: Domain) -> csc_array:
-    """(functions, functions): what heat crosses contacts by, in W/K."""
+    """(functions, functions): the conductance of contacts, in W/K."""
     matrix = csc_array((domain.space.size,) * 2)
     for joint in domain.contacts:
         if joint.contact.thermal_resistance:
@@ -139,8 +139,8 @@ def _given_values(domain: Domain) -> _Given:
 
 
 def _numbering(domain: Domain, fixed: np.ndarray) -> np.ndarray:
-    """(all nodes,): the functions of the highest space, free ones first, and among them those of lower spaces first, so
-    that the matrices of these are leading parts."""
+    """(all nodes,): the functions of the highest space, free functions first, and among them lower spaces first, so
+    that the matrices of lower spaces are leading parts."""
     space = domain.space
     level = np.sum([~nested for nested in space.nested], axis=0)
     order = np.lexsort((np.arange(space.size), level, fixed))

@@ -15,8 +15,8 @@ from scenes.errors import NumericsError
 
 # Pieces of up to this many unknowns are not dissected further: dense blocks of that size take next to no time.
 LEAF = 120
-# Of the unknowns, what a cut leaves at least on either side: with 0.4 factors of a mesh from Gmsh take 16 % more
-# operations and those of a meander among pads 6 %; cut in the middle they take twice as many.
+# The least share of the unknowns on either side of a cut: with 0.4 factors of a mesh from Gmsh take 16 % more
+# operations and of a meander among pads 6 %; cut in the middle they take twice as many.
 SMALLEST = 0.3
 # Runs of neighbours that are shorter than this in the mean, as in bulky meshes of tetrahedra, are not moved one by one,
 # but so many rows at once, few enough to stay in the processor's cache.
@@ -27,9 +27,12 @@ SHORT, ROWS = 24, 64
 class Dissection:
     """Pieces of a graph of groups, each after those that it joins.
 
-    ``rank`` (groups,) is when each group is eliminated, negative for those that are not there, ``starts`` (pieces + 1,)
-    the rank of the first group of each piece, ``joined`` the pieces that each joins, and ``beyond`` the ranks of the
-    later groups that each has to do with once those before it are eliminated.
+    Attributes
+    ----------
+    rank : (groups,), order of elimination, negative for groups that are absent
+    starts : (pieces + 1,), the rank of the first group of each piece
+    joined : for each piece, the pieces that it joins
+    beyond : for each piece, the ranks of later groups coupled to it by the elimination of earlier groups
     """
 
     rank: np.ndarray
@@ -39,8 +42,8 @@ class Dissection:
 
 
 class Ordering:
-    """When the groups of a mesh's functions, those of one vertex, edge, facet or cell at ``places`` (groups, 3), are
-    eliminated: by nested dissection, found for the first matrix; it serves all others that couple no other groups.
+    """The order in which groups of functions (of one vertex, edge, facet or cell at ``places`` (groups, 3)) are
+    eliminated: a nested dissection of the first matrix. It serves all matrices that couple no other groups.
     """
 
     def __init__(self, places: np.ndarray) -> None:
@@ -82,11 +85,11 @@ class Ordering:
 class Factors:
     """Cholesky factors of a symmetric positive definite matrix, its unknowns being of ``groups`` (n,).
 
-    Raises NumericsError for a matrix that rounding leaves indefinite, and for one that couples unknowns which that of
-    the ``ordering`` does not.
+    Raises NumericsError for a matrix that rounding leaves indefinite, and for a matrix that couples more unknowns than
+    the ``ordering``.
 
-    The pieces of a dissection are eliminated one after the other, each in a dense matrix of its own unknowns and of
-    those beyond, to which it hands on what is left of them (Duff and Reid, ACM Trans. Math. Softw. 9, 1983).
+    The pieces of a dissection are eliminated one after the other, each in a dense matrix of its own and later
+    unknowns, to which it passes its Schur complement (Duff and Reid, ACM Trans. Math. Softw. 9, 1983).
     """
 
     def __init__(self, matrix: csc_array, groups: np.ndarray, ordering: Ordering) -> None:
@@ -114,11 +117,11 @@ class Factors:
             later = rows >= start
             rows, into = rows[later], np.append(np.arange(start, end), beyond)
             at = place[rows]
-            # What has no place in this front has one in another, or none.
+            # Entries without a place in this front have one in another, or none.
             if not (at < len(into)).all() or (into[at] != rows).any():
                 raise NumericsError("the matrix couples unknowns that the one of its ordering doesn't")
             front[columns[later], at] = ordered.data[entries][later]
-            # What stands apart leaves nothing to what joins the others.
+            # Isolated pieces leave nothing to the separators.
             for j in (j for j in tree.joined[piece] if j in updates):
                 _add(front, *updates.pop(j), place)
             if not pivots:
@@ -206,10 +209,10 @@ def dissection(
     places: np.ndarray, sizes: np.ndarray, rows: np.ndarray, columns: np.ndarray
 ) -> tuple[list[np.ndarray], list[list[int]]]:
     """The pieces of a graph of nodes at some places (n, 3) and of some sizes (n,), whose edges are pairs (rows,
-    columns), such that elimination in their order fills in little; and for each the earlier ones that it joins.
+    columns), such that elimination in their order fills in little; and for each the earlier pieces that it joins.
 
-    The two sides of a plane come first, then what joins them (George, SIAM J. Numer. Anal. 10, 1973): of all planes
-    across the axes with at least a share `SMALLEST` on either side the one with the least to join.
+    The two sides of a plane come first, then the separator (George, SIAM J. Numer. Anal. 10, 1973): of all planes
+    across the axes with at least a share `SMALLEST` on either side that with the smallest separator.
     """
     pieces: list[np.ndarray] = []
     joined: list[list[int]] = []
@@ -221,7 +224,7 @@ def dissection(
         row = narrowest(along[order], sizes[nodes[order]], number[rows], number[columns])
         return row and Cut(row.size, nodes[order[row.joins]], nodes[order[row.right]])
 
-    # A function that knows itself by name holds itself, and all that it knows, in memory: it is told itself.
+    # A closure that refers to itself would keep itself in memory: it gets itself as an argument.
     def split(again: Any, nodes: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> list[int]:
         large = sizes[nodes].sum() > LEAF
         every = [cut(nodes, places[nodes, d], rows, columns) for d in range(3)] if large else []
@@ -241,7 +244,7 @@ def dissection(
         below = [piece for half in halves if len(half[0]) for piece in again(again, *half)]
         if not len(best.joins):
             return below
-        # Along the plane, so that what pieces beside it have to do with stands together.
+        # Along the plane, so that the neighbours of a piece are contiguous.
         pieces.append(best.joins[np.lexsort(places[best.joins].T[np.ptp(places[best.joins], axis=0).argsort()])])
         joined.append(below)
         return [len(pieces) - 1]
@@ -251,8 +254,8 @@ def dissection(
 
 
 class Cut(NamedTuple):
-    """Nodes in two halves: those on the ``right``, those on one side that have neighbours on the other (``joins``),
-    and the ``size`` of these, by which cuts are told apart."""
+    """Nodes in two halves: the nodes on the ``right``, the separator (``joins``: nodes on one side with neighbours on
+    the other), and the ``size`` of the separator, the criterion of cuts."""
 
     size: float
     joins: np.ndarray
@@ -260,9 +263,9 @@ class Cut(NamedTuple):
 
 
 def narrowest(along: np.ndarray, sizes: np.ndarray, one: np.ndarray, other: np.ndarray) -> Cut | None:
-    """Of nodes in the order of their places ``along`` an axis (n,) and of some sizes (n,), whose edges go from ``one``
-    to the ``other``, the cut between two places with the least to join, and of equal ones that nearest to the middle;
-    None where all have one place."""
+    """Return the cut with the smallest separator between nodes in the order of their places ``along`` an axis (n,), of
+    some sizes (n,), with edges from ``one`` to the ``other``; of equal cuts the nearest to the middle; None where all
+    nodes have one place."""
     count, low, high = len(along), np.minimum(one, other), np.maximum(one, other)
     at, farthest, nearest = np.arange(count), np.arange(count), np.arange(count)
     np.maximum.at(farthest, low, high)

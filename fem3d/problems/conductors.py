@@ -1,4 +1,4 @@
-"""The conductors of a domain that carry current, found as a `fem3d.problems.current.Conductor`."""
+"""The conductors of a domain that carry current, as a `fem3d.problems.current.Conductor`."""
 
 from __future__ import annotations
 
@@ -61,8 +61,8 @@ def find(heat: HeatProblem, solved: float = SOLVED) -> Conductor | None:
 
 
 def _electrodes(domain: Domain) -> tuple[np.ndarray, np.ndarray, tuple[Terminal, ...], Any]:
-    """The voltages (channels, functions) of all electrodes, the functions (functions,) that they fix, those whose
-    potential is unknown, and how each electrode's current is read off the charges."""
+    """The voltages (channels, functions) of all electrodes, the functions (functions,) that they fix, the terminals of
+    unknown potential, and the weights of the charges in each electrode's current."""
     space = domain.space
     electrodes = [b for b in domain.scene.boundaries if b.kind == "voltage" and len(domain.on(b))]
     faces = [domain.faces(b) for b in electrodes]
@@ -85,9 +85,9 @@ def _electrodes(domain: Domain) -> tuple[np.ndarray, np.ndarray, tuple[Terminal,
 def _sections(
     heat: HeatProblem, lines: np.ndarray, along: np.ndarray | None
 ) -> tuple[dict[str, Section], dict[str, np.ndarray]]:
-    """For each probe of a current the facets that it passes, seen from both sides, and what it reads off the jump of
-    the potential (functions,) at contacts; ``lines`` (cells, 2) are the resistivity of the cells and its change per
-    kelvin, ``along`` (3, cells, 1) how many times as large they are along the axes."""
+    """For each probe of a current the facets that it passes, seen from both sides, and its row (functions,) on the jump
+    of the potential at contacts; ``lines`` (cells, 2) are the resistivity of the cells and its change per kelvin,
+    ``along`` (3, cells, 1) how many times as large they are along the axes."""
     domain, sections, jumps = heat.domain.electric, dict[str, Section](), dict[str, np.ndarray]()
     torn = [(joint.facets, r) for joint in domain.contacts if (r := joint.contact.electrical_resistance)]
     for probe in domain.scene.probes:
@@ -138,7 +138,7 @@ def box_of(name: str) -> str:
 
 
 def share(name: str, probe: str) -> float:
-    """The part of the heat of what has a name that a probe of a power reads."""
+    """Return the part of the heat of a named body that a probe of a power reads."""
     return name.split(AND)[1:].count(probe) / 2
 
 

@@ -22,7 +22,7 @@ from fem3d.problems.terminals import Terminal, packed, unpacked
 from fem3d.spaces.integrals import Cells, Faces
 from scenes.errors import NumericsError
 
-# Relative error of a potential in the energy norm, unless a looser one is asked for.
+# Relative error of a potential in the energy norm, unless a looser bound is given.
 SOLVED = 1e-12
 MOST_STEPS = 2000  # of conjugate gradients: the bound for a resistivity that changes by a factor of 1e4, to 1e-12
 # Factor on the condition number above which a preconditioner is made anew: steps grow with its root, and a
@@ -40,7 +40,7 @@ normal, and the resistivity there: cold, its change per kelvin (facets, 1), and 
 @dataclass(frozen=True, eq=False)
 class Potential:
     """The potential (V) at the nodes of the conductor, the current density (A/m2), and the current (A) that enters at
-    each node (zero at free ones); ``through``: that through sections, where it isn't read off the density."""
+    each node (zero at free nodes); ``through``: the current through sections that does not follow from the density."""
 
     potential: np.ndarray
     density: np.ndarray
@@ -124,14 +124,14 @@ class Conductor:
 
     @property
     def space(self) -> Any:
-        """That of the potential."""
+        """The space of the potential."""
         return self.heat.domain.electric.space
 
     def resistivity(self, rise: np.ndarray) -> np.ndarray:
         """(cells, points) in ohm m at a rise (all nodes of the heat problem)."""
         if not self.warms:
             return np.broadcast_to(self.cold, self.on.weights.shape)
-        # That of the last rise is asked for again by its current, its heat and whether it conducts at all.
+        # The resistivity of the last rise serves its current, its heat and the test of conduction.
         last, known = self.kept.get("resistivity", lambda: (None, None))
         if last is None or not np.array_equal(last, rise):
             known = self.resistivity_of(self.heat.field(rise))
@@ -185,8 +185,8 @@ class Conductor:
         return near
 
     def taken(self, density: np.ndarray, dissipated: float) -> float:
-        """Of what drives a current the part that the conductor takes, which ``dissipated`` so much (W): the rest is
-        for the resistances of terminals, and nothing of a given current follows the conductor."""
+        """Return the share of the drive that falls in the conductor, which ``dissipated`` a power (W): the rest falls
+        in the resistances of terminals, and a given current does not depend on the conductor."""
         if self.by_current:
             return 0.0
         charge = self.on.flow(density)
@@ -209,7 +209,7 @@ class Conductor:
 
     @property
     def solve_cold(self) -> Callable[[np.ndarray], np.ndarray]:
-        """What gives the potential (free,) of the cold conductor for charges (free,) between earthed electrodes."""
+        """Solver of the potential (free,) of the cold conductor for charges (free,) between earthed electrodes."""
         groups = self.space.entity[self.free]
         solve: Callable[[np.ndarray], np.ndarray]
         solve = self.kept.get("solve_cold", lambda: Factors(part(self.matrix, self.free), groups, self.ordering).solve)
@@ -217,7 +217,7 @@ class Conductor:
 
     def respond(self, charge: np.ndarray) -> np.ndarray:
         """(..., functions): the potentials of the cold conductor for charges (..., functions), all given voltages and
-        currents being zero. Terminals have what their unit functions see of the charges."""
+        currents being zero. Terminals get the charges tested with their unit functions."""
         potentials = np.zeros_like(charge)
         potentials[..., self.free] = self.solve_cold(charge[..., self.free])
         if not self.terminals:
@@ -246,7 +246,7 @@ class Conductor:
 
     @cached_property
     def _given_functions(self) -> np.ndarray:
-        """(functions,): those that aren't free."""
+        """(functions,): the functions with given values."""
         given = np.ones(self.voltages.shape[1], bool)
         given[self.free] = False
         return given
@@ -259,7 +259,7 @@ class Conductor:
         return earthed
 
     def _charge(self, voltage: np.ndarray) -> np.ndarray:
-        """(functions,): the charges with which the cold conductor answers given values, from `given` ones on."""
+        """(functions,): the reactions of the cold conductor to given values."""
         charge = -(self.matrix @ self.given(voltage))
         for t in self.terminals:
             charge[t.at] += float(t.load(voltage))
@@ -272,8 +272,8 @@ class Conductor:
 
     @cached_property
     def supplied_at(self) -> np.ndarray:
-        """(channels, functions): the potentials at which currents are supplied: the cold ones, but the voltages behind
-        the resistances of terminals, and nothing where the current is given."""
+        """(channels, functions): the potentials at which currents are supplied: the cold potentials, the voltages
+        behind the resistances of terminals, and nothing where the current is given."""
         potentials = self.cold_potentials.copy()
         for t in self.terminals:
             source = np.where(np.isinf(t.resistance), 0.0, self.voltages[:, t.at])
@@ -289,12 +289,12 @@ class Conductor:
 
     @property
     def preconditioner(self) -> Callable[[np.ndarray], np.ndarray]:
-        """What solves nearly as `solve_cold` does, and is cheap: that itself, or that of a conductor next to this."""
+        """A cheap approximate solver: `solve_cold` of this conductor, or of a nearby one."""
         solve: Callable[[np.ndarray], np.ndarray] = self.kept.get("preconditioner", lambda: self.solve_cold)
         return solve
 
     def influence(self, row: np.ndarray) -> Influence:
-        """What a row (functions,) reads off the potential of any current density J, without solving for it.
+        """Return the weights by which a row (functions,) reads the potential of any current density J without a solve.
 
         With w the solution for the row as a source, in the cold conductor between earthed electrodes, and D its current
         density sigma grad w (reciprocity): row @ phi = shares @ g - integral rho J . D - sum_e w_e I_e, over terminals
@@ -305,7 +305,7 @@ class Conductor:
         charges = row - self.on.flow(density)
         charges[self.free] = 0.0
         for t in self.terminals:
-            # What is left there flows through the resistance: its share of the voltage behind it.
+            # The rest flows through the resistance: its share of the voltage behind it.
             charges[t.unit > 0] = 0.0
             charges[t.at] = w[t.at] * t.conductance
         return self.voltages @ charges, density, {t.name: float(w[t.at]) for t in self.terminals if t.conductance}
@@ -323,7 +323,7 @@ class Conductor:
         return known
 
     def solve(self, rise: np.ndarray, voltage: np.ndarray, guess: np.ndarray | None = None) -> Potential:
-        """The potential at a rise and given voltages (functions,), perhaps from that of a similar state, by conjugate
+        """Return the potential at a rise and given voltages (functions,), perhaps from a similar state, by conjugate
         gradients preconditioned with a conductor `near` it.
 
         Raises NumericsError where the resistivity is not positive, or where the iteration does not converge.
@@ -341,9 +341,9 @@ class Conductor:
     def _conjugate_gradients(self, resistivity: np.ndarray, start: np.ndarray, voltage: np.ndarray) -> np.ndarray:
         """(unknowns,): the change of a potential ``start`` (functions,) that balances the currents.
 
-        Its energy norm ends below `solved` times that of the potential. The spectrum of the preconditioned problem lies
-        between the extremes of the cold over the hot resistivity, which bounds the number of steps (Saad, Iterative
-        Methods for Sparse Linear Systems, 2003, section 6.11).
+        The energy norm of its error ends below `solved` times the energy norm of the potential. The spectrum of the
+        preconditioned problem lies between the extremes of the cold over the hot resistivity, which bounds the number
+        of steps (Saad, Iterative Methods for Sparse Linear Systems, 2003, section 6.11).
         """
         change, precondition = np.zeros(len(self.free) + len(self.terminals)), self.near(resistivity).precondition
         residual = self.unbalanced(start, resistivity, voltage)
@@ -381,7 +381,7 @@ class Conductor:
         return self.packed(self.on.flow(self.on.gradient(potential) / resistivity), self.unknowns(potential))
 
     def packed(self, charge: np.ndarray, unknowns: np.ndarray) -> np.ndarray:
-        """(unknowns,): the currents of charges (functions,), with those by the resistances of terminals."""
+        """(unknowns,): the currents of charges (functions,), including the resistances of terminals."""
         return packed(self.terminals, self.free, charge) + self._leak * unknowns
 
     def unbalanced(self, potential: np.ndarray, resistivity: np.ndarray, voltage: np.ndarray) -> np.ndarray:
@@ -390,7 +390,7 @@ class Conductor:
         return loads - self.entering(potential, resistivity)
 
     def precondition(self, currents: np.ndarray) -> np.ndarray:
-        """(unknowns,): nearly the potentials that balance some currents (unknowns,): those by `matrix`."""
+        """(unknowns,): approximate potentials that balance some currents (unknowns,), by `matrix`."""
         if not self.terminals:
             return self.preconditioner(currents)
         charges = np.zeros(self.voltages.shape[1])
@@ -404,7 +404,7 @@ class Conductor:
         return np.concatenate([np.zeros(len(self.free)), [t.conductance for t in self.terminals]])
 
     def through(self, name: str, phi: np.ndarray, rise: np.ndarray) -> float:
-        """The current along the normals of a probe (A), the mean of what both sides say, at contacts by the jump."""
+        """The current along the normals of a probe (A), the mean of both sides, at contacts by the jump."""
         at = self.heat.field(rise)
         beside = sum(
             sign * float(faces.flux(1 / resistivity(warmed.value(at))) @ phi)
@@ -420,8 +420,8 @@ class Conductor:
     def pattern(self, potential: Potential) -> Pattern:
         """The current field of a potential.
 
-        What little enters inside the conductor, where a potential isn't solved for to the last digit, is supplied to at
-        the cold potential.
+        The small currents that enter inside the conductor, by the residual of the potential, are supplied at the cold
+        potential.
         """
         supply = self.supplied_at @ potential.reaction
         reaction = potential.reaction.copy()
@@ -435,8 +435,8 @@ class Conductor:
         return float((self.on.weights * self.cold * (a * b).sum(axis=0)).sum())
 
     def current_density(self, potential: Potential) -> np.ndarray:
-        """(3, rows, points): that of a potential along x, y and z (A/m2), of which `Paths` has another where the
-        resistivity differs along them."""
+        """(3, rows, points): the current density of a potential along x, y and z (A/m2); the scaled one of `Paths`
+        differs where the resistivity differs along the axes."""
         return potential.density / self.on.roots if isinstance(self.on, Paths) else potential.density
 
     def heating(self, a: np.ndarray, b: np.ndarray, rise: np.ndarray) -> np.ndarray:

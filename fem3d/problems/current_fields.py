@@ -1,4 +1,4 @@
-"""The current fields of a reduced problem: independent ones, into which nothing enters inside the conductor."""
+"""The current fields of a reduced problem: independent, and free of sources inside the conductor."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ SAME = 1e-9  # relative size below which a current field is taken for a sum of o
 
 
 def independent(conductor: Conductor, potentials: Sequence[Potential]) -> list[Pattern]:
-    """The current fields of some potentials, each without what earlier ones hold of it and closed, orthogonal in the
-    cold resistance and of the size of the first; those that add nothing are left out."""
+    """The current fields of some potentials, without sources and orthogonal to earlier fields in the
+    cold resistance, scaled to the first; dependent fields are left out."""
     patterns: list[Pattern] = []
     product = conductor.product
     for potential in potentials:
@@ -31,11 +31,11 @@ def independent(conductor: Conductor, potentials: Sequence[Potential]) -> list[P
 
 
 def closed(conductor: Conductor, pattern: Pattern) -> Pattern:
-    """A current field without the currents that enter inside the conductor: minus the cold conductor's answer to them.
+    """A current field without the currents that enter inside the conductor: minus the cold conductor's response.
 
-    What the solution of a potential leaves enters there. The difference of two fields that are nearly one may be all
-    made of it: scaled up it would be a current without a source, and least dissipation among such is no current's.
-    The answer is orthogonal in the cold resistance to all closed fields.
+    The residual of a potential enters there. The difference of two nearly equal fields may consist of such residuals:
+    scaled up it would violate the conservation of charge that the principle of least dissipation needs. The response is
+    orthogonal in the cold resistance to all closed fields.
     """
     potential = np.zeros(conductor.space.size)
     potential[conductor.free] = conductor.solve_cold(conductor.on.flow(pattern.density)[conductor.free])

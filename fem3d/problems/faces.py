@@ -66,13 +66,13 @@ class Surface:
         return self.boundaries[0]
 
     def outflow(self, u: np.ndarray) -> np.ndarray:
-        """(functions,): what leaves beyond the film, in W."""
+        """(functions,): the heat that leaves beyond the film, in W."""
         rise, (h, entering) = self.on.value(u), film(self.domain, self.boundary)
         return self.on.load(faces.flux(self.boundary, self._start + rise) + entering - h * rise)
 
     def tangent(self, u: np.ndarray) -> tuple[csc_array, csc_array | None]:
         """(functions, functions) twice: the derivative in W/K, of `scenes.faces.coefficient` beyond the film's and of
-        what is beyond that."""
+        the rest."""
         at = self._start + self.on.value(u)
         rest = faces.beyond(self.boundary, at)
         slope = faces.coefficient(self.boundary, at) - film(self.domain, self.boundary)[0]

@@ -1,7 +1,7 @@
 """Heat conduction whose conductivity follows the temperature, as a term beside the linear problem.
 
 The linear problem has the conductivity k0 of the initial temperature. `Conduction` adds the integral of (k(T) - k0)
-grad u . grad v, by a quadrature of its own, and what its tangent is made of: the matrix of k(T) - k0, symmetric, and
+grad u . grad v, by a quadrature of its own, and the two parts of its tangent: the matrix of k(T) - k0, symmetric, and
 the integral of k'(T) w grad u . grad v, which is not. A term of another kind has the methods of `Term` and joins
 `HeatProblem.terms`.
 """
@@ -24,23 +24,24 @@ from scenes.laws import Property
 
 COLDEST = 1.0  # K: a state on the way to the solution may lie below, where no law says anything
 # Of the coldest temperature that a scene may have: polynomials swing below it beside steep rises, and a law that is
-# followed there makes equations of a coarse mesh that have no solution. One that is known to a half is nowhere so cold.
+# followed there makes equations of a coarse mesh that have no solution. A field with an error below one half is nowhere
+# so cold.
 SWING = 0.5
 MORE = 1  # points along each axis beyond those of the linear problem; finer quadratures tell what they leave
 
 
 class Term(Protocol):
-    """What makes the heat problem nonlinear: at a field u (functions,), a rise in K."""
+    """A nonlinear term of the heat problem: at a field u (functions,), a rise in K."""
 
     def outflow(self, u: np.ndarray) -> np.ndarray:
-        """(functions,): what it adds to K u, in W."""
+        """(functions,): its residual beside K u, in W."""
 
     def tangent(self, u: np.ndarray) -> tuple[csc_array, csc_array | None]:
         """(functions, functions) twice, in W/K: a symmetric part of its derivative, with which K stays positive
         definite, and the rest where there is one."""
 
     def finer(self, points: int) -> Term:
-        """The same by a quadrature of so many more points along each axis, which tells the error of its own."""
+        """The same by a quadrature with so many more points along each axis, for the quadrature error."""
 
 
 class OfCells:
@@ -61,7 +62,7 @@ class OfCells:
         return self._made(rise, lambda law, t: law(t) if callable(law) else np.full_like(t, law))
 
     def slope(self, rise: np.ndarray) -> np.ndarray:
-        """Its derivative (per K): none where the value is that of the coldest temperature."""
+        """Its derivative (per K): zero below the coldest temperature."""
         slopes = self._made(rise, lambda law, t: law.slope(t) if callable(law) else np.zeros_like(t))
         return np.asarray(np.where(self._start + rise < self._coldest, 0.0, slopes))
 
@@ -72,7 +73,7 @@ class OfCells:
                           law * (t - self._start))  # fmt: skip
 
     def of(self, cells: slice | np.ndarray) -> OfCells:
-        """That of some of the cells, by their places among them, each as often as it is there."""
+        """The same on some of the cells, by their places, with repetition."""
         some = copy(self)
         some._kind = self._kind[cells]
         some._parts = [(np.flatnonzero(some._kind == k), given) for k, (_, given) in enumerate(self._parts)]
@@ -98,7 +99,7 @@ def following(domain: Domain, key: str) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class Conduction:
-    """The conductivity beyond that of the initial temperature, on the cells where it follows, by a quadrature with
+    """The conductivity less its value at the initial temperature, on the cells where it follows, by a quadrature with
     ``more`` points along each axis than the linear problem has."""
 
     domain: Domain
@@ -154,7 +155,7 @@ class Conduction:
 
 @dataclass(frozen=True, eq=False)
 class Storage:
-    """The heat capacity beyond that of the initial temperature, on the cells where it follows the temperature."""
+    """The heat capacity less its value at the initial temperature, on the cells where it follows the temperature."""
 
     domain: Domain
 
@@ -188,7 +189,7 @@ class Storage:
         return csc_array(capacity), csc_array(steepness)
 
     def heat(self, u: np.ndarray) -> float:
-        """What is stored at a field u beyond c0 times it (J)."""
+        """The heat stored at a field u beyond c0 u (J)."""
         heat = 0.0
         for on, law, cold, density in self.parts:
             rise = on.value(u)
@@ -197,7 +198,7 @@ class Storage:
 
 
 def storage(domain: Domain) -> Storage | None:
-    """What makes the heat that a domain stores nonlinear; None where nothing does."""
+    """Return the nonlinear storage of a domain; None where its capacity is constant."""
     return Storage(domain) if len(following(domain, "specific_heat")) else None
 
 
@@ -207,5 +208,5 @@ def at_faces(domain: Domain, u: np.ndarray, faces: Faces, cells: np.ndarray) -> 
 
 
 def terms(domain: Domain) -> tuple[Term, ...]:
-    """What a conductivity that follows the temperature adds to the heat problem of a domain."""
+    """Return the terms of a conductivity that follows the temperature."""
     return (Conduction(domain),) if len(following(domain, "thermal_conductivity")) else ()

@@ -1,10 +1,10 @@
 """The discrete heat problem of any mesh: M d(rise)/dt + K rise = source, with the fixed nodes kept for their reactions.
 
 The unknown is the rise above the scene's initial temperature, as coefficients of functions, here called nodes. They are
-numbered with the free ones first and the fixed ones (a given temperature) last, so that the reactions, the heat that
+numbered with the free nodes first and the fixed nodes (a given temperature) last, so that the reactions, the heat that
 enters at the fixed nodes, are the last rows of the same equations. A field that vanishes at the fixed nodes is a vector
-of the free ones, any other one of all. Sources and given rises come as channels (`fem3d.spaces.channels`).
-`fem3d.problems.assembly` makes it of a scene."""
+of the free nodes, any other a vector of all. Sources and given rises come as channels (`fem3d.spaces.channels`).
+`fem3d.problems.assembly` assembles it from a scene."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from fem3d.spaces.domain import Domain
 from scenes.model import Value
 
 BALANCED = 2e-11  # an imbalance above this fraction of the heat is worth a residual in extended precision
-# Of the product of two boundaries' parts t and 1 - t of what enters at an edge that they share. With a flux like
+# Of the product of two boundaries' shares t and 1 - t of the flow at a common edge. With a flux like
 # r^(s - 1) on both, either's true part is t^s / (t^s + (1 - t)^s): off by 0.79 t (1 - t) at most for s = 2/3, of a
 # re-entrant edge, between intervals whose lengths differ by a layer (meshes.grading.RATIO).
 DISPUTED = 0.8
@@ -91,7 +91,7 @@ class HeatProblem:
         return coefficients
 
     def take(self, row: np.ndarray) -> np.ndarray:
-        """(..., all nodes): what belongs to the unknowns of (..., functions)."""
+        """(..., all nodes): the unknowns of (..., functions)."""
         return row[..., self.order]
 
     def lower(self, level: int) -> HeatProblem:
@@ -117,7 +117,7 @@ class HeatProblem:
 
     @cached_property
     def memo(self) -> dict[str, Any]:
-        """What probes have been worked out to, by name."""
+        """The functionals of probes, by name."""
         return {}
 
     @property
@@ -136,7 +136,7 @@ class HeatProblem:
 
     @property
     def solve_steady(self) -> Callable[[np.ndarray], np.ndarray]:
-        """What gives the rise at the free nodes with K rise = load (free nodes), by one factorization; without an exit
+        """Solver of K rise = load at the free nodes, by one factorization; without an exit
         for heat, the mean over the run's time with the capacity of the whole run in its place."""
         solve: Callable[[np.ndarray], np.ndarray]
         solve = self.kept.get("solve_steady", lambda: self.factors(self.steady_matrix).solve)
@@ -144,12 +144,12 @@ class HeatProblem:
 
     @property
     def steady_matrix(self) -> csc_array:
-        """What `solve_steady` solves with."""
+        """The factors of `solve_steady`."""
         matrix = self.inner_stiffness
         return matrix if self.anchored else combined(matrix, 1.0 / self.end_time, self.inner_mass)
 
     def outflow(self, rise: np.ndarray) -> np.ndarray:
-        """(all nodes,): what leaves by conduction and films at a rise (all nodes), in W: K times it, and the terms."""
+        """(all nodes,): the heat flow by conduction and films at a rise (all nodes), in W: K rise, and the terms."""
         problem = self.exact or self
         flow = problem.stiffness @ rise
         for term in problem.terms:
@@ -162,7 +162,7 @@ class HeatProblem:
         return bool(self.terms) and self.about is None
 
     def stored(self, rise: np.ndarray, rate: np.ndarray) -> np.ndarray:
-        """(all nodes,): what is stored (W) at a rise and its rate (all nodes)."""
+        """(all nodes,): the stored power (W) at a rise and its rate (all nodes)."""
         heat: np.ndarray = self.mass @ rate
         if self.storage is not None:
             heat = heat + self.take(self.storage.between(self.field(rise), self.field(rate)))
@@ -175,8 +175,8 @@ class HeatProblem:
         return problem
 
     def solve_dual(self, loads: np.ndarray, time: float | None = None) -> np.ndarray:
-        """(k, free nodes): the solutions of the transposed problem, linearized where it is nonlinear, for loads of that
-        shape; of the steady one, or with (M + time K) in its place."""
+        """(k, free nodes): the solutions of the transposed problem, linearized where it is nonlinear, for loads of the
+        same shape; of the steady problem, or with (M + time K) in its place."""
         solve = self.solve_steady if time is None else self.solve_shifted(time)
         if self.rest is None:
             return solve(loads)
@@ -191,7 +191,7 @@ class HeatProblem:
         return inner
 
     def solve_shifted(self, shift: float) -> Callable[[np.ndarray], np.ndarray]:
-        """What solves (M + shift K) u = b on the free nodes; the factors of the last shift are kept."""
+        """Solver of (M + shift K) u = b on the free nodes; the factors of the last shift are kept."""
         last, solve = self.kept.get("solve_shifted", lambda: (None, None))
         if last != shift:
             self.kept.let_go("solve_shifted")
@@ -201,7 +201,7 @@ class HeatProblem:
         return made
 
     def let_go(self, steady: bool = False) -> None:
-        """Lets go of the factors of the last shift, and of the ``steady`` ones too; what asks for them again makes them
+        """Release the factors of the last shift, and of the ``steady`` problem too; later calls make them
         anew."""
         self.kept.let_go("solve_shifted", *(["solve_steady"] if steady else []))
 
@@ -257,7 +257,7 @@ class HeatProblem:
         return float(np.sqrt(u @ (self.inner_mass @ u)))
 
     def whole(self, field: np.ndarray) -> np.ndarray:
-        """(..., all nodes): fields at the free nodes with zeros at the fixed ones."""
+        """(..., all nodes): fields at the free nodes with zeros at the fixed nodes."""
         width = self.size - field.shape[-1]
         return np.concatenate([field, np.zeros((*field.shape[:-1], width))], axis=-1) if width else field
 
@@ -273,15 +273,15 @@ class HeatProblem:
 
     @cached_property
     def held_fields(self) -> dict[str, np.ndarray]:
-        """``held`` as fields (all nodes,) that vanish at the free nodes: tested with one of them, the equations give
+        """``held`` as fields (all nodes,) that vanish at the free nodes: tested with such a field, the equations give
         the heat that enters at its boundary."""
         none = np.zeros(self.free)
         return {name: np.concatenate([none, part]) for name, part in self.held.items()}
 
     def disputed(self, names: Sequence[str]) -> np.ndarray:
         """(k, all nodes): fields like ``held_fields``. The heat that enters at some boundaries together may be off by
-        the sum of the sizes of theirs, because boundaries share edges with others at an angle: there each one's part is
-        but that of a leading term.
+        the sum of the sizes of these fields, because boundaries share edges at an angle: there each part is only a
+        leading term.
         """
         together: np.ndarray = sum((self.held[name] for name in names), np.zeros(self.edges.shape[0]))
         weights = DISPUTED * together * (1 - together) * (self.edges.diagonal() > 0)
@@ -296,7 +296,7 @@ class HeatProblem:
         return {name: (self.turned(v), self.mass @ v) for name, v in self.held_fields.items()}
 
     def turned(self, z: np.ndarray) -> np.ndarray:
-        """(all nodes,): the transposed tangent times a field (all nodes), in W per K of what it tests."""
+        """(all nodes,): the transposed tangent times a field (all nodes), in W per K of the test function."""
         tested: np.ndarray = self.stiffness @ z
         return tested if self.rest is None else tested + self.rest.transposed()(z)
 

@@ -1,4 +1,4 @@
-"""What a problem works out when it is first asked for it: kept, told beforehand by a problem next to it, or let go."""
+"""Values that a problem computes on first use: kept, preset by a nearby problem, or released."""
 
 from __future__ import annotations
 
@@ -27,6 +27,6 @@ class Kept:
         self._values.update(other._values)
 
     def let_go(self, *names: Hashable) -> None:
-        """Lets go of values; what asks for them again has them worked out anew."""
+        """Release values; later uses compute them anew."""
         for name in names:
             self._values.pop(name, None)

@@ -1,7 +1,7 @@
 """A nonlinear heat problem linearized about a state: the matrices of the tangent.
 
-The tangent is K + R. K is the stiffness at the state's conductivity, symmetric and factorized; R is the rest: what a
-rise changes of the conductivity under the gradient that is there, and of the Joule heat. The latter is that of a
+The tangent is K + R. K is the stiffness at the state's conductivity, symmetric and factorized; R is the rest: the
+change by a rise of the conductivity under the present gradient, and of the Joule heat. The latter assumes a
 current whose pattern stays while its size follows the resistance: rho' |J|^2 w, less twice the heat's load times the
 relative change of the resistance in the circuit, a matrix of rank one.
 """

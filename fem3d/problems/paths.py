@@ -1,12 +1,12 @@
-"""Where current flows: through cells, and across contacts, each facet of which is like one more cell.
+"""Paths of the current: through cells, and across contacts, whose facets act as further cells.
 
 Where the resistivity along y and z is some r times that along x, the gradient along these is divided by sqrt(r) and the
-current density multiplied by it. Ohm's law is then J = -gradient/rho, its heat rho |J|^2 and the current that enters
-the integral of J . gradient, each with the one rho along x.
+current density multiplied by sqrt(r). Ohm's law is then J = -gradient/rho, its heat rho |J|^2 and the current that
+enters the integral of J . gradient, each with rho along x.
 
 Across a contact the potential jumps by its resistance per area times the current density, as if it were a layer of unit
 thickness, of that resistivity and of no extent: its gradient is the jump, its current density has one component, and
-its heat enters the temperature's functions on both sides alike, or on the only side that there is.
+its heat enters the temperature's functions on both sides alike, or on the only side.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ from fem3d.spaces.split import Interface
 
 @dataclass(frozen=True, eq=False)
 class Crossing:
-    """Facets of a contact of some ``resistance`` (ohm m2) by the functions of the potential, and the ``warmed`` faces
-    by those of the temperature, one or two, with the ``cells`` (sides, facets) there; ``name`` is that of the contact
-    or of the electrode behind it."""
+    """Facets of a contact of some ``resistance`` (ohm m2) in the functions of the potential, and the ``warmed`` faces
+    in the functions of the temperature, one or two, with the ``cells`` (sides, facets) there; ``name`` is the contact
+    or the electrode behind it."""
 
     name: str
     resistance: float
@@ -38,7 +38,7 @@ class Crossing:
 
 
 def crossings(domain: Domain) -> list[Crossing]:
-    """The contacts of a domain that a current crosses, those of electrodes among them."""
+    """The contacts of a domain that a current crosses, including electrodes."""
     electric, crossings = domain.electric, []
     for joint in domain.contacts:
         alive = joint.facets[domain.live[domain.space.mesh.f2t[:, joint.facets]].all(axis=0)]
@@ -58,7 +58,7 @@ def crossings(domain: Domain) -> list[Crossing]:
 
 
 def across(domain: Domain, probe: Any, contacts: Sequence[tuple[np.ndarray, float]]) -> np.ndarray:
-    """(functions,): what passes a flat probe where it lies on contacts, of which these are facets and resistances: the
+    """(functions,): the flow through a flat probe on contacts with these facets and resistances: the
     jump of each function over the resistance."""
     facets, row = domain.facets(probe), np.zeros(domain.space.size)
     for contact_facets, resistance in contacts:
@@ -94,9 +94,9 @@ class OfPaths:
 
 
 class Paths:
-    """Integrals over cells and crossings as those of `Cells`: rows are the cells, then the facets of each crossing,
-    with points of no weight where there are fewer. `value` and `load` are of the temperature's functions, `gradient`
-    and `flow` of the potential's.
+    """Integrals over cells and crossings, as in `Cells`: rows are the cells, then the facets of each crossing,
+    with points of no weight where there are fewer. `value` and `load` use the temperature's functions, `gradient`
+    and `flow` the potential's.
     ``roots`` (3, cells, 1): the square roots of the resistivity along x, y and z over that along x."""
 
     def __init__(
@@ -113,7 +113,7 @@ class Paths:
         return Paths(warmed, electric, self._crossings, self.roots)
 
     def _rows(self, parts: Sequence[np.ndarray]) -> np.ndarray:
-        """(..., rows, points): what is known of cells and of each crossing, (..., rows of it, points of it)."""
+        """(..., rows, points): values on cells and on each crossing, each (..., its rows, its points)."""
         padded = [np.pad(x, [(0, 0)] * (x.ndim - 1) + [(0, self._points - x.shape[-1])]) for x in parts]
         return np.concatenate(padded, axis=-2)
 
@@ -162,7 +162,7 @@ class Paths:
         return flow
 
     def beside(self, rows: np.ndarray, count: int) -> np.ndarray:
-        """(``count`` of all cells,): what is known of the facets of crossings (rows,), in equal parts for the cells on
+        """(``count`` of all cells,): values on the facets of crossings (rows,), in equal parts for the cells on
         their sides."""
         parts, start = np.zeros(count), len(self.warmed.weights)
         for crossing in self._crossings:

@@ -1,12 +1,12 @@
-"""Whose the heat, or the current, is that enters where boundaries of given values meet.
+"""Shares of the heat, or the current, that enters where boundaries of given values meet.
 
 The reaction of a function v at given values is int q v, q being the flux through all the boundaries there. A boundary
 that touches no other has the sum of its reactions. Where boundaries of one value touch, q is projected on the functions
-of both: with the mass matrix M of their faces and the loads b_i = int_i v of one of them, the flux through that one is
+of both: with the mass matrix M of their faces and the loads b_i = int_i v of boundary i, the flux through i is
 b_i . M^-1 r, so that M^-1 b_i are its shares of the reactions r; the shares of all add up to one.
 
-Where they meet at an angle, an edge's own reaction is that of the function with a value on the edge and as small as can
-be elsewhere: e minus the M-projection of e on the functions beside the edge.
+Where they meet at an angle, an edge's own reaction belongs to the function with a value on the edge and as small as
+possible elsewhere: e minus the M-projection of e on the functions beside the edge.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ class SharedReactions:
                     shares[names[i]][projection.functions] = projection.coefficients(faces[i].load())
                 edges = csc_array(edges + projection.edges(bent))
             for i in group:
-                # Beside those of other values the shares at what remains would not add up to one.
+                # Beside other given values the remaining shares would not add up to one.
                 shares[names[i]][faces[i].functions & ~np.isin(last, group)] = 0.0
         return SharedReactions(shares, edges)
 
@@ -67,7 +67,7 @@ def _at_an_angle(faces: Sequence[Any]) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class _Projection:
-    """Projection on the ``functions`` (n,) of some faces, by their mass matrix with ones on its diagonal: ``mass`` =
+    """Projection on the ``functions`` (n,) of some faces, by their mass matrix scaled to a unit diagonal: ``mass`` =
     S M S with ``scale`` the diagonal of S."""
 
     functions: np.ndarray
@@ -87,8 +87,8 @@ class _Projection:
         return coefficients
 
     def edges(self, bent: np.ndarray) -> csc_array:
-        """(functions, functions): for each of these functions where ``bent`` (functions,) the one that is as small as
-        can be elsewhere, e minus its projection on the functions that aren't there."""
+        """(functions, functions): for each function where ``bent`` (functions,) the function as small as
+        possible elsewhere: e minus its projection on the other functions."""
         on_edge = bent[self.functions]
         at, rest = np.flatnonzero(on_edge), np.flatnonzero(~on_edge)
         shape = (len(bent),) * 2

@@ -1,4 +1,4 @@
-"""What the tangent of a nonlinear problem has beside a symmetric matrix, and solutions with both.
+"""The unsymmetric rest R of a nonlinear problem's tangent K + R, and solutions with both.
 
 (K + R) d = b is solved as (1 + K^-1 R) d = K^-1 b by GMRES (Saad and Schultz, SIAM J. Sci. Stat. Comput. 7, 1986), many
 right-hand sides side by side. K^-1 R is compact where R has fewer derivatives than K, and a few steps do.
@@ -75,6 +75,6 @@ class Rest:
 
 
 def _least(matrices: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The least-squares solutions (k, m) of matrices (k, m + 1, m), and what they leave (k,)."""
+    """The least-squares solutions (k, m) of matrices (k, m + 1, m), and their residuals (k,)."""
     shares = np.array([np.linalg.lstsq(m, r, rcond=None)[0] for m, r in zip(matrices, right, strict=True)])
     return shares, np.linalg.norm(right - np.einsum("kij,kj->ki", matrices, shares), axis=1)

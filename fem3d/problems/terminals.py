@@ -5,7 +5,8 @@ is sought of one more, its unit function e, which is 1 on it. With the bilinear 
 
   a(phi, v) = 0  for all v that vanish on electrodes,  a(phi, e) + U / R = V / R  or  a(phi, e) = I,
 
-V being the voltage behind the resistance R, I the current into the solid. A given current is that of an infinite R.
+V being the voltage behind the resistance R, I the current into the solid. A given current is the limit of an infinite
+R.
 """
 
 from __future__ import annotations
@@ -18,8 +19,8 @@ import numpy as np
 
 @dataclass(frozen=True, eq=False)
 class Terminal:
-    """An electrode with its ``unit`` function (functions,), a function ``at`` which its values stand in vectors of
-    given ones (its voltage in V, or its current in A), and its ``resistance`` (ohm), infinite for a given current."""
+    """An electrode with its ``unit`` function (functions,), a function ``at`` which its given value stands in vectors
+    (its voltage in V, or its current in A), and its ``resistance`` (ohm), infinite for a given current."""
 
     name: str
     unit: np.ndarray
@@ -38,7 +39,7 @@ class Terminal:
 
 
 def packed(terminals: Sequence[Terminal], free: np.ndarray, charge: np.ndarray) -> np.ndarray:
-    """The charges (functions,) that the unknowns see: those of the free functions, then of the terminals."""
+    """The charges (functions,) by unknowns: first free functions, then terminals."""
     return np.concatenate([charge[free], [t.unit @ charge for t in terminals]])
 
 
