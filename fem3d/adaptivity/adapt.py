@@ -69,9 +69,9 @@ def adapt(
     """Solve and refine until the estimated relative error of every quantity is at most ``study.accuracy``.
 
     Each level solves a(u, v) = l(v) for v in nested spaces of degrees p, p - 1 and p - 2, and for each quantity J the
-    dual problem a(v, z) = J(v). The residual r = l - a(u(p-1), .) with the dual weights z_i gives the contributions
-    z_i r_i of degree p; `Estimator.indicators` extrapolates them to all higher degrees, and their sum bounds the error
-    of J. The next mesh is refined where the indicators, relative to the scale of J, are largest.
+    dual problem a(v, z) = J(v), linearized about u. The residual r = l - a(u(p-1), .) and the dual weights z_i give the
+    contributions z_i r_i of degree p. `Estimator.indicators` extrapolates them to all higher degrees; their sum bounds
+    the error of J. The next mesh is refined where the indicators, relative to the scale of J, are largest.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
 """Meshes of tetrahedra, refined by their error indicators, and of hexahedra, refined everywhere.
 
 The spaces are of degrees 1 to 3 on tetrahedra, 1 and 2 on hexahedra and where memory is short. Only edges show where a
-solution on such cells is singular, so the estimator assumes the slowest rate (`fem3d.adaptivity.estimator`) and
-corrects its bounds by earlier meshes (`fem3d.adaptivity.effectivity`).
+solution on such cells is singular, so the estimator allows for the slowest rate in each (`fem3d.adaptivity.estimator`)
+and corrects its bounds by earlier meshes (`fem3d.adaptivity.effectivity`).
 """
 
 from __future__ import annotations
@@ -211,7 +211,7 @@ class CellMesh:
         return None if self._last else self._cut(self._longest())
 
     def _longest(self, by_axis: np.ndarray | None = None) -> np.ndarray:
-        """(3, cells): along which axes to halve each cell, for indicators along each (3, cells)."""
+        """Return (3, cells) the axes along which to halve each cell, for indicators per axis (3, cells)."""
         size: np.ndarray = np.ptp(self.layout.cells.p[:, self.layout.cells.t], axis=1)
         if by_axis is not None:
             varies = by_axis * size
@@ -231,7 +231,7 @@ class CellMesh:
         return None if self._last else self._cut(self._longest() & (worst >= field_error.CAUSES * worst.max()))
 
     def _sampled(self, level: Level) -> tuple[np.ndarray, np.ndarray]:
-        """(cells, points) twice: the difference of the two highest degrees in each cell, and the fine field."""
+        """Return (cells, points) the difference of the two highest degrees, and likewise the fine field."""
         given, on = level.problems, self.domain.space.on(np.arange(self.size.cells))
         fine = on.value(given.heat.field(level.fine.state.rise))
         return np.abs(fine - on.value(given.heat.field(given.lifted(level.low.state.rise, -2)))), fine

@@ -12,15 +12,16 @@ gives d_(p-1).
 If the error after degree q is q^-a, then d_q = (q-1)^-a - q^-a, and the error after degree p is
 d_p / ((p/(p-1))^a - 1). The ratio d_p / d_(p-1) gives the rate a, limited by theory. Beside an edge of exponent s the
 error is (p + lag)^-4s (Gui and Babuska, Numer. Math. 49, 1986). Away from edges, contributions fall at most by rho^-2
-per degree, where rho is the sum of the half axes, over the half length, of the ellipse around the interval that passes
+per degree; rho is the sum of the half axes, over the half length, of the ellipse around the interval that passes
 through the edge (Bernstein). Odd and even degrees alternate, so d_(p-1) gives a second value; the larger counts.
 
 An even solution on an interval has no contribution of odd degree. Away from edges d_(p-1) is therefore also continued
 over every second degree, by q / (1 - q): q is the decay over two degrees of the coefficients of the solution and the
 dual solution (the smoothness indicator of Mavriplis, ICOSAHOM 1989).
 
-On the cells of a mesh a smooth contribution may hide an edge in the same cell, so rates are not limited by distances
-to edges. The change that theory expects of later degrees is added to goals (`fem3d.adaptivity.later`).
+On the cells of a mesh the measured rate is used, at least SLOWEST or the theoretical rate at an edge if that is slower.
+A smooth contribution may hide an edge in the same cell, where the measured rate is then too fast. The change that
+theory expects of later degrees is added to goals (`fem3d.adaptivity.later`).
 """
 
 from __future__ import annotations

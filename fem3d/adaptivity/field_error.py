@@ -96,7 +96,7 @@ def refined(level: Level, aim: Grid | None = None) -> Grid:
 
 
 def _sampled(level: Level) -> tuple[np.ndarray, np.ndarray]:
-    """(x, y, z) twice: the difference of the two degrees at points of the solid, zero outside, and the fine field."""
+    """Return (x, y, z) the difference of the two degrees in the solid, zero outside, and likewise the fine field."""
     given, space = level.problems, level.problems.bricks
     # Inside of cells, so that each point is of one cell alone.
     inner = (np.arange(POINTS) + 0.5) / POINTS

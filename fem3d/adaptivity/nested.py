@@ -120,7 +120,7 @@ class Problems:
 
 
 def problems(domain: Domain, accuracy: float) -> Problems:
-    """The problems of a domain, to be solved for an accuracy."""
+    """Return the problems of a domain, to be solved for a relative accuracy."""
     heat = assemble(domain)
     conductor = conductors.find(heat, SOLVED * accuracy)
     lower = [heat.lower(k) for k in range(len(domain.space.nested) - 1)]

@@ -62,7 +62,7 @@ def given(pair: readouts.Pair, out: Outputs) -> np.ndarray:
 
 
 def _at(boundary: Any, out: Outputs) -> np.ndarray:
-    """The potential (V) of an electrode."""
+    """Return the potential (V) of an electrode."""
     if boundary.series_resistance == inf:
         return out[f"probe:potential of {boundary.name}"]
     times = out["time"]

@@ -259,7 +259,7 @@ class _Solver:
 
 
 def _at_rest(scene: Any) -> Any:
-    """A scene without heat capacities, which no steady state follows."""
+    """Return the scene without heat capacities, which do not affect a steady state."""
     parts = getattr(scene, scene.parts)
     still = (replace(p, material=replace(p.material, density=None, specific_heat=None)) for p in parts)
     return replace(scene, **{scene.parts: tuple(still)})
