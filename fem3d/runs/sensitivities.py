@@ -82,7 +82,8 @@ def of_scene(scene: AnyScene, result: Result, keys: Iterable[str] | None = None)
 
     thermal = [p.name for p in scene.probes if p.quantity == "temperature"]
     floor = floor_of(scene, scene)
-    estimates = {n: Estimate(e.value - floor * (n in thermal), e.error) for n, e in result.steady.items()}
+    at_rest = result.steady if steady else {}
+    estimates = {n: Estimate(e.value - floor * (n in thermal), e.error) for n, e in at_rest.items()}
     known, left_out = _known(estimates)
     beside = {key: partial(study, key) for key in chosen}
     found = sensitivities(study(), result.details["answer"], known, beside)

@@ -114,7 +114,7 @@ def test_where_3d_fails_the_key_is_named(
 def test_progress_says_which_key_may_make_a_run_long(
     setting: str, capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def slow(sink: object, transient: bool, progress: Any, earlier: object) -> None:
+    def slow(sink: object, transient: bool, progress: Any) -> None:
         progress("level 4: 9 unknowns")
         sleep(0.1)
         raise NumericsError("it does not converge")

@@ -72,6 +72,7 @@ CASES = [("a coefficient", STEADY)]
 CASES += [pytest.param(law, run, marks=pytest.mark.long) for law in LAWS for run in (STEADY, OVER_TIME)][1:]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("law", "run"), CASES)
 def test_a_conductor_is_the_stretched_one(law, run):
     given, other = both(law, **run)

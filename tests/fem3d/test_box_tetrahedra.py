@@ -166,6 +166,7 @@ def test_bricks_that_become_too_many_give_way_to_tetrahedra(monkeypatch: pytest.
         runs.solve(replace(heated(), mesh="bricks"))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("worse", "kind"), [(0.1, None), (100.0, "tetra")])
 def test_where_memory_ends_bricks_the_better_answer_is_taken(
     worse: float, kind: str | None, monkeypatch: pytest.MonkeyPatch
@@ -186,6 +187,7 @@ def test_where_memory_ends_bricks_the_better_answer_is_taken(
     assert off(solved("bricks"), result) < 1.0
 
 
+@pytest.mark.long
 def test_bricks_over_time_that_become_too_many_give_way_to_tetrahedra(monkeypatch: pytest.MonkeyPatch) -> None:
     """Traces have rows on a mesh alone that is fine enough, or as fine as it may be: nothing is kept of bricks."""
     scene = replace(heated(), accuracy=1e-2, steady=False, end_time=1e-5, output_times=(5e-6, 1e-5))

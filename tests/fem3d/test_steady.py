@@ -62,6 +62,7 @@ LAWS = [
 ]  # fmt: skip
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("conductivity", "resistivity"), LAWS)
 @pytest.mark.parametrize("peak", [500.0, 1400.0])
 def test_peak_of_a_bar_between_cold_ends(conductivity, resistivity, peak):
@@ -92,6 +93,7 @@ def test_limit_is_where_the_integral_of_a_falling_resistivity_ends(exponent):
     assert 0.9 * limit < limits[0] < 1.002 * limit
 
 
+@pytest.mark.long
 def test_a_table_that_falls_has_a_state_at_any_voltage():
     """Constant beyond its last row, it never lets the integral end: at a large voltage the state is on that branch."""
     laws = power(130.0, 0.0), table(1e-5, 1.0, 0.2, 0.02)

@@ -44,6 +44,7 @@ def test_the_start_is_that_of_every_unknown_stepped_on_another_mesh(states, shor
     assert np.abs(np.column_stack([one.sink_K, one.sensor_K])[:STEPPED] - 293 - full).max() > 5 * tolerance * 17.5
 
 
+@pytest.mark.long
 def test_accuracy_beyond_most_time_nodes_ends_at_once(monkeypatch):
     monkeypatch.setattr("fem3d.device.solve.MOST_NODES", 4)
     monkeypatch.setattr("fem3d.device.solve.MOST", 8)

@@ -41,6 +41,7 @@ def test_differences_of_models(summary: dict[str, Any]) -> None:
         assert slope["error"] < 2e-2
 
 
+@pytest.mark.long
 def test_laws(summary: dict[str, Any]) -> None:
     """Powers go with all sizes, the offset of a centred oxide being none of them; voltages with the root of the
     resistivity; the sensor pays for the polymer."""

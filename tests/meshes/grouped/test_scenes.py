@@ -62,6 +62,7 @@ def on_bricks(transient: bool) -> Result:
 TRANSIENT: dict[str, Any] = {"end_time": 2e-5, "output_times": [2e-6, 2e-5], "accuracy": 1e-2}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("cell", CELLS)
 def test_bar_is_exact(cell: str, tmp_path: Path) -> None:
     """A parabola is in the space of second degree, so that only rounding is left: T'' = -(V/L)^2 / (rho k)."""
@@ -132,6 +133,7 @@ def test_a_drive_over_time_ends_in_its_steady_state(cell: str, tmp_path: Path) -
     assert abs(early) <= found.traces.errors["current"]
 
 
+@pytest.mark.long
 def test_runaway_is_refused(tmp_path: Path) -> None:
     document = bridge()
     document["material"][0]["temperature_coefficient"] = -4e-3
@@ -140,6 +142,7 @@ def test_runaway_is_refused(tmp_path: Path) -> None:
         on_mesh(document, "tetra", 1, tmp_path)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("part", [0.5, 1.5])
 def test_between_the_runaways_of_a_mesh_and_of_the_refined_one_there_is_an_answer_or_a_sentence(
     part: float, tmp_path: Path

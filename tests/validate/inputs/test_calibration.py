@@ -63,6 +63,7 @@ def test_the_truth_is_within_the_interval_as_often_as_is_said() -> None:
     assert all(93 <= count <= 99 for count in inside.values()), inside
 
 
+@pytest.mark.long
 def test_the_spread_of_the_fits_is_their_uncertainty() -> None:
     found = [fitted(measured(Sink(), seed), OXIDE) for seed in range(60)]
     spread = np.log([f.fitted[OXIDE] for f in found]).std(ddof=1)

@@ -98,6 +98,7 @@ def test_from_python_and_one_model_alone(tmp_path: Path) -> None:
     assert (tmp_path / "one" / "sensitivities.csv").exists()
 
 
+@pytest.mark.long
 def test_a_free_scene(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder = tmp_path / "bridge"
     arguments = ["solve", "bridge", "--sensitivities", "--uncertain", "box.beam.upper.z=0.1um", "--no-figures"]
