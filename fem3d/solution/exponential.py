@@ -25,7 +25,7 @@ APART = 1e-6  # of the norm of the state: the differences that tell the slope of
 SETTLED = 1e-8  # relative change of a stiff source in a sweep, with which it is found
 STILL = 1e-3  # change of the states in a sweep, over the error allowed, with which a stiff source is found too
 RENEWED = 8  # sweeps after which a stiff source's slope is taken anew
-# Halvings of the step in which something ceases to hold: its time is then known to a millionth of the step.
+# Halvings of the step in which ``holds`` becomes false: the time is then within a millionth of the step.
 HALVINGS = 20
 MOST_TRIALS = 20_000  # of steps, those that are taken and those that fail
 
@@ -64,7 +64,7 @@ class Trajectory:
 
 
 class Source(Protocol):
-    """What drives the state from one instant on: ``source(times, states)`` (n, r), after ``start``."""
+    """The source from one instant on: ``source(times, states)`` (n, r), after ``start``."""
 
     def __call__(self, times: np.ndarray, states: np.ndarray) -> np.ndarray:
         """(n, r): the sources at some times (s) and states (n, r)."""
@@ -85,10 +85,10 @@ def integrate(
     norm.
 
     ``source(t)`` is the source from t on up to the next instant of ``jumps``, at each of which a step ends and the
-    state jumps. Where sweeps don't settle although nothing grows, the source is stiff: they go along its slope.
+    state jumps. Where sweeps do not converge although nothing grows, the source is stiff: its slope enters the sweeps.
 
-    Raises RunawayInTimeError where the state grows and the source outruns every step, or what ``holds``, of a time and
-    the state then, no longer does; NumericsError where nothing grows and no step is short enough.
+    Raises RunawayInTimeError where the state grows and the source outruns every step, or where ``holds(time, state)``
+    becomes false; NumericsError where nothing grows and no step is short enough.
     """
     nodes = _lobatto(degree)
     to_legendre = np.linalg.inv(legendre.legvander(2 * nodes - 1, degree))
@@ -134,7 +134,7 @@ def integrate(
                     change = float(np.abs(values - old).max())
                 if not np.isfinite(change) or change > 1e3 * scale:
                     break
-                # What is the small difference of large sources is known no better than they are: its states are.
+                # A small difference of large sources is as uncertain as they are; its states are not.
                 still = stiff and float(np.abs(states - before).max()) <= STILL * accuracy * size
                 if still or change <= (SETTLED if stiff else 1e-13) * scale:
                     settled = True
@@ -152,15 +152,15 @@ def integrate(
                     raise runaway(_last(Trajectory(rates, steps[-1:]), holds))
                 time, state = stop if last else time + taken, states[-1]
             grown = taken * float(np.clip(0.8 * (error + 1e-30) ** (-1 / degree), 0.2, 6.0))
-            # A step that a stop cut short says little against a longer one after it.
+            # A step that a stop cut short is no reason against a longer step after it.
             length = max(grown, length) if last and error <= 1.0 else grown
         state = state + jumps[stop] if stop in jumps else state
     return Trajectory(rates, steps)
 
 
 class _Newton:
-    """The sources at the times of a step, as the states there follow from them, along the source's slope in the step's
-    middle: ``weights`` (times, r, times) are how the states follow."""
+    """Return the sources at the times of a step, consistent with the states there, along the source's slope in the
+    step's middle: ``weights`` (times, r, times) map sources to states."""
 
     def __init__(self, source: Source, times: np.ndarray, states: np.ndarray, weights: np.ndarray, size: float) -> None:
         middle = len(times) // 2

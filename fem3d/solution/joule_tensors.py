@@ -1,5 +1,5 @@
-"""The Joule heat of pairs of current fields, body by body, tested with temperature fields: what the reduced problem is
-made of."""
+"""The Joule heat of pairs of current fields, body by body, tested with temperature fields: the tensors of the
+reduced problem."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ Split = tuple[np.ndarray, np.ndarray]
 @dataclass(frozen=True, eq=False)
 class JouleHeat:
     """For m current fields and r temperature fields: ``cold`` (channels, m, m) and ``warm`` (m, m, r), the heat of
-    each pair at the initial temperature, with that in resistances before electrodes, and what each field adds to it;
+    each pair at the initial temperature, with resistances before electrodes, and its change by each field;
     ``cold_load`` (channels, m, m, r) and ``warm_load`` (m, m, r, r), the same of solids, tested with each field.
 
-    ``in_box``: cold and warm of each conducting box alone; ``at_held``: those that fall to the nodes of a boundary of
-    given temperature. ``potentials`` of probes: their shares (channels,) of the voltages, and what each current field
-    takes off, cold (channels, m) and warm (m, r).
+    ``in_box``: cold and warm of each conducting box alone; ``at_held``: the parts at the nodes of a boundary of
+    given temperature. ``potentials`` of probes: their shares (channels,) of the voltages, and the drop by each current
+    field, cold (channels, m) and warm (m, r).
     """
 
     cold: np.ndarray

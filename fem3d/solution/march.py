@@ -4,8 +4,8 @@ With u the rise and phi the potential, the discrete equations are
 
     C(u) du/dt + A(u) = f(t) + q(u, phi),    E(u) phi = 0,
 
-where C is the mass with the heat capacity at u, A the heat that leaves by conduction and through faces, f the heat
-sources, q = int sigma(u) |grad phi|^2 v and E the conductor between its electrodes. A step of length h finds the rates
+where C is the mass with the heat capacity at u, A the heat flow by conduction and through faces, f the heat
+sources, q = int sigma(u) |grad phi|^2 v and E the conductor between its electrodes. A step of length h has the rates
 k_i and the rises u_i = u + h sum_j a_ij k_j of the stages of ESDIRK4(3)6L[2]SA, which is of order 4, L-stable and
 stiffly accurate (Kennedy and Carpenter, Appl. Numer. Math. 44, 2003). Newton's method solves each stage,
 
@@ -137,13 +137,13 @@ def march_full(
     Parameters
     ----------
     heat, conductor
-        The problem, not linearized, and what carries current in it.
+        The problem, not linearized, and its conductor.
     tolerance
         The error of each step at the vertices over the largest rise so far.
     earliest
         The earliest time of interest after a jump (s).
     points
-        By how many points along each axis the quadratures of laws are finer than those of the problem, which serve the
+        Points along each axis that the quadratures of laws have more than the problem, whose quadrature serves the
         linearizations.
     like
         A response of another space, whose steps are taken: so their errors are alike, and the difference is of space.
@@ -151,7 +151,7 @@ def march_full(
     Raises
     ------
     RunawayInTimeError
-        Where the rise leaves what solids are (`transient.HOTTEST`).
+        Where the rise exceeds every solid (`transient.HOTTEST`).
     NumericsError
         Where no step is short enough, or `MOST_STEPS` do not do.
     """
@@ -275,7 +275,7 @@ class _March:
                     factor *= taken / steps[-2].length * (last_error / max(error, 1e-12)) ** (1 / ORDER)
                 grown = taken * min(max(factor, SHORTER), LONGER)
                 if started and error <= 1.0:
-                    # A step that a stop cuts short says little against a longer one before it.
+                    # A step that a stop cuts short is no reason against a longer step before it.
                     before, last_error = max(grown, length) if last else grown, error
                 length, started = grown if started else following, True
                 length = end if ends else length
@@ -301,7 +301,7 @@ class _March:
         return state._replace(rise=state.rise + change)
 
     def _limit(self, step: Step) -> None:
-        """Raise RunawayInTimeError where the rise leaves what solids are in a step, with the time."""
+        """Raise RunawayInTimeError, with the time, where the rise exceeds every solid in a step."""
 
         def holds(share: float) -> bool:
             time = step.start + share * step.length
@@ -323,7 +323,7 @@ class _March:
         raise exponential.runaway(step.start + low * step.length)
 
     def _euler(self, state: _State, time: float, length: float) -> tuple[Step, _State, float]:
-        """A step of the implicit Euler method, in which the rise goes along a line."""
+        """A step of the implicit Euler method; the rise is linear in the step."""
         n = self._heat.free
         new = self._stage(state.rise[:n], np.zeros(n), time + length, length, state)
         line = (new.rise - state.rise) / length
@@ -375,7 +375,7 @@ class _March:
             if number:
                 self._contraction = size / max(before, 1e-300)
             else:
-                # That of the stage before (Hairer and Wanner, equation IV.8.10), and what GMRES leaves.
+                # The contraction of the last stage (Hairer and Wanner, equation IV.8.10), and the residual of GMRES.
                 self._contraction = max(self._contraction, INNER) ** 0.8
             enough = NEWTON * self._allowed(state.rise)
             if size * min(self._contraction, 1.0) <= enough * (1 - min(self._contraction, 0.9)):

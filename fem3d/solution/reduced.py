@@ -29,12 +29,12 @@ DEPENDENT = 1e-6  # a field is dropped where the part of it that is independent 
 
 @dataclass(frozen=True, eq=False)
 class Reduced(JouleHeat):
-    """Reduced matrices, and the Joule heat of the current fields, of which A is made; ``basis`` (free nodes, r) is
+    """Reduced matrices, and the Joule heat of the current fields, which form A; ``basis`` (free nodes, r) is
     orthonormal in the mass matrix, so M is the identity.
 
     The inputs' channels come first: ``source`` (channels, r), ``supply`` (channels, m). ``inertia`` (channels, r): M of
-    the lifts, tested with each field. Where currents are given, the coefficients c are such that ``drawn`` (k, m) @ c
-    is what the inputs make of ``given`` (channels, k): the least dissipation among these.
+    the lifts, tested with each field. Where currents are given, the coefficients c satisfy ``drawn`` (k, m) @ c =
+    inputs @ ``given`` (channels, k), with the least dissipation.
     """
 
     basis: np.ndarray
@@ -51,7 +51,7 @@ class Reduced(JouleHeat):
         return self.basis.shape[1]
 
     def changed(self, to: np.ndarray) -> Reduced:
-        """The same problem, or part of it, in other temperature fields, orthonormal sums of these: ``to`` (r, new)."""
+        """The same problem, or a part, in other temperature fields, orthonormal sums of these: ``to`` (r, new)."""
         return replace(
             self, basis=self.basis @ to, stiffness=to.T @ self.stiffness @ to, source=self.source @ to,
             inertia=self.inertia @ to, warm=self.warm @ to, cold_load=self.cold_load @ to,
@@ -100,8 +100,8 @@ class Reduced(JouleHeat):
 
 
 def _at(channels: np.ndarray, g: np.ndarray | None) -> np.ndarray:
-    """(..., *rest): what comes per channel (channels, *rest), at inputs g (..., channels); that of the only channel
-    where they are left out."""
+    """(..., *rest): values per channel (channels, *rest) at inputs g (..., channels); without inputs the only
+    channel."""
     if g is None:
         return channels[0]
     flat = channels.reshape(len(channels), -1)  # faster than tensordot, and a transient asks thousands of times
@@ -136,20 +136,20 @@ def _given_currents(
     conductor: Conductor | None, patterns: Sequence[Pattern], channels: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """`Reduced.drawn` and `Reduced.given`: sums of the given currents that the fields draw independently. The fields
-    have all their channels' currents, so that those that depend on others are given alike."""
+    have all their channels' currents, so that dependent currents are given alike."""
     ends = [t for t in (conductor.terminals if conductor else ()) if not t.conductance]
     if conductor is None or not ends or not patterns:
         return np.empty((0, len(patterns))), np.empty((channels, 0))
     drawn = np.array([[p.currents[t.name] for p in patterns] for t in ends])
     given = np.array([conductor.voltages[:, t.at] for t in ends]).T
     u, sizes, v = np.linalg.svd(drawn, full_matrices=False)
-    # What enters where hardly any is given, as at a wire that only senses, is what rounding leaves of other currents.
+    # A current far below the others, as in a wire that only senses, is their rounding error.
     kept = sizes > DEPENDENT * max(abs(current) for p in patterns for current in p.currents.values())
     return sizes[kept, None] * v[kept], given @ u[:, kept]
 
 
 def orthonormal(heat: HeatProblem, fields: np.ndarray) -> np.ndarray:
-    """The fields (free nodes, r) made orthonormal in the mass matrix, those dropped that depend on earlier ones.
+    """The fields (free nodes, r) made orthonormal in the mass matrix, without dependent fields.
 
     Gram-Schmidt, twice for each field (Giraud et al., Numer. Math. 101, 2005), and a last pass by Cholesky.
     """

@@ -1,13 +1,13 @@
 """The coupled steady state of temperature and current, by Newton's method with continuation in the drive.
 
-With u the rise, phi the potential at the whole drive and mu the square of the fraction of it (for heat alone the
-fraction itself), the discrete equations are
+With u the rise, phi the potential at the whole drive and mu the square of the fraction of the drive (for heat alone
+the fraction), the discrete equations are
 
     A(u) = f + mu q(u, phi),    E(u) phi = 0,    q = int sigma(u) |grad phi|^2 v,
 
-A being what leaves by conduction and by faces, f the heat sources and E the conductor between its electrodes. A Newton
-step solves the exact linearization by GMRES, preconditioned with the Cholesky factors of both diagonal blocks. It
-starts at the answer to the cold Joule heat. Where its steps do not shrink fast, the path of states from mu = 0 is
+A being the heat flow by conduction and through faces, f the heat sources and E the conductor between its electrodes. A
+Newton step solves the exact linearization by GMRES, preconditioned with the Cholesky factors of both diagonal blocks.
+It starts at the answer to the cold Joule heat. Where its steps do not shrink fast, the path of states from mu = 0 is
 followed by pseudo-arclength continuation (Keller, 1977), which passes folds: the state is the first one on the path at
 mu = 1. Where the path ends before, the heating runs away, and the largest mu on it is the limit.
 """
@@ -55,8 +55,8 @@ class SteadyState:
     ``rise`` (all nodes, K) and the ``source`` (all nodes, W) that it answers; ``joule`` (W) of each box and
     ``currents`` (A) of electrodes and probes; ``power`` (W); the ``potential`` (functions, V) and the current's
     ``density`` (A/m2). ``fields`` (free nodes, any number) and ``patterns`` are the temperature and current fields for
-    a reduced problem, ``steps`` those of Newton's method, ``unsettled`` the relative error that iteration and
-    quadrature leave. The ``heat`` problem is linearized about the state where a law makes it nonlinear.
+    a reduced problem, ``steps`` counts Newton's steps, ``unsettled`` is the relative error of iteration and
+    quadrature. The ``heat`` problem is linearized about the state where a law makes it nonlinear.
     """
 
     heat: HeatProblem
@@ -94,16 +94,16 @@ def solve_steady(
     Parameters
     ----------
     heat, conductor
-        The problem, linear or with laws, and what carries current in it. A problem that is linearized near the state
+        The problem, linear or with laws, and its conductor. A problem that is linearized near the state
         keeps its linearization, and its quadrature of laws.
     drive
-        The voltage (V) or current (A) by which messages call what drives the scene.
+        The voltage (V) or current (A) that messages name as the drive.
     accuracy
-        The relative accuracy that is asked for; iteration and quadrature leave a small part of it.
+        The relative accuracy; iteration and quadrature leave a small part as error.
     start
         A rise (all nodes, K) near the state, as of another mesh.
     thermal
-        Whether temperatures are asked for; else the currents at the initial temperature.
+        Whether to solve for temperatures; else for the currents at the initial temperature.
 
     Raises
     ------
@@ -149,8 +149,8 @@ class NotConvergedError(NumericsError):
 
 @dataclass(frozen=True, eq=False)
 class Point:
-    """A state: ``rise`` (all nodes, K), ``potential`` (functions, V) at the whole drive, ``mu``; what is worked out
-    there: the resistivity, its relative change per kelvin and the current density (rows, points), the heat that the
+    """A state: ``rise`` (all nodes, K), ``potential`` (functions, V) at the whole drive, ``mu``; and derived
+    values: the resistivity, its relative change per kelvin and the current density (rows, points), the heat that the
     whole drive makes (``driven``, all nodes, W), and the residuals of heat (free nodes, W) and of current (A)."""
 
     rise: np.ndarray
@@ -189,8 +189,8 @@ class Row:
 
 @dataclass(eq=False)
 class Newton:
-    """Newton's method for one problem. ``steps`` counts its steps; ``factors`` are those of the last linearization, and
-    ``rough`` are the problem and its conductor by the quadrature that linearizations have."""
+    """Newton's method for one problem. ``steps`` counts its steps; ``factors`` belong to the last linearization, and
+    ``rough`` are the problem and its conductor by the quadrature of linearizations."""
 
     heat: HeatProblem
     conductor: Conductor | None
@@ -202,7 +202,7 @@ class Newton:
         heat, conductor = self.heat, self.conductor
         self.electric = conductor is not None and bool(conductor.voltages[0].any())
         self.unknowns = 0 if conductor is None else len(conductor.free) + len(conductor.terminals)
-        # What the drive does not scale: the heat sources beside a current.
+        # The drive does not scale the heat sources beside a current.
         self.still = heat.loads[0] if self.electric else np.zeros(heat.size)
         self.scaled = np.zeros(heat.size) if self.electric else heat.loads[0]
         self.factors = heat.solve_steady if self.factors is None else self.factors
@@ -306,7 +306,7 @@ class Newton:
             if number:
                 contraction = size / max(known, 1e-300)
                 if contraction > (SURELY if mild and number == 1 and size > enough else CONTRACTS):
-                    # Rounding, or the bends of laws, go on making small steps: what they leave stands in the error.
+                    # Rounding, or the bends of laws, cause further small steps: they count in the error.
                     if size <= max(10 * enough, 1e-7):
                         return point, size
                     break
@@ -405,8 +405,8 @@ class Linearization:
         return of_heat, c.packed(c.on.flow(charge), w)
 
     def solve(self, residual: Point | None, row: Row, to: float) -> Direction:
-        """The direction that takes away the residuals of a point, zero without one, and of which the ``row`` is
-        ``to``. Raises NotConvergedError where the linear system is not solved."""
+        """Return the direction that removes the residuals of a point (zero without a point), and whose product with
+        ``row`` is ``to``. Raises NotConvergedError where the linear system is not solved."""
         newton, own = self._newton, bool(self._newton.heat.terms)
         found, count = self._by_gmres(residual, row, to)
         if own and (found is None or count > REFACTORED):
@@ -474,7 +474,7 @@ class Path:
         """The first state at the whole drive. Raises as `solve_steady` does."""
         newton = self._newton
         point, tangent = self._start, self._first
-        # Half of the drive, or what a tenth of the hottest rise takes by the cold answer.
+        # Half of the drive, or the drive of a tenth of the hottest rise by the cold answer.
         first = min(0.5 / tangent.mu, 0.1 * HOTTEST / max(_largest(tangent.rise), 1e-300))
         top, step, length, beyond = point, first, 0.0, 0
         newton.vanished = False
@@ -531,7 +531,7 @@ class Path:
         return Row(self._newton.heat.inner_mass @ tangent.rise / self._size, tangent.mu)
 
     def _ahead(self, point: Point, tangent: Direction, step: float, enough: float) -> Point | None:
-        """The state on the plane that a step along the tangent ends on; None where it is not found."""
+        """Return the state on the plane at the end of a step along the tangent; None where Newton's method fails."""
         guess = self._newton.moved(point, tangent.times(step))
         if guess is None:
             return None
@@ -581,7 +581,7 @@ class Path:
         return self._drive_of(top) * (abs(self._drive) or 1.0)
 
     def _hottest(self, top: Point, point: Point, tangent: Direction) -> RunawayError:
-        """The error of a path that leads beyond what is hot enough to look for."""
+        """Return the error of a path that leads beyond the hottest state of interest."""
         at = int(np.abs(point.rise[: self._newton.heat.free]).argmax())
         # The way to a pole of the rise, as one of order one: mu_end - mu = T dmu/dT.
         left = tangent.mu * point.rise[at] / tangent.rise[at]

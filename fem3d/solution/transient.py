@@ -27,11 +27,11 @@ State = tuple[np.ndarray, np.ndarray]
 
 @dataclass(frozen=True, eq=False)
 class Base:
-    """What a transient starts from on one mesh: current patterns, temperature fields (free nodes, any number) that the
-    space shall hold, and the loads (W, each all nodes) whose responses it shall hold.
+    """The start of a transient on one mesh: current patterns, temperature fields (free nodes, any number) for the
+    reduced space, and the loads (W, each all nodes) whose responses it shall contain.
 
-    ``size`` is the norm of the state that errors are relative to, where it is known. Where properties follow the
-    temperature by a law, ``heat`` is the exact problem and ``steady`` its steady state, where that is known.
+    ``size`` is the norm of the state that errors are relative to, if available. Where properties follow the
+    temperature by a law, ``heat`` is the exact problem and ``steady`` its steady state, if available.
     """
 
     heat: HeatProblem
@@ -44,7 +44,7 @@ class Base:
 
     @staticmethod
     def of_steady(state: SteadyState) -> Base:
-        """The base of a response to a constant drive, whose steady state is known."""
+        """The base of a response to a constant drive with a steady state."""
         heat = state.heat
         if heat.exact is not None or heat.storage is not None:
             return replace(Base.bare(heat.exact or heat, state.conductor), steady=state)
@@ -56,7 +56,7 @@ class Base:
 
     @staticmethod
     def bare(heat: HeatProblem, conductor: Conductor | None) -> Base:
-        """That of which nothing is known beforehand."""
+        """The base without prior information."""
         return Base(heat, conductor, [], np.empty((heat.free, 0)), [])
 
     @property
@@ -71,13 +71,13 @@ class Base:
 
 
 def _with_inertia(heat: HeatProblem, loads: list[np.ndarray]) -> list[np.ndarray]:
-    """The loads, and those with which given temperatures act when they change."""
+    """The loads, and the loads of changing given temperatures."""
     return loads + [heat.mass @ lift for lift in heat.lifts if lift.any()]
 
 
 def stills(heat: HeatProblem) -> np.ndarray:
     """(free nodes, any number): the lifts of given temperatures that jump. At that instant the free nodes stay as they
-    were, which the space holds only if it has what it takes to cancel the lift; what it lacks is heat from nowhere."""
+    were, which needs a field in the space that cancels the lift; without it heat would appear from nowhere."""
     inputs = heat.inputs
     jumps = np.concatenate([inputs.at(np.zeros(1)), inputs.jumps(inputs.knots(heat.end_time))])
     jumping = np.any(jumps, axis=0) & heat.lifts.any(axis=1)
@@ -105,7 +105,7 @@ class Transient:
 
     @property
     def conductor(self) -> Conductor | None:
-        """What carries current in it."""
+        """The conductor, if any."""
         return self.base.conductor
 
     @property
@@ -218,10 +218,10 @@ def march(base: Base, reduced: Reduced, end: float, accuracy: float, drop: int =
 
 
 class _Resistivity:
-    """Whether the law of the resistivity holds in modal states: told by the vertices of the conductor's cells, and in
-    cells with held ones alone by the points of the quadrature, as long as the resistivity is close to the cold one
-    there, else by all points of the quadrature. Raises BeyondLawError where what is used up heats nothing on the way:
-    a resistivity that rises with the temperature, and any at a given current, whose heat falls with it."""
+    """Return whether the law of the resistivity holds in modal states: at the vertices of the conductor's cells, and in
+    cells with fixed vertices alone at the points of the quadrature, as long as the resistivity is close to its cold
+    value there, else at all points of the quadrature. Raises BeyondLawError where the heat vanishes with the
+    resistivity: if it rises with the temperature, or at a given current."""
 
     def __init__(self, base: Base, modal: Reduced) -> None:
         heat, conductor = base.heat, base.conductor
@@ -288,7 +288,7 @@ def _source(base: Base, modal: Reduced, since: float) -> Source:
     rate = slope @ modal.inertia
 
     def source(times: np.ndarray, states: np.ndarray) -> np.ndarray:
-        # What is constant needs no inputs, which cost time thousands of times.
+        # Constant sources need no inputs, whose evaluation costs time in thousands of steps.
         varies = len(first) > 1
         g = first + np.outer(times - since, slope) if varies else None
         sources = modal.source[0] if g is None else g @ modal.source - rate
@@ -299,7 +299,7 @@ def _source(base: Base, modal: Reduced, since: float) -> Source:
 
 
 def _size(modal: Reduced, rates: np.ndarray, largest: np.ndarray, end: float) -> float:
-    """A norm of the state: that to which the largest inputs would drive it in the time there is."""
+    """A norm of the state: of the state to which the largest inputs would drive it by the end time."""
     none = np.zeros(modal.states)
     load = largest @ np.abs(modal.source)
     if modal.supply.shape[1]:
