@@ -19,8 +19,8 @@ SHOWN = 3
 class Claim:
     """The relative difference of a quantity, 1D less 3D, with its error bound.
 
-    ``where`` is the quantity in a sentence; ``time`` (s) is that of the largest difference, None in the steady state;
-    ``remark`` says more about it.
+    ``where`` is the quantity in a sentence; ``time`` (s) of the largest difference, None in the steady state;
+    ``remark`` adds detail.
     """
 
     where: str

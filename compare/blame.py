@@ -1,8 +1,8 @@
-"""Split the difference of a 1D model from 3D by what it leaves out: replace one assumption after the other.
+"""Split the difference of a 1D model from 3D by assumption: replace one assumption after the other.
 
 The results between the model and 3D have one assumption less each. A part is the difference of two neighbours, so that
 the parts add up to the whole difference. In another order the parts would differ by their interaction. For a sink the
-results are those of the ladder of models; for a network of lines (`compare.network_blame`) 3D's resistances replace the
+results are the ladder of models; for a network of lines (`compare.network_blame`) 3D's resistances replace the
 network's one after the other.
 """
 
@@ -202,7 +202,7 @@ def causes(claims: Sequence[Claim], budget: Budget | None) -> str:
 
 
 def _cause(claim: Claim, budget: Budget) -> str:
-    """The assumptions that explain a difference, with those that offset them."""
+    """The assumptions that explain a difference, and the offsetting assumptions."""
     from reduced1d.ladder.levels import AT_FAULT
 
     splits = budget.steady if claim.time is None else budget.transient

@@ -71,5 +71,5 @@ class Analysis(ABC, Generic[T]):
         summary[self.name] = self.document(found, outcome)
 
     def figure(self, found: T, outcome: AnyOutcome) -> Figure | None:
-        """Draw its figure with matplotlib; the built-in ones are in `validate.report.figures`."""
+        """Draw its figure with matplotlib; built-in figures are in `validate.report.figures`."""
         return None
