@@ -1,9 +1,9 @@
 """The trunk space on a grid of bricks: scikit-fem's mesh and degrees of freedom, matrices and integrals over bricks.
 
-Vectors run over all functions of the grid's highest degree; those that the degrees of their intervals leave out stay
-zero. All cells are axis-parallel, so every matrix is the reference one scaled by the sides
-(`fem3d.spaces.element.local`), and every function is a product of three functions of one coordinate each, which points
-and means are read off by."""
+Vectors run over all functions of the grid's highest degree; coefficients above the degrees of their intervals are
+zero. All cells are axis-parallel, so every matrix is the reference matrix scaled by the sides
+(`fem3d.spaces.element.local`). Every function is a product of three functions of one coordinate each, which gives
+point values and means."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ from meshes.grid import Grid
 class BrickSpace(Space):
     """The functions on the cells of a grid that a box owns.
 
-    ``ijk`` (3, cells) says where in the grid each cell is, ``h`` (3, cells) its sides (m), ``degrees`` (3, cells) its
-    degrees, of those of its edges the highest. The lower spaces are of degrees lower by two and by one.
+    ``ijk`` (3, cells) are the grid indices of each cell, ``h`` (3, cells) its sides (m), and ``degrees`` (3, cells) the
+    highest degrees of its edges. The degrees of the two lower spaces are lower by two and by one.
     """
 
     def __init__(self, grid: Grid) -> None:
@@ -43,7 +43,7 @@ class BrickSpace(Space):
         self.mesh = MeshHex(points, t.reshape(8, -1).astype(np.int32), validate=False)
         numbering = Dofs(self.mesh, ElementHexTrunk(p))
         self.dofs, self.size = numbering.element_dofs, int(numbering.N)
-        # Counted in cells, however thin: what they join matters, not how long they are.
+        # Places count cells, however thin: connectivity matters, not length.
         self.entity, self.places = entities(self.mesh, numbering, at)
         self.degrees = self._degrees(2 * self.ijk.T + 1).T
         kinds, kind = np.unique(self.degrees, axis=1, return_inverse=True)
@@ -53,8 +53,8 @@ class BrickSpace(Space):
 
     @cached_property
     def position(self) -> np.ndarray:
-        """(functions, 3): the vertex, edge, face or cell of each function, by places along the axes: even ones are the
-        grid's breakpoints, odd ones its intervals."""
+        """(functions, 3): the vertex, edge, face or cell of each function, by places along the axes: even numbers
+        are the grid's breakpoints, odd numbers its intervals."""
         position = np.zeros((self.size, 3), int)
         position[self.dofs] = 2 * self.ijk.T + np.array([0, 2, 1])[np.minimum(modes(self.p), 2)][:, None]
         for functions, partners in self.beyond.values():
@@ -69,8 +69,8 @@ class BrickSpace(Space):
 
     @cached_property
     def depth(self) -> np.ndarray:
-        """(functions,): from how many degrees less on each is not there any more, less one; negative for those that
-        the degrees of their intervals leave out, and more than any degree for vertices."""
+        """(functions,): how far the degrees can be lowered with each function still in the space; negative for
+        functions above the degrees of their intervals, and more than any degree for vertices."""
         axes, k = self.position % 2 == 1, np.zeros((self.size, 3), int)
         k[self.dofs] = modes(self.p)[:, None]
         for functions, partners in self.beyond.values():
@@ -98,9 +98,9 @@ class BrickSpace(Space):
         return np.ravel_multi_index(tuple(at.T), self.grid.edges[d].shape) if self.grid.edges else at[:, d]
 
     def spread(self, functions: np.ndarray, parts: np.ndarray) -> list[np.ndarray]:
-        """What functions (n,) miss on the intervals, or edges, that they stand on, per axis, in equal parts along the
-        axes of their degree. Absolute values are added: a sum of parts that cancel would be small for a while by
-        chance, and refining until it is small would look for just that."""
+        """Distribute error parts of functions (n,) over their intervals, or edges, per axis, equally among the axes
+        of their degree. Absolute values are added: a sum of parts that cancel can be small by chance, and refinement
+        would stop at such a sum."""
         position = self.position[functions]
         axes = position % 2 == 1
         share, spreads = np.abs(parts) / np.maximum(axes.sum(axis=1), 1), []
@@ -171,7 +171,7 @@ class BrickSpace(Space):
 
     def sample(self, u: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray, *, slope: int = 3) -> np.ndarray:
         """(..., x, y, z): fields (..., functions), or their derivative along an axis, on a grid of coordinates (m).
-        What is outside of the solid means nothing."""
+        Values outside of the solid are meaningless."""
         tables = [self._table(d, at, d == slope) for d, at in enumerate((x, y, z))]
         many = u.reshape(-1, self.size)
         samples = np.zeros((len(many), len(x), len(y), len(z)))
@@ -185,8 +185,8 @@ class BrickSpace(Space):
         return samples.reshape(*u.shape[:-1], *samples.shape[1:])
 
     def ceiling(self, u: np.ndarray) -> float:
-        """What fields (..., functions) exceed nowhere: the corners' functions of a cell add up to one, and each other
-        one has a height of its own."""
+        """Return an upper bound of fields (..., functions): the corners' functions of a cell add up to one, and each
+        other function has its own maximum."""
         high = heights(self.p)
         tops = (v[self.dofs[:8]].max(axis=0) + high @ abs(v[self.dofs[8:]]) for v in u.reshape(-1, self.size))
         return float(max(top.max() for top in tops))
@@ -227,8 +227,8 @@ class BrickSpace(Space):
 
     @cached_property
     def _factors(self) -> tuple[np.ndarray, np.ndarray]:
-        """(3, n): which functions of one coordinate each is a product of, those of breakpoints first; and (n,): the
-        function that each product is, or is on one side of a plane at which functions jump."""
+        """(3, n): the three functions of one coordinate in each product, breakpoint functions first; and (n,): the
+        function that equals each product, perhaps only on one side of a plane at which functions jump."""
         k, numbers = modes(self.p), np.empty((3, *self.dofs.shape), int)
         for d in range(3):
             at, factor, (below, above) = self.ijk[d], k[:, d, None], self._at_breaks[d]

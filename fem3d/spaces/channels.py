@@ -1,7 +1,7 @@
-"""What drives a scene, as channels: channel 0 is the constant one, each schedule of the scene is one more.
+"""Inputs of a scene as channels: channel 0 is the constant 1, and each schedule of the scene adds a channel.
 
 Every source, given temperature and voltage is a sum over channels of a constant times the channel's value, so that
-matrices and loads are assembled once and time enters through a handful of numbers g(t).
+matrices and loads are assembled once and time enters through a few numbers g(t).
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ Side = Literal["left", "right"]
 
 @dataclass(frozen=True)
 class Inputs:
-    """The schedules of a scene, in the order in which they are found."""
+    """The schedules of a scene, in order of appearance."""
 
     schedules: tuple[Schedule, ...]
 
@@ -64,7 +64,7 @@ class Inputs:
 
     @cached_property
     def _points(self) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Of each schedule the times and the values: steps ask for them thousands of times."""
+        """Times and values of each schedule, as arrays: time steps use them thousands of times."""
         return [(np.array(s.times), np.array(s.values)) for s in self.schedules]
 
     def largest(self, end: float) -> np.ndarray:
@@ -83,8 +83,8 @@ def value(given: Value, times: np.ndarray) -> np.ndarray:
 def _on(
     knots: np.ndarray, values: np.ndarray, times: np.ndarray, side: Side = "right"
 ) -> tuple[np.ndarray, np.ndarray]:
-    """(times,) twice: the values that a schedule has at some times, and its rates (1/s); at a knot those of what
-    follows, or comes before."""
+    """(times,) twice: the values of a schedule at some times, and its rates (1/s); at a knot the limits from the
+    right or left ``side``."""
     after = np.searchsorted(knots, times, side=side)
     inside = (after > 0) & (after < len(knots))
     low, high = np.maximum(after - 1, 0), np.minimum(after, len(knots) - 1)

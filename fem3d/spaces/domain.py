@@ -1,7 +1,7 @@
 """A scene laid on the cells of a mesh: the cells and facets of its materials, sources, conditions and probes.
 
-The problems are assembled from a `Domain`. `Domain.locate` finds the cells, facets, edges or the point of a condition
-or a probe: of boxes by coordinates (`Boxes`), on bricks and on tetrahedra alike, of a mesh file by groups (`Groups`).
+The problems are assembled from a `Domain`. `Domain.locate` returns the cells, facets, edges or the point of a
+condition or a probe: for boxes by coordinates (`Boxes`), on bricks and tetrahedra; for mesh files by groups (`Groups`).
 """
 
 from __future__ import annotations
@@ -51,10 +51,10 @@ class Region(NamedTuple):
     ----------
     dimension : 3 for a volume, 2 for a surface, 1 for a line, 0 for a point
     numbers : (n,) array, its cells, facets or edges
-    signs : (n,) array, of a surface: 1 where the direction in which flows count points out of a facet's first cell,
+    signs : (n,) array, for a surface: 1 where the positive direction of flows points out of a facet's first cell,
         else -1
     point : coordinates of a point (m)
-    parts : names of the parts in which a probe is read, where it names some
+    parts : names of the parts that restrict a probe, if any
     """
 
     dimension: int
@@ -74,12 +74,12 @@ class Joint:
 
 @dataclass(frozen=True, eq=False)
 class Domain(ABC):
-    """Cells and conditions of a scene, of whatever kind. ``body`` (cells,) is the number of each cell's body in
-    ``names`` and ``materials``; ``sources`` are heat sources (W/m3) with their cells; ``live`` (cells,) are the cells
-    that current passes, ``still`` those of conductors at one voltage, with that voltage or the name of the electrode
-    whose potential they have; ``anchored``: whether every part has an exit for heat. At ``contacts`` the temperature, a
-    function of the ``space``, may jump, or the potential,
-    one of ``potentials`` where these are others.
+    """Cells and conditions of a scene of any kind. ``body`` (cells,) is the number of each cell's body in ``names``
+    and ``materials``; ``sources`` are heat sources (W/m3) with their cells; ``live`` (cells,) marks cells with current.
+    ``still`` lists the cells of conductors at uniform voltage, each with its voltage or the name of the electrode at
+    that potential. ``anchored``: whether every part has an exit for heat. At ``contacts`` the temperature (in
+    ``space``) or the potential may jump. Potentials are in ``potentials``, or in ``space`` where ``potentials`` is
+    None.
     """
 
     scene: Any
@@ -99,7 +99,7 @@ class Domain(ABC):
 
     @property
     def electric(self: D) -> D:
-        """The same with the space of the potentials, in which voltages and currents are told."""
+        """The same domain with the space of the potentials, for voltages and currents."""
         return self if self.potentials is None else self._electric
 
     @cached_property
@@ -109,12 +109,12 @@ class Domain(ABC):
 
     @cached_property
     def cold(self) -> tuple[Material, ...]:
-        """The materials with numbers in the place of their laws, those of the initial temperature."""
+        """The materials with each law evaluated at the initial temperature."""
         return tuple(m.at(self.scene.initial_temperature) for m in self.materials)
 
     def per_cell(self, key: str) -> np.ndarray:
-        """(cells,): a property of the materials at the initial temperature; (3, cells) where it differs along x, y and
-        z in one of them."""
+        """(cells,): a property of the materials at the initial temperature; (3, cells) where any material
+        is anisotropic."""
         given = [getattr(m, key) for m in self.cold]
         if any(isinstance(each, tuple) for each in given):
             return np.array([laws.along(each) for each in given], float).T[:, self.body]
@@ -127,7 +127,7 @@ class Domain(ABC):
 
     @cached_property
     def inputs(self) -> Inputs:
-        """The channels of what varies in time."""
+        """The channels of all values that vary in time."""
         values = [v for b in self.scene.boundaries for v in (b.value, b.ambient)] + [v for v, _ in self.sources]
         return Inputs(tuple(dict.fromkeys(v for v in values if isinstance(v, Schedule))))
 
@@ -136,7 +136,7 @@ class Domain(ABC):
         return self.space.mesh.f2t[1, facets] < 0
 
     def seen(self, facets: np.ndarray, inside: np.ndarray | None = None) -> Faces:
-        """Those of some facets that are of a cell (among those chosen, (cells,)), each seen from one."""
+        """Integrals over the facets that touch a cell (of the mask ``inside`` (cells,)), each seen from one cell."""
         cells = self.space.mesh.f2t[:, facets]
         fine = cells >= 0 if inside is None else (cells >= 0) & inside[cells]
         side = fine.argmax(axis=0)
@@ -162,8 +162,8 @@ class Domain(ABC):
                 yield self.space.faces(facets[both][at], cells), float(sign) * (0.5 - side), cells
 
     def on(self, boundary: Any) -> np.ndarray:
-        """The facets on which a condition acts: those of conductors that carry current for a voltage, exposed ones for
-        a flux."""
+        """The facets on which a condition acts: for a voltage, facets of conductors that carry current; for a flux,
+        exposed facets."""
         if boundary.name not in self._facets:
             facets = self.facets(boundary)
             if boundary.kind == "voltage":
@@ -227,7 +227,7 @@ class Domain(ABC):
         return np.array([each == name for each in self.names])[self.body]
 
     def parts(self, names: Iterable[str]) -> np.ndarray:
-        """(cells,): those in any part with one of some names."""
+        """(cells,): whether each cell is in a part with one of these names."""
         return np.any([np.zeros(len(self.body), bool), *map(self.part, names)], axis=0)
 
     def mean(self, probe: Any, inside: np.ndarray | None = None) -> np.ndarray:
@@ -279,11 +279,11 @@ class Domain(ABC):
 
     @cached_property
     def grouped(self) -> GroupedMesh:
-        """The mesh, as points are looked for in it."""
+        """The mesh for point location."""
         return GroupedMesh(self.space.mesh, {}, {})
 
     def _beside(self, region: Region, inside: np.ndarray | None) -> np.ndarray | None:
-        """(cells,): those ``inside`` that are in the parts of a region, where it names some."""
+        """(cells,): the mask ``inside``, restricted to the parts of a region if any."""
         if not region.parts:
             return inside
         return self.parts(region.parts) if inside is None else inside & self.parts(region.parts)
@@ -291,7 +291,7 @@ class Domain(ABC):
 
 @dataclass(frozen=True, eq=False)
 class Boxes(Domain):
-    """A scene of boxes on bricks or tetrahedra, none of which is cut by a plane of the scene."""
+    """A scene of boxes on bricks or tetrahedra; no plane of the scene cuts a cell."""
 
     scene: Scene
 
@@ -330,7 +330,7 @@ class Groups(Domain):
         return self.placed.mesh
 
     def part(self, name: str) -> np.ndarray:
-        """(cells,): those of a volume group."""
+        """(cells,): whether each cell is in a volume group."""
         return self.placed.part(name)
 
     def locate(self, item: GroupBoundary | GroupProbe) -> Region:
@@ -387,8 +387,8 @@ def groups(placed: Placed, degree: int = 3) -> Groups:
 
 
 def with_contacts(domain: D) -> D:
-    """A domain whose temperature and potential jump at the contacts of its scene, and whose voltages behind a contact
-    are those of functions beyond their faces."""
+    """Return a domain whose temperature and potential jump at the contacts of its scene. Functions beyond a face
+    carry a voltage behind a contact."""
     scene, space = domain.scene, domain.space
     behind = [b for b in scene.boundaries if b.kind == "voltage" and b.contact_resistance]
     contacts = [c for c in scene.contacts if not c.perfect]

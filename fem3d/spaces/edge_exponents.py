@@ -12,8 +12,8 @@ from fem3d.spaces.domain import Domain
 from meshes.singular import REGULAR, RESOLVED, exponent
 from scenes import physics
 
-# Angles (radians) are told apart to this, a degree: an exponent moves by a percent, and as many
-# different ones are solved for.
+# Angles (radians) are rounded to this, a degree: an exponent moves by a percent, and this limits
+# the number of eigenvalue problems.
 TOLD_APART = np.pi / 180
 _EDGES, _FACETS = np.array(RefTet.edges), np.array(RefTet.facets)
 _OTHERS = np.array([[i for i in range(4) if i not in edge] for edge in RefTet.edges])
@@ -23,8 +23,8 @@ _BESIDE = np.array([[[set(f) == {*edge, c} for f in RefTet.facets].index(True) f
 
 def at_vertices(domain: Domain) -> np.ndarray:
     """(2, 3, vertices): the smallest exponents of the temperature and of the potential at the edges that end at each
-    vertex, by the axis that these run along most; infinite where all are regular. Of a contact the smaller counts of
-    those with it and without, as `meshes.singular` says."""
+    vertex, by the axis closest to each edge's direction; infinite where all are regular. At a contact the smaller of
+    the exponents with and without the contact counts, as in `meshes.singular`."""
     mesh: Any = domain.space.mesh
     regular = np.full(mesh.edges.shape[1], np.inf)
     thermal, electric = [regular], [regular]
@@ -87,7 +87,7 @@ def _at_edges(mesh: Any, k: np.ndarray, given: np.ndarray, torn: np.ndarray | No
     order = np.lexsort([start, edge])
     order = order[marked[mesh.edges[:, edge[order]]].all(axis=0)]
     edge, start, angle, k, first, last = (x[order] for x in (edge, start, angle, k[of_cell], first, last))
-    # From one wedge to the one before around the same edge.
+    # Index of the previous wedge around the same edge.
     begins = np.flatnonzero(np.diff(edge, prepend=-1))
     ends = np.append(begins[1:], len(edge))[: len(begins)] - 1
     before = np.arange(len(edge)) - 1
@@ -118,8 +118,8 @@ def _at_edges(mesh: Any, k: np.ndarray, given: np.ndarray, torn: np.ndarray | No
 
 
 def _exponent(ring: tuple[tuple[int, float, int, int, int, bool], ...]) -> float:
-    """The exponent of wedges, each with its angle, conductivity, the gap before it, what its beginning and the end of
-    the one before the gap are given, and whether nothing passes where it begins; half of it where two given values
+    """The exponent of wedges, each with its angle, conductivity, the gap before it, the given values at its start and
+    at the end of the previous wedge, and whether its start is insulated; half the exponent where two given values
     meet."""
     wedges = []
     for angle, k, gap, given, behind, cut in ring:

@@ -1,6 +1,6 @@
 """The trunk (serendipity) hexahedron of any degree for scikit-fem, with a hierarchical basis, and its 1D factors.
 
-A basis function is a product of three 1D functions: 0 and 1 are the linear ones, k >= 2 the integral of the Legendre
+A basis function is a product of three 1D functions: 0 and 1 are linear, k >= 2 is the integral of the Legendre
 polynomial k - 1. Edges carry k = 2 ... p, facets pairs with j + k <= p, the interior triples with i + j + k <= p (Szabo
 and Babuska, Finite Element Analysis, 1991, section 6). All bricks of a grid are oriented alike, so that odd functions
 match. Functions of lower degrees span the lower spaces: leaving some out makes spaces of mixed and of nested degrees.
@@ -123,7 +123,7 @@ class Local(NamedTuple):
 
 @lru_cache(maxsize=512)
 def local(p: int, degrees: Degrees) -> Local:
-    """The reference matrices of the functions that are active for degrees along x, y, z: those of
+    """The reference matrices of the functions that are active for degrees along x, y, z: the forms
     `fem3d.spaces.forms.conduction` and `fem3d.spaces.forms.capacity`, made of their 1D factors."""
     at = np.flatnonzero(active(p, degrees))
     one = factors(p)

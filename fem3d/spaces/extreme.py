@@ -1,8 +1,8 @@
 """The largest or smallest value of a function over parts of cells.
 
-A lattice in every cell shows which cells may hold it, and where in each of their halves, quarters or eighths. Lattices
-of half the size around each best point close in on it. The remainder is estimated by the gain of the last one: the
-value near a top is wrong by the square of the spacing, so that all further ones together would gain a third of it.
+A lattice in every cell selects the halves, quarters or eighths of cells that may hold the extreme. Lattices of half the
+size around each best point then converge. The gain of the last lattice estimates the remainder: the error near an
+extreme is quadratic in the spacing, so that all further lattices together would gain a third of the last gain.
 """
 
 from __future__ import annotations

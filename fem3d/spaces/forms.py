@@ -1,4 +1,4 @@
-"""The weak forms of the two problems, in scikit-fem: their definition; the matrices of bricks are held to it.
+"""The weak forms of the two problems, in scikit-fem; the matrices of bricks are tested against these definitions.
 
 Heat:      rho c dT/dt = div(k grad T) + |J|^2 / sigma,   k dT/dn + h (T - T_air) = 0 on cooled faces,
 Current:   div(sigma grad phi) = 0,                       J = -sigma grad phi,   sigma = 1 / resistivity(T).

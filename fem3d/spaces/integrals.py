@@ -44,14 +44,14 @@ def entities(mesh: Any, dofs: Any, vertices: np.ndarray) -> tuple[np.ndarray, np
 class Space(ABC):
     """Functions on the cells of scikit-fem's ``mesh``.
 
-    A function is a vector of coefficients (functions,); a field is known at the points of a quadrature, as (cells,
+    A function is a vector of coefficients (functions,); a field has values at quadrature points, as (cells,
     points), or (3, cells, points) for a vector. ``dofs`` (functions of a cell, cells) and ``size`` are scikit-fem's
     numbering, ``p`` the highest degree; ``entity`` (functions,) numbers the vertex, edge, facet or cell that each
-    function belongs to, and ``places`` (entities, 3) says where these are.
+    function belongs to, and ``places`` (entities, 3) are their places.
 
-    Functions may jump across the facets ``torn`` (`fem3d.spaces.split`), ``origin`` (functions,) being what each was
-    before it was split. Functions that are no cell's are ``beyond`` a face: by its name those of the face and, in the
-    same order, their partners.
+    Functions may jump across the facets ``torn`` (`fem3d.spaces.split`), ``origin`` (functions,) being its number
+    before the split. Functions that belong to no cell are ``beyond`` a face: by name, the functions of the face and
+    their partners in the same order.
     """
 
     mesh: Any
@@ -70,7 +70,7 @@ class Space(ABC):
 
     @cached_property
     def origin(self) -> np.ndarray:
-        """(functions,): what each function was before some were split."""
+        """(functions,): the number of each function before the split."""
         return np.arange(self.size)
 
     def renumbered(self: S, dofs: np.ndarray, origin: np.ndarray) -> S:
@@ -79,7 +79,7 @@ class Space(ABC):
         for name in [n for n in vars(space) if isinstance(getattr(type(self), n, None), cached_property)]:
             del vars(space)[name]
         space.dofs, space.size = dofs, len(origin)
-        # The k-th function that was one of an entity is of the k-th entity that was this one.
+        # The k-th copy of a function belongs to the k-th copy of its entity.
         order = np.argsort(origin, kind="stable")
         firsts = np.flatnonzero(np.diff(origin[order], prepend=-1))
         turn = np.empty(len(origin), int)
@@ -104,20 +104,20 @@ class Space(ABC):
         """Which functions (functions,) are in each lower space that this one holds, the lowest first, and in itself."""
 
     by_cells = False
-    """Whether what readings miss is told cell by cell (`fem3d.adaptivity.cellwise`), or function by function."""
+    """Whether errors of readings are estimated by cell (`fem3d.adaptivity.cellwise`), or by function."""
 
     @property
     @abstractmethod
     def depth(self) -> np.ndarray:
-        """(functions,): in how many degrees less each is not there any more, less one; more than any for vertices."""
+        """(functions,): how far the degree can be lowered with each still in the space; more than any for vertices."""
 
     @abstractmethod
     def spread(self, functions: np.ndarray, parts: np.ndarray) -> list[np.ndarray]:
-        """What some functions (n,) miss, each ``parts`` (n,) of it, on what they stand on
+        """Distribute the error ``parts`` (n,) of some functions (n,) over the intervals, edges or cells of each
         (`fem3d.adaptivity.estimator.Spread`)."""
 
     def pooled(self, spread: list[np.ndarray]) -> list[np.ndarray]:
-        """A spread, in sums over what is so small that the rate at which its parts fall tells nothing."""
+        """Return a spread, summed over pieces too small for a meaningful convergence rate."""
         return spread
 
     @property
@@ -132,14 +132,14 @@ class Space(ABC):
 
     @abstractmethod
     def stiffness(self, k: np.ndarray, cells: np.ndarray) -> csc_array:
-        """The integral of k grad u . grad v over some cells, for k (of them,), or (3, of them) along the axes."""
+        """The integral of k grad u . grad v over some cells, for k (n,), or (3, n) along the axes."""
 
     @abstractmethod
     def at(self, X: np.ndarray, along: int | None = None) -> np.ndarray:
         """(points, functions of a cell): their values at reference points (3, points), or slopes along an axis."""
 
     def ceiling(self, u: np.ndarray) -> float:
-        """Return a value that fields (..., functions) exceed nowhere; infinite where no bound is known."""
+        """Return an upper bound of fields (..., functions); infinite where none is available."""
         return np.inf
 
     @abstractmethod
@@ -156,13 +156,13 @@ class Space(ABC):
         size of its determinant (cells, points or 1)."""
 
     def of(self, cells: np.ndarray) -> np.ndarray:
-        """(functions,): which are those of some cells, by number or as a mask."""
+        """(functions,): whether each belongs to some cells (numbers or a mask)."""
         mask = np.zeros(self.size, bool)
         mask[self.dofs[:, cells]] = True
         return mask
 
     def alike(self, cells: np.ndarray) -> list[np.ndarray]:
-        """Some cells, those together that have the same functions."""
+        """Group some cells by the set of their functions."""
         return [cells]
 
     def on(self, cells: np.ndarray, more: int = 0) -> Cells:
@@ -232,8 +232,8 @@ class Cells:
         return self._scattered(x + y + z)
 
     def blocks(self, density: np.ndarray | float = 1.0) -> tuple[np.ndarray, np.ndarray]:
-        """The integral of a density (cells, 1 or points) times u v in each cell (cells, n, n), for those n functions of
-        a cell that don't vanish, and which these are."""
+        """The integral of a density (cells, 1 or points) times u v in each cell (cells, n, n), for the n functions of a
+        cell that don't vanish, and the mask of these functions."""
         present = self._rule.present
         values = self._rule.values[:, present]
         weighted = density * self.weights
@@ -316,7 +316,7 @@ class Faces:
         return sides
 
     def _filled(self, evaluate: Callable[[Cells], np.ndarray], shape: tuple[int, ...] = ()) -> np.ndarray:
-        """(..., facets, points): what is known of the facets of each side."""
+        """(..., facets, points): the values on the facets of each side, in one array."""
         count = max((each.weights.shape[1] for _, each, _ in self.sides), default=0)
         values = np.empty((*shape, len(self.cells), count))
         for at, cells, _ in self.sides:
@@ -373,7 +373,7 @@ class Faces:
         return summed(self.entries(density), self.space.size)
 
     def entries(self, density: np.ndarray) -> list[np.ndarray]:
-        """Those of `mass_of` for each side, as of `Cells.entries`."""
+        """The entries of `mass_of` for each side, as `Cells.entries`."""
         return [cells.entries(density[at]) for at, cells, _ in self.sides]
 
     def normals(self) -> np.ndarray:

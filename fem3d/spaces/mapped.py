@@ -1,7 +1,7 @@
 """Nested polynomial spaces on the cells of scikit-fem's meshes, straight or curved.
 
 Tetrahedra have degree 3, or 2 where memory is short, and hexahedra degree 2; each space contains all lower degrees. The
-vertex functions are those of degree 1. On a tetrahedron with barycentric coordinates l_i an edge from a to b adds
+vertex functions have degree 1. On a tetrahedron with barycentric coordinates l_i an edge from a to b adds
 4 l_a l_b of degree 2 and l_a l_b (l_b - l_a) of degree 3, a face 27 l_a l_b l_c of degree 3 (Szabo and Babuska, Finite
 Element Analysis, 1991). The odd function needs one direction of each edge in all of its cells, so vertices of cells are
 in ascending order. On hexahedra the functions past the vertices are scikit-fem's of degree 2.
@@ -84,7 +84,7 @@ class MappedSpace(Space):
 
     @cached_property
     def depth(self) -> np.ndarray:
-        """(functions,): the highest degree less that of each; more than any degree for vertices."""
+        """(functions,): the highest degree less each function's degree; more than any degree for vertices."""
         depth = np.zeros(int(self.numbering.N), int)
         depth[self.numbering.nodal_dofs] = self.p + 1
         if self._kind == (True, 3):
@@ -100,25 +100,25 @@ class MappedSpace(Space):
         return (self.depth > self.p).astype(float)
 
     def spread(self, functions: np.ndarray, parts: np.ndarray) -> list[np.ndarray]:
-        """What functions (n,) miss, in equal parts for the axes and cells that they stand on: (cells,) each.
-        Absolute values are added, as `BrickSpace.spread` says."""
+        """Distribute error parts of functions (n,) equally over their axes and cells: (cells,) for each axis.
+        Absolute values are added, as in `BrickSpace.spread`."""
         shares: Any = np.bincount(functions, np.abs(parts), self.size)
-        # What is beyond a face is missed where its partners are.
+        # The error of a function beyond a face counts at its partner on the face.
         for on_face, partners in self.beyond.values():
             shares[on_face] += shares[partners]
         shares = shares / np.maximum(np.bincount(self.dofs.ravel(), minlength=self.size), 1)
         return [shares[self.dofs].sum(axis=0) / 3] * 3
 
     def matrices(self, k: np.ndarray, c: np.ndarray) -> tuple[csc_array, csc_array]:
-        # Of one pattern, which one order of elimination suits.
+        # Both have one pattern, so one elimination order suits both.
         return halves(self._summed(np.arange(len(c)), k, c))
 
     def stiffness(self, k: np.ndarray, cells: np.ndarray) -> csc_array:
         return halves(self._summed(cells, k, np.zeros(len(cells))))[0]
 
     def _summed(self, cells: np.ndarray, k: np.ndarray, c: np.ndarray) -> csc_array:
-        """The integrals of k grad u . grad v and, as the imaginary part, of c u v, over some cells, for k (of
-        them,), or (3, of them) along the axes, and c (of them,)."""
+        """The integrals of k grad u . grad v and, as the imaginary part, of c u v, over n cells, for k (n,), or
+        (3, n) along the axes, and c (n,)."""
         k = np.broadcast_to(k, (3, len(cells)))
         quadrature, n = self.rule(cells, 0), len(self.dofs)
         blocks = np.empty((len(cells), n, n), complex)
@@ -163,7 +163,7 @@ class MappedSpace(Space):
 
 
 def _order(kind: Kind) -> int:
-    """Return the order of quadrature: that of the mass matrix; on hexahedra one more for a coefficient."""
+    """Return the quadrature order: exact for the mass matrix; on hexahedra one more for a coefficient."""
     simplex, degree = kind
     return 2 * degree if simplex else 5
 
@@ -219,16 +219,16 @@ def _rule(kind: Kind, order: int) -> Rule:
 
 
 def _collapsed(order: int, axes: int = 3) -> tuple[np.ndarray, np.ndarray]:
-    """scikit-fem's rule of the tetrahedron, or the triangle, or beyond its highest order that of a collapsed cube, or
-    square (Stroud, Approximate Calculation of Multiple Integrals, 1971, section 2.4). On the tetrahedron its rules from
-    the fifth on are exact to one order less than they say."""
+    """scikit-fem's rule of the tetrahedron, or triangle; beyond its highest order the rule of a collapsed cube, or
+    square (Stroud, Approximate Calculation of Multiple Integrals, 1971, section 2.4). From the fifth on, its rules of
+    the tetrahedron are exact to one order less than stated."""
     if order <= (LARGEST_ORDER if axes == 3 else LARGEST_OF_TRIANGLE):
         return get_quadrature(RefTet, order + (order >= 5)) if axes == 3 else get_quadrature(RefTet.brefdom, order)
     x, w = gauss(order // 2 + 2)
     points, room = np.empty((axes, len(x) ** axes)), np.ones(len(x) ** axes)
     weights: np.ndarray = np.prod(np.meshgrid(*axes * [w], indexing="ij"), axis=0).ravel()
     for d, along in enumerate(np.meshgrid(*axes * [x], indexing="ij")):
-        # Each axis has the room that those before it leave.
+        # Each axis ranges over the length that the previous axes leave.
         points[d], weights = room * along.ravel(), weights * room ** (d > 0)
         room = room * (1 - along.ravel())
     return points, weights

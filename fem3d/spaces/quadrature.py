@@ -32,7 +32,7 @@ class Rule(NamedTuple):
         return summed
 
     def tested(self, field: np.ndarray, along: int | None = None) -> np.ndarray:
-        """(..., functions): what a field (..., points) has with each of them, the transpose of `at`."""
+        """(..., functions): sums over points of a field (..., points) times each function, the transpose of `at`."""
         summed: np.ndarray = field @ (self.values if along is None else self.slopes[along])
         return summed
 
@@ -54,7 +54,7 @@ def product_rule(count: int, dimension: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def rule(points: np.ndarray, weights: np.ndarray, functions: Values, kept: np.ndarray | slice = slice(None)) -> Rule:
-    """A rule for those of a cell's functions that are ``kept``."""
+    """Return a rule for the ``kept`` functions of a cell."""
     values, *slopes = (functions(points, along)[:, kept] for along in (None, 0, 1, 2))
     return Rule(points, weights, np.arange(functions(points[:, :1]).shape[1])[kept], values, np.array(slopes))
 

@@ -1,7 +1,7 @@
-"""What a grid of bricks costs, foreseen before anything is made on it: unknowns, matrix entries, memory.
+"""Predict the cost of a grid of bricks before assembly: unknowns, matrix entries, memory.
 
-The unknowns are counted, not estimated: the planes of a scene cut it into few cells, each vertex, edge, face and inside
-of which holds a grid of the finer ones, whose functions are a product of what lies along the three axes.
+The unknowns are counted, not estimated: the planes of a scene cut it into few coarse cells. Each vertex, edge, face and
+inside of a coarse cell holds a grid of finer cells; the counts along the three axes multiply.
 """
 
 from __future__ import annotations
@@ -22,23 +22,23 @@ HIGHEST = 10
 """Columns of a table by degree, of which the first is for points: more than any degree that a grid has."""
 LEAF, AT_LEAF = 120.0, 40.0
 """Unknowns of a piece that is not dissected any more (`fem3d.problems.cholesky.LEAF`), and those that join two such."""
-# What follows was measured on plates with 0 to 10 pads beside a meander, on rows of 100 and 300 boxes and on cubes with
-# 2 and 3 boxes inside: the peak of a run's memory is foreseen to within 30 % from 0.15 to 2.6 GB.
+# These constants were measured on plates with 0 to 10 pads beside a meander, on rows of 100 and 300 boxes and on cubes
+# with 2 and 3 boxes inside: a run's peak memory is predicted to within 30 % from 0.15 to 2.6 GB.
 START_UP = 75e6  # bytes of a process before it has a mesh: interpreter and libraries
 PER_ENTRY = 115.0  # bytes: the cells' matrices with their places, the sums in three spaces
 FILL = 1.4  # times the entries that the joins of a dissection have: what is joined reaches beyond its plane
 PER_FACTOR = 12.4  # bytes for each entry of the factors in the highest space: 8, and half as much in the lower ones
 
-# The same of tetrahedra, whose joins are counted too large, most of all where most of a mesh is a film: what a meander
-# with pads, stacks with vias, pads on a chip and a bulky mesh from Gmsh take, from 58,000 to 146,000 unknowns and 0.5
-# to 3.6 GB, is foreseen 1.07 to 1.7 times too large, and never too small.
+# The same for tetrahedra, whose joins are overestimated, most of all where most of a mesh is a film. The memory of a
+# meander with pads, stacks with vias, pads on a chip and a bulky mesh from Gmsh (58,000 to 146,000 unknowns, 0.5 to
+# 3.6 GB) is predicted 1.07 to 1.7 times too large, and never too small.
 PER_ENTRY_OF_CELLS, PER_FACTOR_OF_CELLS = 90.0, 5.0
 
 
 @dataclass(frozen=True)
 class Size:
     """Cells, unknowns, the unknowns of the smallest layer of cells that halves the grid (``join``), the entries of the
-    cells' matrices before they are summed, those of the factors, and bytes at the peak of a run (``memory``)."""
+    cells' matrices before summation, the entries of the factors, and bytes at the peak of a run (``memory``)."""
 
     cells: int
     unknowns: int
@@ -49,9 +49,9 @@ class Size:
 
 
 def factor_entries(unknowns: float, join: float) -> float:
-    """Entries of a Cholesky factor along a nested dissection: a leaf's for each unknown, and at depth k 2^k joins,
-    whose unknowns fall from those of the whole's to a leaf's as a power of what they halve (George, SIAM J. Numer.
-    Anal. 10, 1973)."""
+    """Entries of a Cholesky factor along a nested dissection: ``LEAF`` for each unknown, and at depth k 2^k joins. The
+    unknowns of a join fall from ``join`` to ``AT_LEAF`` as a power of the size of the halved piece (George, SIAM J.
+    Numer. Anal. 10, 1973)."""
     depth = max(np.log2(unknowns / LEAF), 1.0)
     level = np.arange(int(np.ceil(depth)))
     joins = join * (AT_LEAF / max(join, AT_LEAF)) ** (level / depth)
@@ -104,7 +104,7 @@ def _along(planes: np.ndarray, breaks: np.ndarray, degrees: np.ndarray) -> np.nd
 
 
 def _product(mask: np.ndarray, tables: list[np.ndarray]) -> np.ndarray:
-    """(HIGHEST, HIGHEST, HIGHEST): what the tables of the three axes have, together, where the mask is true."""
+    """(HIGHEST, HIGHEST, HIGHEST): the product of the tables of the three axes, summed where the mask is true."""
     counts = mask.astype(float)
     for table in tables:
         counts = np.tensordot(counts, table, axes=(0, 0))
@@ -112,7 +112,7 @@ def _product(mask: np.ndarray, tables: list[np.ndarray]) -> np.ndarray:
 
 
 def _closed(mask: np.ndarray, d: Any) -> np.ndarray:
-    """The planes across an axis beside cells, or what extends along the other axes alone, in a mask."""
+    """The mask of the planes across axis ``d`` that touch cells of a mask."""
     mask = np.pad(mask, [(1, 1) if e == d else (0, 0) for e in range(3)])
     return np.delete(mask, 0, axis=d) | np.delete(mask, -1, axis=d)
 
@@ -131,7 +131,7 @@ def _of_intervals(solid: np.ndarray, tables: list[np.ndarray], functions: np.nda
 
 
 def _of_edges(grid: Grid, functions: np.ndarray) -> tuple[np.ndarray, float]:
-    """The same of a grid whose degrees are told edge by edge."""
+    """The same for a grid with a degree for each edge."""
     degrees = np.array([edgewise.entities(edges, d) for d, edges in enumerate(grid.edges)])
     inside, unknowns = np.zeros((HIGHEST,) * 3), 0.0
     np.add.at(inside, tuple(degrees[:, 1::2, 1::2, 1::2][:, grid.solid]), 1.0)

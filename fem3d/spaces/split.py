@@ -1,8 +1,8 @@
-"""Functions that jump across some facets: those of one side are others than those of the other.
+"""Functions that jump across some facets: each side has its own functions.
 
 A vertex, edge or facet on a contact has one function of each kind for every set of its cells that hang together by
-facets without a contact. So a contact that ends inside the solid does so where its functions are those of both sides:
-around its rim all cells hang together.
+facets without a contact. So at the rim of a contact that ends inside the solid both sides share functions: around the
+rim all cells hang together.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def split(space: S, facets: np.ndarray, beyond: Mapping[str, Faces] | None = Non
 
 
 def _split(space: Space, facets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """``dofs`` with other numbers where functions are split, and (functions,) the one that each was."""
+    """``dofs`` with other numbers where functions are split, and (functions,) the former number of each."""
     mesh, count = space.mesh, space.dofs.shape[1]
     on = np.zeros(space.size, bool)
     for seen in mesh.f2t[:, facets]:
@@ -68,8 +68,8 @@ def _split(space: Space, facets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _of_sides(space: Space, facets: np.ndarray, cells: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """For each side of a cell the functions (of a side, facets) on those of some facets that are that side of their
-    cell, and which facets (facets,) these are."""
+    """For each side of the reference cell the functions (functions of a side, facets) on the facets at that side of
+    their cell, and the indices (facets,) of these facets."""
     local = (space.mesh.t2f[:, cells] == facets).argmax(axis=0)
     for number in np.unique(local):
         at = np.flatnonzero(local == number)
@@ -103,7 +103,7 @@ class Interface:
         """Facets inside, seen from both of their cells."""
         first, second = space.mesh.f2t[:, facets]
         one = Faces(space, facets, first)
-        # What a function of the first cell was before functions were split, the second cell's partner was too.
+        # A function of the first cell and its partner in the second cell have the same origin.
         keys, numbers = [], []
         for functions, at in _of_sides(space, facets, second):
             keys.append((at * len(space.origin) + space.origin[functions]).ravel())
@@ -114,12 +114,12 @@ class Interface:
         for at, side, _ in one.sides:
             wanted = at[:, None] * len(space.origin) + space.origin[side.dofs]
             place = np.minimum(np.searchsorted(key[order], wanted), len(key) - 1)
-            # What is no function of the side is zero there.
+            # Other functions of the cell vanish on the side.
             partner[at] = np.where(key[order][place] == wanted, number[order][place], side.dofs)
         return Interface(one, twin(one, partner))
 
     def jump(self, u: np.ndarray) -> np.ndarray:
-        """(facets, points): a function (functions,) on the one side less that on the other."""
+        """(facets, points): a function (functions,) on side ``one`` less its value on the ``other``."""
         return self.one.value(u) - self.other.value(u)
 
     def load(self, density: np.ndarray | float = 1.0) -> np.ndarray:
@@ -127,7 +127,7 @@ class Interface:
         return self.one.load(density) - self.other.load(density)
 
     def mass(self) -> csc_array:
-        """The integral of the jump of u times that of v."""
+        """The integral of the jump of u times the jump of v."""
         size = self.one.space.size
         rows, columns, data = [], [], []
         for (_, a, _), (_, b, _) in zip(self.one.sides, self.other.sides, strict=True):
