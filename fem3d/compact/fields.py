@@ -22,15 +22,15 @@ SOONER = 3.0  # the first shift of the Krylov fields is the earliest time over t
 
 
 def slowest(heat: HeatProblem) -> float:
-    """A time (s) in which a structure that is uniformly heated comes to rest."""
+    """Return the relaxation time (s) of a uniformly heated structure."""
     n = heat.free
     load = (heat.mass @ heat.unit)[:n]
     return float(heat.unit[:n] @ (heat.inner_mass @ heat.solve_steady(load)) / max(heat.unit[:n] @ load, 1e-300))
 
 
 def jumps_of(heat: HeatProblem, steps: np.ndarray) -> list[np.ndarray]:
-    """The heat (J, all nodes) that a given temperature's step takes at once, of each as large as ``steps`` (channels,)
-    say; as a state, it decays from then on."""
+    """Return the heat (J, all nodes) that a step of each given temperature, of size ``steps`` (channels,), takes at
+    once; as a state, it decays from then on."""
     return [s * (heat.mass @ lift) for s, lift in zip(steps[1:], heat.lifts[1:], strict=True) if lift.any()]
 
 

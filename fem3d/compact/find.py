@@ -51,8 +51,8 @@ MESH, FINER, TURNS = 3.0, 0.3, 4
 """The first mesh is for this many times the accuracy; how much less each further one leaves; how many there are."""
 INSTANTS = 60
 """Instants of each run at which a model is compared."""
-# The step of each given temperature is this fraction of the one before, and of the other sign: equal steps would cancel
-# out.
+# The step of each given temperature is this fraction of the previous step, with opposite sign: equal steps would
+# cancel out.
 LESS = 0.8
 FARTHEST = 0.2  # a step of a temperature changes a resistivity by at most this fraction
 MOST_PLACES, NEAR = 12, 1e-4
@@ -144,7 +144,7 @@ def _compact(
     runs = {OWN: _run(tried.pop(OWN), inputs, TRUTH * accuracy, say)}
     first = process_time() - start
     limit = start + max(LONGEST * first if seconds is None else (LONGEST - 1) * seconds, ALWAYS)
-    # Where the runs of all inputs would take more than two thirds of the time, the later ones are less accurate.
+    # Where the runs of all inputs would take more than two thirds of the time, later runs are less accurate.
     room = max((limit - start) * 2 / 3 - first, 0.1 * first)
     truth = TRUTH * max(1.0, len(tried) * first / room)
     because, last = "", 0.0
@@ -252,13 +252,13 @@ def _references(scene: AnyScene, run: Run, own: Run) -> list[Reference]:
 
 
 def first_time(scene: AnyScene) -> float:
-    """The time (s) from which on traces hold their accuracy."""
+    """Return the earliest time (s) at which the accuracy of traces holds."""
     instants = [t for t in scene.output_times if 0 < t <= scene.end_time]
     return min(*instants, LATE * scene.end_time) if instants else EARLY * scene.end_time
 
 
 def instants(scene: AnyScene, times: np.ndarray, inputs: Mapping[str, Value] | None = None) -> np.ndarray:
-    """Choose the times at which a model is compared: those at which the accuracy holds, also after a jump."""
+    """Choose times for the comparison of a model, where the accuracy holds, also after a jump."""
     first = first_time(scene)
     drives = {c.name: c.value for c in channels(scene)} if inputs is None else inputs
     given = [v for v in drives.values() if isinstance(v, Schedule)]
@@ -383,7 +383,7 @@ def _rises(scene: AnyScene, model: CompactModel, made: Projection, heat: Any, ru
 
 
 def needed(values: np.ndarray, rows: np.ndarray, near: np.ndarray) -> np.ndarray:
-    """Choose few rows whose largest value equals that of all rows, but for ``near``.
+    """Choose few rows whose largest value equals the largest value of all rows within ``near``.
 
     Parameters
     ----------

@@ -47,7 +47,7 @@ class Projection(Matrices):
     basis : (free nodes, n) array
         Fields of the states.
     offset : (inputs + 1, n) array
-        States that belong to given temperatures: the fields are those of b - z offset.
+        States that belong to given temperatures: the fields have the coefficients b - z offset.
     """
 
     basis: np.ndarray

@@ -56,7 +56,7 @@ class Model:
     Attributes
     ----------
     fine, low, fewer : Modal
-        The model, that of the next lower space, and the fine model of fewer fields.
+        The model, the model of the next lower space, and the fine model with fewer fields.
     beyond : dict
         By quantity the error over the distance of the lower space.
     by_fewer : dict
@@ -340,8 +340,8 @@ class Solved:
 
 
 def make(device: Device, meter: tuple[float, float], slow: bool, steps: bool, say: Callable[[str], None]) -> Solved:
-    """The few states of a device's structure and the scene's own run, with ``meter`` the steps (ohm) to which the
-    resistances are rounded in its loop; and where they are wanted the run sampled slowly and those of the outer steps.
+    """Compute the few states of a device's structure and the scene's own run; its loop rounds resistances to the steps
+    ``meter`` (ohm). With ``slow`` add the run that is sampled slowly, with ``steps`` the runs of the outer steps.
 
     Raises ArithmeticError where the numerics fail.
     """

@@ -1,1 +1,1 @@
-"""What is read off a solution: probes, flows, currents, traces and fields."""
+"""Outputs of a solution: probes, flows, currents, traces and fields."""

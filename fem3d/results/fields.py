@@ -283,8 +283,8 @@ def _hexahedron() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
 
 
 def _tetrahedron() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """The same of a tetrahedron, of which the middles of its faces and its own (15, 3) follow the nodes of second order
-    (10, 3): a linear hexahedron (4, 8) at each corner."""
+    """The same for a tetrahedron: its nodes (15, 3) are the nodes of second order (10, 3), then the middles of faces
+    and cell; a linear hexahedron (4, 8) at each corner."""
     corners, every = np.vstack([np.zeros(3), np.eye(3)]), range(4)
     sets = [frozenset(x) for x in (*((a,) for a in every), *RefTet.edges, *combinations(every, 3), every)]
     hexes = []

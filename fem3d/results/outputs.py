@@ -1,14 +1,14 @@
-"""What is read off a solution: probes, heat flows, currents and Joule heats of the whole structure.
+"""Outputs of a solution: probes, heat flows, currents and Joule heats of the whole structure.
 
-The same names come out of a steady state and of a transient, as numbers or as arrays over time:
+A steady state and a transient give the same names, as numbers or as arrays over time:
 ``time`` (s), ``probe:<probe>`` (rise in K, potential in V, heat flow and power in W, current in A),
 ``flow:<boundary>`` (W, into the solid),
-``doubt:<probe>`` (by what a heat flow may be off because its boundary shares nodes with another at an angle, or what
-the search for an extreme may have left),
-``current:<electrode>`` (A, into the solid), ``joule:<box>`` (W), ``power`` (W, what the electrodes supply to what is
-solved),
-``generated`` (W, the heat sources'), ``dissipated`` (W, the Joule heat of all boxes, of those too that symmetry leaves
-out); of a steady state ``rounding`` (W, what it leaves of flows that are nothing).
+``doubt:<probe>`` (largest error of a heat flow whose boundary shares nodes with another at an angle, or the remainder
+from the search for an extreme),
+``current:<electrode>`` (A, into the solid), ``joule:<box>`` (W), ``power`` (W, supplied by the electrodes to the
+solved part, times the symmetric copies),
+``generated`` (W, the heat sources'), ``dissipated`` (W, the Joule heat of all boxes, also outside
+the symmetric part); for a steady state ``rounding`` (W, rounding error of flows that are zero).
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ ROUNDING = 1e-10  # relative error that rounding in the solves leaves in every q
 # Points of a step between which outputs at full order are interpolated: with the cubic rise of order 4, as its error.
 POINTS = 5
 JUST = 1e-12  # relative distance of the last one from the end of the step, where inputs may jump
-# a table is left only beyond this fraction of the span of temperatures: given temperatures at its end are met to that
+# Tables may be exceeded by this fraction of the span of temperatures, the accuracy of given temperatures at their ends.
 CLOSE = 1e-3
 Outputs = dict[str, np.ndarray]  # of shape () or (times,)
 Response = Transient | FullResponse
@@ -47,9 +47,9 @@ Response = Transient | FullResponse
 
 
 class _Part(NamedTuple):
-    """What is known of the part that is solved, as numbers or over time: heat flows, currents and Joule heats by name,
-    the electric power and that of the sources (W), and how the rest is read: a `Reading` without its boundaries, an
-    extreme with its doubt, the potential of a probe, and the heat that enters at fields (k, all nodes)."""
+    """Outputs of the solved part, as numbers or over time: heat flows, currents and Joule heats by name, the electric
+    power and the power of the sources (W). Its functions evaluate a `Reading` without its boundaries, an extreme with
+    its remainder, the potential of a probe, and the heat that enters at fields (k, all nodes)."""
 
     flows: Outputs
     currents: Outputs
@@ -77,7 +77,7 @@ def of_steady(state: SteadyState, symmetry: Symmetry) -> Outputs:
         phi = None if state.conductor is None else state.hot_potential
         return np.array(Voltmeter(heat.domain, probe).read(phi, 0.0))
 
-    # What the flows are the small differences of.
+    # The flows are small differences of these terms.
     sizes = np.abs(state.rise)
     # The matrix is symmetric: columns, which it is stored by, serve as rows.
     terms = (sizes @ abs(heat.stiffness[:, heat.free :])).sum()
@@ -219,9 +219,9 @@ def stored_heat(response: Response, symmetry: Symmetry, times: np.ndarray) -> np
 
 
 def unbalanced(out: Outputs) -> tuple[float, float]:
-    """Of a steady state the heat that enters and does not leave (W), and its part of all that passes: by
-    boundaries, sources and currents or, where nothing thermal is asked for, the power that the electrodes supply and
-    that is not dissipated. The part is 0 where no more passes than rounding leaves of a uniform temperature."""
+    """Return the heat imbalance of a steady state (W), absolute and relative to the total throughput by boundaries,
+    sources and currents. Without thermal outputs the imbalance is the electrodes' power less the dissipated power. The
+    relative imbalance is 0 where the throughput is within the rounding error of a uniform temperature."""
     flows = [float(v) for name, v in out.items() if name.startswith("flow:")]
     power, generated = float(out["power"]), float(out["generated"])
     gap, passing = abs(power - float(out["dissipated"])), power

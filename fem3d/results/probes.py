@@ -24,17 +24,17 @@ from fem3d.spaces.integrals import Faces
 from scenes.model import Schedule, bends
 
 Conductivity = Callable[[Faces, np.ndarray], np.ndarray]
-"""That of facets seen from some cells: (facets, 1 or points), or with axes in front."""
+"""The conductivity at facets seen from some cells: (facets, 1 or points), or with axes in front."""
 Row = Callable[[np.ndarray], np.ndarray]
 """(all nodes,) at a field (functions,)."""
 
 
 @dataclass(frozen=True, eq=False)
 class Reading:
-    """value = row @ rise + entering @ g + the flows or currents of ``boundaries``, that of electrodes times ``sign``;
-    or its ``extreme``. Rows are over all nodes. ``gradient``: whether the row is one of the gradient. ``by_law``: what
-    a term of a problem that isn't linearized adds to that row at a field (functions,), where it adds anything. The
-    problem is told to it, which keeps its readings: kept by them as well, each would hold the other in memory."""
+    """value = row @ rise + entering @ g + the flows or currents of ``boundaries``, currents times ``sign``; or the
+    value is its ``extreme``. Rows are over all nodes. ``gradient``: whether the row integrates a gradient. ``by_law``:
+    the contribution of a term of a nonlinear problem to the row at a field (functions,), or None. The problem is an
+    argument: it stores its readings, and a reference back would keep both in memory."""
 
     row: np.ndarray
     entering: np.ndarray
@@ -118,7 +118,7 @@ def extreme(domain: Domain, probe: Any, inside: np.ndarray | None = None) -> Ext
 
 def gradient(domain: Domain, probe: Any, conductivity: Conductivity) -> np.ndarray:
     """(functions,): the heat (W) that passes a flat probe, per rise, for a conductivity of facets seen from some cells:
-    on the surface into the solid, inside the mean of what both sides say, at contacts by the jump."""
+    on the surface into the solid, inside the mean of the flows of both sides, at contacts by the jump."""
     facets = domain.facets(probe)
     outer = facets[domain.exposed(facets)]
     row = np.zeros(domain.space.size)
@@ -150,12 +150,12 @@ def drift(domain: Domain, probe: Any, u: np.ndarray) -> np.ndarray:
 
 
 def cell_by_cell(conductivity: np.ndarray) -> Conductivity:
-    """That of a conductivity of the cells: (cells,), or (3, cells) along the axes."""
+    """Return the `Conductivity` for values by cell: (cells,), or (3, cells) along the axes."""
     return lambda faces, cells: conductivity[..., cells, None]
 
 
 def _conductivity(heat: HeatProblem) -> Conductivity:
-    """That of a heat problem, at the state about which it is linearized."""
+    """The `Conductivity` of a heat problem, at the state of its linearization."""
     about, domain = heat.about, heat.domain
     if about is None:
         return cell_by_cell(domain.per_cell("thermal_conductivity"))
@@ -180,8 +180,8 @@ def _by_law(probe: Any) -> Callable[[HeatProblem, Any], Row | None]:
 
 
 def _electrodes(domain: Domain, probe: Any) -> tuple[tuple[str, ...], float]:
-    """The electrodes that a flat probe covers, and the sign by which what enters there counts; none where current only
-    passes it."""
+    """The electrodes that a flat probe covers, and the sign of their entering currents; none where current only passes
+    the probe."""
     facets = domain.facets(probe)
     names = [
         b.name
@@ -205,8 +205,8 @@ def _electrodes(domain: Domain, probe: Any) -> tuple[tuple[str, ...], float]:
 
 
 def starts_free(domain: Domain, probe: Any) -> bool:
-    """Whether a mean temperature is that of the start at t = 0: no part of the probe, of the same dimension, lies on a
-    boundary of given temperature."""
+    """Return whether a mean temperature equals the initial temperature at t = 0: no part of the probe, of the same
+    dimension, lies on a boundary of given temperature."""
     held = [b for b in domain.scene.boundaries if b.kind == "temperature"]
     if domain.is_flat(probe):
         return not any(len(np.intersect1d(domain.on(b), domain.facets(probe))) for b in held)
@@ -215,7 +215,7 @@ def starts_free(domain: Domain, probe: Any) -> bool:
 
 
 class Voltmeter:
-    """One probe on one mesh: what it reads is ``inside`` (cells,), where ``still`` functions have a voltage each."""
+    """A potential probe on a mesh, restricted to the cells ``inside``; ``still`` lists functions at given voltages."""
 
     def __init__(self, domain: Domain, probe: Any) -> None:
         self._domain = domain = domain.electric
@@ -242,7 +242,7 @@ class Voltmeter:
         return float(self._row @ field)
 
     def field(self, potential: np.ndarray | None, time: float) -> np.ndarray:
-        """(functions,): the potential in parts that carry current and in those that don't."""
+        """(functions,): the potential in parts with and without current."""
         field = np.zeros(self._domain.space.size) if potential is None else potential.copy()
         for functions, voltage in self.still:
             field = np.where(functions > 0, functions * channels.value(voltage, np.array([time]))[0], field)
@@ -250,8 +250,8 @@ class Voltmeter:
 
 
 def potential_over_time(base: Base, rises: Callable[[], np.ndarray], probe: Any, times: np.ndarray) -> np.ndarray:
-    """(times,): the potential (V) of a probe that the reduced problem knows nothing of, an extreme or in parts without
-    current; the electric problem is solved at each time where it depends on it, at ``rises`` (times, all nodes)."""
+    """(times,): the potential (V) of a probe outside of the reduced problem: an extreme, or in parts without current.
+    Where resistivity varies, the electric problem is solved at each time for the ``rises`` (times, all nodes)."""
     conductor, heat, g = base.conductor, base.heat, base.heat.inputs.at(times)
     meter = Voltmeter(heat.domain, probe)
     if conductor is None:

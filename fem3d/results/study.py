@@ -1,4 +1,4 @@
-"""What is to be found of a scene, and how well: the engine's only view of what a run is for."""
+"""Quantities to compute for a scene, with their accuracy: the solver's only view of a run's purpose."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ Quantities = dict[str, np.ndarray]  # numbers, or arrays over time
 class Study:
     """A scene's part to be solved, and its quantities.
 
-    ``steady`` and ``traces`` make the reported quantities of the outputs; ``steady_scales`` and ``trace_scales`` say
-    of the outputs (those of the steady state where it is known) what an error of each is relative to. ``goals`` and
-    ``trace_goals`` name the probe that a steady quantity, or a trace, is; ``ratios`` quantities with the goal whose
-    relative error they share. ``rises`` and ``trace_rises`` are the temperatures among the quantities.
-    ``extrapolated``: whether what later degrees would change, where that is known, is part of the steady quantities.
-    ``field``: the largest error of the steady field at any point, over its largest rise, that needs no finer mesh; None
-    where nobody looks at the field. Times in s: the ``end``, the ``earliest`` from which on
-    traces hold their accuracy, and ``instants`` that must be among the rows. ``voltage`` names the drive in messages.
-    ``from_start``: whether errors before ``earliest`` are wanted, too.
+    ``steady`` and ``traces`` compute the reported quantities from the outputs. ``steady_scales`` and ``trace_scales``
+    compute the references of relative errors from the outputs (of the steady state where available). ``goals`` and
+    ``trace_goals`` name the probe of a steady quantity, or of a trace; ``ratios`` map quantities to the goal with the
+    same relative error. ``rises`` and ``trace_rises`` are the temperatures among the quantities.
+    ``extrapolated``: whether steady quantities include the estimated change by higher degrees, where available.
+    ``field``: tolerance of the steady field at any point, over its largest rise; None where the field is not used.
+    Times in s: the ``end``, the ``earliest`` time at which the accuracy of traces holds, and ``instants`` that must be
+    among the rows. ``voltage`` names the drive in messages.
+    ``from_start``: whether errors before ``earliest`` are needed, too.
     """
 
     part: Symmetry

@@ -31,8 +31,8 @@ def choose(
     jumps: Sequence[float] = (),
     instants: Sequence[float] = (),
 ) -> tuple[np.ndarray, dict[str, np.ndarray], dict[str, float]]:
-    """Times (s) from 0 on between which linear interpolation errs by at most ``allowed`` in each trace;
-    the traces there, and those errors.
+    """Return times (s) from 0 on between which linear interpolation errs by at most ``allowed`` in each trace,
+    the traces there, and the interpolation errors.
 
     The error of a straight line over h is h^2 |y''| / 8, so the rows take equal shares of the integral of
     sqrt(|y''| / 8 / allowed) (de Boor's equidistribution), with a margin; where a trace is still off, in the middle
