@@ -35,7 +35,7 @@ def jumps_of(heat: HeatProblem, steps: np.ndarray) -> list[np.ndarray]:
 
 
 def loads_of(base: Base, steps: np.ndarray) -> list[np.ndarray]:
-    """The loads (W, all nodes) of a model, each as large as the inputs' steps (channels,) make it: every channel's own,
+    """Return the loads (W, all nodes) of a model, scaled by the inputs' steps (channels,): the load of every channel,
     the Joule heat of every pair of current fields, and its change by temperature."""
     heat, conductor = base.heat, base.conductor
     loads = [s * v for s, v in zip(steps[1:], heat.loads[1:], strict=True) if v.any()]

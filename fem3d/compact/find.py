@@ -1,4 +1,4 @@
-"""Compact models of any scene: its 3D problem projected on as few fields as an accuracy takes.
+"""Compact models of any scene: its 3D problem projected on as few fields as the accuracy requires.
 
 Every boundary value, source and voltage is an input. The error is the distance from runs of the full model, for the
 scene itself and for a step of each input alone, on meshes of their own.
@@ -104,11 +104,11 @@ def compact(
     states : int or None
         Number of states; None for as many as the accuracy takes.
     accuracy : float
-        Largest error, relative as the scene's own.
+        Largest error, relative to the same scales as the scene's accuracy.
     say : callable
         Takes progress messages.
     seconds : float, optional
-        Processor time of the 3D solution that was made before; by default of the first run here.
+        Processor time of an earlier 3D solution; by default the time of the first run.
 
     Returns
     -------
@@ -302,7 +302,7 @@ def _problem(
 
 
 def _mixed(scene: AnyScene, inputs: tuple[Channel, ...], rise: float) -> dict[str, Value]:
-    """A value for each input: voltages, sources and fluxes as they are in the scene, temperatures apart."""
+    """Return a value for each input: voltages, sources and fluxes of the scene, and distinct temperatures."""
     conductors = (m for m in physics.materials(scene) if m.resistivity is not None)
     steepest = max((abs(m.temperature_coefficient) for m in conductors), default=0.0)
     size = min(max(rise, 1.0), FARTHEST / max(steepest, 1e-300))
@@ -392,7 +392,7 @@ def needed(values: np.ndarray, rows: np.ndarray, near: np.ndarray) -> np.ndarray
     rows : (places, nodes) array
         Row that reads each place.
     near : (fields,) array
-        How much less the largest value of the chosen rows may be.
+        Largest allowed deficit of the chosen rows' largest value.
     """
     tops = values.max(axis=0)
     kept: list[int] = []

@@ -1,8 +1,8 @@
 """A reduced problem as the matrices of `statespace.runtime`: affine maps of z = (1, inputs, states).
 
 With given temperatures the reduced states a obey da/dt = -K a + ... - I dg/dt, I being the inertia of their lifts; the
-states here are b = a + I g, so that no input is differentiated, but in the heat flow of a boundary while its
-temperature is on the move.
+states here are b = a + I g, so that no input is differentiated, except in the heat flow of a boundary whose
+temperature changes.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from statespace.document import Matrices, Port
 
 @dataclass(frozen=True, eq=False)
 class Structure:
-    """The parts of a model: the problem of the part that is solved, with its current fields, the scene's inputs,
-    whether it has capacities, and for each probe of an extreme where it may be, as rows (places, all nodes)."""
+    """The parts of a model: the problem of the solved part, with its current fields, the scene's inputs, whether it
+    has capacities, and for each probe of an extreme the rows (places, all nodes) of its possible places."""
 
     base: Base
     part: Symmetry

@@ -30,7 +30,7 @@ DEPARTS = 0.1
 
 @dataclass(frozen=True, eq=False)
 class Structure:
-    """The heat problem and the conductor of the part of a device that is solved, which is there ``copies`` times."""
+    """The heat problem and the conductor of the solved part of a device; the device has ``copies`` such parts."""
 
     device: Device
     heat: HeatProblem

@@ -195,7 +195,7 @@ class Fields:
         return self._transient.rises(np.asarray(times, dtype=float))
 
     def ceiling(self, times: np.ndarray) -> float:
-        """Return a temperature (K) that is exceeded nowhere in the steady state nor at some times (s)."""
+        """Return an upper bound of the temperature (K) in the steady state and at some times (s)."""
         rises = [] if self._state is None else [self._state.rise]
         rises += [*self._rises(times)] if len(times) else []
         return float(self._domain.scene.initial_temperature + self._space.ceiling(self._heat.field(np.array(rises))))

@@ -278,7 +278,7 @@ def _added(values: tuple[Value, ...], times: np.ndarray) -> np.ndarray:
 
 
 def tables(heat: HeatProblem, rises: np.ndarray, keys: tuple[str, ...]) -> list[str]:
-    """A sentence for each table among some properties that fields (k, all nodes), rises in K, get out of."""
+    """Return a warning for each property table whose range the fields (k, all nodes), rises in K, exceed."""
     domain, sentences = heat.domain, dict[str, None]()
     space, start, fields = domain.space, domain.scene.initial_temperature, heat.field(np.atleast_2d(rises))
     for body, material in enumerate(domain.materials):

@@ -1,7 +1,7 @@
-"""How each probe is read off a solution: means and heat flows are rows, extremes are searched for.
+"""Evaluate each probe on a solution: means and heat flows are rows, extremes are searched for.
 
-The flow of a whole boundary of given temperature is its reaction, which converges twice as fast as the gradient that is
-integrated elsewhere.
+The flow of a whole boundary of given temperature is its reaction, which converges twice as fast as the integrated
+gradient used elsewhere.
 """
 
 from __future__ import annotations
@@ -45,12 +45,12 @@ class Reading:
     by_law: Callable[[HeatProblem, Any], Row | None] = lambda heat, term: None
 
     def whole_row(self, heat: HeatProblem) -> np.ndarray:
-        """(all nodes,): how the value follows the rise, reactions among it."""
+        """(all nodes,): the derivative of the value by the rise, reactions included."""
         return sum((heat.held_rows[name][0] for name in self.boundaries), self.row)
 
 
 def reading(heat: HeatProblem, probe: Any) -> Reading:
-    """How a probe of a temperature, a heat flow or a current is read; worked out once."""
+    """Return the `Reading` of a probe of a temperature, a heat flow or a current, from a cache."""
     if probe.name not in heat.memo:
         heat.memo[probe.name] = _reading(heat, probe)
     return heat.memo[probe.name]
@@ -101,8 +101,8 @@ def _reading(heat: HeatProblem, probe: Any) -> Reading:
 
 
 def _bent(heat: HeatProblem, about: np.ndarray, boundary: Any, on: Faces) -> tuple[np.ndarray, np.ndarray]:
-    """The heat that enters through some faces of a boundary where it is no straight line of the temperature, by the
-    tangent at the state (functions,) that a problem is linearized about: at no rise (channels,) in W and per kelvin
+    """The heat that enters through some faces of a boundary with a flux nonlinear in temperature, by the tangent at
+    the state (functions,) of a problem's linearization: at zero rise (channels,) in W, and per kelvin
     (functions,)."""
     terms = (t for t in (heat.exact or heat).terms if isinstance(t, Surface) and boundary in t.boundaries)
     still, per_kelvin = next(terms).entering(about, on)
@@ -133,8 +133,8 @@ def gradient(domain: Domain, probe: Any, conductivity: Conductivity) -> np.ndarr
 
 
 def drift(domain: Domain, probe: Any, u: np.ndarray) -> np.ndarray:
-    """(functions,): how the heat (W) of `gradient` follows a field u as the conductivity does, by its laws, while the
-    gradient stays."""
+    """(functions,): the derivative of the heat (W) of `gradient` at a field u through the conductivity's laws, with
+    the gradient held fixed."""
     facets, row = domain.facets(probe), np.zeros(domain.space.size)
 
     def bent(faces: Faces, cells: np.ndarray) -> np.ndarray:

@@ -35,8 +35,8 @@ def choose(
     the traces there, and the interpolation errors.
 
     The error of a straight line over h is h^2 |y''| / 8, so the rows take equal shares of the integral of
-    sqrt(|y''| / 8 / allowed) (de Boor's equidistribution), with a margin; where a trace is still off, in the middle
-    between two rows or at any other sample, they are halved.
+    sqrt(|y''| / 8 / allowed) (de Boor's equidistribution), with a margin. Intervals are halved where a trace
+    still deviates, in the middle between two rows or at any other sample.
     Traces may jump at ``jumps``: there are rows just before and at each. ``instants`` are rows too.
     """
     inner = (1 - np.cos(np.linspace(0, np.pi, 25)[:-1])) / 2

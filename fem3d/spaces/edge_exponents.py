@@ -74,8 +74,8 @@ def _given(domain: Domain, kind: str) -> np.ndarray:
 
 def _at_edges(mesh: Any, k: np.ndarray, given: np.ndarray, torn: np.ndarray | None = None) -> np.ndarray:
     """(edges,): the exponent at each edge of a mesh of cells that conduct ``k`` (cells,), for the numbers of the values
-    ``given`` on facets; infinite where it is regular. Nothing passes the facets ``torn``: where these are given, only
-    edges of theirs are looked at."""
+    ``given`` on facets; infinite where it is regular. The facets ``torn`` are insulated; if given, only their edges are
+    evaluated."""
     exponents, cut = np.full(mesh.edges.shape[1], np.inf), np.zeros(len(given), bool)
     pair = np.where(mesh.f2t >= 0, k[mesh.f2t], 0.0)
     uneven = np.flatnonzero((pair[0] != pair[1]) | ((given > 0) & pair.any(axis=0))) if torn is None else torn
@@ -132,8 +132,8 @@ def _exponent(ring: tuple[tuple[int, float, int, int, int, bool], ...]) -> float
 
 
 def _wedges(mesh: Any, cells: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Of the six edges of some cells (n,): the edge, the angle about it at which the cell begins and its own (radians),
-    the cell, and the facets at which it begins and ends; (6 n,) each."""
+    """For the six edges of some cells (n,): the edge, the start angle about it and the angle of the cell (radians), the
+    cell, and its first and last facet about the edge; (6 n,) each."""
     at = mesh.p[:, mesh.t[:, cells]]
     edges = mesh.t2e[:, cells].ravel()
     ends = mesh.p[:, mesh.edges[:, edges]]

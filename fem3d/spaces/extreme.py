@@ -79,7 +79,7 @@ class Extreme:
 
     @staticmethod
     def _candidates(values: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Times, cells, best points and values of all parts of cells that may hold the extreme, from values (times,
+        """Times, cells, best points and values of all parts of cells that may hold the extreme, for values (times,
         cells, points); parts are halves of a line, quarters of a side and eighths of a cell."""
         part = (points > 0.5) @ 2 ** np.arange(points.shape[1])
         members = [np.flatnonzero(part == k) for k in np.unique(part)]

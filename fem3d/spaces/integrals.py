@@ -144,7 +144,7 @@ class Space(ABC):
 
     @abstractmethod
     def rule(self, cells: np.ndarray, more: int) -> Rule:
-        """The quadrature of some cells, with ``more`` points along each axis than is their due."""
+        """The quadrature of some cells, with ``more`` additional points along each axis."""
 
     @abstractmethod
     def side(self, number: int, more: int = 0) -> Side:
@@ -202,8 +202,8 @@ class Cells:
         return self.covariant(np.array([self._rule.at(u[self.dofs], d) for d in range(3)]))
 
     def within(self, slopes: np.ndarray) -> np.ndarray:
-        """(3, cells): how far a gradient (3, cells, points) spans each cell along the axes of the reference cell, in
-        the mean square."""
+        """(3, cells): the change by a gradient (3, cells, points) across each cell along the axes of the reference
+        cell, root mean square."""
         spans = (
             slopes / self._inverse
             if self._inverse.ndim == 3
@@ -287,8 +287,8 @@ class Cells:
 class Faces:
     """Some facets of a space, each seen from one of its cells.
 
-    Each side of a cell has cells of its own, with points on that side and the weights of the facet: no point is looked
-    for in a curved cell as by scikit-fem's FacetBasis, whose search ends at an absolute 1e-12.
+    Each side of a cell has its own `Cells`, with points on that side and the weights of the facet. This avoids a search
+    for points in curved cells by scikit-fem's FacetBasis, which ends at an absolute 1e-12.
     """
 
     def __init__(self, space: Space, facets: np.ndarray, cells: np.ndarray, more: int = 0) -> None:
