@@ -85,8 +85,8 @@ def rational(heat: HeatProblem, loads: list[np.ndarray], times: tuple[float, flo
 
 
 def _residual(heat: HeatProblem, basis: np.ndarray, loads: list[np.ndarray], shift: float) -> float:
-    """The largest error of (M + g K) u = F in the fields over u, in the energy's norm, by the diagonal
-    alone: the residual is orthogonal to the fields, so that it is rough."""
+    """Estimate the largest relative error of (M + g K) u = F in the fields, in the energy norm. The diagonal of
+    the matrix suffices: the residual is orthogonal to the fields, hence rough."""
     mass, stiffness = heat.inner_mass, heat.inner_stiffness
     product = mass @ basis + shift * (stiffness @ basis)
     weight = 1 / (mass.diagonal() + shift * stiffness.diagonal())

@@ -45,10 +45,10 @@ FULL = "the full model"
 TRUTH, SPACE = 0.5, 0.02
 """Parts of the accuracy: for the runs of the full model, and for the fields."""
 LONGEST, ALWAYS = 10.0, 60.0
-"""A model takes at most so many times as long as the 3D solution, or so many seconds of processor time if that is more.
+"""Time limit of a model: this multiple of the time of the 3D solution, or at least these seconds of processor time.
 """
 MESH, FINER, TURNS = 3.0, 0.3, 4
-"""The first mesh is for this many times the accuracy; how much less each further one leaves; how many there are."""
+"""Error of the first mesh over the accuracy, factor of the error for each further mesh, and number of meshes."""
 INSTANTS = 60
 """Instants of each run at which a model is compared."""
 # The step of each given temperature is this fraction of the previous step, with opposite sign: equal steps would

@@ -162,8 +162,8 @@ def _excited(rates: np.ndarray, shape: np.ndarray, jump: np.ndarray) -> np.ndarr
 
 
 def _departures(covariance: np.ndarray, excited: np.ndarray, mean: np.ndarray, least: float) -> np.ndarray:
-    """(k, n): vectors d with sum d d^T the covariance of a film's local temperatures, as few as leave less than
-    ``least`` of the mean temperature's size in the states that are excited."""
+    """(k, n): vectors d with sum d d^T approximately the covariance of a film's local temperatures. The omitted vectors
+    are below ``least`` of the mean temperature's size in the excited states."""
     values, vectors = np.linalg.eigh(excited.T @ covariance @ excited)
     size = float(((mean @ excited) ** 2).sum())
     kept = values > least**2 * size
@@ -173,8 +173,8 @@ def _departures(covariance: np.ndarray, excited: np.ndarray, mean: np.ndarray, l
 
 @dataclass(frozen=True, eq=False)
 class Projected:
-    """The model of a structure in some generations of fields, that in two fewer, and the space that they span, of loads
-    (W, each all nodes) and shifts (s)."""
+    """The model of a structure in some generations of fields, the model with two fewer, and the space of the fields,
+    with loads (W, each all nodes) and shifts (s)."""
 
     loads: list[np.ndarray]
     shifts: tuple[float, ...]

@@ -105,9 +105,9 @@ class Model:
         }
 
     def shielding(self, device: Device) -> tuple[Shielding, dict[str, float]]:
-        """Effect of the temperatures around on both powers in the steady state, with errors (W/K): twice the error by
-        the lower space, as differences of small values need not fall by half with a degree; the change by fewer
-        fields; and the part that local departures may add without being followed."""
+        """Return the effect of surrounding temperatures on both steady powers, with errors (W/K). The error sums twice
+        the error by the lower space (differences of small values need not halve with a degree), the change by fewer
+        fields, and the possible contribution of omitted local departures."""
         models = (self.fine, self.low, self.fewer)
         fine, low, fewer = (asdict(shielding.around(modal, device)) for modal in models)
         power = max(self.steady(device).sink_power_W, self.steady(device).sensor_power_W)
@@ -133,8 +133,8 @@ class Model:
         return replace(response, sensor_error=sensor, sink_error=sink)
 
     def ground(self, device: Device) -> list[tuple[Shared, dict[str, float]]]:
-        """Effects of a lead to ground that both films share, with errors in their units: the device's own, or
-        where it has none leads of a thousandth and a hundredth of the sensor's resistance."""
+        """Effects of a lead to ground that both films share, with errors in their units: the device's own lead,
+        or, without one, leads of a thousandth and a hundredth of the sensor's resistance."""
         film = float(self.fine.resistance[1])
         leads = [device.control.ground_resistance] if device.control.ground_resistance else [1e-3 * film, 1e-2 * film]
         effects = []
@@ -241,8 +241,8 @@ def _short(device: Device) -> Device:
 def _judged(
     device: Device, short: Device, fine: Projected, low: Projected, lowest: Projected, nodes: int
 ) -> tuple[dict[str, dict[str, float]], dict[str, float]]:
-    """How far the model of the lower space, fewer fields and fewer nodes are from the fine one, for each quantity
-    relative to its scale, in a short run and in the steady state; and the error over the first, for each quantity."""
+    """Distances of the models with lower spaces, fewer fields and fewer nodes, for each quantity relative to its scale,
+    in a short run and in the steady state; and for each quantity the error over the distance of the lower space."""
     modals = (fine.modal, low.modal, lowest.modal, fine.fewer, fine.modal)
     runs = [march(modal, n, short, _steps(device)) for modal, n in zip(modals, (*[nodes] * 4, nodes - 2), strict=True)]
     scale = _scales(device, runs[0])
@@ -262,7 +262,7 @@ def _judged(
 
 
 def _steps(device: Device) -> float:
-    """At which change (K) the iteration for the powers between samples ends."""
+    """The tolerance (K) of the iteration for the powers between samples."""
     return STEPS * device.accuracy_3d * device.set_rise
 
 
@@ -280,7 +280,7 @@ def _first_grid(scene: Scene, accuracy: float, earliest: float, marks: Features)
 
 
 def _refined(grid: Grid, given: Problems, fine: Projected, low: Projected, over: float, marks: Features) -> Grid:
-    """The grid refined where the last degree still changed something, ``over`` being the error over the accuracy."""
+    """The grid refined where the last degree changed the responses; ``over`` is the error over the accuracy."""
     missing = _missing(given, fine, low)
     size = total(missing)
     return grading.refined(grid, [m * (over / size) for m in missing], 1.0, marks)
