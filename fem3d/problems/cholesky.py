@@ -13,7 +13,7 @@ from scipy.sparse import csc_array
 
 from scenes.errors import NumericsError
 
-# Pieces of up to this many unknowns are not dissected further: dense blocks of that size take next to no time.
+# Pieces of up to this many unknowns are not dissected further: such small dense blocks take next to no time.
 LEAF = 120
 # The least share of the unknowns on either side of a cut: with 0.4 factors of a mesh from Gmsh take 16 % more
 # operations and of a meander among pads 6 %; cut in the middle they take twice as many.
@@ -25,14 +25,14 @@ SHORT, ROWS = 24, 64
 
 @dataclass(frozen=True, eq=False)
 class Dissection:
-    """Pieces of a graph of groups, each after those that it joins.
+    """Pieces of a graph of groups. Each piece follows the pieces that it joins.
 
     Attributes
     ----------
     rank : (groups,), order of elimination, negative for groups that are absent
     starts : (pieces + 1,), the rank of the first group of each piece
     joined : for each piece, the pieces that it joins
-    beyond : for each piece, the ranks of later groups coupled to it by the elimination of earlier groups
+    beyond : for each piece, the ranks of later groups that the elimination of earlier groups couples to this piece
     """
 
     rank: np.ndarray
@@ -42,9 +42,9 @@ class Dissection:
 
 
 class Ordering:
-    """The order in which groups of functions (of one vertex, edge, facet or cell at ``places`` (groups, 3)) are
-    eliminated: a nested dissection of the first matrix. It serves all matrices that couple no other groups.
-    """
+    """Elimination order of groups of functions (one group per vertex, edge, facet or cell, at ``places`` (groups, 3)).
+
+    The order is a nested dissection of the first matrix. It serves all matrices that couple no other groups."""
 
     def __init__(self, places: np.ndarray) -> None:
         self._places = places
@@ -83,14 +83,12 @@ class Ordering:
 
 
 class Factors:
-    """Cholesky factors of a symmetric positive definite matrix, its unknowns being of ``groups`` (n,).
+    """Cholesky factors of a symmetric positive definite matrix with unknowns in ``groups`` (n,), by multifrontal
+    elimination (Duff and Reid, ACM Trans. Math. Softw. 9, 1983): each piece of a dissection has a dense matrix of its
+    own and later unknowns, and passes its Schur complement on to the later pieces.
 
     Raises NumericsError for a matrix that rounding leaves indefinite, and for a matrix that couples more unknowns than
-    the ``ordering``.
-
-    The pieces of a dissection are eliminated one after the other, each in a dense matrix of its own and later
-    unknowns, to which it passes its Schur complement (Duff and Reid, ACM Trans. Math. Softw. 9, 1983).
-    """
+    the ``ordering``."""
 
     def __init__(self, matrix: csc_array, groups: np.ndarray, ordering: Ordering) -> None:
         tree = ordering.of(matrix, groups)

@@ -50,7 +50,7 @@ class Potential:
 
 @dataclass(frozen=True, eq=False)
 class Pattern:
-    """A current field: its density, the power (channels,) that the electrodes supply to it at their voltages, and the
+    """A current field: its density, the power (channels,) that the electrodes supply at their voltages, and the
     current (A) that enters at each electrode or passes a probe. All three are linear in the field."""
 
     density: np.ndarray
@@ -294,11 +294,11 @@ class Conductor:
         return solve
 
     def influence(self, row: np.ndarray) -> Influence:
-        """Return the weights by which a row (functions,) reads the potential of any current density J without a solve.
+        """Return weights that evaluate a functional ``row`` (functions,) of the potential for any current density J.
 
-        With w the solution for the row as a source, in the cold conductor between earthed electrodes, and D its current
-        density sigma grad w (reciprocity): row @ phi = shares @ g - integral rho J . D - sum_e w_e I_e, over terminals
-        behind a resistance, I_e being the current into each. Returns shares (channels,), D, and w_e by their names.
+        Let w be the solution in the cold conductor between earthed electrodes with the row as source, D = sigma grad w,
+        and I_e the current into each terminal behind a resistance. No further solve is needed, by reciprocity:
+        row @ phi = shares @ g - integral rho J . D - sum_e w_e I_e. Returns shares (channels,), D, and w_e by name.
         """
         w = self.respond(row)
         density = self.on.gradient(w) / self.cold

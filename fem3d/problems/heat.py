@@ -42,20 +42,24 @@ class Film:
 
 @dataclass(frozen=True, eq=False)
 class HeatProblem:
-    """Matrices (all nodes) in W/K and J/K; ``free`` is the count of free nodes, ``end_time`` that of the run (s).
+    """Matrices and load vectors of the heat equation. Free nodes come before fixed nodes.
 
-    Per channel: ``loads`` (channels, all nodes) in W, ``given`` (channels, fixed nodes), the given rises, and
-    ``generated``, the heat of the sources in W. ``held``: for each boundary of given temperature its part (fixed
-    nodes,) of the reaction of each; ``edges`` (fixed nodes, fixed nodes): at each node where boundaries meet at an
-    angle, what of the reactions belongs to its edge alone; ``anchored``: whether every part has an exit for heat, so
-    that K is regular. ``unit`` (all nodes,) are the coefficients of the constant 1,
-    ``groups`` (all nodes,) numbers the vertex, edge, facet or cell that each belongs to, ``ordering`` says when these
-    are eliminated. ``order`` (all nodes,) is the function of the domain's space that each is of, ``torn`` (all nodes,)
-    by how much temperatures given there contradict each other (K).
-
-    ``terms`` make the problem nonlinear, over time ``storage`` too. One that is linearized
-    (`fem3d.problems.linearized`) knows the field (functions,) ``about`` which it is, the ``rest`` of its tangent beside
-    the stiffness, and the ``exact`` problem.
+    Attributes
+    ----------
+    free, end_time : number of free nodes; end of the run (s)
+    stiffness, mass : (all nodes, all nodes), W/K and J/K
+    loads, given : (channels, all nodes), W, and (channels, fixed nodes), the given rises (K)
+    generated : heat of the sources per channel (W)
+    held : for each boundary of given temperature, its part (fixed nodes,) of the reaction of each node
+    edges : (fixed nodes, fixed nodes), at nodes where boundaries meet at an angle: the reactions of the edge alone
+    anchored : whether every part has an exit for heat, so that K is regular
+    unit : (all nodes,), coefficients of the constant 1
+    groups, ordering : (all nodes,), number of the vertex, edge, facet or cell of each node; their elimination order
+    order : (all nodes,), index of each node among the functions of the domain's space
+    torn : (all nodes,), difference between contradictory given temperatures (K)
+    terms, storage : the terms that make the problem nonlinear, and the heat storage that does so over time
+    about, rest, exact : only of a linearized problem (`fem3d.problems.linearized`): the field (functions,) of the
+        linearization, the part of the tangent beside the stiffness, and the exact problem
     """
 
     inputs: Inputs
@@ -281,8 +285,7 @@ class HeatProblem:
     def disputed(self, names: Sequence[str]) -> np.ndarray:
         """(k, all nodes): fields like ``held_fields``. The heat that enters at some boundaries together may be off by
         the sum of the sizes of these fields, because boundaries share edges at an angle: there each part is only a
-        leading term.
-        """
+        leading term."""
         together: np.ndarray = sum((self.held[name] for name in names), np.zeros(self.edges.shape[0]))
         weights = DISPUTED * together * (1 - together) * (self.edges.diagonal() > 0)
         at = np.flatnonzero(weights > 1e-12)

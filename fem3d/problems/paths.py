@@ -4,9 +4,9 @@ Where the resistivity along y and z is some r times that along x, the gradient a
 current density multiplied by sqrt(r). Ohm's law is then J = -gradient/rho, its heat rho |J|^2 and the current that
 enters the integral of J . gradient, each with rho along x.
 
-Across a contact the potential jumps by its resistance per area times the current density, as if it were a layer of unit
-thickness, of that resistivity and of no extent: its gradient is the jump, its current density has one component, and
-its heat enters the temperature's functions on both sides alike, or on the only side.
+Across a contact the potential jumps by the resistance per area times the current density. The contact acts as a layer
+of unit thickness and no extent, with this resistivity: its gradient is the jump, its current density has one component.
+Its heat enters the temperature's functions on both sides alike, or on the only side.
 """
 
 from __future__ import annotations

@@ -21,11 +21,11 @@ from scenes.units import TIME
 
 FAST = 200.0  # beyond this decay over a step the convolution is summed by parts, below it by Gauss's rule of 48 points
 SWEEPS = 30
-APART = 1e-6  # of the norm of the state: the differences that tell the slope of a stiff source
-SETTLED = 1e-8  # relative change of a stiff source in a sweep, with which it is found
-STILL = 1e-3  # change of the states in a sweep, over the error allowed, with which a stiff source is found too
+APART = 1e-6  # of the norm of the state: the finite differences for the slope of a stiff source
+SETTLED = 1e-8  # relative change of a stiff source in a sweep at which its iteration ends
+STILL = 1e-3  # change of the states in a sweep, over the error allowed, which ends it too
 RENEWED = 8  # sweeps after which a stiff source's slope is taken anew
-# Halvings of the step in which ``holds`` becomes false: the time is then within a millionth of the step.
+# Halvings of the step where ``holds`` becomes false: they give the time to a millionth of the step.
 HALVINGS = 20
 MOST_TRIALS = 20_000  # of steps, those that are taken and those that fail
 
@@ -81,11 +81,11 @@ def integrate(
     jumps: Mapping[float, np.ndarray] | None = None,
     holds: Callable[[float, np.ndarray], bool] = lambda time, state: True,
 ) -> Trajectory:
-    """From rest (or ``start``) to ``end`` (s), each step's collocation error below ``accuracy * size`` in the Euclidean
-    norm.
+    """Integrate da/dt = source - rates a from rest (or ``start``) to ``end`` (s). The collocation error of each step is
+    below ``accuracy * size`` in the Euclidean norm.
 
-    ``source(t)`` is the source from t on up to the next instant of ``jumps``, at each of which a step ends and the
-    state jumps. Where sweeps do not converge although nothing grows, the source is stiff: its slope enters the sweeps.
+    ``source(t)`` is the source from t to the next instant of ``jumps``; a step ends and the state jumps at each
+    instant. If sweeps do not converge although nothing grows, the source is stiff: its slope enters the sweeps.
 
     Raises RunawayInTimeError where the state grows and the source outruns every step, or where ``holds(time, state)``
     becomes false; NumericsError where nothing grows and no step is short enough.

@@ -132,28 +132,23 @@ def march_full(
     points: int = 0,
     like: FullResponse | None = None,
 ) -> FullResponse:
-    """Return the response up to ``end`` (s).
+    """Integrate the nonlinear equations of heat and current with all unknowns, from zero rise to time ``end``.
+
+    The Runge-Kutta method ESDIRK4(3) with adaptive steps integrates the equations in the docstring of this module.
 
     Parameters
     ----------
-    heat, conductor
-        The problem, not linearized, and its conductor.
-    tolerance
-        The error of each step at the vertices over the largest rise so far.
-    earliest
-        The earliest time of interest after a jump (s).
-    points
-        Points along each axis that the quadratures of laws have more than the problem, whose quadrature serves the
-        linearizations.
-    like
-        A response of another space, whose steps are taken: so their errors are alike, and the difference is of space.
+    heat, conductor : the heat problem, not linearized, and the current problem of the same mesh, or None
+    end : end time (s)
+    tolerance : error of each step at the vertices, relative to the largest rise so far
+    earliest : earliest time of interest after a jump (s)
+    points : extra quadrature points along each axis for the laws; linearizations keep the quadrature of the problem
+    like : response in another space whose steps are reused. Time errors are then alike: the difference is of space.
 
-    Raises
-    ------
-    RunawayInTimeError
-        Where the rise exceeds every solid (`transient.HOTTEST`).
-    NumericsError
-        Where no step is short enough, or `MOST_STEPS` do not do.
+    Returns a `FullResponse`: ``at(time)`` gives the rise (K) and its rate (K/s) at all nodes.
+
+    Raises RunawayInTimeError where the heating runs away, at the latest above `transient.HOTTEST`; BeyondLawError
+    where the heat vanishes with the resistivity; NumericsError where no step is short enough within `MOST_STEPS`.
     """
     ends = [] if like is None else [step.start + step.length for step in like.steps]
     return _March(heat, conductor, tolerance, points).run(end, earliest, ends)

@@ -89,30 +89,26 @@ def solve_steady(
     start: np.ndarray | None = None,
     thermal: bool = True,
 ) -> SteadyState:
-    """Solve for the steady state at constant inputs.
+    """Solve the coupled steady equations of heat and current at constant inputs.
+
+    Newton's method solves the equations in the docstring of this module, with continuation in the drive where needed.
 
     Parameters
     ----------
-    heat, conductor
-        The problem, linear or with laws, and its conductor. A problem that is linearized near the state
-        keeps its linearization, and its quadrature of laws.
-    drive
-        The voltage (V) or current (A) that messages name as the drive.
-    accuracy
-        The relative accuracy; iteration and quadrature leave a small part as error.
-    start
-        A rise (all nodes, K) near the state, as of another mesh.
-    thermal
-        Whether to solve for temperatures; else for the currents at the initial temperature.
+    heat : matrices and loads of the heat equation on one mesh, linear or with nonlinear laws. A problem linearized
+        near the state keeps its linearization and its quadrature of laws.
+    conductor : the current equation on the same mesh with its voltages, or None for heat alone
+    drive : voltage (V) or current (A) that messages name as the drive; the inputs of the problem set the actual one
+    accuracy : relative accuracy of the solution; iteration and quadrature leave a small part as error
+    start : (all nodes,), rise (K) near the solution, such as the state of another mesh in the nodes of this one
+    thermal : whether to solve for temperatures; else only for the currents at the initial temperature
 
-    Raises
-    ------
-    RunawayError
-        Where no steady state exists below `HOTTEST`.
-    BeyondLawError
-        Where the resistivity is not positive on the way, which a finer mesh may mend.
-    NumericsError
-        Where the scene has no steady state, or the iteration does not converge.
+    Returns a `SteadyState`: ``rise`` (all nodes,) above the initial temperature (K), ``potential`` (functions,) (V),
+    the Joule heat (W) and the currents (A).
+
+    Raises RunawayError where no steady state exists below `HOTTEST`, BeyondLawError where the resistivity is not
+    positive on the way (a finer mesh may help), and NumericsError where the scene has no steady state or the iteration
+    does not converge.
     """
     if heat.inputs.schedules:
         raise NumericsError("a scene whose conditions vary in time has no steady state")

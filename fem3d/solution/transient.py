@@ -179,8 +179,8 @@ LEAST = 1e-2
 # Of the cold resistivity, above which a given current counts as run away: it heats the more the hotter the conductor
 # is, and the heat grows by the same factor in equal times, to numbers that no computer has.
 MOST = 1 / LEAST
-# Of the cold resistivity: as long as it is larger at all vertices, it is larger than the least between them, of fields
-# that hold what they should.
+# Of the cold resistivity: a resistivity above this at all vertices is above `LEAST` between them too, for fields of
+# adequate accuracy.
 ENOUGH = 0.8
 HOTTEST = 1e5  # K, beyond any solid: with a law of a property a state that hot counts as run away
 GONE = 1e-9  # a new field whose independent part is smaller than this, relatively, is taken for one that is there
@@ -200,7 +200,22 @@ def shift(slowest: float, earliest: float) -> float:
 
 
 def march(base: Base, reduced: Reduced, end: float, accuracy: float, drop: int = 0) -> Transient:
-    """The response of a reduced problem up to ``end`` (s), without its last ``drop`` fields."""
+    """Integrate the reduced heat equation M da/dt + K a = f(t) + q(a, t) from rest to ``end``.
+
+    The modes of K diagonalize the equation. Exponential collocation integrates the linear part exactly.
+
+    Parameters
+    ----------
+    base : heat problem and conductor of one mesh, with the start of the transient
+    reduced : the problem projected on r mass-orthonormal temperature fields, by `Base.project`
+    end : end time (s)
+    accuracy : bound for the error of each step, relative to ``base.size`` or else to the state that inputs can reach
+    drop : number of last fields to leave out; the change of the response estimates the truncation error
+
+    Returns a `Transient`; its ``rises(times)`` (times, all nodes) are above the initial temperature (K).
+    Raises RunawayInTimeError where the heating runs away, BeyondLawError where the heat vanishes with the resistivity,
+    and NumericsError where no step is short enough.
+    """
     kept = reduced.states - drop
     inner = reduced.stiffness[:kept, :kept]
     rates, modes = np.linalg.eigh((inner + inner.T) / 2)
@@ -299,7 +314,7 @@ def _source(base: Base, modal: Reduced, since: float) -> Source:
 
 
 def _size(modal: Reduced, rates: np.ndarray, largest: np.ndarray, end: float) -> float:
-    """A norm of the state: of the state to which the largest inputs would drive it by the end time."""
+    """Return the norm of the state that the largest inputs would reach by the end time."""
     none = np.zeros(modal.states)
     load = largest @ np.abs(modal.source)
     if modal.supply.shape[1]:
