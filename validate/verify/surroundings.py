@@ -6,10 +6,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 from scipy.constants import Stefan_Boltzmann as STEFAN_BOLTZMANN
+from scipy.interpolate import PchipInterpolator
 from scipy.optimize import brentq
 
 from benchmarks.random_boxes import face
@@ -121,15 +121,13 @@ def following_conductivity() -> Iterator[Row]:
     def by_power(theta: float) -> float:
         return ROOM * (1 + (exponent + 1) * theta / (k * ROOM)) ** (1 / (exponent + 1))
 
+    cubic = PchipInterpolator(table.temperatures, table.values)
+    theta_of, last = cubic.antiderivative(), table.temperatures[-1]
+
     def by_table(theta: float) -> float:
-        at = ROOM
-        for (a, b), (first, last) in zip(pairwise(table.temperatures), pairwise(table.values), strict=True):
-            bend = (b - a) * (first + last) / 2
-            slope = (last - first) / (b - a)
-            if theta <= bend:
-                return a + (math.sqrt(first**2 + 2 * slope * theta) - first) / slope
-            theta, at = theta - bend, b
-        return at + theta / table.values[-1]
+        if theta > theta_of(last):  # constant beyond the table
+            return float(last + (theta - theta_of(last)) / table.values[-1])
+        return float(brentq(lambda t: theta_of(t) - theta, ROOM, last, xtol=1e-9))
 
     peak = 30_000.0  # W/m: rises of 427 K with the power and 375 K with the table, beyond where that ends
     source = 8 * peak / LENGTH**2
