@@ -20,13 +20,17 @@ T = TypeVar("T")
 
 
 class Analysis(ABC, Generic[T]):
-    """An analysis.
+    """An optional study of a run, such as the sensitivities.
+
+    If an option requests it, the pipeline calls ``prepare`` before the models and, where ``skip_reason`` is empty,
+    ``run`` after them, in the order of `compare.analyses.ANALYSES`. Reports then use section, document and figure.
 
     Attributes
     ----------
     name : its option (with underscores), its key in `Outcome.analyses` and in summary.json
     about : its line in the plan
     figure_name : the file name of its figure, empty without one
+    leads : whether its sentence stands before the answer
     """
 
     name: ClassVar[str]

@@ -45,7 +45,10 @@ class Report(Protocol[S_contra]):
 
 
 class Kind(ABC, Generic[S]):
-    """A kind of scene.
+    """A kind of scene: how to load, solve, compare and report its scenes. Instances have no state.
+
+    `compare.pipeline.solve` calls ``refuse``, ``solve`` (3D and 1D results by model), ``checks`` and ``answer`` in this
+    order; the report calls the others. Abstract methods must be overridden, the rest have defaults.
 
     Attributes
     ----------

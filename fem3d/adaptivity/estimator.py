@@ -193,8 +193,8 @@ class Estimator:
 
             eta = max(d_p / ((p/(p-1))^a - 1), d_(p-1) / (((p-1)/(p-2))^a - 1) ((p-1)/p)^a, d_(p-1) q / (1 - q)),
 
-        with d_p = ``goal.last``, d_(p-1) = ``goal.before`` and the rate a from their ratio. Away from edges q is
-        ``goal.every_second``, within theoretical limits; beside edges q = 0. For p = 2 only the first term counts.
+        with d_p = ``goal.last``, d_(p-1) = ``goal.before`` and the rate a from their ratio. On bricks away from
+        edges q is ``goal.every_second``, within theoretical limits; else q = 0. For p = 2 only the first term counts.
         """
         return total(self.indicators(goal))
 
