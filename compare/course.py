@@ -12,16 +12,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scenes.formats import percent, quantity
-from scenes.result import Traces
+from compare.verdict import Comparison, share
+from scenes.formats import percent, quantity, signed
+from scenes.result import Estimate, Traces
 
 MOST = 10.0
 """The largest factor that stretches time."""
 POINTS = 400
 """Number of times at which two courses are fitted to each other; more cost time and change nothing."""
-ROUND, ROUNDS = 20, 4
-"""Points on either side of the best one in each round of the search, between the neighbours of the best point of the
-round before: the best change of time is resolved to 20^-4, 6e-6 of the largest change."""
 NOTABLE = 0.5
 """A change of size or time is stated only where it leaves less than this part of the distance."""
 LEAST = 0.005
@@ -33,7 +31,7 @@ JUMP = 2e-9
 
 @dataclass(frozen=True)
 class Course:
-    """Both courses (times,) above the base of their scale, and the interpolation error of 3D between its rows."""
+    """Both courses (times,) above the base of their scale, and the interpolation error of their distance."""
 
     time: np.ndarray
     fem3d: np.ndarray
@@ -50,7 +48,21 @@ class Course:
         """The row of the largest distance."""
         return int(np.argmax(np.abs(self.off)))
 
-    def in_words(self, scale: float) -> str:
+    def comparison(
+        self, title: str, unit: str, error: float, scale: Estimate, relative_to: str, note: Callable[[], str]
+    ) -> Comparison:
+        """Compare at the largest distance, relative to a scale; ``error`` bounds that of both courses."""
+        i = self.worst
+        p, m, off, time = (float(each[i]) for each in (self.model, self.fem3d, self.off, self.time))
+        part = share(Estimate(off, error + float(self.beyond[i])), scale)
+
+        def reason() -> str:
+            values = f"{quantity(p, unit)} against {quantity(m, unit)} in 3D"
+            return f"{values} at {quantity(time, 's', 3)}, {signed(off, unit)}; {note()}"
+
+        return Comparison(title, p, m, unit, part.value, part.error, reason, time, relative_to=relative_to)
+
+    def change(self, scale: float) -> str:
         """Return "its time constant is 22 % short; stretched by that it is within 1.5 %"; empty where no change helps.
 
         Distances are relative to a ``scale``.
@@ -59,7 +71,7 @@ class Course:
         if len(time) < 5 or not scale or np.ptp(y) < LEAST * scale or np.ptp(m) < LEAST * scale:
             return ""
         size, stretch, shift = _fit(time, y, m)
-        alone = _size(time, y, m, time, 1.0, 0.0)
+        alone = float(y @ m / max(y @ y, 1e-300))
         distances = (m - y, m - alone * y, m - size * np.interp((time - shift) / stretch, time, y))
         whole, sized, shape = (float(np.abs(each).max()) / scale for each in distances)
         by_size = f"{percent(abs(size - 1))} {'high' if size > 1 else 'low'} throughout" * (abs(size - 1) > LEAST)
@@ -74,34 +86,26 @@ class Course:
         return ""
 
 
-def _size(time: np.ndarray, y: np.ndarray, m: np.ndarray, at: np.ndarray, stretch: float, shift: float) -> float:
-    """The factor of the changed course y that fits m best, at some times."""
-    other = np.interp((at - shift) / stretch, time, y)
-    return float(other @ np.interp(at, time, m) / max(float(other @ other), 1e-300))
-
-
 def _fit(time: np.ndarray, y: np.ndarray, m: np.ndarray) -> tuple[float, float, float]:
     """The size, with the stretch or the shift (s) that leaves the smaller distance."""
+    from scipy.optimize import brute
+
     # Evenly over the model's progress, in time and in value, so that neither a long rest nor a short rise decides.
     progress = np.cumsum(np.abs(np.diff(m, prepend=m[0]))) / max(float(np.abs(np.diff(m)).sum()), 1e-300)
     progress = progress + (time - time[0]) / (time[-1] - time[0])
     places = np.interp(np.linspace(0, progress[-1], POINTS), progress, time)
     sampled = np.interp(places, time, m)
-    changes = [(lambda x: (float(np.exp(x)), 0.0), np.log(MOST)), (lambda x: (1.0, float(x)), np.ptp(time) / 2)]
-    fits = []
-    for change, most in changes:
 
-        def residual(x: float, change: Callable[[float], tuple[float, float]] = change) -> float:
-            stretch, shift = change(x)
-            size = _size(time, y, m, places, stretch, shift)
-            return float(np.mean((sampled - size * np.interp((places - shift) / stretch, time, y)) ** 2))
+    def size_and_misfit(stretch: float, shift: float) -> tuple[float, float]:
+        changed = np.interp((places - shift) / stretch, time, y)
+        size = float(changed @ sampled / max(float(changed @ changed), 1e-300))
+        return size, float(np.mean((sampled - size * changed) ** 2))
 
-        x, spacing = 0.0, most / ROUND
-        for _ in range(ROUNDS):
-            tried = np.clip(x + spacing * np.arange(-ROUND, ROUND + 1), -most, most)
-            x, spacing = float(tried[np.argmin([residual(float(v)) for v in tried])]), spacing / ROUND
-        stretch, shift = change(x)
-        size = _size(time, y, m, places, stretch, shift)
+    fits, half = [], float(np.ptp(time)) / 2
+    for change, most in ((lambda x: (float(np.exp(x)), 0.0), np.log(MOST)), (lambda x: (1.0, float(x) * half), 1.0)):
+        best = brute(lambda x, change=change: size_and_misfit(*change(x.item()))[1], [(-most, most)], Ns=41)
+        stretch, shift = change(best.item())
+        size, _ = size_and_misfit(stretch, shift)
         left = float(np.abs(m - size * np.interp((time - shift) / stretch, time, y)).max())
         fits.append((left, size, stretch, shift))
     return min(fits)[1:]

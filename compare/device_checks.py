@@ -1,18 +1,23 @@
-"""The paper's claims on Figures 9 to 14 and (one-sided) on meters: predicted is the paper, measured 1D."""
+"""Checks of the device: the paper's claims on Figures 9 to 14 and on meters, and 1D and the claims against 3D.
+
+In a check of a figure or a meter, predicted is the paper and measured is 1D. In a check ``dev3d_*``, predicted is 1D,
+or the paper's claim, and measured is 3D.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from compare.verdict import Comparison, Definitions, relative
+from compare.verdict import Comparison, Definitions, compared, relative
 from reduced1d.device.accurate import shown
 from reduced1d.device.design import PXI_4070, delivered
-from reduced1d.device.lumped import at_sample_time, ground_effects, largest_eigenvalue, lump
+from reduced1d.device.lumped import at_sample_time, ground_effects, largest_eigenvalue, lump, stability
 from scenes.device import Device
 from scenes.errors import SceneError
 from scenes.formats import kelvin, milliseconds, percent, quantity
@@ -30,6 +35,7 @@ METER_RESISTANCE, METER_POWER, METER_RATE = 60e-6, 23e-9, 5.0
 readings a second, "which is more than sufficient"."""
 METER_RANGES = 1.0, 20e-3
 """The ranges, in V and A, that the paper quotes."""
+FILMS = "sink", "sensor"
 
 
 @dataclass(frozen=True)
@@ -56,80 +62,69 @@ CHECKS: Definitions[Both] = Definitions()
 Make = Callable[[Both], Comparison]
 
 
-def after_step(*runs: Callable[[Both], Run | None]) -> Callable[[Make], Make]:
-    """Leave a check open where one of the runs was stopped before the outer step."""
+def _check(name: str, *needs: str, waits: bool = False) -> Callable[[Make], Make]:
+    """Register a check; one that ``waits`` for the outer step is open where a run was stopped before it."""
 
-    def guard(make: Make) -> Make:
+    def register(make: Make) -> Make:
+        @CHECKS.check(name, *needs)
         def made(both: Both) -> Comparison:
-            for run in (each(both) for each in runs):
-                if run is not None and run.stopped:
-                    said = f"the run was stopped at {run.result.time_s[-1]:.6g} s, before the outer step"
-                    return Comparison("not reached", math.nan, math.nan, "", math.inf, 0.0, said)
+            slow, three = "figure11" in needs and both.one.slow, "3D" in needs and both.in_3d.runs.base
+            runs = [run for run in (both.one.base, slow, three) if run and waits and both.device.steps_outside]
+            for run in runs:
+                if run.stopped:
+                    note = f"the run was stopped at {run.result.time_s[-1]:.6g} s, before the outer step"
+                    return Comparison("not reached", math.nan, math.nan, "", math.inf, 0.0, note)
             return make(both)
 
-        return made
+        return make
 
-    return guard
-
-
-def _base(both: Both) -> Run:
-    return both.one.base
+    return register
 
 
-@CHECKS.check("fig9_settling", "figure9", "outer step")
-@after_step(_base)
-def fig9_settling(both: Both) -> Comparison:
-    """Compare the settling time with the paper's; the paper names no band, here it is 1 %."""
+@_check("fig9_settling", "figure9", "outer step", waits=True)
+def _settling(both: Both) -> Comparison:
+    """Compare the settling time with the paper's, which names no band; here it is 1 %."""
     run = both.one.base
-    time, error = run.settled()
     bands = ", ".join(f"{percent(part, 1)} in {milliseconds(run.settled(part)[0])}" for part in (BAND, 1e-3, 1e-4))
-    said = f"paper: about {PAPER_SETTLING:g} s, no band given; here after the step to {bands}{_yet(run)}"
-    return Comparison("settling time", PAPER_SETTLING, time, "s", *_against(PAPER_SETTLING, time, error, run), said)
+    note = f"paper: about {PAPER_SETTLING:g} s, no band given; here after the step to {bands}{_rest(run)}"
+    return _times("settling time", PAPER_SETTLING, run, note)
 
 
-@CHECKS.check("fig9_balance", "figure9", "outer step")
-@after_step(_base)
-def fig9_balance(both: Both) -> Comparison:
+@_check("fig9_balance", "figure9", "outer step", waits=True)
+def _balance(both: Both) -> Comparison:
     """Compare the sensor's steady power with the heat into the polymer."""
     run = both.one.base
-    (power, d_power), (flow, d_flow) = run.final("sensor_power_W"), run.final("polymer_flux_W")
-    size = max(abs(power), abs(flow)) or 1.0
-    values = f"{quantity(power, 'W', 7)} and {quantity(flow, 'W', 7)}"
-    said = f"paper: the steady power becomes heat in the polymer entirely; here {values}{_yet(run)}"
-    u_num = (d_power + d_flow) / size + ROUNDING
-    return Comparison("heat to polymer", power, flow, "W", (power - flow) / size, u_num, said)
+    (power, power_error), (flow, flow_error) = run.final("sensor_power_W"), run.final("polymer_flux_W")
+    note = f"paper: the steady power becomes heat in the polymer entirely{_rest(run)}"
+    return _heat("heat to polymer", power, flow, power_error + flow_error, note, max(abs(power), abs(flow)))
 
 
-@CHECKS.check("fig10_steady", "figure10", "outer step")
-@after_step(_base)
-def fig10_steady(both: Both) -> Comparison:
+@_check("fig10_steady", "figure10", "outer step", waits=True)
+def _steady_flow(both: Both) -> Comparison:
     """Compare the steady heat flow into the polymer with k A/t times the temperature difference across it."""
     run, device = both.one.base, both.device
-    conductance = lump(device).polymer.conductance
-    after = device.control.set_temperature - device.external.final_temperature
-    flow, drift = run.final("polymer_flux_W")
-    predicted = conductance * after
-    size = abs(predicted) or 1.0
-    values = f"{quantity(flow, 'W')} at {kelvin(after)}, k A/t = {quantity(conductance, 'W/K')}"
-    said = f"paper: the flow follows the sensor's power; here it grows with the gradient, {values}{_yet(run)}"
-    u_num = drift / size + ROUNDING
-    return Comparison("steady heat flow", predicted, flow, "W", (predicted - flow) / size, u_num, said)
+    conductance, (flow, drift) = lump(device).polymer.conductance, run.final("polymer_flux_W")
+    across = device.control.set_temperature - device.external.final_temperature
+    note = f"paper: the flow follows the sensor's power; k A/t = {quantity(conductance, 'W/K')} at {kelvin(across)}"
+    return _heat("steady heat flow", conductance * across, flow, drift, f"{note}{_rest(run)}", conductance * across)
 
 
-@CHECKS.check("fig11_slow", "figure11", "outer step")
-@after_step(_base, lambda both: both.one.slow)
-def fig11_slow(both: Both) -> Comparison:
-    """Compare the settling time of the loop sampled every 5 ms with the scene's own.
+def _heat(title: str, predicted: float, flow: float, error: float, note: str, scale: float) -> Comparison:
+    scale = abs(scale) or 1.0
+    values = f"{quantity(predicted, 'W', 7)} against {quantity(flow, 'W', 7)}"
+    return compared(title, predicted, flow, "W", error + ROUNDING * scale, f"{values}; {note}", scale)
 
-    The paper: the behaviour is not ideal. The difference is one-sided: none where the slow loop settles later.
-    """
+
+@_check("fig11_slow", "figure11", "outer step", waits=True)
+def _slow(both: Both) -> Comparison:
+    """Compare the settling time of the loop sampled every 5 ms with the scene's own, which the paper calls shorter."""
     base, slow = both.one.base, both.one.slow
     assert slow is not None
     (base_time, base_error), (time, error) = base.settled(), slow.settled()
-    said = (
-        f"paper: the behaviour is not ideal; here within {percent(BAND, 1)} of the step after {milliseconds(time)} "
-        f"when sampled every {SLOW_TIME * 1e3:g} ms, {milliseconds(base_time)} in the scene; largest eigenvalue per "
-        f"sample {shown(slow.eigenvalue)} and {shown(base.eigenvalue)}"
+    note = (
+        f"paper: the behaviour is not ideal; here settled in {milliseconds(time)} when sampled every "
+        f"{SLOW_TIME * 1e3:g} ms, {milliseconds(base_time)} in the scene; largest eigenvalue per sample "
+        f"{shown(slow.eigenvalue)} and {shown(base.eigenvalue)}"
     )
     if base_time == math.inf:
         # The scene's own time is at least as long as its run after the step.
@@ -139,128 +134,57 @@ def fig11_slow(both: Both) -> Comparison:
     else:
         missing, u_num = max(relative(base_time, time), 0.0), (base_error + error) / time if time else 0.0
         u_num = 0.0 if time - error > base_time + base_error else u_num + ROUNDING
-    return Comparison("slower at 5 ms", base_time, time, "s", missing, u_num, said, sense="at least")
+    return Comparison("slower at 5 ms", base_time, time, "s", missing, u_num, note, sense="at least")
 
 
-@CHECKS.check("fig12_same_time", "figure12")
-def fig12_same_time(both: Both) -> Comparison:
+@_check("fig12_same_time", "figure12")
+def _same_time(both: Both) -> Comparison:
     """Compare the times to the steady state after outer steps from -80 to +20 K with each other."""
     moving = [run for run in both.one.steps if run.step]
-    times = {run.step: run.settled() for run in moving}
-    linear = [times[run.step][0] for run in moving if not _above(run)]
+    times = {run.step: run.settled()[0] for run in moving}
+    linear = [times[run.step] for run in moving if not _above(run)]
     typical = float(np.median(linear))
     # A step that never settles is the farthest from any time that the others take, most of all where it never will.
-    never = [run for run in moving if times[run.step][0] == math.inf]
-    worst = max(never or moving, key=lambda run: run.watched if never else abs(times[run.step][0] - typical))
-    time, error = times[worst.step]
+    never = [run for run in moving if times[run.step] == math.inf]
+    worst = max(never or moving, key=lambda run: run.watched if never else abs(times[run.step] - typical))
     below = f"{milliseconds(min(linear))} to {milliseconds(max(linear))} for steps that stay below the set point"
-    said = f"paper: the same for all; here {below}, {milliseconds(time)} for {worst.step:+g} K{_yet(worst)}"
-    # Where no step moves the power, there is no common time.
-    off, u_num = _against(typical, time, error, worst) if typical else (math.inf, 0.0)
-    return Comparison("same, all steps", typical, time, "s", off, u_num, said)
+    note = f"paper: the same for all; here {below}, {milliseconds(times[worst.step])} for {worst.step:+g} K"
+    return _times("same, all steps", typical, worst, f"{note}{_rest(worst)}")
 
 
-@CHECKS.check("fig13_slope", "figure13")
-def fig13_slope(both: Both) -> Comparison:
+def _times(title: str, expected: float, run: Run, note: str) -> Comparison:
+    """Compare a settling time with another; one that does not come is at least the run after the step."""
+    time, error = run.settled()
+    if not expected:  # Where no step moves the power, there is no common time.
+        off, u_num = math.inf, 0.0
+    elif time < math.inf and expected < math.inf:
+        off, u_num = relative(expected, time), error / time + ROUNDING if time else 0.0
+    elif expected == math.inf:
+        off, u_num = math.inf, 0.0 if run.watched == math.inf else math.inf
+    else:
+        most = expected / run.watched - 1
+        off, u_num = (most - 1) / 2, (most + 1) / 2
+    return Comparison(title, expected, time, "s", off, u_num, note)
+
+
+@_check("fig13_slope", "figure13")
+def _slope(both: Both) -> Comparison:
     """Compare the slope of the steady power by the outer temperature with -k A/t of the polymer."""
-    conductance = lump(both.device).polymer.conductance
-    slope, _, error = _line(both.one)
-    said = f"paper: a straight line, by R(T); here linear as conduction is, whatever R(T) is{_yet(*_below(both.one))}"
+    conductance, (slope, _, error) = lump(both.device).polymer.conductance, _line(both.one)
+    note = f"paper: a straight line, by R(T); here linear as conduction is, whatever R(T) is{_rest(*_below(both.one))}"
     measured = slope if math.isfinite(error) else math.nan
-    return Comparison("slope of power", -conductance, measured, "W/K", relative(-conductance, slope), error, said)
+    return Comparison("slope of power", -conductance, measured, "W/K", relative(-conductance, slope), error, note)
 
 
-@CHECKS.check("fig13_limit", "figure13")
-def fig13_limit(both: Both) -> Comparison:
+@_check("fig13_limit", "figure13")
+def _limit(both: Both) -> Comparison:
     """Compare the outer temperature from which on the power is zero with the set point."""
-    _, zero, error = _line(both.one)
-    setpoint = both.device.control.set_temperature
-    beyond = [
-        f"; {run.step:+g} K leaves {quantity(run.final('sensor_power_W')[0], 'W', 2)}"
-        for run in both.one.steps
-        if _above(run)
-    ]
-    said = f"paper: no higher temperature than the set one is seen; here the line ends at {zero:.7g} K"
-    said += f"{''.join(beyond)}{_yet(*_below(both.one))}"
-    return Comparison("end of the range", setpoint, zero, "K", (setpoint - zero) / both.device.set_rise, error, said)
-
-
-@CHECKS.check("fig14_ground", "figure14")
-def fig14_ground(both: Both) -> Comparison:
-    """Compare a common lead to ground with the resistance at which the sensor's power is off by the paper's accuracy.
-
-    The paper gives no resistance; without one in the scene it is one square of the sensor's film.
-    """
-    device = both.device
-    square = float(lump(device).resistance[1]) * device.sink.width / device.sink.length
-    limits = ground_effects(device, METER_POWER, METER_RESISTANCE)
-    lead = device.control.ground_resistance or square
-    said = (
-        f"paper: sink and sensor may share a ground; here {quantity(limits.by_power_ohm, 'ohm', 3)} move the sensor's "
-        f"power by {quantity(METER_POWER, 'W', 2)}, {quantity(limits.by_resistance_ohm, 'ohm', 3)} its "
-        f"resistance by {quantity(METER_RESISTANCE, 'ohm', 2)}; four wires each avoid that"
-    )
-    missing = max(relative(lead, limits.by_power_ohm), 0.0)
-    return Comparison("common ground", lead, limits.by_power_ohm, "ohm", missing, ROUNDING, said, sense="at least")
-
-
-def _meter(check: str, title: str, claim: float, name: str, unit: str) -> None:
-    """Register a claim about the smallest step that a meter reads, one-sided."""
-
-    @CHECKS.check(check, "all figures")
-    def make(both: Both) -> Comparison:
-        run, step = both.one.base, math.inf
-        said = f"paper: {quantity(claim, unit, 2)} in ranges of {METER_RANGES[0]:g} V and {METER_RANGES[1]:g} A; here "
-        try:
-            voltage, current = delivered(run.device, run.after, 1)
-            step = PXI_4070.steps(voltage, current)[name == "power"]
-            said += f"the sensor takes {quantity(run.after.sensor_V, 'V')} and {quantity(current / voltage, 'A')}"
-        except ValueError as error:
-            said += str(error) if run.after.sensor_power_W else "the sensor takes no power, and nothing can be read"
-        return _at_most(title, claim, step, unit, said)
-
-
-_meter("meter_resistance", "NI 4070, gold", METER_RESISTANCE, "resistance", "ohm")
-_meter("meter_power", "NI 4070, power", METER_POWER, "power", "W")
-
-
-@CHECKS.check("meter_rate", "all figures")
-def meter_rate(both: Both) -> Comparison:
-    """Compare the meter's rate with that of the controllers, a reading per sample."""
-    needed = 1 / both.device.control.sample_time
-    eigenvalue = largest_eigenvalue(at_sample_time(both.device, 1 / METER_RATE))
-    said = (
-        f"paper: {METER_RATE:g} S/s is more than sufficient; here {quantity(needed, 'S/s', 3)} are read; at "
-        f"{METER_RATE:g} S/s the loop's largest eigenvalue per sample is {shown(eigenvalue)}"
-    )
-    return _at_most("NI 4070, rate", METER_RATE, needed, "S/s", said)
-
-
-def _at_most(title: str, claim: float, measured: float, unit: str, said: str) -> Comparison:
-    return Comparison(title, claim, measured, unit, min(relative(claim, measured), 0.0), 0.0, said, sense="at most")
-
-
-def _against(expected: float, time: float, error: float, run: Run) -> tuple[float, float]:
-    """The relative difference of two times and its error; a time that does not come is at least the run after it."""
-    if time < math.inf and expected < math.inf:
-        return relative(expected, time), error / time + ROUNDING if time else 0.0
-    if expected == math.inf:
-        return math.inf, 0.0 if run.watched == math.inf else math.inf
-    most = expected / run.watched - 1
-    return (most - 1) / 2, (most + 1) / 2
-
-
-def _yet(*runs: Run) -> str:
-    """Why a run is not yet at rest at its end; empty where it is."""
-    run = max(runs, key=lambda run: run.remaining)
-    if run.ran_away:
-        return f"; it runs away and is stopped at {run.result.time_s[-1]:.4g} s"
-    if run.watched == math.inf:
-        return f"; the loop is unstable, its largest eigenvalue per sample {shown(run.eigenvalue)}"
-    if run.remaining < 1e-6:
-        return ""
-    left = f"{milliseconds(run.watched)} after the step {percent(run.remaining)} of the loop's slowest mode is left"
-    return f"; {left}: a longer run.end_time leaves less"
+    setpoint, (_, zero, error) = both.device.control.set_temperature, _line(both.one)
+    above = [f"; {run.step:+g} K leaves {quantity(run.final('sensor_power_W')[0], 'W', 2)}"
+             for run in both.one.steps if _above(run)]  # fmt: skip
+    note = f"paper: no higher temperature than the set one is seen; here the line ends at {zero:.7g} K{''.join(above)}"
+    off = (setpoint - zero) / both.device.set_rise
+    return Comparison("end of the range", setpoint, zero, "K", off, error, f"{note}{_rest(*_below(both.one))}")
 
 
 def _line(runs: Runs) -> tuple[float, float, float]:
@@ -286,3 +210,192 @@ def _below(runs: Runs) -> list[Run]:
 
 def _above(run: Run) -> bool:
     return run.device.external.final_temperature >= run.device.control.set_temperature
+
+
+def _rest(*runs: Run) -> str:
+    """Why a run is not yet at rest at its end; empty where it is."""
+    run = max(runs, key=lambda run: run.remaining)
+    if run.ran_away:
+        return f"; it runs away and is stopped at {run.result.time_s[-1]:.4g} s"
+    if run.watched == math.inf:
+        return f"; the loop is unstable, its largest eigenvalue per sample {shown(run.eigenvalue)}"
+    left = f"{milliseconds(run.watched)} after the step {percent(run.remaining)} of the loop's slowest mode is left"
+    return f"; {left}: a longer run.end_time leaves less" * (run.remaining >= 1e-6)
+
+
+@_check("fig14_ground", "figure14")
+def _ground(both: Both) -> Comparison:
+    """Compare a common lead to ground with the resistance at which the sensor's power is off by the paper's accuracy.
+
+    The paper gives no resistance; without one in the scene it is one square of the sensor's film.
+    """
+    device = both.device
+    square = float(lump(device).resistance[1]) * device.sink.width / device.sink.length
+    limits, lead = ground_effects(device, METER_POWER, METER_RESISTANCE), device.control.ground_resistance or square
+    note = (
+        f"paper: sink and sensor may share a ground; here {quantity(limits.by_power_ohm, 'ohm', 3)} move the sensor's "
+        f"power by {quantity(METER_POWER, 'W', 2)}, {quantity(limits.by_resistance_ohm, 'ohm', 3)} its "
+        f"resistance by {quantity(METER_RESISTANCE, 'ohm', 2)}; four wires each avoid that"
+    )
+    off = max(relative(lead, limits.by_power_ohm), 0.0)
+    return Comparison("common ground", lead, limits.by_power_ohm, "ohm", off, ROUNDING, note, sense="at least")
+
+
+def _meter(title: str, claim: float, at: int, unit: str, both: Both) -> Comparison:
+    """Compare the smallest step that a meter reads with the paper's."""
+    run, step = both.one.base, math.inf
+    note = f"paper: {quantity(claim, unit, 2)} in ranges of {METER_RANGES[0]:g} V and {METER_RANGES[1]:g} A; here "
+    try:
+        voltage, power = delivered(run.device, run.after, 1)
+        step = PXI_4070.steps(voltage, power)[at]
+        note += f"the sensor takes {quantity(run.after.sensor_V, 'V')} and {quantity(power / voltage, 'A')}"
+    except ValueError as error:
+        note += str(error) if run.after.sensor_power_W else "the sensor takes no power, and nothing can be read"
+    return _at_most(title, claim, step, unit, note)
+
+
+def _at_most(title: str, claim: float, measured: float, unit: str, note: str) -> Comparison:
+    return Comparison(title, claim, measured, unit, min(relative(claim, measured), 0.0), 0.0, note, sense="at most")
+
+
+_check("meter_resistance", "all figures")(partial(_meter, "NI 4070, gold", METER_RESISTANCE, 0, "ohm"))
+_check("meter_power", "all figures")(partial(_meter, "NI 4070, power", METER_POWER, 1, "W"))
+
+
+@_check("meter_rate", "all figures")
+def _rate(both: Both) -> Comparison:
+    """Compare the meter's rate with that of the controllers, a reading per sample."""
+    eigenvalue = shown(largest_eigenvalue(at_sample_time(both.device, 1 / METER_RATE)))
+    note = f"paper: {METER_RATE:g} S/s is more than sufficient; there the loop's largest eigenvalue is {eigenvalue}"
+    return _at_most("NI 4070, rate", METER_RATE, 1 / both.device.control.sample_time, "S/s", note)
+
+
+def _against_3d(title: str, unit: str, in_1d: float, in_3d: float, error: float, note: str = "") -> Comparison:
+    """Compare a value of 1D with 3D."""
+    values = f"{quantity(in_3d, unit, 5)} in 3D, {quantity(in_1d, unit, 5)} in 1D"
+    return compared(title, in_1d, in_3d, unit, error, f"{values}{note and f': {note}'}")
+
+
+def _steady(film: str, word: str, both: Both) -> Comparison:
+    unit = {"power": "power_W", "voltage": "V"}[word]
+    name, control = f"{film}_{unit}", both.device.control
+    one, three = (getattr(run.after, name) for run in (both.one.base, both.in_3d.runs.base))
+    note = "the sensor's power leaves through the polymer in both"
+    if film == "sink":
+        note = "heat goes along the layers too, and eq 14 leaves out the constriction in pad and oxide"
+        note += ", and the air that cools the covered beam" * bool(both.device.sink.convection_coefficient)
+    note = "over the common ground both films read too warm" if control.ground_resistance else note
+    error = both.in_3d.model.steady_errors(both.device)[name]
+    return _against_3d(f"steady {word}, {film}", unit[-1], one, three, error, note)
+
+
+def _peak(film: str, both: Both) -> Comparison:
+    (in_1d, _), (in_3d, _) = (_highest(run, film) for run in (both.one.base, both.in_3d.runs.base))
+    note, error = "the controllers push until they read the set temperature", both.in_3d.runs.base.result.errors
+    return _against_3d(f"peak, {film}", "K", in_1d, in_3d, error[f"{film}_K"], note)
+
+
+def _peak_time(film: str, both: Both) -> Comparison:
+    result = both.in_3d.runs.base.result
+    (_, in_1d), (value, in_3d) = (_highest(run, film) for run in (both.one.base, both.in_3d.runs.base))
+    rises = result.trace(f"{film}_K") - both.device.sink.room_temperature
+    near = result.time_s[rises > value - 2 * result.errors[f"{film}_K"]]
+    return _against_3d(f"when, {film}", "s", in_1d, in_3d, float(np.abs(near - in_3d).max(initial=0.0)))
+
+
+def _highest(run: Run, film: str) -> tuple[float, float]:
+    """The highest rise (K) before the outer step, and when (s)."""
+    result, device = run.result, run.device
+    early = result.time_s <= (device.external.step_time if device.steps_outside else math.inf)
+    rises = result.trace(f"{film}_K")[early] - device.sink.room_temperature
+    at = int(np.argmax(rises))
+    return float(rises[at]), float(result.time_s[at])
+
+
+for _word in ("power", "voltage"):
+    for _film in FILMS:
+        _check(f"dev3d_{_film}_{_word}", "3D", "figure9")(partial(_steady, _film, _word))
+for _suffix, _make in {"peak": _peak, "peak_time": _peak_time}.items():
+    for _film in FILMS:
+        _check(f"dev3d_{_film}_{_suffix}", "3D", "figure9", waits=True)(partial(_make, _film))
+
+
+@_check("dev3d_settling", "3D", "figure9", "outer step", waits=True)
+def _settling_3d(both: Both) -> Comparison:
+    (in_1d, error_1d), (in_3d, error_3d) = (run.settled() for run in (both.one.base, both.in_3d.runs.base))
+    if math.inf in (in_1d, in_3d):
+        note = f"the sensor's power does not settle to {percent(BAND, 1)} in both models before the run ends"
+        return Comparison("settling time", in_1d, in_3d, "s", 0.0 if in_1d == in_3d else math.inf, math.inf, note)
+    note = f"to {percent(BAND, 1)} of the step of the sensor's power, by diffusion through the polymer"
+    return _against_3d("settling time", "s", in_1d, in_3d, error_1d + error_3d, note)
+
+
+@_check("dev3d_slope", "3D", "figure13")
+def _slope_3d(both: Both) -> Comparison:
+    """Compare k A/t of the polymer with the slope of Figure 13, of the steady powers in 3D."""
+    devices, model = [run.device for run in _below(both.one)], both.in_3d.model
+    outer = [device.external.final_temperature for device in devices]
+    power = np.array([model.steady(device).sensor_power_W for device in devices])
+    error = 2 * sum(model.steady_errors(device)["sensor_power_W"] for device in devices) / float(np.ptp(power))
+    slope = float(np.polyfit(outer, power, 1)[0])
+    return _against_3d("slope of power", "W/K", -lump(both.device).polymer.conductance, slope, error * abs(slope))
+
+
+def _gain(film: str, both: Both) -> Comparison:
+    """Compare the largest stable gains; 3D's error is the change from the coarser mesh."""
+    device, external, model, key = both.device, both.device.external, both.in_3d.model, f"{film}_gain_limit"
+    limits: list[Callable[..., object]] = [stability, model.stability, model.coarser.stability]
+    outer = external.initial_temperature, external.final_temperature
+    in_1d, in_3d, coarser = (min(float(getattr(limit(device, t), key)) for t in outer) for limit in limits)
+    error = abs(in_3d - coarser) if math.isfinite(in_3d) else 0.0
+    return _against_3d(f"gain, {film}", "V", in_1d, in_3d, error, "largest stable gain, with the other gain as it is")
+
+
+for _film in FILMS:
+    _check(f"dev3d_{_film}_gain", "3D", "all figures")(partial(_gain, _film))
+
+
+@_check("dev3d_claim_steady", "3D", "figure9", "outer step")
+def _claim_steady(both: Both) -> Comparison:
+    state, errors = both.in_3d.runs.base.after, both.in_3d.model.steady_errors(both.device)
+    power, flow = state.sensor_power_W, state.polymer_flux_W
+    note = f"paper: the sensor's power is the heat through the polymer; {quantity(abs(power - flow), 'W', 2)} pass "
+    error, scale = errors["sensor_power_W"] + errors["polymer_flux_W"], max(abs(power), abs(flow)) or 1.0
+    return compared("claim, steady", power, flow, "W", error, f"{note}between sink and sensor in 3D", scale)
+
+
+@_check("dev3d_claim_over_time", "3D", "figure9", "outer step", waits=True)
+def _claim_over_time(both: Both) -> Comparison:
+    """Compare the same from the outer step on, relative to the step of the steady power."""
+    run = both.in_3d.runs.base
+    result, errors, start = run.result, run.result.errors, run.device.external.step_time
+    assert result.polymer_top_W is not None
+    after = result.time_s > start + 1e-9 * run.device.control.sample_time
+    time, power, top = (values[after] for values in (result.time_s, result.sensor_power_W, result.polymer_top_W))
+    scale = abs(run.after.sensor_power_W - run.before.sensor_power_W) or abs(run.after.sensor_power_W) or 1.0
+    at, late = int(np.abs(power - top).argmax()), time[np.abs(power - top) > BAND * scale]
+    note = (
+        f"paper: the sensor's power is the heat through the polymer; at its top only once the polymer has stored its "
+        f"heat, within {percent(BAND, 1)} of the step after {milliseconds(late[-1] - start if len(late) else 0.0)}"
+    )
+    return compared(
+        "claim, over time", float(power[at]), float(top[at]), "W", errors["sensor_power_W"] + errors["polymer_top_W"],
+        note, scale, time=float(time[at]), relative_to="the step of the steady power",
+    )  # fmt: skip
+
+
+@_check("dev3d_shielding", "3D", "figure9")
+def _shielding(both: Both) -> Comparison:
+    """Compare the sensor's loss to the substrate with none, relative to the loss with the sink off."""
+    slopes, errors = both.in_3d.shielding
+    closed, off = slopes.sensor_power_per_substrate_W_per_K, slopes.sensor_power_per_substrate_sink_off_W_per_K
+    largest, when = both.in_3d.response.largest
+    note = (
+        f"paper: the sensor loses nothing to the substrate; 1 K there changes its power by {quantity(closed, 'W', 2)}, "
+        f"with the sink off by {quantity(off, 'W', 4)}; over time by up to {quantity(largest, 'W', 3)}, "
+        f"{milliseconds(when)} after a step"
+    )
+    return compared(
+        "shielding", 0.0, closed, "W/K", errors["sensor_power_per_substrate_W_per_K"], note,
+        abs(off) or abs(slopes.sensor_power_per_outside_W_per_K) or 1.0, relative_to="what it is with the sink off",
+    )  # fmt: skip

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from reduced1d.equations import end_rise_from_equivalent
-from reduced1d.painted import Reduction, of_result
+from reduced1d.painted import paint
 from reduced1d.sink import anchor_series_resistance
 from scenes.device import Device
 from scenes.model import AnyScene, Material
@@ -20,8 +20,6 @@ from statespace.result import DeviceResult
 
 MOST = 100
 """Instants of a transient that are searched, beside those at which a trace is largest or smallest."""
-FEW = 16
-"""The same of a sink, whose temperatures grow evenly."""
 _AT_ONCE = 16  # Fields that are computed together, to bound the memory.
 
 
@@ -36,28 +34,37 @@ class Hottest:
 def of_sink(sink: Sink, fem3d: Result | None, reduced1d: Result | None) -> tuple[str, ...]:
     """Return the warnings of a sink's run, of 3D where it is solved."""
     if fem3d is not None:
-        return past(sink.materials, fem3d.details["fields"], moments(fem3d.traces, FEW))
+        return past(sink.materials, fem3d.details["fields"], moments(fem3d.traces))
     if reduced1d is None:
         return ()
-    hot = {sink.silicon.name: Hottest(sink.room_temperature + reduced1d.steady["peak_rise_K"].value)}
-    return warnings((sink.silicon, sink.oxide), of_painted(of_result(sink, reduced1d)) if sink.spans == 1 else hot)
+    # A step's response is nowhere hotter than the steady state.
+    peak, end = (np.array([reduced1d.steady[key].value]) for key in ("peak_rise_K", "end_rise_K"))
+    return warnings(sink.materials if sink.spans == 1 else [sink.silicon], _in_1d(sink, [None], peak, end))
 
 
 def of_device(device: Device, result: DeviceResult) -> tuple[str, ...]:
     """Return the warnings of a device's run in 1D; the beam's middle follows from eqs 13 and 18."""
-    sink, times = device.sink, result.time_s
+    sink, times, external = device.sink, result.time_s, device.external
     mean, k = result.sink_K - sink.room_temperature, sink.silicon.thermal_conductivity
     end = end_rise_from_equivalent(mean, anchor_series_resistance(sink), k, sink.cross_section, sink.length)
-    peak, external = end + 1.5 * (mean - end), device.external
-    at = int(np.argmax(peak))
-    beam = of_painted(Reduction(sink, (float(end[at]), float(peak[at])), *[np.empty(0)] * 3))
-    reached = {name: Hottest(place.temperature, float(times[at])) for name, place in beam.items()}
     outside = np.where(times < external.step_time, external.initial_temperature, external.final_temperature)
     polymer = np.max([result.sink_K, result.sensor_K, outside], axis=0)
-    for name, trace in ((device.gold.name, result.sensor_K), (device.pdms.name, polymer)):
-        at = int(np.argmax(trace))
-        reached[name] = Hottest(float(trace[at]), float(times[at]))
+    reached = _in_1d(sink, times.tolist(), end + 1.5 * (mean - end), end)
+    reached |= {device.gold.name: _hottest(result.sensor_K, times.tolist())}
+    reached |= {device.pdms.name: _hottest(polymer, times.tolist())}
     return warnings((sink.silicon, sink.oxide, device.gold, device.pdms), reached)
+
+
+def _in_1d(sink: Sink, times: Sequence[float | None], peak: np.ndarray, end: np.ndarray) -> dict[str, Hottest]:
+    """The beam's middle, and the top of an oxide block, from the rises of peak and end (times,)."""
+    top = [0.0, -sink.anchor_distance - sink.oxide_length / 2, -1e-6 * sink.oxide_thickness]
+    rises = {sink.silicon.name: peak, sink.oxide.name: end * float(paint(sink, np.array([top]), 1.0, 1.0)[0])}
+    return {name: _hottest(sink.room_temperature + rise, times) for name, rise in rises.items()}
+
+
+def _hottest(temperatures: np.ndarray, times: Sequence[float | None]) -> Hottest:
+    at = int(np.argmax(temperatures))
+    return Hottest(float(temperatures[at]), times[at])
 
 
 def excess(
@@ -102,7 +109,7 @@ def impossible(scene: AnyScene, result: Result) -> tuple[str, ...]:
 
 
 def warnings(materials: Iterable[Material], reached: Mapping[str, Hottest]) -> tuple[str, ...]:
-    """A sentence for each material that gets hotter than it is valid to."""
+    """Return a sentence for each material that exceeds its limit."""
     sentences = []
     for m in dict.fromkeys(materials):
         if m.valid_to is not None and m.name in reached and reached[m.name].temperature > m.valid_to:
@@ -132,20 +139,9 @@ def by_material(fields: Any, times: np.ndarray) -> dict[str, Hottest]:
         hottest = {name: Hottest(float(fields.steady[at].max(initial=-np.inf))) for name, at in corners.items()}
     for time, temperatures in _snapshots(fields, times):
         for name, at in corners.items():
-            _see(hottest, name, float(temperatures[at].max(initial=-np.inf)), time)
-    return hottest
-
-
-def of_painted(model: Reduction) -> dict[str, Hottest]:
-    """The same of a sink's 1D model: the beam's middle, and the top of an oxide block."""
-    sink = model.sink
-    beam = [0.0, sink.length / 2, sink.thickness / 2]
-    oxide = [0.0, -sink.anchor_distance - sink.oxide_length / 2, -1e-6 * sink.oxide_thickness]
-    hottest: dict[str, Hottest] = {}
-    for time in (None, *model.time):
-        rises = model.rise(np.array([beam, oxide]), time)
-        for material, rise in zip((sink.silicon, sink.oxide), rises, strict=True):
-            _see(hottest, material.name, sink.room_temperature + float(rise), time)
+            top = float(temperatures[at].max(initial=-np.inf))
+            if name not in hottest or top > hottest[name].temperature:
+                hottest[name] = Hottest(top, time)
     return hottest
 
 
@@ -163,8 +159,3 @@ def _snapshots(fields: Any, times: np.ndarray) -> Iterator[tuple[float, np.ndarr
     for first in range(0, len(times), _AT_ONCE):
         some = times[first : first + _AT_ONCE]
         yield from zip(some.tolist(), fields.at(some), strict=True)
-
-
-def _see(hottest: dict[str, Hottest], name: str, temperature: float, time: float | None) -> None:
-    if name not in hottest or temperature > hottest[name].temperature:
-        hottest[name] = Hottest(temperature, time)

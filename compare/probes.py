@@ -6,16 +6,15 @@ the largest rise; of other quantities the 3D value, over time the largest. No di
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from compare import quantities
 from compare.course import NO_CHANGE, Course, at
-from compare.quantities import Quantities, called
-from compare.verdict import Comparison, part, share, spread
-from scenes.formats import cut, quantity, signed
-from scenes.model import OVER_TIME, AnyScene
+from compare.quantities import Quantities
+from compare.verdict import Comparison, ratio
+from scenes.formats import cut, quantity
+from scenes.model import OVER_TIME
 from scenes.result import Estimate, Result
 
 NEAR = 0.2
@@ -43,20 +42,19 @@ class Both:
     def at_rest(self, name: str) -> Comparison:
         """Compare the steady values."""
         base, unit = self.quantities.base(name), self.quantities.units[name]
-        in_3d, in_1d = self.fem3d.steady[name], self.model.steady[name]
-
-        def off(value: float, measured: float) -> float:
-            return part(value - measured, measured - base)
-
-        known = abs(in_3d.value - base) > in_3d.error
-        u_num = spread(off, {"value": in_1d, "measured": in_3d}) if known else float("inf")
-        p, m = in_1d.value - base, in_3d.value - base
-        said = f"{called(name)} is {quantity(p, unit)} against {quantity(m, unit)} in 3D"
+        in_3d, in_1d = (replace(result.steady[name], value=result.steady[name].value - base)
+                        for result in (self.fem3d, self.model))  # fmt: skip
+        off = ratio(in_1d, in_3d)
+        u_num = off.error if abs(in_3d.value) > in_3d.error else float("inf")
+        p, m = in_1d.value, in_3d.value
         above = " (above the initial temperature)" * (unit == "K")
+        reason = f"{quantity(p, unit)} against {quantity(m, unit)} in 3D{above}{self._meant(name, p, m)}"
         return Comparison(
-            cut(name, 30), p, m, unit, off(in_1d.value, in_3d.value), u_num, f"{said}{above}{self._meant(name, p, m)}",
-            relative_to=f"the 3D {'rise' if unit == 'K' else 'value'}",
-        )  # fmt: skip
+            cut(name, 30), p, m, unit, off.value, u_num, reason, relative_to=f"the 3D {self._whole(name)}"
+        )
+
+    def _whole(self, name: str) -> str:
+        return "rise" if self.quantities.units[name] == "K" else "value"
 
     def course(self, name: str) -> Course:
         """Return both traces at the model's times at which 3D's error bound holds, above the base of their scale."""
@@ -75,26 +73,22 @@ class Both:
 
     def over_time(self, name: str) -> Comparison:
         """Compare at the largest difference over time."""
-        course, unit = self.course(name), self.quantities.units[name]
-        i, scale = course.worst, self.scale(name, course)
-        error = self.fem3d.over_time.errors[name] + self.model.over_time.errors[name] + float(course.beyond[i])
-        off = share(Estimate(float(course.off[i]), error), scale)
-        p, m, time = float(course.model[i]), float(course.fem3d[i]), float(course.time[i])
+        course = self.course(name)
+        error = self.fem3d.over_time.errors[name] + self.model.over_time.errors[name]
 
-        def reason() -> str:
-            when = f"at {quantity(time, 's', 3)}, {signed(p - m, unit)}"
-            said = f"{called(name)} is {quantity(p, unit)} against {quantity(m, unit)} in 3D {when}"
-            return said + (self._meant(name, p, m) or f"; {course.in_words(abs(scale.value)) or NO_CHANGE}")
+        def note() -> str:
+            meant = self._meant(name, float(course.model[course.worst]), float(course.fem3d[course.worst]))
+            return meant.removeprefix("; ") or self.change(name) or NO_CHANGE
 
-        return Comparison(
-            f"{cut(name, 24)}, trace", p, m, unit, off.value, off.error, reason, time,
-            relative_to=f"the largest 3D {'rise' if unit == 'K' else 'value'}",
+        return course.comparison(
+            f"{cut(name, 24)}, trace", self.quantities.units[name], error, self.scale(name, course),
+            f"the largest 3D {self._whole(name)}", note,
         )  # fmt: skip
 
     def change(self, name: str) -> str:
         """Return the change of size or time that brings the model's course nearer; empty where none does."""
         course = self.course(name)
-        return course.in_words(abs(self.scale(name, course).value))
+        return course.change(abs(self.scale(name, course).value))
 
     def _meant(self, name: str, value: float, measured: float) -> str:
         """Ask for kelvins where the model's values are near as other temperatures."""
@@ -103,8 +97,3 @@ class Both:
         word = min(near, key=lambda each: near[each])
         meant = self.quantities.units[name] == "K" and near[word] < NEAR * off
         return f"; as {word} it would be near: give kelvins, not {word}" if meant else ""
-
-
-def both(scene: AnyScene, fem3d: Result, model: Result) -> Both:
-    """Return 3D and a model of the same quantities."""
-    return Both(quantities.of(scene, fem3d), fem3d, model)

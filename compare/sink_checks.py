@@ -9,7 +9,7 @@ curves, over time by the largest distance from 10 us on.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from inspect import signature
@@ -36,6 +36,10 @@ INPUTS = {
     "resistance": "anchor_resistance_K_per_W",
 }  # fmt: skip
 """The steady 3D quantities by their names as arguments of equations."""
+EQUATION = "3D", "one conductivity"
+FIGURE = *EQUATION, "1D"
+COURSE = *EQUATION, "transient", "10 us", "1D"
+"""What the checks need (`compare.kinds.sink.SinkKind.absent`)."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +58,13 @@ class Models:
     def sink(self) -> Sink:
         """The sink with constant properties, as the paper's equations take it."""
         return self.given.plain
+
+    @property
+    def one(self) -> Result:
+        """The 1D result; ValueError where there is none."""
+        if self.reduced1d is None:
+            raise ValueError("this check needs the 1D model")
+        return self.reduced1d
 
     def steady(self, key: str) -> float:
         """Return a steady 3D value."""
@@ -74,28 +85,35 @@ def equation(
     def register(formula: Callable[..., float]) -> Callable[..., float]:
         arguments = list(signature(formula).parameters)[1:]
 
-        @CHECKS.check(name, "3D", "one conductivity")
+        @CHECKS.check(name, *EQUATION)
         def make(models: Models) -> Comparison:
-            by_equation = partial(formula, models.sink)
             inputs = {argument: models.fem3d.steady[INPUTS[argument]] for argument in arguments}
-            measured, unit = models.fem3d.steady[key], unit_of(key)
-            predicted = by_equation(**{argument: estimate.value for argument, estimate in inputs.items()})
+            measured = models.fem3d.steady[key]
 
             def off(measured: float, **values: float) -> float:
-                return relative(by_equation(**values), measured)
+                return relative(formula(models.sink, **values), measured)
 
-            def reason() -> str:
-                values = f"{quantity(predicted, unit)} against {quantity(measured.value, unit)} in 3D"
-                return f"{values}: {note if isinstance(note, str) else note(models)}"
-
-            return Comparison(
-                title, predicted, measured.value, unit, relative(predicted, measured.value),
-                spread(off, {**inputs, "measured": measured}), reason, relative_to="the 3D value",
-            )  # fmt: skip
+            predicted = formula(models.sink, **{name: estimate.value for name, estimate in inputs.items()})
+            found = Estimate(relative(predicted, measured.value), spread(off, {**inputs, "measured": measured}))
+            reason = note if isinstance(note, str) else partial(note, models)
+            return _of_3d(title, key, predicted, measured.value, found, reason)
 
         return formula
 
     return register
+
+
+def _of_3d(
+    title: str, key: str, predicted: float, measured: float, off: Estimate, note: str | Callable[[], str]
+) -> Comparison:
+    """Compare a steady value with 3D's, given their relative difference."""
+    unit = unit_of(key)
+
+    def reason() -> str:
+        values = f"{quantity(predicted, unit)} against {quantity(measured, unit)} in 3D"
+        return f"{values}: {note if isinstance(note, str) else note()}".removesuffix(": ")
+
+    return Comparison(title, predicted, measured, unit, off.value, off.error, reason, relative_to="the 3D value")
 
 
 def not_parabolic(models: Models) -> str:
@@ -145,8 +163,8 @@ def eq16(sink: Sink, peak: float, end: float) -> float:
 
 
 def _with_measured_resistance(models: Models) -> str:
-    found = eq18_measured(models.sink, models.steady("mean_rise_K"), models.steady("anchor_resistance_K_per_W"))
-    return f"with the 3D resistance the same equation gives {quantity(found, 'K')}"
+    end = eq18_measured(models.sink, models.steady("mean_rise_K"), models.steady("anchor_resistance_K_per_W"))
+    return f"with the 3D resistance the same equation gives {quantity(end, 'K')}"
 
 
 @equation("eq18", "end from mean, eq 14's R", "end_rise_K", _with_measured_resistance)
@@ -162,25 +180,13 @@ def eq18_measured(sink: Sink, mean: float, resistance: float) -> float:
     return equations.end_rise_from_equivalent(mean, resistance, k, sink.cross_section, sink.length)
 
 
-def at_rest(models: Models, key: str, title: str) -> Comparison | None:
+def at_rest(key: str, title: str, models: Models) -> Comparison | None:
     """Compare a steady quantity of the 1D model with 3D."""
-    assert models.reduced1d is not None
-    if key not in models.reduced1d.steady:
+    if key not in models.one.steady:
         return None
-    measured, predicted, unit = models.fem3d.steady[key], models.reduced1d.steady[key], unit_of(key)
-    off = ratio(predicted, measured)
-    said = f"{quantity(predicted.value, unit)} against {quantity(measured.value, unit)} in 3D{_remark(models)}"
-    return Comparison(
-        title, predicted.value, measured.value, unit, off.value, off.error, said, relative_to="the 3D value"
-    )
-
-
-def _remark(models: Models) -> str:
-    """The model's own remarks, or how to split its difference."""
-    assert models.reduced1d is not None
-    details = models.reduced1d.details
-    said = "; ".join(details.get("warnings", ())) or "--why splits it by assumption" * ("silent" not in details)
-    return f"; {said}" * bool(said)
+    one, three, details = models.one.steady[key], models.fem3d.steady[key], models.one.details
+    note = "; ".join(details.get("warnings", ())) or "--why splits it by assumption" * ("silent" not in details)
+    return _of_3d(title, key, one.value, three.value, ratio(one, three), note)
 
 
 def from_first(time: np.ndarray) -> np.ndarray:
@@ -188,41 +194,29 @@ def from_first(time: np.ndarray) -> np.ndarray:
     return np.concatenate([[FIRST_TIME], time[time > FIRST_TIME]])
 
 
-def over_time(models: Models, trace: str, final: Estimate, title: str, relative_to: str) -> Comparison | None:
-    """Compare a trace of the 1D model with 3D where they are farthest apart, relative to a ``final`` value.
-
-    The error adds that of both traces, and how far a maximum may exceed its neighbours on the rows.
-    """
-    assert models.reduced1d is not None
-    one, three = models.reduced1d.over_time, models.fem3d.over_time
+def over_time(
+    trace: str, key: str, title: str, relative_to: str, models: Models, scale: Estimate | None = None
+) -> Comparison | None:
+    """Compare a trace of the 1D model with 3D at the largest distance, relative to the steady 3D ``key`` or a scale."""
+    one, three = models.one.over_time, models.fem3d.over_time
     if trace not in one.values:
         return None
     if not np.array_equal(one.time, three.time):
         raise ValueError("the traces of both models must be at the same times")
-    late, unit = from_first(three.time), unit_of(trace)
+    scale, unit, time = scale or models.fem3d.steady[key], unit_of(trace), from_first(three.time)
     base = models.sink.room_temperature if unit == "K" else 0.0
-    m, p = (np.interp(late, three.time, traces.values[trace]) - base for traces in (three, one))
-    course = Course(late, m, p, np.zeros(len(late)))
-    i, off = course.worst, course.off
-    error = three.errors[trace] + one.errors[trace] + overshoot(late, np.abs(off), i)
-    found = share(Estimate(float(off[i]), error), Estimate(abs(final.value), final.error))
-
-    def reason() -> str:
-        where = f"largest at {quantity(float(late[i]), 's', 3)}, {signed(float(off[i]), unit)}"
-        return f"{where}; {signed(float(off[-1]), unit)} at the end"
-
-    return Comparison(
-        title, float(p[i]), float(m[i]), unit, found.value, found.error, reason, float(late[i]), relative_to=relative_to
-    )
+    m, p = (np.interp(time, three.time, traces.values[trace]) - base for traces in (three, one))
+    between = overshoot(time, np.abs(p - m), int(np.argmax(np.abs(p - m))))
+    error, size = three.errors[trace] + one.errors[trace], Estimate(abs(scale.value), scale.error)
+    course = Course(time, m, p, np.full(len(time), between))
+    end = f"{signed(float(course.off[-1]), unit)} at the end"
+    return course.comparison(title, unit, error, size, relative_to, lambda: end)
 
 
-@CHECKS.check("fig4", "3D", "one conductivity", "1D")
-def fig4(models: Models) -> Comparison | None:
-    """Compare the steady peak."""
-    return at_rest(models, "peak_rise_K", "steady peak, of 3D's")
+CHECKS.check("fig4", *FIGURE)(partial(at_rest, "peak_rise_K", "steady peak, of 3D's"))
 
 
-@CHECKS.check("fig5", "3D", "one conductivity")
+@CHECKS.check("fig5", *EQUATION)
 def fig5(models: Models) -> Comparison:
     """Compare the 3D profile along the axis with eq 9's parabola through its own end and peak: rms distance over dT0.
 
@@ -232,14 +226,14 @@ def fig5(models: Models) -> Comparison:
     dT0 = float(fitted.max() - fitted.min())
     distance = float(np.sqrt(np.trapezoid((rise - fitted) ** 2, y) / models.sink.length))
     error = 2 * max(models.fem3d.steady[key].error for key in ("peak_rise_K", "end_rise_K", "mean_rise_K"))
-    i, found = int(np.argmax(np.abs(rise - fitted))), share(Estimate(distance, error), Estimate(dT0, error))
+    i, off = int(np.argmax(np.abs(rise - fitted))), share(Estimate(distance, error), Estimate(dT0, error))
 
     def reason() -> str:
         most = f"up to {signed(float(rise[i] - fitted[i]), 'K')} at y = {quantity(float(y[i]) * 1e6, 'um', 3)}"
         return f"{most}: {not_parabolic(models)}"
 
     return Comparison(
-        "parabola's misfit, of dT0", 0.0, distance, "K", found.value, found.error, reason,
+        "parabola's misfit, of dT0", 0.0, distance, "K", off.value, off.error, reason,
         relative_to="dT0, the 3D peak less the end rise",
     )  # fmt: skip
 
@@ -264,113 +258,88 @@ def misfit_weights(sink: Sink, fem3d: Result) -> np.ndarray:
     return np.array([at(rise + shift) - at(rise - shift) for shift in step * np.eye(len(rise))]) / (2 * step)
 
 
-def _trace(name: str, trace: str, steady: str, title: str) -> None:
-    @CHECKS.check(name, "3D", "one conductivity", "transient", "10 us", "1D")
-    def make(models: Models) -> Comparison | None:
-        return over_time(models, trace, models.fem3d.steady[steady], title, "the final 3D rise")
+for _place in ("peak", "end"):
+    CHECKS.check(f"fig6_{_place}", *COURSE)(
+        partial(over_time, f"{_place}_K", f"{_place}_rise_K", f"{_place} trace, of final rise", "the final 3D rise")
+    )
 
 
-_trace("fig6_peak", "peak_K", "peak_rise_K", "peak trace, of final rise")
-_trace("fig6_end", "end_K", "end_rise_K", "end trace, of final rise")
-
-
-@CHECKS.check("fig7_current", "3D", "one conductivity", "transient", "10 us", "1D", "current follows")
+@CHECKS.check("fig7_current", *COURSE, "current follows")
 def fig7_current(models: Models) -> Comparison | None:
     """Compare the current's traces, relative to the change of the 3D current from the start to the steady state.
 
     Without a temperature coefficient the current does not change, and the distance is relative to the current itself.
     """
-    final, whole, relative_to = models.fem3d.steady["current_A"], "itself", "the 3D current"
-    if models.sink.silicon.temperature_coefficient:
-        first = float(models.fem3d.over_time.values["current_A"][0])
-        final, whole, relative_to = (
-            Estimate(final.value - first, 2 * final.error),
-            "change",
-            "the change of 3D's current",
-        )
-    return over_time(models, "current_A", final, f"current trace, of {whole}", relative_to)
+    check = partial(over_time, "current_A", "current_A")
+    if not models.sink.silicon.temperature_coefficient:
+        return check("current trace, of itself", "the 3D current", models)
+    first, final = float(models.fem3d.over_time.values["current_A"][0]), models.fem3d.steady["current_A"]
+    change = Estimate(final.value - first, 2 * final.error)
+    return check("current trace, of change", "the change of 3D's current", models, change)
 
 
 @CHECKS.check("energy", "3D")
 def energy(models: Models) -> Comparison:
     """Compare the steady 3D energy imbalance over the power with none. It is a residual, without an error."""
     imbalance = float(models.fem3d.details["energy_imbalance"])
-    said = f"the heat that leaves the 3D solution misses its power by {percent(imbalance)}: do not trust this run"
-    return Comparison("imbalance, of the power", 0.0, imbalance, "1", imbalance, 0.0, said, relative_to="the 3D power")
+    reason = f"the heat that leaves the 3D solution misses its power by {percent(imbalance)}: do not trust this run"
+    return Comparison(
+        "imbalance, of the power", 0.0, imbalance, "1", imbalance, 0.0, reason, relative_to="the 3D power"
+    )
 
 
-ROW = {"peak_inner": "inner peak", "peak_outer": "outer peak", "mean": "mean", "current": "current"}
-"""Quantities of a row of spans by the ends of its checks' ids. Span 1 is an outer one, the highest an innermost one."""
-FOLLOWED = {**{f"islands_{what}": called for what, called in ROW.items()}, "islands_equivalent": "spans alike"}
+ROW = {
+    "peak_inner": ("inner peak", "span{inner}_peak_rise_K"), "peak_outer": ("outer peak", "span1_peak_rise_K"),
+    "mean": ("mean", "mean_rise_K"), "current": ("current", "current_A"),
+}  # fmt: skip
+"""Words and steady quantities of a row of spans, by the ends of its checks' ids; the highest span is an innermost."""
+FOLLOWED = {**{f"islands_{end}": word for end, (word, _) in ROW.items()}, "islands_equivalent": "spans alike"}
 """The checks whose dependence on the row is drawn, with the curve's name."""
 
 
-def key_of(sink: Sink, what: str) -> str:
-    """Return the steady quantity of a row."""
-    inner = f"span{different(sink.spans)}_peak_rise_K"
-    return {"peak_inner": inner, "peak_outer": "span1_peak_rise_K", "mean": "mean_rise_K", "current": "current_A"}[what]
-
-
-def _pairs(models: Models, single: Result) -> Iterator[tuple[str, tuple[Result, str], tuple[Result, str]]]:
-    """The peaks and the means of one sink alone and of each span, in pairs."""
-    for what in ("peak", "mean"):
-        sources = {"one sink alone": (single, what)}
-        sources |= {f"span {n}": (models.fem3d, f"span{n}_{what}") for n in range(1, different(models.given.spans) + 1)}
-        for (first, one), (second, other) in combinations(sources.items(), 2):
-            yield f"the {what} of {first} against {second}", one, other
-
-
-Apart = tuple[Estimate, str, float, float, float | None]
+def _of_row(end: str, late: bool, models: Models) -> Comparison | None:
+    """Compare a quantity of the row by the 1D model with 3D, steady or over time."""
+    (word, key), whole = ROW[end], "itself" if end == "current" else "final rise"
+    key = key.format(inner=different(models.given.spans))
+    if not late:
+        return at_rest(key, f"{word}, of 3D's", models)
+    return over_time(key.replace("_rise_K", "_K"), key, f"{word} trace, of {whole}", "the final 3D value", models)
 
 
 def _equivalent(late: bool, models: Models) -> Comparison | None:
     """The largest difference in 3D between two spans, or a span and one sink alone: steady, or over time."""
     if models.single is None:
         return None
-    time, room, found = (
-        from_first(models.fem3d.over_time.time) if late else None,
-        models.sink.room_temperature,
-        list[Apart](),
-    )
-    for said, *both in _pairs(models, models.single):
-        one, other = (result.steady[f"{name}_rise_K"] for result, name in both)
-        if time is None:
-            found.append((ratio(one, other), said, one.value, other.value, None))
-            continue
-        traces = [(result.over_time, f"{name}_K") for result, name in both]
-        x, y = (np.interp(time, each.time, each.values[name]) - room for each, name in traces)
-        error = sum(each.errors[name] for each, name in traces)
-        error += models.given.accuracy * (abs(one.value) + abs(other.value))
-        i = int(np.abs(x - y).argmax())
-        off = share(Estimate(float(x[i] - y[i]), error), other)
-        found.append((off, said, float(x[i]), float(y[i]), float(time[i])))
-    off, said, a, b, when = max(found, key=lambda entry: abs(entry[0].value))
-    title, scale = "spans apart, or from one" + ", trace" * late, "the second one" + "'s final value" * late
-    values = f"{quantity(a, 'K')} and {quantity(b, 'K')}" + ("" if when is None else f" at {quantity(when, 's', 3)}")
-    return Comparison(title, a, b, "K", off.value, off.error, f"{said}: {values}", when, relative_to=scale)
+    made = []
+    for what in ("peak", "mean"):
+        sources = {"one sink alone": (models.single, what)}
+        sources |= {f"span {n}": (models.fem3d, f"span{n}_{what}") for n in range(1, different(models.given.spans) + 1)}
+        for first, second in combinations(sources, 2):
+            note = f"the {what} of {first} against that of {second}"
+            made.append(_apart(note, models, late, sources[first], sources[second]))
+    return max(made, key=lambda comparison: abs(comparison.difference))
 
 
-def _register_rows() -> None:
-    """Register the checks of rows: steady first, then over time."""
-
-    def steady(what: str, models: Models) -> Comparison | None:
-        return at_rest(models, key_of(models.given, what), f"{ROW[what]}, of 3D's")
-
-    def course(what: str, models: Models) -> Comparison | None:
-        key, whole = key_of(models.given, what), "itself" if what == "current" else "final rise"
-        final, title = models.fem3d.steady[key], f"{ROW[what]} trace, of {whole}"
-        return over_time(models, key.replace("_rise_K", "_K"), final, title, "the final 3D value")
-
-    needs = {"_over_time": ("transient", "10 us")}
-    for when, of_model, late in (("", steady, False), ("_over_time", course, True)):
-        for what in ROW:
-            more = (*needs.get(when, ()), *["inner span"] * ("inner" in what))
-            CHECKS.check(f"islands_{what}{when}", "3D", "one conductivity", "1D", *more)(partial(of_model, what))
-        check = CHECKS.check(f"islands_equivalent{when}", "3D", "one conductivity", *needs.get(when, ()))
-        check(partial(_equivalent, late))
+def _apart(note: str, models: Models, late: bool, *both: tuple[Result, str]) -> Comparison:
+    """Compare the 3D rise of one span with another's, steady or over time."""
+    title, (a, b) = "spans apart, or from one", (result.steady[f"{name}_rise_K"] for result, name in both)
+    if not late:
+        off, reason = ratio(a, b), f"{quantity(a.value, 'K')} and {quantity(b.value, 'K')}: {note}"
+        return Comparison(title, a.value, b.value, "K", off.value, off.error, reason, relative_to="the second one")
+    traces, time = [(result.over_time, f"{name}_K") for result, name in both], from_first(models.fem3d.over_time.time)
+    x, y = (np.interp(time, each.time, each.values[name]) - models.sink.room_temperature for each, name in traces)
+    # Both traces are interpolated between their own times.
+    error = sum(each.errors[name] for each, name in traces) + models.given.accuracy * (abs(a.value) + abs(b.value))
+    scale = "the second one's final value"
+    return Course(time, y, x, np.zeros(len(time))).comparison(f"{title}, trace", "K", error, b, scale, lambda: note)
 
 
-_register_rows()
+for _late in (False, True):
+    _suffix, _transient = ("_over_time", ("transient", "10 us")) if _late else ("", ())
+    for _end in ROW:
+        _needs = *(COURSE if _late else FIGURE), *["inner span"] * ("inner" in _end)
+        CHECKS.check(f"islands_{_end}{_suffix}", *_needs)(partial(_of_row, _end, _late))
+    CHECKS.check(f"islands_equivalent{_suffix}", *EQUATION, *_transient)(partial(_equivalent, _late))
 
 
 @dataclass(frozen=True)

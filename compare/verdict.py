@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Generic, Literal, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, Literal, Protocol, TypeVar
 
 from scenes.formats import difference_text, percent
 from scenes.result import Estimate
@@ -180,6 +180,16 @@ def relative(predicted: float, measured: float) -> float:
 def part(distance: float, scale: float) -> float:
     """Return distance / scale, infinite where only the latter is zero."""
     return distance / scale if scale else (0.0 if not distance else math.inf)
+
+
+def compared(
+    title: str, predicted: float, measured: float, unit: str, error: float, reason: str | Callable[[], str],
+    scale: float | None = None, **more: Any,
+) -> Comparison:  # fmt: skip
+    """Compare two values, given the error of their difference, relative to a scale, by default the measured value."""
+    scale = measured if scale is None else scale
+    off, u_num = part(predicted - measured, scale), part(error, abs(scale))
+    return Comparison(title, predicted, measured, unit, off, u_num, reason, **more)
 
 
 def spread(function: Callable[..., float], inputs: Mapping[str, Estimate]) -> float:

@@ -96,9 +96,9 @@ class DeviceKind(Kind[Device]):
         return results
 
     def definitions(self, scene: Device, options: Options) -> Mapping[str, Definition[Both]]:
-        from compare import device_3d_checks
+        from compare.device_checks import CHECKS
 
-        return {name: each for name, each in device_3d_checks.CHECKS.items() if options.in_3d or "3D" not in each.needs}
+        return {name: each for name, each in CHECKS.items() if options.in_3d or "3D" not in each.needs}
 
     def needs(self, scene: Device, options: Options, *figures: str) -> bool:
         """Whether the runs behind any of these figures are needed, for the figure or its checks."""

@@ -219,10 +219,11 @@ def own_model(scene: AnyScene, options: Options) -> tuple[str | Callable[..., An
 
 def both(outcome: Outcome[AnyScene]) -> Both:
     """3D and the user's model of the same quantities."""
-    from compare.probes import both
+    from compare import quantities
+    from compare.probes import Both
 
     assert outcome.reduced1d is not None
-    return both(outcome.scene, outcome.solved, outcome.reduced1d)
+    return Both(quantities.of(outcome.scene, outcome.solved), outcome.solved, outcome.reduced1d)
 
 
 def at_rest(scene: AnyScene, progress: Callable[[str], None]) -> dict[str, Any]:
