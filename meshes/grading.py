@@ -33,7 +33,6 @@ FINE = 3e-5  # accuracy from which on the tails of constrictions count (`validat
 # Degrees by which a layer at an edge may have fewer than the next larger one, over the exponent: a layer reduces the
 # error by RATIO^(2 s), a degree beside a singular end by rho^-2 (`fem3d.adaptivity.estimator`).
 FALL = -np.log(RATIO) / np.log((1 + np.sqrt(RATIO)) / (1 - np.sqrt(RATIO)))
-MEASURED = 6  # degree from which on the contributions of the last two degrees foresee the next ones
 
 
 @dataclass(frozen=True)
@@ -195,23 +194,16 @@ def shortest_of(grid: Grid) -> float:
     return SHORTEST * max(float(b[-1] - b[0]) for b in grid.breaks)
 
 
-def refined(
-    grid: Grid,
-    missing: Sequence[np.ndarray],
-    target: float,
-    marks: Features,
-    falls: Sequence[np.ndarray] | None = None,
-) -> Grid:
+def refined(grid: Grid, missing: Sequence[np.ndarray], target: float, marks: Features) -> Grid:
     """Return the grid refined until the indicator of each interval is expected to be its share of a target.
 
-    Intervals towards a singular plane are cut in layers; others gain degrees, or are halved where these
-    would exceed `HIGHEST_DEGREE`. Intervals that are too short to refine take their share of the target first.
+    Intervals towards a singular plane are cut in layers; others gain a degree, or are halved where it would exceed
+    `HIGHEST_DEGREE`. Intervals that are too short to refine take their share of the target first.
 
     Parameters
     ----------
     missing: per axis the error indicator of each interval.
     target: the sum of all indicators afterwards.
-    falls: per axis the factor from one degree's contribution to the next; without, degrees are raised one by one.
     """
     near, shortest = marks.near(grid), shortest_of(grid)
     able = [np.diff(b) > shortest for b in grid.breaks]
@@ -231,14 +223,10 @@ def refined(
                     if p < LEAST_AT_EDGE:  # what is missing need not be the edge's
                         p, excess = p + 1, 1.0
                     inner, cut_degrees = _cut(a, b, p, ends, excess, shortest)
+                elif p < HIGHEST_DEGREE:
+                    p += 1
                 else:
-                    more = 1
-                    if falls is not None and p >= MEASURED:
-                        more = int(np.ceil(np.log(excess) / -np.log(np.clip(falls[d][i], 1e-9, 1 - 1e-9))))
-                    if p + more <= HIGHEST_DEGREE:
-                        p += more
-                    else:
-                        inner, cut_degrees = [(a + b) / 2], [p, p]
+                    inner, cut_degrees = [(a + b) / 2], [p, p]
             axis_breaks += [*inner, b]
             axis_degrees += cut_degrees if inner else [p]
         breaks.append(np.array(axis_breaks))

@@ -39,15 +39,14 @@ Progress = Callable[[str], None]
 class Verdict(NamedTuple):
     """Decision after a level.
 
-    "accept" takes the ``answer``. "refine" uses the indicators of the ``goals``, their factor ``falls`` per degree
-    (`estimator.falling`) and the ``relative`` errors. "raise" refines everywhere: a lower space has no steady state
-    although the fine space has one, or states go ``beyond`` a resistivity law. "runaway" needs a second mesh."""
+    "accept" takes the ``answer``. "refine" uses the indicators of the ``goals`` and the ``relative`` errors. "raise"
+    refines everywhere: a lower space has no steady state although the fine space has one, or states go ``beyond`` a
+    resistivity law. "runaway" needs a second mesh."""
 
     action: Literal["accept", "refine", "raise", "runaway"]
     answer: Answer | None = None
     level: Level | None = None
     goals: Sequence[Spread] = ()
-    falls: Spread | None = None
     relative: Mapping[str, float] = {}
     runaway: RunawayError | None = None
     beyond: BeyondLawError | None = None
@@ -56,7 +55,7 @@ class Verdict(NamedTuple):
     def indicators(self) -> Indicators:
         """The indicators to refine by."""
         worst = max(self.relative.values(), default=np.inf)
-        return Indicators(self.goals, self.falls, worst, self.level.record if self.level else None)
+        return Indicators(self.goals, worst, self.level.record if self.level else None)
 
 
 def adapt(
@@ -164,8 +163,7 @@ class Search:
         if response.accepted if response else max(relative.values(), default=0.0) <= self.enough:
             return Verdict("accept", answer, level)
         goals = [*(response.goals if response else ()), *(level.goals.values() if level else ())]
-        falls = response.falls if response else level.falls if level else None
-        return Verdict("refine", answer, level, goals=goals, falls=falls, relative=relative)
+        return Verdict("refine", answer, level, goals=goals, relative=relative)
 
     def _respond(self, mesh: Mesh, problems: Problems, level: Level | None) -> Response:
         """Solve the transient in Krylov fields about the steady state; without it, shifted by the slowest time constant
@@ -201,7 +199,7 @@ class Search:
         levels = (self._level_below(mesh, fraction * runaway.limit / drive) for fraction in BELOW)
         level = next((level for level in levels if level is not None), None)
         if level is not None and level.worst > self.enough:
-            indicators = Indicators([*level.goals.values()], level.falls, level.worst, level.record)
+            indicators = Indicators([*level.goals.values()], level.worst, level.record)
             return mesh.refine(indicators, self.enough)
         return None if confirmed and level is not None else mesh.refine_all()
 

@@ -29,9 +29,6 @@ from scenes.plan import Step
 # A refinement aims at this fraction of the allowed error: the predicted reduction is right only within a factor of two,
 # and one more level costs more than some cells too many (`validate stress --scenes 160`: seconds of the slowest).
 AIM = 0.5
-# Where halved intervals would give the next level more than this factor times the unknowns, degrees are raised instead:
-# a mesh that is still so far from the accuracy predicts its own errors badly. The default sink at 1e-5 grows by 1.9.
-MOST_GROWTH = 3.0
 # Degree of a rough grid; a first grid with at least MANY unknowns is preceded by a rough grid. With fewer unknowns the
 # rough grid takes longer than it saves (random scenes, also on blocks).
 ROUGH, MANY = 2, 6_000
@@ -99,20 +96,16 @@ class Bricks:
             finer = replace(self, grid=edgewise.finer(self.grid, missing, share, self.aim), aim=None)
         else:
             reach.check_edges(self.grid, self.marks, indicators.goals, target)
-            finer = replace(self, grid=self._finer(missing, AIM * target, indicators.falls))
+            finer = replace(self, grid=self._finer(missing, AIM * target))
             if finer.grid.same(self.grid):
                 raise not_reached(self.accuracy, reach.because(self.marks))
         if self.as_far_as_it_goes and not reach.fits(self.scene, foreseen(self.scene, finer.grid)):
             return None
         return finer
 
-    def _finer(self, missing: Spread, target: float, falls: Spread | None) -> Grid:
-        if self.grid.edges:
-            return edgewise.refined(self.grid, missing, target, self.marks)
-        finer = grading.refined(self.grid, missing, target, self.marks, falls)
-        if foreseen(self.scene, finer).unknowns > MOST_GROWTH * foreseen(self.scene, self.grid).unknowns:
-            return grading.refined(self.grid, missing, target, self.marks)
-        return finer
+    def _finer(self, missing: Spread, target: float) -> Grid:
+        refined = edgewise.refined if self.grid.edges else grading.refined
+        return refined(self.grid, missing, target, self.marks)
 
     def refine_all(self) -> Bricks | None:
         if self.aim is not None:

@@ -105,8 +105,7 @@ class Estimator:
 
     The dual weights z and the residual r of degree p - 1 give the contribution d_p = sum |z_i r_i| of degree p to the
     goal, on each interval of each axis of a grid or on each mesh cell; d_(p-1) likewise. An error q^-a after degree q
-    has the ratio d_p / d_(p-1) = ((p-1)^-a - p^-a) / ((p-2)^-a - (p-1)^-a), which gives the rate a. The indicator is
-    eta = d_p / ((p/(p-1))^a - 1), the error left after degree p; the error bound is the sum of all eta.
+    has the ratio d_p / d_(p-1) = ((p-1)^-a - p^-a) / ((p-2)^-a - (p-1)^-a), which gives the rate a.
 
     Attributes
     ----------
@@ -167,7 +166,13 @@ class Estimator:
         return cls(degrees, slowest, fastest, ellipse, near, grid if grid.edges else None)
 
     def indicators(self, goal: Contributions) -> Spread:
-        """Return the error of a goal after the last degree, eta, on each interval or cell."""
+        """Return the error of a goal after the last degree on each interval or cell,
+
+            eta = max(d_p / ((p/(p-1))^a - 1), d_(p-1) / (((p-1)/(p-2))^a - 1) ((p-1)/p)^a, d_(p-1) q / (1 - q)),
+
+        with d_p = ``goal.last``, d_(p-1) = ``goal.before`` and the rate a from their ratio. On bricks away from
+        edges q is ``goal.every_second``, within theoretical limits; else q = 0. For p = 2 only the first term counts.
+        """
         pairs = [goal.before, goal.last]
         if self.grid is not None:
             pairs = [edgewise.pooled(self.grid, each) for each in pairs]
@@ -186,17 +191,11 @@ class Estimator:
             return errors
         return edgewise.shared(self.grid, errors, [x + y for x, y in zip(*goal[:2], strict=True)])
 
-    def bound(self, goal: Contributions) -> float:
-        """Return the bound on |J(u) - J(u(p))|, the error of a goal J after degree p, in the unit of the contributions.
-
-        It is the sum over the intervals of all axes, or over cells, of the indicators
-
-            eta = max(d_p / ((p/(p-1))^a - 1), d_(p-1) / (((p-1)/(p-2))^a - 1) ((p-1)/p)^a, d_(p-1) q / (1 - q)),
-
-        with d_p = ``goal.last``, d_(p-1) = ``goal.before`` and the rate a from their ratio. On bricks away from
-        edges q is ``goal.every_second``, within theoretical limits; else q = 0. For p = 2 only the first term counts.
-        """
-        return total(self.indicators(goal))
+    @staticmethod
+    def bound(indicators: Spread) -> float:
+        """Return the bound on the error |J(u) - J(u(p))| of a goal J after degree p: the sum of its indicators over the
+        intervals of all axes, or over cells."""
+        return total(indicators)
 
     @property
     def largest_factor(self) -> float:
@@ -257,21 +256,6 @@ def every_second(space: Any, functions: np.ndarray, sizes: np.ndarray) -> Spread
         # Below degree 5 none is two degrees lower: the square of one degree's decay.
         ratios = [np.where(z > 0, x / z, (x / y) ** 2) for x, y, z in zip(highest, near, far, strict=True)]
     return [np.nan_to_num(ratio, nan=np.inf, posinf=np.inf) for ratio in ratios]
-
-
-def falling(goals: Iterable[tuple[Spread, Spread, Spread]]) -> Spread:
-    """Return the factor, at most 1, from one degree's contribution to the next, on each interval or cell.
-
-    ``goals`` are the indicators of each goal and its contributions of the last two degrees; the goal with the largest
-    indicator counts.
-    """
-    indicators, before, last = zip(*goals, strict=True)
-    factors = []
-    for d in range(len(indicators[0])):
-        most = np.array([goal[d] for goal in indicators]).argmax(axis=0)[None]
-        x, y = (np.take_along_axis(np.array([part[d] for part in parts]), most, 0)[0] for parts in (before, last))
-        factors.append(np.minimum(y / np.maximum(x, 1e-300), 1.0))
-    return factors
 
 
 def total(parts: Spread) -> float:

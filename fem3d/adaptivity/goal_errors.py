@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from fem3d.adaptivity import goal_parts, later
-from fem3d.adaptivity.estimator import Contributions, Estimator, Spread, falling, total
+from fem3d.adaptivity.estimator import Contributions, Estimator, Spread, total
 from fem3d.adaptivity.nested import Problems, Solution, solution
 from fem3d.results import outputs
 from fem3d.results.outputs import ROUNDING
@@ -41,7 +41,6 @@ class Level:
     fine, low: the solutions in the highest space and in the next lower one.
     scales, errors: of each quantity, in its unit.
     goals: indicators of the power and of each goal with the power, relative to the scales.
-    falls: factor from one degree's contribution to the next (`estimator.falling`).
     least: lower limit of the errors on cells, independent of other meshes: the deviation of the extrapolated change
         (`fem3d.adaptivity.later`) and the error of the coupled iteration.
     extrapolated: whether the fine quantities contain the expected change by later degrees.
@@ -54,7 +53,6 @@ class Level:
     scales: Errors
     errors: Errors
     goals: dict[str, Spread]
-    falls: Spread
     least: Errors = field(default_factory=dict)
     extrapolated: bool = False
     record: Record | None = None
@@ -95,13 +93,12 @@ def examined(study: Study, given: Problems, fine: Solution, estimator: Estimator
     joule = goal_parts.joule_parts(study.goals, given, goal_parts.warmed(given, fine.state), part_scales, duals)
     by_current = {name: estimator.indicators(each) for name, each in joule.items()}
     goals = {"power": power} | with_current(goal_parts.summed(goals, torn), by_current, power)
-    falls = how_fast(given, goals, parts, joule)
     unsettled = fine.state.unsettled + low.state.unsettled + ROUNDING
     if given.domain.space.by_cells and estimator.extrapolates:
         thermal = {name: each for name, each in parts.items() if name in duals}
         current = joule | {name: each for name, each in parts.items() if name not in duals}
         better, doubts = later.extrapolated(study, given, fine, low, scales, thermal, current, estimator)
-        doubts |= {name: doubts[name] + total(spread) * scales[name] for name, spread in torn.items()}
+        doubts |= {name: doubts[name] + Estimator.bound(spread) * scales[name] for name, spread in torn.items()}
     else:
         better, doubts = fine, {}
     changed = {name: abs(float(value - low.quantities[name])) for name, value in fine.quantities.items()}
@@ -109,17 +106,17 @@ def examined(study: Study, given: Problems, fine: Solution, estimator: Estimator
     for name, change in changed.items():
         scale = scales[name]
         if name not in parts:
-            errors[name] = factor * change + total(power) * scale
+            errors[name] = factor * change + Estimator.bound(power) * scale
             continue
         # A change beyond the goal's own contributions comes from other goals, as from the power to a heat flow.
         own = total(parts[name].last) + total(joule.get(name, electric).last)
-        errors[name] = max(change, total(goals[name]) * scale + factor * max(change - own * scale, 0.0))
+        errors[name] = max(change, Estimator.bound(goals[name]) * scale + factor * max(change - own * scale, 0.0))
     # An error far below the largest error of any rise is chance, as where odd degrees contribute nothing.
     largest = max((errors[name] / scales[name] for name in study.rises), default=0.0)
     errors |= {name: max(errors[name], OF_WORST * largest * scales[name]) for name in study.rises}
     errors = _with_others(study, fine, scales, errors, unsettled)
     least = _with_others(study, better, scales, doubts, unsettled) if doubts else {}
-    return Level(given, better, low, scales, errors, goals, falls, least, better is not fine)
+    return Level(given, better, low, scales, errors, goals, least, better is not fine)
 
 
 def of_part(part: Symmetry, goals: Mapping[str, str], scales: Mapping[str, float]) -> Errors:
@@ -132,29 +129,10 @@ def with_current(goals: Mapping[str, Spread], joule: Mapping[str, Spread], power
     return goal_parts.summed(goals, {name: joule.get(name, power) for name in goals})
 
 
-def how_fast(
-    given: Problems,
-    goals: Mapping[str, Spread],
-    parts: Mapping[str, Contributions],
-    joule: Mapping[str, Contributions],
-) -> Spread:
-    """Return `falling` of the indicators of ``goals``, the power among them."""
-    electric, pairs = given.electric_parts, []
-    for name, spread in goals.items():
-        if name not in parts:
-            pairs.append((spread, electric.before, electric.last))
-            continue
-        thermal, current = parts[name], joule.get(name, electric)
-        both = (thermal.before, current.before), (thermal.last, current.last)
-        before, last = ([x + y for x, y in zip(*each, strict=True)] for each in both)
-        pairs.append((spread, before, last))
-    return falling(pairs)
-
-
 def _factor(goals: Mapping[str, Spread], parts: Mapping[str, Contributions], estimator: Estimator) -> float:
     """Return the error of all goals together over the contributions of the last degree, at least 1."""
     last = sum(total(each.last) for each in parts.values())
-    error = sum(total(each) for each in goals.values())
+    error = sum(map(Estimator.bound, goals.values()))
     return max(1.0, min(error / last, estimator.largest_factor)) if last > 0 else 1.0
 
 

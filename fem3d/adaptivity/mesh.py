@@ -25,13 +25,11 @@ class Indicators(NamedTuple):
     Attributes
     ----------
     goals: of each goal, relative to its scale.
-    falls: factor from one degree's contribution to the next (`estimator.falling`).
     worst: the largest relative error.
     record: estimates of the level, for the correction of later levels.
     """
 
     goals: Sequence[Spread]
-    falls: Spread | None
     worst: float
     record: Record | None = None
 

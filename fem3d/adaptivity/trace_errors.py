@@ -45,7 +45,7 @@ class LowerSpaceError(NumericsError):
 @dataclass(frozen=True, eq=False)
 class Response:
     """Traces with errors (in their units) and heat balance. If the errors are too large: ``goals``, the indicators of
-    the power and of each goal with the power, and ``falls``, the factor from one degree's contribution to the next."""
+    the power and of each goal with the power."""
 
     times: np.ndarray
     traces: Quantities
@@ -55,7 +55,6 @@ class Response:
     transient: AnyResponse
     generations: int  # of fields
     goals: list[Spread] = field(default_factory=list)
-    falls: Spread = field(default_factory=list)
     relative: dict[str, float] = field(default_factory=dict)  # errors without the rows' own, over their scales
     scales: dict[str, float] = field(default_factory=dict)  # of the relative errors, in the traces' units
     between: float = 0.0  # the largest relative error of straight lines between rows
@@ -90,13 +89,13 @@ def respond(
         given.let_go()
     steady_out = None if steady is None else steady.fine.out
     march = marched(study, bases[0], shift, steady_out, generations)
-    errors, goals, falls, lesser = _judged(study, given, bases, shift, judge, steady_errors, march)
+    errors, goals, lesser = _judged(study, given, bases, shift, judge, steady_errors, march)
     enough = (1 - ROW_SHARE) * study.accuracy
     if bases[0].follows and (as_it_is or _worst(march, errors) <= enough):
         room = {name: enough * march.scales[name] - error for name, error in errors.items()}
         rough, march = march, in_shorter_steps(study, bases[0], march, room)
         errors = {name: error + march.gaps[name] - rough.gaps[name] for name, error in errors.items()}
-    response = concluded(study, march, errors, goals, falls, as_it_is)
+    response = concluded(study, march, errors, goals, as_it_is)
     if not (study.from_start and response.accepted):
         return response
     early = _early(study, march, lesser[0])
@@ -111,9 +110,9 @@ def _judged(
     judge: Estimator,
     steady_errors: Mapping[str, float],
     march: Marched,
-) -> tuple[dict[str, float], list[Spread], Spread, Sequence[AnyResponse]]:
-    """Return the errors of a response, the indicators of its goals, their factors per degree (`how_fast`), and the
-    responses of the lower spaces; arguments as for `respond`."""
+) -> tuple[dict[str, float], list[Spread], Sequence[AnyResponse]]:
+    """Return the errors of a response, the indicators of its goals, and the responses of the lower spaces; arguments
+    as for `respond`."""
     if bases[0].follows:
         given = given.about(tangent(bases[0], march))
     # One space's factors at a time: these have made all their fields.
@@ -131,10 +130,10 @@ def _judged(
     # Steady errors include the error of the current.
     of_joule = {} if steady_errors else _of_joule_heat(study, given, march)
     joule = {name: judge.indicators(each) for name, each in of_joule.items()}
-    electric = {n: 0.0 if steady_errors else total(joule.get(n, power)) for n in march.scales}
+    electric = {n: 0.0 if steady_errors else Estimator.bound(joule.get(n, power)) for n in march.scales}
     errors = _errors(study, march, changed, goals, electric, steady_errors)
     goals = {"power": power} | goal_errors.with_current(goals, joule, power)
-    return errors, [*goals.values()], goal_errors.how_fast(given, goals, parts, of_joule), lesser
+    return errors, [*goals.values()], lesser
 
 
 def _early(study: Study, march: Marched, low: AnyResponse) -> dict[str, float]:
@@ -228,7 +227,7 @@ def _errors(
         goal = study.trace_goals.get(name, name)
         of_it = [e for q, e in steady_errors.items() if study.goals.get(q, q) == goal]
         at_rest = max(of_it or steady_errors.values(), default=0.0)
-        of_space = max(changed[name], at_rest * scale, total(goals.get(name, [])) * scale)
+        of_space = max(changed[name], at_rest * scale, Estimator.bound(goals.get(name, [])) * scale)
         doubt = float(np.max(march.out.get(f"doubt:{study.trace_goals.get(name)}", 0.0)))
         errors[name] = of_space + electric[name] * scale + march.gaps[name] + doubt
     return errors
@@ -244,15 +243,14 @@ def concluded(
     fine: Marched,
     errors: dict[str, float],
     goals: list[Spread],
-    falls: Spread,
     as_it_is: bool = False,
 ) -> Response:
     """Return the response with its errors: at its rows if the accuracy is reached or for ``as_it_is``, else with the
-    indicators of its ``goals`` and their factors ``falls`` per degree."""
+    indicators of its ``goals``."""
     answer, scales, count = fine.answer, fine.scales, fine.generations
     if _worst(fine, errors) > (1 - ROW_SHARE) * study.accuracy and not as_it_is:
         relative = {name: errors[name] / scales[name] for name in errors}
-        return Response(fine.checked, fine.traces, errors, False, np.nan, answer, count, goals, falls, relative)
+        return Response(fine.checked, fine.traces, errors, False, np.nan, answer, count, goals, relative)
     return with_rows(study, answer, errors, scales, count)
 
 
@@ -282,7 +280,7 @@ def _remains(
         smooth = {name: judge.indicators(each) for name, each in parts.items()}
         at_edges = goal_parts.at_contradictions(goals, given, fine, own_scales, time, duals, judge)
         for name, remains in goal_parts.summed(smooth, at_edges).items():
-            if name not in spreads or total(remains) > total(spreads[name]):
+            if name not in spreads or Estimator.bound(remains) > Estimator.bound(spreads[name]):
                 spreads[name], worst[name] = remains, parts[name]
     return spreads, worst
 

@@ -434,11 +434,6 @@ class Conductor:
         """The integral of rho Ja . Jb at the initial temperature (W)."""
         return float((self.on.weights * self.cold * (a * b).sum(axis=0)).sum())
 
-    def current_density(self, potential: Potential) -> np.ndarray:
-        """(3, rows, points): the current density of a potential along x, y and z (A/m2); the scaled one of `Paths`
-        differs where the resistivity differs along the axes."""
-        return potential.density / self.on.roots if isinstance(self.on, Paths) else potential.density
-
     def heating(self, a: np.ndarray, b: np.ndarray, rise: np.ndarray) -> np.ndarray:
         """(cells, points): rho Ja . Jb (W/m3)."""
         return self.resistivity(rise) * (a * b).sum(axis=0)

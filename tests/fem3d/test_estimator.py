@@ -59,18 +59,6 @@ def remains(p, before, last, ratio=0.0, **features):
     return judge(p, **features).indicators(Contributions(*parts))
 
 
-def test_how_fast_an_interval_falls_is_told_by_the_goal_that_misses_most_there():
-    none = np.zeros(1)
-
-    def of(*values):
-        return [np.array(values), none, none]
-
-    one, other = (of(3.0, 1.0), of(4.0, 8.0), of(2.0, 4.0)), (of(1.0, 2.0), of(10.0, 1.0), of(1.0, 5.0))
-    falls = estimator.falling([one, other])
-    assert falls[0].tolist() == [0.5, 1.0]
-    assert falls[1].tolist() == [0.0]
-
-
 @pytest.mark.parametrize("p", [3, 4, 5, 8])
 @pytest.mark.parametrize("a", [2.0, 3.0, 8.0, 25.0])
 def test_what_remains_of_an_algebraic_error_is_all_of_it(p, a):

@@ -37,7 +37,6 @@ class Meshes:
             relative={"probe": error},
             errors={"probe": error},
             goals={"probe": []},
-            falls=None,
             record=None,
             fine=fine,
             low=fine,

@@ -139,22 +139,6 @@ def test_smooth_intervals_gain_degrees_by_what_they_miss_and_are_halved_at_the_h
         assert finer.degrees[1].tolist() == [degree]
 
 
-def test_an_interval_gains_as_many_degrees_as_what_they_take_away_asks_for_or_is_halved():
-    box = Box("box", SILICON, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0))
-    scene = Scene("box", (box,), (), ())
-    marks, zero = grading.features(scene), np.zeros(1)
-    # Ten times its share is missing: at a tenth a degree one is enough, at a quarter two, at a half it takes four.
-    for degree, factor, degrees in (
-        (6, 0.09, [7]), (6, 0.3, [8]), (6, 0.5, [6, 6]), (6, 1.0, [6, 6]), (7, 0.25, [7, 7]), (8, 0.09, [8, 8]),
-        (grading.MEASURED - 1, 1.0, [grading.MEASURED]),
-    ):  # fmt: skip
-        grid = Grid(3 * (np.array([0.0, 1.0]),), 3 * (np.array([degree]),), scene.boxes)
-        falls = [np.array([factor]), zero, zero]
-        finer = grading.refined(grid, [np.array([1.0]), zero, zero], 0.1, marks, falls)
-        assert finer.degrees[0].tolist() == degrees
-        assert finer.degrees[1].tolist() == [degree]
-
-
 def test_the_tighter_the_accuracy_the_shorter_the_layers_at_singular_edges_and_the_higher_the_degree():
     scene = symmetry.reduce(Sink().scene()).scene
     grids = [first(scene, a) for a in (1e-2, 1e-3, 1e-4, 1e-5)]
