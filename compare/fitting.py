@@ -16,7 +16,7 @@ from compare import quantities
 from compare.against import Data, simulated
 from compare.kinds.free import own_model
 from compare.outcome import Outcome
-from scenes.errors import SceneError, did_you_mean, quoted
+from scenes.errors import SceneError, did_you_mean
 from scenes.formats import percent
 from scenes.model import AnyScene, OwnModel
 from scenes.uncertain import path_of
@@ -226,7 +226,7 @@ def fit(
 def fit_own_model(outcome: Outcome[AnyScene]) -> Fit:
     """Fit parameters of the user's own model, [model.parameters] of the scene. SceneError where there is none."""
     from compare.models import open_model
-    from compare.models.sampling import make_question
+    from compare.models.sampling import ask, make_question
 
     scene, data, keys = outcome.scene, outcome.options.against, outcome.options.calibrate
     given = own_model(scene, outcome.options) if scene.kind == "free" else None
@@ -246,16 +246,10 @@ def fit_own_model(outcome: Outcome[AnyScene]) -> Fit:
         return replace(scene, model=replace(model, parameters=tuple(changed.items())))
 
     def answers(values: Mapping[str, float], times: np.ndarray) -> dict[str, np.ndarray]:
-        question = make_question(with_(values))
-        if np.isinf(times[-1]):
-            return {n: np.atleast_1d(float(v)) for n, v in own.answer(question, None).values.items()}
         # A model over time is run up to the last time, which is that of the run.
-        every = np.union1d(times, scene.end_time)
-        courses = {n: np.asarray(v, float) for n, v in own.answer(question, every).values.items()}
-        for name, course in courses.items():
-            if course.shape != every.shape:
-                raise SceneError(f"--model {own.name}: {quoted(name)} over time is not one number for each time")
-        return {n: np.interp(times, every, v) for n, v in courses.items()}
+        every = None if np.isinf(times[-1]) else np.union1d(times, scene.end_time)
+        found = ask(own, make_question(with_(values)), every).values
+        return {n: np.atleast_1d(v) if every is None else np.interp(times, every, v) for n, v in found.items()}
 
     def modelled(values: Mapping[str, float], times: np.ndarray) -> Modelled:
         slopes = {}

@@ -189,7 +189,7 @@ def device(scene: Any = "device", *, overrides: Overrides = (), out: str | Path 
 def _document(function: Any, kind: str) -> None:
     """Give a function the keywords and their texts of the options table."""
     rows = [option for option in of_kind(kind) if option.keyword != ""]
-    lines = [f"    {o.key} : {o.help_for(kind).replace('%%', '%')} ({o.name})" for o in rows]
+    lines = [f"    {o.key} : {o.help.replace('%%', '%')} ({o.name})" for o in rows]
     function.__doc__ = "\n".join([
         function.__doc__, "",
         "    Files are written only into ``out``. Raises SceneError for bad input, and ArithmeticError where the",

@@ -38,7 +38,7 @@ class Option:
     Attributes
     ----------
     flag : usage: "--voltage V", "--column NAME=COLUMN ..." repeats, "--only {3d,1d}" has choices, "--steady" has none
-    help : text for the command's help, by kind of scene where it differs
+    help : text for the command's help
     kinds : kinds of scenes that take it
     sets : key of the scene that it stands for
     read : makes the value of the text; without it the text is the value
@@ -49,7 +49,7 @@ class Option:
     """
 
     flag: str
-    help: str | Mapping[str, str] = ""
+    help: str
     kinds: Sequence[str] = ALL
     sets: str = ""
     read: Reader | None = None
@@ -80,9 +80,6 @@ class Option:
     def default(self) -> Any:
         """The value where the option is not given."""
         return () if self.repeats else self.name.startswith("--no-") if self.switch else None
-
-    def help_for(self, kind: str) -> str:
-        return self.help if isinstance(self.help, str) else self.help[kind]
 
     def words(self, text: Any, value: Any) -> list[str]:
         """Return its words in a folder's name: the name and the text, unless `in_name` differs."""
@@ -121,10 +118,6 @@ def _reduction(given: Any, scene: Any, _: Given) -> dict[str, Any]:
     return {"reduction": name, "model": model}
 
 
-def _model(given: Any, scene: Any, _: Given) -> Any:
-    return str(given) if isinstance(given, Path) else given
-
-
 def _uncertain(given: Any, scene: Any, values: Given) -> Uncertain:
     """Standard uncertainties: texts KEY=U, or {"sink.width": "1%"} and {"sink.width,sink.length": 0.9}."""
     from scenes.uncertain import read
@@ -134,10 +127,6 @@ def _uncertain(given: Any, scene: Any, values: Given) -> Uncertain:
         pairs += [f"{key}={value}" for key, value in given.items() if "," in key]
         given = [f"{key}={value}" if str(value) else key for key, value in given.items() if "," not in key]
     return read(scene, list(given), pairs)
-
-
-def _samples(given: Any, scene: Any, _: Given) -> int:
-    return whole("--monte-carlo", given, *SAMPLES)
 
 
 def _data(given: Any, scene: Any, values: Given) -> Data:
@@ -216,6 +205,7 @@ def _limit(dimension: str) -> Reader:
 
 
 _COMPARES = {"--only": "compares both models"}
+_NEEDS_EXPORT = {"--export": "is of the model that --export DIR writes"}
 _NEEDS_DATA = "of the data of --against FILE"
 _PRINTS = "and {other} print different things"
 _EXCLUDED_BY_FIGURE = {
@@ -223,12 +213,9 @@ _EXCLUDED_BY_FIGURE = {
     "--scheme paper": "is of the range, which {other} leaves out",
 }
 TABLE = (
-    Option("--set KEY=VALUE ...", "override a key of the scene, as often as needed: {example}", in_name="", keyword=""),
-    Option("--accuracy A", {
-        SINK: "relative accuracy of the 3D solution (default 1e-3 or the scene's)",
-        DEVICE: "accuracy of the temperatures, relative to the set rise; with --3d that of the 3D model",
-        FREE: "relative accuracy of every probe (default 1e-3 or the scene's)",
-    }, sets="run.accuracy"),
+    Option("--set KEY=VALUE ...", "override a key of the scene, such as sink.width=20um", in_name="", keyword=""),
+    Option("--accuracy A", "relative accuracy of 3D (default 1e-3 or the scene's), or of a device's temperatures",
+           sets="run.accuracy"),
     Option("--memory M", "the most memory that 3D may take, such as 8GB (default: the memory that is free)", (FREE,),
            sets="run.memory"),
     Option("--voltage V", 'voltage across the electrodes: 1, 2V or "500 mV"; for --set drive.voltage=V', (SINK,),
@@ -240,7 +227,8 @@ TABLE = (
            "of your own, FILE.py:FUNCTION, FILE.cir, FILE.fmu, FILE.csv, or network", (SINK,), read=_reduction,
            excludes={"--only 3d": "is a 1D model"}, in_name="{}"),
     Option("--model M", "a 1D model of your own to judge: FILE.py:FUNCTION, FILE.cir (ngspice), FILE.fmu, FILE.csv, "
-           "network (lines made of the boxes, as by hand), or scene for the scene's own [model]", (FREE,), read=_model),
+           "network (lines made of the boxes, as by hand), or scene for the scene's own [model]", (FREE,),
+           read=lambda given, *_: str(given) if isinstance(given, Path) else given),
     Option("--3d", "in 3D too, and how far 1D is off", (DEVICE,), keyword="in_3d"),
     Option("--figure {9,10,11,12,13,14} ...", "this figure and its checks only, as often as needed", (DEVICE,),
            read=_figures, in_name="figure{}", keyword="about"),
@@ -251,62 +239,38 @@ TABLE = (
            excludes=_EXCLUDED_BY_FIGURE, in_name="max{}", keyword="largest_voltage"),
     Option("--max-power W", "the sensor's largest power, for the range: 20mW", (DEVICE,), read=_limit("POWER"),
            excludes=_EXCLUDED_BY_FIGURE, in_name="max{}", keyword="largest_power"),
-    Option("--steady", {
-        SINK: "the steady state only, no transient", FREE: "the steady state, whatever the scene says of time",
-    }, (SINK, FREE), sets="run.steady"),
-    Option("--why", {
-        SINK: "split the 1D model's differences from 3D by the assumptions behind them",
-        FREE: "with --model network: which joint of it is to blame for what, by putting 3D's own resistance into it",
-    }, (SINK, FREE), excludes=_COMPARES),
+    Option("--steady", "the steady state only, no transient", (SINK, FREE), sets="run.steady"),
+    Option("--why", "split the 1D model's differences from 3D by its assumptions, or by the joints of --model network",
+           (SINK, FREE), excludes=_COMPARES),
     Option("--left-out", "what both models leave out, each solved in 3D, and all at once: the gas below and others",
            (SINK, DEVICE), excludes={"--only 1d": "solves in 3D"}),
-    Option("--sensitivities", {
-        SINK: "how both models follow each key: d ln quantity / d ln key, 1D against 3D",
-        DEVICE: "how the steady state follows each key: d ln Q / d ln key",
-        FREE: "how every probe follows each number of the scene: d ln probe / d ln key",
-    }),
-    Option("--uncertain KEY=U ...", {
-        SINK: "the standard uncertainty of a key, as often as needed: oxide_thickness=0.1um, voltage=1%%; or "
-        "materials, for the scene's table of them",
-        DEVICE: "the standard uncertainty of a key, as often as needed: oxide_thickness=0.1um, "
-        "pdms.thermal_conductivity=5%%; or materials",
-        FREE: "the standard uncertainty of a key, as often as needed: box.beam.upper.z=0.1um, "
-        "boundary.drive.voltage=1%%",
-    }, read=_uncertain),
-    Option("--correlated KEY,KEY=R ...", {
-        SINK: "the correlation of two uncertain keys, from -1 to 1: pad_width,oxide_width=0.9",
-        DEVICE: "the correlation of two uncertain keys, from -1 to 1: pad_width,oxide_width=0.9",
-        FREE: "the correlation of two uncertain keys, from -1 to 1: box.beam.lower.x,box.beam.upper.x=-1",
-    }, needs={"--uncertain": "is of uncertain keys"}),
+    Option("--sensitivities", "how the models follow each key: d ln quantity / d ln key, 1D against 3D"),
+    Option("--uncertain KEY=U ...", "the standard uncertainty of a key, such as sink.width=0.1um or drive.voltage=1%%; "
+           "or materials, for the scene's table of them", read=_uncertain),
+    Option("--correlated KEY,KEY=R ...", "the correlation of two uncertain keys: pad_width,oxide_width=0.9",
+           needs={"--uncertain": "is of uncertain keys"}),
     Option("--monte-carlo N", "with --uncertain, solve N samples of the inputs too: where is linear propagation off?",
-           (SINK,), read=_samples, needs={"--uncertain": "samples uncertain inputs"}, excludes=_COMPARES),
+           (SINK,), read=lambda given, *_: whole("--monte-carlo", given, *SAMPLES),
+           needs={"--uncertain": "samples uncertain inputs"}, excludes=_COMPARES),
     Option("--against FILE", "compare your own traces with 3D: a COMSOL table, a CSV or other table, an ngspice file",
            (SINK, FREE), read=_data),
-    Option("--column NAME=COLUMN ...", {
-        SINK: "what a column of that file is, where its name does not tell: "
-        'peak="T (K), Point 1", "end rise (K)=3", drive.voltage=Va; as often as needed',
-        FREE: "what a column of that file is, where its name does not tell: "
-        'heater="T (K), Point 1", "tip rise (K)=3"; as often as needed',
-    }, (SINK, FREE), needs={"--against": f"says what a column is {_NEEDS_DATA}"}, keyword="columns"),
-    Option("--data-uncertainty U ...", {
-        SINK: 'the standard uncertainty of the data: 0.5K, 1%%, peak=0.5K or peak="a column"',
-        FREE: 'the standard uncertainty of the data: 0.5K, 1%%, heater=0.5K or heater="a column"',
-    }, (SINK, FREE), needs={"--against": f"is that {_NEEDS_DATA}"}, read=lambda given, *_: _listed(given)),
+    Option("--column NAME=COLUMN ...", "the meaning of a column of that file, where its name does not show it: "
+           'peak="T (K), Point 1", "end rise (K)=3", drive.voltage=Va', (SINK, FREE),
+           needs={"--against": f"says what a column is {_NEEDS_DATA}"}, keyword="columns"),
+    Option("--data-uncertainty U ...", 'the standard uncertainty of the data: 0.5K, 1%%, peak=0.5K or peak="a column"',
+           (SINK, FREE), needs={"--against": f"is that {_NEEDS_DATA}"}, read=lambda given, *_: _listed(given)),
     Option("--calibrate KEY ...", "fit a key to that data in 3D, as often as needed, and go on with what is fitted",
            (SINK, FREE), read=_fitted, needs={"--against": f"fits keys {_NEEDS_DATA}"}),
-    Option("--export DIR", {
-        SINK: "write a compact model of a few states to DIR: JSON, Python, SPICE, FMU; with its error",
-        FREE: "write a compact model of a few states to DIR: JSON, Python, SPICE, FMU; with its error",
-        DEVICE: "write a compact model, of 3D with --3d, and its controllers to DIR: JSON, Python, SPICE, FMU",
-    }, read=_export, in_name="", excludes={
+    Option("--export DIR", "write a compact model of a few states with its error, and a device's controllers, to "
+           "DIR: JSON, Python, SPICE, FMU", read=_export, in_name="", excludes={
         "--only 1d": "writes a model of the 3D problem", "--scheme paper": "writes a model of the accurate scheme",
         "--meter": "writes controllers that measure exactly",
     }),
     Option("--states N", "with --export, how many states the model has (default: as few as --model-accuracy takes)",
-           needs={"--export": "is of the model that --export DIR writes"},
+           needs=_NEEDS_EXPORT,
            excludes={"--model-accuracy": "says how many states, and {other} takes as many as it needs"}, in_name=""),
     Option("--model-accuracy A", "with --export, the relative accuracy of the model (default: the scene's; of a "
-           "device twice the run's)", needs={"--export": "is of the model that --export DIR writes"}, in_name=""),
+           "device twice the run's)", needs=_NEEDS_EXPORT, in_name=""),
     Option("--fields", "write the 3D temperature fields (fem3d.pvd with .vtu files)", (SINK, FREE),
            excludes={"--only 1d": "writes the 3D model's fields"}),
     Option("--field-times T,T...", "with --fields, times to store beside the usual ones: 0.1ms,2ms", (SINK,),

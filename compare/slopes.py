@@ -6,16 +6,18 @@ unit of the trace. To first order (GUM 5.2.2) uncertain keys of covariance C mak
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from compare.verdict import PAPERS
+from scenes.errors import SceneError
 from scenes.model import AnyScene
 from scenes.parameters import SECTION
-from scenes.result import Estimate, Result, Traces
+from scenes.result import Estimate, Result
 from scenes.sink import Sink
 from scenes.varied import neighbour, numbers, zeros
 
@@ -27,8 +29,16 @@ if TYPE_CHECKING:
 
 STEP = 1e-4
 """Relative step of a key in central differences; the relative error of a difference is the square of it."""
-NONE = 1e-6
-"""Smaller logarithmic slopes count as zero."""
+STEPS = (1e-3, 1e-2, 5e-2)
+"""Relative steps of a key for a user's own model: the first suffices for a smooth model, the others are for noise."""
+SMOOTH = 1e-2
+"""A longer step is tried where differences over h and over 2h differ by more than this part."""
+NOTHING = 1e-9
+"""A slope smaller than this part of the quantity counts as zero."""
+BENT = 0.1
+"""A key has no slope where the relative slope jumps by more than this at its value. With f the quantity, |f(h) - 2 f(0)
++ f(-h)| is then above 0.1 h f, while a power f = key^n has only n (n - 1) h^2 f. A network jumps where another side of
+a box becomes its longest."""
 
 ByKey = dict[str, dict[str, Estimate]]
 
@@ -43,9 +53,7 @@ class Slopes:
     relative : d ln Q / d ln key by key and quantity
     shift : d base / d ln key (K) by key and quantity, where the base is the temperature that the rise counts from
     steady : whether ``sizes`` are of the steady state
-    times, traces : (n,) s; d trace / d ln key (n,) by key and trace, in the trace's unit, or with ``rises`` logarithmic
-    rises : traces of rises and currents, which logarithmic slopes of traces are of
-    moves : d base / d ln key (K) by key and trace, to add to logarithmic slopes
+    times, traces : (n,) s; d trace / d ln key (n,) by key and trace, in the trace's unit
     table : the columns of sensitivities.csv
     top : time (s) at which a quantity of a free scene over time is largest, which ``sizes`` and ``relative`` are of
     left_out : reason why a key or a quantity has none
@@ -58,8 +66,6 @@ class Slopes:
     steady: bool = True
     times: np.ndarray | None = None
     traces: dict[str, dict[str, np.ndarray]] = field(default_factory=dict)
-    rises: Traces | None = None
-    moves: dict[str, dict[str, float]] = field(default_factory=dict)
     table: dict[str, np.ndarray] = field(default_factory=dict)
     top: dict[str, float] = field(default_factory=dict)
     left_out: dict[str, str] = field(default_factory=dict)
@@ -85,11 +91,7 @@ class Slopes:
         if self.times is None or name not in self.traces.get(key, {}):
             return np.full(len(times), np.nan)
         late = np.log(np.maximum(times, self.times[0]))
-        slopes = np.interp(late, np.log(self.times), self.traces[key][name])
-        if self.rises is None:
-            return slopes
-        rises = np.interp(times, self.rises.time, self.rises.values[name])
-        return rises * slopes + self.moves[key].get(name, 0.0)
+        return np.interp(late, np.log(self.times), self.traces[key][name])
 
     def over_time(self, name: str, times: np.ndarray, uncertain: Uncertain) -> np.ndarray:
         """(times,): u_input of a trace, or of the steady value at infinite time."""
@@ -162,14 +164,17 @@ def _of_sink(
     sizes = {name: e.value for name, e in result.steady.items()}
     if times is None or result.traces is None:
         return Slopes(sizes, relative)
-    room, thermal = sink.room_temperature, [name for name in result.traces.values if name.endswith("_K")]
-    rises = {name: v - room * (name in thermal) for name, v in result.traces.values.items()}
     # A temperature is the room's and a rise; where the room is the key, both move.
-    moves = {k: dict.fromkeys(thermal, (neighbour(sink, k, STEP).room_temperature - room) / STEP) for k in course}
-    return Slopes(
-        sizes, relative, times=times, traces={key: dict(by_name) for key, by_name in course.items()},
-        rises=replace(result.traces, values=rises), moves=moves, table=_table(times, course, model),
-    )  # fmt: skip
+    room, late = sink.room_temperature, result.traces.time >= times[0]
+    at, traces = result.traces.time[late], dict[str, dict[str, np.ndarray]]()
+    for key, by_name in course.items():
+        moves = (neighbour(sink, key, STEP).room_temperature - room) / STEP
+        traces[key] = {}
+        for name, slope in by_name.items():
+            thermal = name.endswith("_K")
+            rises = result.traces.values[name][late] - room * thermal
+            traces[key][name] = rises * np.interp(np.log(at), np.log(times), slope) + moves * thermal
+    return Slopes(sizes, relative, times=at, traces=traces, table=_table(times, course, model))
 
 
 def _table(times: np.ndarray, course: Mapping[str, Mapping[str, np.ndarray]], model: str) -> dict[str, np.ndarray]:
@@ -235,50 +240,98 @@ def device_3d(device: Device, result: Result, model: DeviceModel, keys: Sequence
     return Slopes({name: e.value for name, e in result.steady.items()}, by_key, left_out=left_out)
 
 
-def own_model(model: Model, scene: Any, result: Result, keys: Iterable[str], ask: Any, in_3d: Slopes | None) -> Slopes:
-    """The slopes of a user's own model by differences; ``ask`` makes the question of a scene.
+def own_model(
+    model: Model, scene: Any, result: Result, keys: Iterable[str], fem3d: Result, in_3d: Slopes | None
+) -> Slopes:
+    """Return the slopes of a user's own model, by differences.
 
     Logarithmic slopes of a free scene over time are at the instant at which the 3D quantity ``in_3d`` is largest.
     """
-    from compare.models.slopes import follow
-
-    chosen, left_out = list(keys), dict[str, str]()
-    sizes, shift = dict[str, float](), dict[str, dict[str, float]]()
-    relative: ByKey = {key: {} for key in chosen}
+    chosen, steady = list(keys), in_3d is None or in_3d.steady
     thermal = [probe.name for probe in scene.probes if probe.quantity == "temperature"] if scene.kind == "free" else []
-    steady = in_3d is None or in_3d.steady
+    slopes = Slopes({}, {key: {} for key in chosen}, steady=steady)
     base = 0.0
     if thermal:
         from fem3d.runs.sensitivities import floor_of
 
         base = floor_of(scene, scene) if steady else scene.initial_temperature
-        shift = {key: dict.fromkeys(thermal, base_moves(scene, key, steady)) for key in chosen}
+        slopes.shift.update({key: dict.fromkeys(thermal, base_moves(scene, key, steady)) for key in chosen})
 
     def add(key: str, name: str, change: float, value: float) -> None:
-        rise = value - base * (name in thermal)
-        if rise:
-            sizes[name] = rise
-            relative[key][name] = Estimate((change - shift.get(key, {}).get(name, 0.0)) / rise, 0.0)
+        if rise := value - base * (name in thermal):
+            slopes.sizes[name] = rise
+            slopes.relative[key][name] = Estimate((change - slopes.shift.get(key, {}).get(name, 0.0)) / rise, 0.0)
 
     if steady and result.steady:
-        found = follow(model, scene, chosen, None, lambda _: None, ask)
-        left_out |= found.left_out
-        for key, by_name in found.slopes.items():
+        for key, by_name in follow(model, scene, chosen, None, fem3d, slopes.left_out).items():
             for name in by_name.keys() & result.steady.keys():
                 add(key, name, float(by_name[name]), result.steady[name].value)
     if result.traces is None:
-        return Slopes(sizes, relative, shift, steady, left_out=left_out)
+        return slopes
+    course = result.traces.values
     times = result.traces.time[result.traces.time > 0]
-    found = follow(model, scene, chosen, times, lambda _: None, ask)
-    left_out |= found.left_out
-    traces = {k: {n: v for n, v in by.items() if n in result.traces.values} for k, by in found.slopes.items()}
-    if not steady and in_3d is not None:
-        for key, by_name in traces.items():
-            for name in by_name.keys() & in_3d.sizes.keys():
-                top = in_3d.top.get(name, float(times[-1]))
-                value = float(np.interp(top, result.traces.time, result.traces.values[name]))
-                add(key, name, float(np.interp(top, times, by_name[name])), value)
-    return Slopes(sizes, relative, shift, steady, times, traces, left_out=left_out)
+    for key, by_name in follow(model, scene, chosen, times, fem3d, slopes.left_out).items():
+        slopes.traces[key] = {name: values for name, values in by_name.items() if name in course}
+        if in_3d is None or steady:
+            continue
+        for name in slopes.traces[key].keys() & in_3d.sizes.keys():
+            top = in_3d.top.get(name, float(times[-1]))
+            value = float(np.interp(top, result.traces.time, course[name]))
+            add(key, name, float(np.interp(top, times, by_name[name])), value)
+    return replace(slopes, times=times)
+
+
+def follow(
+    model: Model, scene: Any, keys: Iterable[str], times: np.ndarray | None, fem3d: Result, left_out: dict[str, str]
+) -> dict[str, dict[str, np.ndarray]]:
+    """Return d Q / d ln key of a model by key and quantity, each (times,), or one number in the steady state.
+
+    ``times`` (s) end with the run. Keys without a slope, and the reasons, are put into ``left_out``.
+    """
+    from compare.models.sampling import make_question
+
+    def at(key: str, step: float) -> Mapping[str, np.ndarray]:
+        return model.answer(make_question(neighbour(scene, key, step) if step else scene, fem3d), times).values
+
+    slopes, base = {}, at("", 0.0)
+    for key in keys:
+        try:
+            found = derivatives(partial(at, key), base, model.exact)
+        except SceneError as error:
+            left_out[key] = f"{model.name} has no answer beside it ({error})"
+            continue
+        if found is None:
+            left_out[key] = f"{model.name} is not differentiable at this value"
+        else:
+            slopes[key] = found
+    return slopes
+
+
+def derivatives(
+    at: Callable[[float], Mapping[str, np.ndarray]], base: Mapping[str, np.ndarray], exact: bool
+) -> dict[str, np.ndarray] | None:
+    """Return central differences of quantities at relative steps of a key; None where they are not differentiable.
+
+    The error of a difference over a step h is of order h^2, and noise over h. The same difference over 2h measures
+    both; if the two disagree, a longer step has less of the noise. ``exact`` functions have no noise.
+    """
+    near: dict[str, np.ndarray] | None = None
+    for h in STEPS:
+        more, less = at(h), at(-h)
+        found = {name: (more[name] - less[name]) / (2 * h) for name in more}
+        bends = {name: np.abs(more[name] - 2 * base[name] + less[name]).max() for name in found}
+        bent = any(bend > BENT * h * np.abs(base[name]).max() for name, bend in bends.items())
+        near = None if bent else found
+        if exact:
+            break
+        further, back = at(2 * h), at(-2 * h)
+        off = {name: np.abs(slope - (further[name] - back[name]) / (4 * h)).max() for name, slope in found.items()}
+        if all(
+            off[name] <= max(SMOOTH * np.abs(slope).max(), NOTHING * np.abs(more[name]).max())
+            for name, slope in found.items()
+        ):
+            break
+    return near
 
 
 def keys_without_logarithm(scene: Any) -> tuple[str, ...]:

@@ -143,10 +143,8 @@ class FreeKind(Kind[AnyScene]):
         scene, reduced1d = outcome.scene, outcome.reduced1d
         made = {"fem3d": slopes.free_3d(scene, outcome.solved, keys)}
         if reduced1d is not None:
-            from compare.models.sampling import make_question
-
             model, followed = reduced1d.details["own_model"], made["fem3d"].relative
-            made["reduced1d"] = slopes.own_model(model, scene, reduced1d, followed, make_question, made["fem3d"])
+            made["reduced1d"] = slopes.own_model(model, scene, reduced1d, followed, outcome.solved, made["fem3d"])
         return made
 
     def steps(self, scene: AnyScene, options: Options, outcome: Outcome[AnyScene] | None = None) -> list[Step]:

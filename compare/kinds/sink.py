@@ -194,18 +194,14 @@ class SinkKind(Kind[Sink]):
         if fem3d is not None:
             weights = misfit_weights(sink, fem3d) if outcome.options.uncertain and sink.spans == 1 else None
             made["fem3d"] = slopes.sink_3d(sink, fem3d, keys, weights)
-            times = made["fem3d"].times
+            times = made["fem3d"].table.get("time_s")
             if "single" in outcome.results and outcome.options.uncertain:
                 made["single"] = slopes.sink_3d(replace(sink, spans=1), outcome.results["single"], keys)
         elif reduced1d is not None and reduced1d.traces is not None:
             times = reduced1d.traces.time[1:]
         if reduced1d is not None and "own_model" in reduced1d.details and fem3d is not None:
-            from compare.models.sampling import make_question
-
-            model, three = reduced1d.details["own_model"], fem3d
-            made["reduced1d"] = slopes.own_model(
-                model, sink, reduced1d, numbers(sink), lambda other: make_question(other, three), None
-            )
+            model = reduced1d.details["own_model"]
+            made["reduced1d"] = slopes.own_model(model, sink, reduced1d, numbers(sink), fem3d, None)
         elif reduced1d is not None:
             made["reduced1d"] = slopes.sink_1d(sink, reduced1d, times)
         return made

@@ -22,9 +22,7 @@ if TYPE_CHECKING:
     from compare.verdict import Check
     from scenes.plan import Step
 
-_OF_RUNS = {option.flag: option.help for option in TABLE if isinstance(option.help, str)}
-_SHARED = _OF_RUNS | {
-    "--steady": "the steady state only, no transient",
+_SHARED = {option.flag: option.help for option in TABLE} | {
     "--jobs N": "processes at once (default: one a processor)",
     "--markdown FILE": "write the table as a page of the documentation too",
     "--quiet": "print one line only",
@@ -35,10 +33,6 @@ OF_A_TABLE = {
     "--jobs N": "", "--markdown FILE": "", "--quiet": "print the outcome only, one line",
     "--json": "print the table as JSON",
 }  # fmt: skip
-EXAMPLES = {
-    "sink": "sink.width=20um", "device": "control.sample_time=1ms", "free": "run.accuracy=1e-4, boundary.NAME.voltage=2"
-}  # fmt: skip
-"""An override by kind of scene, for the help."""
 
 
 def add(parser: argparse.ArgumentParser, options: Mapping[str, str]) -> None:
@@ -74,7 +68,7 @@ def options_of(kind: str) -> dict[str, str]:
     scene = {"[scene SCENE.toml]": f'a scene file (default: the built-in "{KINDS[kind].builtin}")'}
     if not KINDS[kind].builtin:
         scene = {"scene SCENE.toml": "a scene file, or an example: bridge, plate, hotplate"}
-    return scene | {o.flag: o.help_for(kind).replace("{example}", EXAMPLES[kind]) for o in of_kind(kind)}
+    return scene | {o.flag: o.help for o in of_kind(kind)}
 
 
 def given(arguments: argparse.Namespace, kind: str) -> dict[str, Any]:

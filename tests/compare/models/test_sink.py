@@ -12,8 +12,7 @@ import pytest
 
 import compare
 from compare.models import open_model
-from compare.models.sampling import make_question
-from compare.models.slopes import follow
+from compare.slopes import follow
 from reduced1d.network.solution import solve_sink as by_lines
 from reduced1d.sink import solve
 from scenes.errors import SceneError
@@ -93,14 +92,13 @@ def test_the_network_is_judged_and_has_no_slope_where_it_jumps() -> None:
 
     assert run.check("fig4").difference == pytest.approx(peak(1.0) / three.steady["peak_rise_K"].value - 1, rel=1e-9)
     keys = ["anchor.pad_width", "anchor.oxide_length", "drive.voltage"]
-    followed = follow(
-        open_model("network"), sink, keys, None, lambda _: None, lambda beside: make_question(beside, three)
-    )
-    assert set(followed.left_out) == {"anchor.pad_width", "anchor.oxide_length"}
-    assert all("not differentiable" in why for why in followed.left_out.values())
+    left_out: dict[str, str] = {}
+    followed = follow(open_model("network"), sink, keys, None, three, left_out)
+    assert set(left_out) == {"anchor.pad_width", "anchor.oxide_length"}
+    assert all("not differentiable" in why for why in left_out.values())
     # Slopes by differences over 1e-3 are off by its square.
     by_voltage = (peak(1.001) - peak(0.999)) / 0.002
-    assert float(followed.slopes["drive.voltage"]["peak_rise_K"]) == pytest.approx(by_voltage, rel=1e-6)
+    assert float(followed["drive.voltage"]["peak_rise_K"]) == pytest.approx(by_voltage, rel=1e-6)
     assert by_voltage != pytest.approx(2 * peak(1.0), rel=1e-3)
 
 
