@@ -20,7 +20,7 @@ import pytest
 
 from compare.options import Options
 from compare.verdict import Check
-from reduced1d import sink as reduction
+from reduced1d import ladder as reduction
 from scenes.plan import Step
 from scenes.result import Estimate, Result, Traces
 from scenes.sink import Sink

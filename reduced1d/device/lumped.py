@@ -26,11 +26,10 @@ from typing import NamedTuple
 import numpy as np
 import scipy.linalg
 
-from reduced1d.equations import resistance, room_resistivity
+from reduced1d.equations import anchor_flow, resistance, room_resistivity
 from reduced1d.line import Line, reference
 from reduced1d.line import modes as modes_of
-from reduced1d.sink import air_conductance
-from reduced1d.sink import lump as lump_sink
+from reduced1d.sink import air_conductance, anchor_series_resistance, gap_conductance
 from scenes.device import Device, External
 from statespace import stability as loop
 from statespace.ground import Ground, effects
@@ -90,15 +89,17 @@ class Lumped:
 
 
 def lump(device: Device) -> Lumped:
-    """Capacities, conductances and resistances of a device; the sink has the constants of eq 20 (`reduced1d.sink`)."""
+    """Capacities, conductances and resistances of a device; the sink has the constants of eqs 19 and 20."""
     sink, gold, area, pdms = device.sink, device.gold, device.contact_area, device.pdms
-    alone = lump_sink(sink)
-    resistivity, change = room_resistivity(gold, sink.room_temperature)
-    section = sink.width * device.sensor_thickness
-    film = resistance(0.0, resistivity, change, sink.length, section)
+    L, A_c, air = sink.length, sink.cross_section, air_conductance(sink)
+    anchors = anchor_flow(1.0, anchor_series_resistance(sink), sink.silicon.thermal_conductivity, A_c, L)
+    films = ((sink.silicon, A_c), (gold, sink.width * device.sensor_thickness))
+    laws = [room_resistivity(material, sink.room_temperature) for material, _ in films]
     return Lumped(
-        np.array([alone.capacity, gold.heat_capacity * section * sink.length]), alone.conductance,
-        air_conductance(sink), np.array([alone.resistance, film]), np.array([alone.coefficient, change]),
+        np.array([material.heat_capacity * section * L for material, section in films]),
+        anchors + air + gap_conductance(sink), air,
+        np.array([resistance(0.0, *law, L, section) for law, (_, section) in zip(laws, films, strict=True)]),
+        np.array([change for _, change in laws]),
         Slab(device.insulator_thickness, area, pdms.thermal_conductivity, pdms.heat_capacity),
         Slab(device.polymer_thickness, area, pdms.thermal_conductivity, pdms.heat_capacity),
         device.set_rise,

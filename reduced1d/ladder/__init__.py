@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from scenes.sink import Sink
 
 REDUCTIONS = {
-    "paper": "eq 20, exact in time",
+    "paper": "eq 20",
     "anchored": "eq 20 with the anchor resistance of the plate",
     "fin-massless": "the heat equation along the beam, anchors without heat capacity",
     "fin": "the heat equation along the beam, anchors with their effective heat capacity",
@@ -88,11 +88,6 @@ def solve(
     name = canonical(reduction)
     refuse(sink, name)
     given, sink = sink, sink.plain
-    if name == "paper" and sink.spans == 1 and not sink.drive.series:
-        from reduced1d.sink import solve as solve_paper
-
-        answer = solve_paper(sink, steady_only=steady_only, times=times)
-        return replace(answer, model=name, details={**answer.details, "states": 1})
     from reduced1d.ladder.few_states import result
 
     if name == "paper":

@@ -30,9 +30,7 @@ import numpy as np
 import scipy.linalg
 
 from reduced1d.line import modes
-from reduced1d.lumped import no_steady_state
 from reduced1d.radau import ShortStepError, Step, interpolate, march
-from reduced1d.sink import time_grid
 from scenes.checks import FIRST_TIME
 from scenes.errors import RunawayError
 from scenes.result import Estimate, Result, Traces
@@ -111,7 +109,10 @@ def steady_state(model: FewStates) -> tuple[np.ndarray, float]:
     elif model.coefficient < 0:
         limit, at = _first_maximum(model, gains, sources)
         if voltage > limit:
-            raise no_steady_state(model.drive.value, limit)
+            raise RunawayError(
+                f"the sink has no steady state at {model.drive.value:g} V: above {limit:.6g} V its falling resistance "
+                "draws more power than its ends carry away (thermal runaway)", limit,
+            )  # fmt: skip
         upper = at
 
     # Bisection, for the derivative of V/R has poles where the resistance has.
@@ -183,28 +184,37 @@ class _OverTime:
         return np.asarray(model.drive.through(resistance) ** 2 * unit)
 
 
-def trajectory(model: FewStates, times: np.ndarray, growth: float = 2.0) -> tuple[np.ndarray, np.ndarray]:
-    """States (times, n) and currents (times,) at ``times`` (s, ascending, not negative), from rest.
+class Trajectory:
+    """A model in modes over time, from rest to an ``end`` (s).
 
-    A step ends at ``growth`` times its start, so that its error is a fixed part of the change around that time; the
-    first ends at or before the first time.
-
+    A step ends at ``growth`` times its start, so that its error is a fixed part of the change around that time.
     Raises RunawayError where the feedback outruns every step.
     """
-    end = float(times[-1]) if len(times) else 0.0
-    steps = list[Step]()
-    if end > 0:
-        first = min(float(times[times > 0][0]), 1e-4 * end)
+
+    def __init__(self, model: FewStates, end: float, growth: float = GROWTH) -> None:
+        self.model, self.steps = model, list[Step]()
+        if not end > 0:
+            return
+        first = min(1e-4 * end, 0.1 * FIRST_TIME)
         count = max(int(np.ceil(np.log(end / first) / np.log(growth))), 1)
         marks = [0.0, *end * growth ** np.arange(-count, 1.0)]
         try:
-            march(_OverTime(model), np.zeros(model.states), marks, 5, 1e-11, end, steps)
+            march(_OverTime(model), np.zeros(model.states), marks, 1e-11, end, self.steps)
         except ShortStepError as error:
             at = f"at {model.drive.value:g} {model.drive.unit}"
             text = f"{at} the heating runs away after {error.start:.3g} s (thermal runaway)"
             raise RunawayError(text, largest_drive(model)) from None
-    states = interpolate(steps, times).T if steps else np.zeros((len(times), model.states))
-    return states, model.drive.through(resistance_at(model, states))
+
+    def states(self, times: np.ndarray) -> np.ndarray:
+        """(times, n): the states at ascending times (s)."""
+        return interpolate(self.steps, times).T if self.steps else np.zeros((len(times), self.model.states))
+
+    def quantities(self, times: np.ndarray) -> dict[str, np.ndarray]:
+        """The quantities of traces.csv at ascending times (s), with rises in place of temperatures."""
+        model, states = self.model, self.states(times)
+        resistance = resistance_at(model, states)
+        current = model.drive.through(resistance)
+        return {**_read(model, states), "current_A": current, "power_W": current**2 * resistance}
 
 
 def resistance_at(model: FewStates, states: np.ndarray) -> np.ndarray:
@@ -228,12 +238,10 @@ def result(
         "air_loss_W": values["power_W"] - values["heat_out_W"],
         f"runaway_{fine.drive.called}": limit if math.isfinite(limit) else None,
     }
-    traces = None
-    if not steady_only:
-        if times is None:
-            times = time_grid(lambda at: over_time(fine, at), sink.end_time, sink.accuracy)
-        traces = _traces(sink, fine, coarse, np.asarray(times, float))
-    return Result(name, {key: Estimate(v, abs(v - coarser[key])) for key, v in values.items()}, traces, details)
+    traces = None if steady_only else _traces(sink, fine, coarse, times)
+    # Of a model without a discretization rounding remains.
+    estimates = {key: Estimate(v, abs(v - coarser[key]) + 8 * float(np.spacing(abs(v)))) for key, v in values.items()}
+    return Result(name, estimates, traces, details)
 
 
 def steady(model: FewStates) -> dict[str, float]:
@@ -244,18 +252,31 @@ def steady(model: FewStates) -> dict[str, float]:
     if not end_flow:
         beam = current**2 * (model.resistance_beam + model.coefficient * float(model.source_beam @ state))
         end_flow = (beam - float((model.outputs["air_beam"] + model.outputs["gas_beam"]) @ state)) / 2
-    return readings | {
-        "current_A": current,
-        "power_W": power,
-        "heat_out_W": power - float(model.outputs["air"] @ state),
-        "anchor_resistance_K_per_W": readings["end_rise_K"] / end_flow,
-    }
+    readings |= {"current_A": current, "power_W": power, "heat_out_W": power - float(model.outputs["air"] @ state)}
+    return readings | ({"anchor_resistance_K_per_W": readings["end_rise_K"] / end_flow} if end_flow else {})
 
 
-def over_time(model: FewStates, times: np.ndarray, growth: float = GROWTH) -> dict[str, np.ndarray]:
-    """The quantities of traces.csv at ``times`` (s), with rises in place of temperatures."""
-    states, current = trajectory(model, times, growth)
-    return {**_read(model, states), "current_A": current, "power_W": current**2 * resistance_at(model, states)}
+def time_grid(trajectory: Trajectory, end_time: float, accuracy: float) -> np.ndarray:
+    """Times (s) from 0 to ``end_time`` between which straight lines stay within an accuracy (not below 1e-8) of the
+    quantities: rises relative to the final one, current and power to themselves.
+
+    Intervals are halved where their middle is off the chord by a third of it: curves without a bend in an interval are
+    nowhere farther off than twice that. Raises ArithmeticError where too many times would be needed.
+    """
+    accuracy, most = max(accuracy, 1e-8), 100_000
+    times = np.concatenate([[0.0], end_time * np.geomspace(1e-4, 1.0, 13)])
+    while len(times) < most:
+        middle = (times[1:] + times[:-1]) / 2
+        off = np.zeros(len(middle))
+        for key, value in trajectory.quantities(np.sort(np.concatenate([times, middle]))).items():
+            scale = np.abs(value[1::2]) if key in ("current_A", "power_W") else abs(value[-1])
+            chord = (value[2::2] + value[:-1:2]) / 2
+            off = np.maximum(off, np.abs(value[1::2] - chord) / np.maximum(scale, np.finfo(float).tiny))
+        wrong = off > accuracy / 3
+        if not wrong.any():
+            return times
+        times = np.sort(np.concatenate([times, middle[wrong]]))
+    raise ArithmeticError(f"more than {most} times are needed for linear interpolation within {accuracy:g}")
 
 
 def _read(model: FewStates, states: np.ndarray) -> dict[str, np.ndarray]:
@@ -280,9 +301,12 @@ def top(values: np.ndarray) -> np.ndarray:
     return top + np.maximum(above, 0.0)
 
 
-def _traces(sink: Sink, fine: FewStates, coarse: FewStates, times: np.ndarray) -> Traces:
-    values, coarser = over_time(fine, times), over_time(coarse, times, COARSE_GROWTH)
-    late = times >= min(FIRST_TIME, times[-1] if len(times) else 0.0)
+def _traces(sink: Sink, fine: FewStates, coarse: FewStates, times: np.ndarray | None) -> Traces:
+    end = sink.end_time if times is None else float(times[-1]) if len(times) else 0.0
+    run = Trajectory(fine, end)
+    times = time_grid(run, end, sink.accuracy) if times is None else np.asarray(times, float)
+    values, coarser = run.quantities(times), Trajectory(coarse, end, COARSE_GROWTH).quantities(times)
+    late = times >= min(FIRST_TIME, end)
     errors = {key: float(np.max(np.abs(values[key] - coarser[key])[late], initial=0.0)) for key in values}
     values = {key: sink.room_temperature + v if key.endswith("_K") else v for key, v in values.items()}
     return Traces(times, values, errors)

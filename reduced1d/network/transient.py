@@ -59,7 +59,7 @@ def history(model: Model, end: float, first: float, growth: float, settled: floa
         problem.start, problem.x, problem.slope = start, x, 2 * (inputs.at((start + stop) / 2) - x) / (stop - start)
         marks = [start, *(start + (stop - start) * growth ** np.arange(1.0 - count, 0.0)), stop]
         try:
-            v = march(problem, v, marks, 7, settled, end, steps)
+            v = march(problem, v, marks, settled, end, steps)
         except ShortStepError as error:
             text = f"the network's heating runs away after {error.start:.3g} s (thermal runaway)"
             raise RunawayError(text, np.inf) from None

@@ -9,7 +9,9 @@ import pytest
 from compare.options import Options
 from fem3d.runs import sink as sink_run
 from reduced1d import ladder
-from reduced1d.sink import gap_conductance, lump
+from reduced1d.device.lumped import lump
+from reduced1d.sink import gap_conductance
+from scenes.device import Device
 from scenes.errors import SceneError
 from scenes.loading import load
 from scenes.sink import SUBSTRATE, Sink, over_gap
@@ -60,7 +62,7 @@ def test_the_fin_and_the_plate_are_3d_s_steady_and_over_time(reduction):
 
 def test_the_lump_has_it_as_a_conductance():
     assert gap_conductance(AIR) == pytest.approx(0.026 / 2e-6 * 1e-3 * 1e-4)
-    assert lump(AIR).conductance - lump(Sink()).conductance == pytest.approx(gap_conductance(AIR))
+    assert lump(Device(sink=AIR)).conductance - lump(Device()).conductance == pytest.approx(gap_conductance(AIR))
     steady = ladder.solve(AIR, "paper", steady_only=True).steady
     assert steady["heat_out_W"].value == pytest.approx(steady["power_W"].value, rel=1e-9)
 

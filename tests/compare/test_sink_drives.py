@@ -9,7 +9,8 @@ import pytest
 from compare.options import Options
 from fem3d.runs import sink as sink_run
 from reduced1d import ladder
-from reduced1d.sink import lump
+from reduced1d.device.lumped import lump
+from scenes.device import Device
 from scenes.errors import RunawayError
 from scenes.loading import distinguishes, load
 from scenes.sink import Sink
@@ -57,16 +58,16 @@ def test_in_1d_it_is_the_state_of_the_voltage(reduction):
 def test_the_lump_at_a_given_current_warms_like_an_exponential():
     """C dT/dt = I^2 R0 (1 + a T) - G T is linear."""
     sink = Sink(current=6e-3)
-    model = lump(sink)
-    heat = sink.current**2 * model.resistance
-    rate = (model.conductance - model.coefficient * heat) / model.capacity
+    model = lump(Device(sink=sink))
+    capacity, coefficient = model.capacity[0], model.coefficient[0]
+    heat = sink.current**2 * model.resistance[0]
+    rate = (model.conductance - coefficient * heat) / capacity
     times = np.array([0.0, 1e-4, 1e-3, 5e-3, 2e-2])
     traces = ladder.solve(sink, times=times).traces
-    exact = heat / model.capacity / rate * -np.expm1(-rate * times)
+    exact = heat / capacity / rate * -np.expm1(-rate * times)
     off = np.abs(traces.values["mean_K"] - 293.0 - exact)
-    # The error belongs to steps 2.8 times as long, which leave 6e-5.
     assert off.max() < traces.errors["mean_K"] < 1e-4 * exact[-1]
-    power = heat * (1 + model.coefficient * exact)
+    power = heat * (1 + coefficient * exact)
     assert np.abs(traces.values["power_W"] - power).max() < traces.errors["power_W"] + 1e-12
     twin = ladder.solve(replace(sink, current=1.0001 * 6e-3), times=times).traces
     assert np.abs(twin.values["mean_K"] - 293.0 - exact).max() > 2 * traces.errors["mean_K"]
@@ -74,8 +75,8 @@ def test_the_lump_at_a_given_current_warms_like_an_exponential():
 
 @pytest.mark.long
 def test_a_given_current_has_a_largest_one_in_both_models():
-    model = lump(Sink())
-    limit = np.sqrt(model.conductance / model.coefficient / model.resistance)
+    model = lump(Device())
+    limit = np.sqrt(model.conductance / model.coefficient[0] / model.resistance[0])
     with pytest.raises(RunawayError, match="rising resistance") as caught:
         ladder.solve(Sink(current=1.001 * limit), steady_only=True)
     assert caught.value.limit == pytest.approx(limit, rel=1e-12)

@@ -10,7 +10,7 @@ from scipy.integrate import quad, solve_bvp
 
 from reduced1d import equations, ladder
 from reduced1d.ladder import fin
-from reduced1d.ladder.few_states import over_time, steady
+from reduced1d.ladder.few_states import Trajectory, steady
 from reduced1d.ladder.levels import Levels
 from reduced1d.ladder.lumps import half_island, lumps
 from reduced1d.ladder.plate import film
@@ -116,7 +116,7 @@ def test_spans_taken_to_be_alike_are_what_they_would_be_alone(monkeypatch: pytes
     for left in (1e-6, 1e-30, 0.5):
         monkeypatch.setattr(fin, "_ALIKE", left)
         model = fin.fin(sink, anchor)
-        found[left] = model.states, steady(model), over_time(model, times)
+        found[left] = model.states, steady(model), Trajectory(model, times[-1]).quantities(times)
     (few, short, on_the_way), (all_of, exact, at), (_, wrong, _) = found.values()
     assert few < all_of
     assert short == pytest.approx(exact, rel=1e-6)

@@ -38,7 +38,7 @@ def test_current_by_its_formula() -> None:
     sink = Sink(voltage=5.0)
     steady, _ = slopes.of_sink(sink, "paper", ["drive.voltage"])
     a = 5e-4
-    from reduced1d.sink import solve
+    from reduced1d.ladder import solve
 
     warm = a * solve(sink, steady_only=True).steady["mean_rise_K"].value
     f = warm / (1 + warm)

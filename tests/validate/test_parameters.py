@@ -16,7 +16,7 @@ from compare.against import Data
 from compare.data.read import read_uncertainty
 from compare.fitting import fit_scene, keys_of
 from compare.slopes import sink_1d
-from reduced1d.sink import solve
+from reduced1d.ladder import solve
 from scenes.keys import SINK
 from scenes.loading import load
 from scenes.sink import Sink

@@ -13,8 +13,8 @@ import pytest
 import compare
 from compare.models import open_model
 from compare.slopes import follow
+from reduced1d.ladder import solve
 from reduced1d.network.solution import solve_sink as by_lines
-from reduced1d.sink import solve
 from scenes.errors import SceneError
 from scenes.loading import from_dict
 from validate.cli import main

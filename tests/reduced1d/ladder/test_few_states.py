@@ -9,11 +9,10 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from reduced1d.ladder.anchor import Anchor
-from reduced1d.ladder.few_states import largest_drive, over_time, steady, steady_state, trajectory
+from reduced1d.ladder.few_states import Trajectory, largest_drive, steady, steady_state
 from reduced1d.ladder.fin import fin
 from reduced1d.ladder.levels import Levels
 from reduced1d.ladder.lumps import lumps
-from reduced1d.sink import anchor_series_resistance, solve
 from scenes.errors import RunawayError
 from scenes.sink import SILICON, Drive, Sink
 from tests.fin import fin_runaway_voltage, solve_fin
@@ -35,22 +34,6 @@ TIMES = np.concatenate([[0.0], np.geomspace(1e-6, 0.02, 60)])
 def bare(resistance: float) -> Anchor:
     """An anchor that is a resistance and nothing else."""
     return Anchor(resistance, pad=0.0, oxide=0.0, air=0.0, circuit=0.0, source=0.0, feedback=0.0)
-
-
-@pytest.mark.parametrize("sink", SINKS.values(), ids=SINKS)
-def test_the_lump_on_eq_14s_resistance_is_the_papers_model(sink: Sink) -> None:
-    R = anchor_series_resistance(sink)
-    exact, model = solve(sink, times=TIMES), lumps(sink, R)
-    found, traces = steady(model), over_time(model, TIMES)
-    for key in ("peak_rise_K", "end_rise_K", "mean_rise_K", "current_A", "power_W", "heat_out_W"):
-        assert found[key] == relative(exact.steady[key].value, 1e-10)
-    assert exact.traces is not None
-    # From 10 us on: the first steps do not count, and five Radau points on doubling steps leave 2e-5.
-    for key in ("peak_K", "mean_K", "end_K"):
-        rise = exact.traces.values[key] - sink.room_temperature
-        assert np.abs(traces[key] - rise).max() < 3e-5 * rise[-1]
-    # The twin: another resistance is noticed.
-    assert np.abs(over_time(lumps(sink, 1.001 * R), TIMES)["end_K"] - rise).max() > 3e-4 * rise[-1]
 
 
 @pytest.mark.parametrize("sink", SINKS.values(), ids=SINKS)
@@ -80,7 +63,8 @@ def test_runaway_is_the_exact_fins() -> None:
 
 def test_without_feedback_every_mode_is_an_exponential() -> None:
     model = fin(SINKS["constant"], replace(bare(2663.0), pad=1e-7, oxide=1e-9))
-    states, current = trajectory(model, TIMES)
+    run = Trajectory(model, TIMES[-1])
+    states, current = run.states(TIMES), run.quantities(TIMES)["current_A"]
     heat = (model.drive.value / model.resistance) ** 2 * model.source
     exact = heat * -np.expm1(-np.outer(TIMES, model.rates)) / model.rates
     rows = np.array([model.outputs["peak"], model.outputs["end"]]).T
@@ -102,15 +86,17 @@ def test_with_feedback_the_steps_are_those_of_a_general_integrator(voltage: floa
 
     times = np.linspace(0.0, end, 30)
     exact = solve_ivp(rate, (0.0, end), [0.0], t_eval=times, rtol=1e-10, atol=1e-14, method="Radau").y.T
-    found, _ = trajectory(model, times)
+    found = Trajectory(model, end).states(times)
     # Where the resistance is about to vanish, the inside of a step is less accurate than its ends.
     assert np.abs(found - exact).max() < (3e-5 if voltage < 4.0 else 3e-4) * np.abs(exact).max()
     with pytest.raises(RunawayError, match="runs away after"):
-        trajectory(replace(model, drive=Drive(20.0)), times)
+        Trajectory(replace(model, drive=Drive(20.0)), end)
 
 
 def test_twice_the_steps_is_more_than_twice_as_good(levels: Levels) -> None:
     model = levels.fine.moments(4)
-    best, coarse, fine = (over_time(model, TIMES, growth)["peak_K"] for growth in (1.2, 2.8, 2.0))
+    best, coarse, fine = (
+        Trajectory(model, TIMES[-1], growth).quantities(TIMES)["peak_K"] for growth in (1.2, 2.8, 2.0)
+    )
     late = TIMES >= 1e-5
     assert np.abs(fine - best)[late].max() < np.abs(coarse - best)[late].max() / 2

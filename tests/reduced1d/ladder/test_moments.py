@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from reduced1d import ladder
-from reduced1d.ladder.few_states import over_time, steady
+from reduced1d.ladder.few_states import Trajectory, steady
 from reduced1d.ladder.levels import Levels
 from reduced1d.ladder.moments import added, moment_fields
 from reduced1d.ladder.plate import factorize
@@ -44,8 +44,8 @@ def test_it_is_stable_and_has_the_plates_steady_state(levels: Levels, states: in
 
 def test_more_states_are_nearer_to_the_plate(levels: Levels) -> None:
     times = np.geomspace(1e-5, 0.02, 80)
-    plate = over_time(levels.fine.whole_plate(), times)
-    few = [over_time(levels.fine.moments(n), times) for n in (1, 2, 3, 4, 6)]
+    plate = Trajectory(levels.fine.whole_plate(), times[-1]).quantities(times)
+    few = [Trajectory(levels.fine.moments(n), times[-1]).quantities(times) for n in (1, 2, 3, 4, 6)]
     off = [np.abs(each["peak_K"] - plate["peak_K"]).max() for each in few]
     assert all(after < before / 2 for before, after in pairwise(off))
 
@@ -89,7 +89,7 @@ def test_its_own_times_are_dense_enough(levels: Levels) -> None:
     found = ladder.solve(sink, "moments:4", levels=Levels(sink)).traces
     assert found is not None
     times = np.geomspace(1e-7, sink.end_time, 3000)
-    exact = over_time(levels.fine.moments(4), times)
+    exact = Trajectory(levels.fine.moments(4), times[-1]).quantities(times)
     for key, scale in (("peak_K", exact["peak_K"][-1]), ("end_K", exact["end_K"][-1])):
         chords = np.interp(times, found.time, found.values[key]) - sink.room_temperature
         assert np.abs(chords - exact[key]).max() < sink.accuracy * scale

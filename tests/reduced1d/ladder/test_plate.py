@@ -10,7 +10,7 @@ import pytest
 
 from reduced1d.equations import room_resistivity
 from reduced1d.ladder.anchor import anchor_of, fin_warnings, oxide_time, warnings
-from reduced1d.ladder.few_states import over_time, steady
+from reduced1d.ladder.few_states import Trajectory, steady
 from reduced1d.ladder.levels import Levels
 from reduced1d.ladder.moments import hot
 from reduced1d.ladder.plate import (
@@ -154,7 +154,7 @@ def test_the_fin_says_where_it_ends(levels: Levels) -> None:
     slow = Levels(sink).coarse
     times = np.geomspace(1e-5, 0.02, 60)
     whole = slow.whole_plate()
-    plate, fin = (over_time(model, times)["end_K"] for model in (whole, slow.fin()))
+    plate, fin = (Trajectory(model, times[-1]).quantities(times)["end_K"] for model in (whole, slow.fin()))
     off = float(np.abs(fin - plate).max()) / steady(whole)["end_rise_K"]
     assert 0.05 < off < slow.one_node
     assert any("one node" in text for text in fin_warnings(sink, slow.one_node))

@@ -17,7 +17,7 @@ from compare.sink_checks import Models, fig5, misfit_weights
 from compare.slopes import Slopes, sink_3d
 from compare.testing import assert_reduction_agrees
 from fem3d.runs import sink as sink_run
-from reduced1d.sink import solve
+from reduced1d.ladder import solve
 from scenes.result import Estimate, Result
 from scenes.sink import Sink
 from scenes.uncertain import Uncertain, read
