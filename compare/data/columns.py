@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
 
+from scenes.errors import SceneError
 from scenes.units import TIME, Powers, Unit, UnitError, parse_unit
 
 ICE_POINT = 273.15  # K, of 0 degC: the definition of the degree Celsius
@@ -61,14 +64,9 @@ class Column:
         return split_unit(self.name)[0]
 
     @property
-    def has_time(self) -> bool:
-        """Whether the unit is one of time."""
-        return self.powers == TIME.powers
-
-    @property
     def is_time(self) -> bool:
         """Whether the column has a unit of time and the name of one."""
-        return self.has_time and is_clock(self.name)
+        return self.powers == TIME.powers and is_clock(self.name)
 
 
 @dataclass(frozen=True)
@@ -79,6 +77,15 @@ class Table:
     columns: tuple[Column, ...]
     unnamed: bool = False
     notes: tuple[str, ...] = ()
+
+
+@contextmanager
+def refusing(name: str) -> Iterator[None]:
+    """Put the name of a file or an option before every SceneError."""
+    try:
+        yield
+    except SceneError as error:
+        raise SceneError(f"{name}: {error}") from None
 
 
 def parse_number(cell: str, mark: str = ".") -> float:

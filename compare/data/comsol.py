@@ -9,7 +9,6 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
@@ -19,7 +18,7 @@ from scenes.errors import SceneError, quoted
 _MOST_POINTS = 200  # Points of a data export at most: more are a field.
 
 
-def read_sections(path: Path, text: str) -> list[Column]:
+def read_sections(text: str) -> list[Column]:
     """Read the columns of COMSOL's sectionwise and grid formats, which stand below one another."""
     sections: dict[str, list[list[float]]] = {}
     name = ""
@@ -31,9 +30,7 @@ def read_sections(path: Path, text: str) -> list[Column]:
             try:
                 sections.setdefault(name, []).append([float(cell) for cell in bare.replace(",", " ").split()])
             except ValueError:
-                raise SceneError(
-                    f"--against {quoted(path)}, row {number}: {quoted(bare)} is no row of numbers"
-                ) from None
+                raise SceneError(f"row {number}: {quoted(bare)} is no row of numbers") from None
     values: dict[str, np.ndarray] = {}
     for name, rows in sections.items():
         if name == "Grid":
@@ -47,8 +44,7 @@ def read_sections(path: Path, text: str) -> list[Column]:
     columns = [make_column(name, each) for name, each in values.items()]
     if len({len(c.values) for c in columns}) != 1 or not any(c.unit for c in columns):
         raise SceneError(
-            f"--against {quoted(path)} is a COMSOL export by sections without a value for each point under headers "
-            'such as "T (K) @ t=0": export it as a spreadsheet'
+            'these sections have no value for each point under headers like "T (K) @ t=0": export it as a spreadsheet'
         )
     return columns
 
@@ -58,16 +54,14 @@ def find_places(columns: Sequence[Column]) -> dict[str, Column]:
     return {c.plain.lower(): c for c in columns if c.plain.lower() in ("x", "y", "z")}
 
 
-def arrange(path: Path, columns: Sequence[Column], remarks: Sequence[str]) -> tuple[Column, ...]:
+def arrange(columns: Sequence[Column], remarks: Sequence[str]) -> tuple[Column, ...]:
     """Return a column for each expression and point, and for each parameter behind an "@", with the runs below one
     another. Only files with ``remarks`` of COMSOL have points."""
     places = find_places(columns) if remarks else {}
     count = len(columns[0].values)
     if places:
         if count > _MOST_POINTS:
-            raise SceneError(
-                f"--against {quoted(path)} is a field of {count} points: export a table of point evaluations instead"
-            )
+            raise SceneError(f"this is a field of {count} points: export a table of point evaluations instead")
         units = (re.search(r"Length unit[:,\s\"]+([^\s\",]+)", remark) for remark in remarks)
         length = next((float(unit.factor) for match in units if match and (unit := find_unit(match[1]))), 1.0)
         points = [", ".join(f"{c.values[row] * length:.9g}" for c in places.values()) for row in range(count)]

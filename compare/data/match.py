@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compare.data.columns import Column, Table, find_unit, split_unit, to_si
+from compare.data.columns import Column, Table, find_unit, refusing, split_unit, to_si
 from compare.data.target import RISE_WORDS, Target
 from scenes.errors import SceneError, did_you_mean, quoted
 from scenes.units import CURRENT, TEMPERATURE, TIME, VOLTAGE, Unit, called, parse_unit
@@ -37,16 +37,16 @@ def read_meanings(target: Target, table: Table, given: Sequence[str]) -> dict[st
     """Read `--column NAME=COLUMN` as meanings by the names of columns and parameters. Raises SceneError."""
     meanings: dict[str, Meaning] = {}
     for text in given:
-        quantity, equals, wanted = (part.strip() for part in text.partition("="))
-        if not equals or not quantity or not wanted:
-            raise SceneError(f'--column {quoted(text)}: give NAME=COLUMN, such as peak="T (K), Point 1"')
-        meaning = _read_meaning(target, quantity)
-        name = _find_column(table, wanted, text)
-        if name in meanings:
-            raise SceneError(f"--column {quoted(text)}: {quoted(name)} is the {meanings[name].name} already")
-        if meaning.name != IGNORED and meaning.name in (other.name for other in meanings.values()):
-            raise SceneError(f"--column {quoted(text)}: another column is the {meaning.name} already")
-        meanings[name] = meaning
+        with refusing(f"--column {quoted(text)}"):
+            quantity, equals, wanted = (part.strip() for part in text.partition("="))
+            if not equals or not quantity or not wanted:
+                raise SceneError('give NAME=COLUMN, such as peak="T (K), Point 1"')
+            meaning, name = _read_meaning(target, quantity), _find_column(table, wanted)
+            if name in meanings:
+                raise SceneError(f"{quoted(name)} is the {meanings[name].name} already")
+            if meaning.name != IGNORED and meaning.name in (other.name for other in meanings.values()):
+                raise SceneError(f"another column is the {meaning.name} already")
+            meanings[name] = meaning
     return meanings
 
 
@@ -62,13 +62,11 @@ def _read_meaning(target: Target, text: str) -> Meaning:
         choices = ("time", *target.quantities.names, IGNORED)
         example = "drive.voltage" if "drive.voltage" in target.keys else next(iter(target.keys), "")
         key = f", or a key of the scene such as {example}" if example else ""
-        raise SceneError(
-            f"--column {quoted(text)} is no quantity: give {', '.join(choices)}{key}{did_you_mean(plain, choices)}"
-        )
+        raise SceneError(f"it is no quantity: give {', '.join(choices)}{key}{did_you_mean(plain, choices)}")
     return Meaning(path, unit, curve=plain.endswith(" curve"))
 
 
-def _find_column(table: Table, wanted: str, text: str) -> str:
+def _find_column(table: Table, wanted: str) -> str:
     """The name of a column: as the header has it, without its unit where that is enough, or by number."""
     names = list(dict.fromkeys(c.name for c in table.columns))
     plain = " ".join(wanted.split())
@@ -78,16 +76,14 @@ def _find_column(table: Table, wanted: str, text: str) -> str:
     if wanted.isdigit() and 0 < int(wanted) <= len(table.columns):
         return table.columns[int(wanted) - 1].name
     shown = ", ".join(map(quoted, names[:12]))
-    raise SceneError(f"--column {quoted(text)}: no column is called so: there are {shown}{did_you_mean(plain, names)}")
+    raise SceneError(f"no column is called so: there are {shown}{did_you_mean(plain, names)}")
 
 
-def find_time(
-    table: Table, given: Mapping[str, Meaning], target: Target, shown: str
-) -> tuple[Column | None, str, list[Column]]:  # fmt: skip
+def find_time(table: Table, given: Mapping[str, Meaning], target: Target) -> tuple[Column | None, str, list[Column]]:
     """Return the column of times in s, how it was read where that is not plain, and the other columns."""
     columns = list(table.columns)
     named = [c for c in columns if c.name in given and given[c.name].name == "time"]
-    free = [c for c in columns if c.has_time and c.name not in given]
+    free = [c for c in columns if c.powers == TIME.powers and c.name not in given]
     bare = [c for c in columns if c.name.lower() in ("time", "zeit", "t") and not c.unit and c.name not in given]
     # The only column in a unit of time is the time, whatever its name.
     times = named or [c for c in free if c.is_time] or free or bare
@@ -95,13 +91,11 @@ def find_time(
     if not times and target.quantities.steady:
         return None, "", columns
     if not times and table.unnamed:
-        raise SceneError(f"--against {shown}: {refusal(table, {}, target)}")
+        raise SceneError(refusal(table, {}, target))
     if not times or len(same) != len(times):
         names = ", ".join(quoted(c.name) for c in (times or columns)[:8])
         problem = "several columns are the time" if times else "no column is the time with its unit"
-        raise SceneError(
-            f'--against {shown}: {problem}, such as "Time (s)" (or --column "time (s)=NAME"): there are {names}'
-        )
+        raise SceneError(f'{problem}, such as "Time (s)" (or --column "time (s)=NAME"): there are {names}')
     unit = find_unit("s" if times is bare else (given[named[0].name].unit if named else "") or times[0].unit)
     if unit is None or unit.powers != TIME.powers:
         raise SceneError(f'--column: {quoted(times[0].name)} has no unit of time: say it, --column "time (s)=NAME"')

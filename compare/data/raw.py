@@ -8,7 +8,6 @@ time as single precision, and marks times of interpolated points with a minus si
 from __future__ import annotations
 
 import re
-from pathlib import Path
 
 import numpy as np
 
@@ -25,18 +24,17 @@ def is_raw(data: bytes) -> bool:
     return head.startswith(b"Title:") and b"Plotname:" in head
 
 
-def read(path: Path, data: bytes, plot: str = "transient") -> Table:
+def read(data: bytes, plot: str = "transient") -> Table:
     """Read the columns of the one analysis that is called ``plot``. Raises SceneError."""
-    shown, data = f"--against {quoted(path)}", _with_plain_headers(data)
-    start, table, names = 0, None, []
+    data, start, table, names = _with_plain_headers(data), 0, None, []
     while head := _VARIABLES.search(data, start):
         fields = dict(re.findall(r"^([^:\n]+):[ \t]*(.*?)\s*$", data[start : head.start()].decode("latin-1"), re.M))
         variables = [line.split() for line in head.group(1).decode("latin-1").splitlines()[1:] if line.strip()]
         points, flags, program = fields.get("No. Points", ""), fields.get("Flags", ""), fields.get("Command", "")
         if not (points.isascii() and points.isdigit()):
-            raise SceneError(f"{shown}: no number of points in its header (No. Points)")
+            raise SceneError("no number of points in its header (No. Points)")
         if not variables or not int(points):
-            raise SceneError(f"{shown} has no {'points' if variables else 'variables'} in one of its runs")
+            raise SceneError(f"one of its runs has no {'points' if variables else 'variables'}")
         width = len(variables) * (2 if "complex" in flags else 1)
         if head.group(2) == b"Binary":
             single = "LTspice" in program and "double" not in flags and "complex" not in flags
@@ -52,9 +50,9 @@ def read(path: Path, data: bytes, plot: str = "transient") -> Table:
         if plot not in names[-1].lower():
             continue
         if table is not None:
-            raise SceneError(f"{shown} has several {plot} analyses: write one of them only")
+            raise SceneError(f"there are several {plot} analyses: write one of them only")
         if len(values) != int(points):
-            raise SceneError(f"{shown} is cut off: it has {len(values)} of {points} points")
+            raise SceneError(f"the file is cut off after {len(values)} of {points} points")
         units = [_unit(variable[2].lower() if len(variable) > 2 else "") for variable in variables]
         # A transient analysis has no times below zero: the minus sign is LTspice's mark.
         columns = [
@@ -63,8 +61,8 @@ def read(path: Path, data: bytes, plot: str = "transient") -> Table:
         ]
         table = Table(f"{'LTspice' if 'LTspice' in program else 'ngspice'} raw file", tuple(columns))
     if table is None:
-        listed = f": it has {', '.join(map(quoted, names[:4]))}" if names else ""
-        raise SceneError(f"{shown} has no {plot} analysis{listed}: export one")
+        listed = f" but {', '.join(map(quoted, names[:4]))}" if names else ""
+        raise SceneError(f"there is no {plot} analysis{listed}: export one")
     return table
 
 

@@ -11,9 +11,8 @@ from typing import Any
 import numpy as np
 
 from compare.against import Data
-from compare.data import raw
-from compare.data import text as tables
-from compare.data.columns import ICE_POINT, Column, Table, find_unit
+from compare.data import raw, text
+from compare.data.columns import ICE_POINT, Column, Table, find_unit, refusing
 from compare.data.match import Match, match_column, read_meanings, refusal
 from compare.data.runs import pick
 from compare.data.target import Target, make_target
@@ -47,13 +46,26 @@ def read(path: Path, scene: Any, columns: Sequence[str] = (), uncertainty: Seque
     SceneError
         Where no column is a quantity of the scene, or no run is the scene's.
     """
-    target, shown = make_target(scene), quoted(path)
+    target, named, content = make_target(scene), f"--against {quoted(path)}", text.read_bytes(path)
+    with refusing(named):
+        data = _read(path.name, content, target, columns)
+    if data.curve is not None and uncertainty:
+        raise SceneError("--data-uncertainty is of traces or of one steady state: leave it out with a curve")
+    data = replace(data, u=read_uncertainty(target.quantities, data, uncertainty))
+    if data.at_rest:
+        return data
+    with refusing(named):
+        return replace(data, warnings=_compare_run(data, target))
+
+
+def _read(name: str, content: bytes, target: Target, columns: Sequence[str]) -> Data:
+    """The data of a file, without uncertainties."""
     catalogue = target.quantities
     if not catalogue.units:
-        raise SceneError(f"--against {shown}: the scene has no [[probe]] that data could be of: add one")
-    table = _read_table(path, catalogue.steady)
+        raise SceneError("the scene has no [[probe]] that data could be of: add one")
+    table = _read_table(content, catalogue.steady)
     given = read_meanings(target, table, columns)
-    run = pick(table, given, target, shown)
+    run = pick(table, given, target)
     matches: dict[str, Match] = {}
     left_out = dict(run.left_out)
     for column in run.columns:
@@ -65,55 +77,47 @@ def read(path: Path, scene: Any, columns: Sequence[str] = (), uncertainty: Seque
         elif match.key in matches and matches[match.key].header not in given:
             word = catalogue.word(match.key)
             raise SceneError(
-                f"--against {shown}: both {quoted(matches[match.key].header)} and {quoted(column.name)} may be the "
-                f'scene\'s {word}: say which, --column {word}="{printable(column.name)}"'
+                f"both {quoted(matches[match.key].header)} and {quoted(column.name)} may be the scene's {word}: say "
+                f'which, --column {word}="{printable(column.name)}"'
             )
         else:
             matches[match.key] = match
     if not matches:
-        raise SceneError(f"--against {shown}: {refusal(table, left_out, target)}")
-    rows, notes = _full_rows(matches, shown)
+        raise SceneError(refusal(table, left_out, target))
+    rows, notes = _full_rows(matches)
     values = {key: match.values[rows] for key, match in matches.items()}
     for key, each in values.items():
         if not np.isfinite(each).all():
-            raise SceneError(f"--against {shown}: {quoted(matches[key].header)} has values that are not finite numbers")
+            raise SceneError(f"{quoted(matches[key].header)} has values that are not finite numbers")
     headers = {key: match.header for key, match in matches.items()}
     how = {key: match.note for key, match in matches.items() if match.note}
     time = np.repeat(AT_REST, int(rows.sum()))
     if run.clock is not None:
         headers, how = {"time_s": run.clock.name, **headers}, {**({"time_s": run.how} if run.how else {}), **how}
         time = time if catalogue.steady else run.clock.values[rows]
+    if not catalogue.steady:
+        _check_times(time, catalogue.end)
     # Other columns in SI units may be uncertainties: of temperatures they are differences.
     others = {
         c.name: c.values[rows] * float(unit.factor)
         for c in run.columns if c.name not in headers.values() and (unit := find_unit(c.unit)) is not None
     }  # fmt: skip
-    data = Data(
-        path.name, table.kind, time, values, headers, how, (*table.notes, *notes), left_out, run.words, others=others,
-        words=catalogue.words, curve=None if run.curve is None else (run.curve.key, run.curve.values[rows]),
+    return Data(
+        name, table.kind, time, values, headers, how, (*table.notes, *notes), left_out, run.words, others=others,
+        words=catalogue.words, curve=run.curve and (run.curve[0], run.curve[1][rows]),
     )  # fmt: skip
-    if data.curve is not None and uncertainty:
-        raise SceneError("--data-uncertainty is of traces or of one steady state: leave it out with a curve")
-    if not catalogue.steady:
-        _check_times(time, catalogue.end, shown)
-    data = replace(data, u=read_uncertainty(catalogue, data, uncertainty))
-    return data if catalogue.steady else replace(data, warnings=_compare_run(data, target, shown))
 
 
-def _read_table(path: Path, steady: bool) -> Table:
+def _read_table(content: bytes, steady: bool) -> Table:
     """The columns of a file; columns of one name are numbered, but the times before every vector."""
-    data = tables.read_bytes(path)
-    if raw.is_raw(data):
-        table = raw.read(path, data)
-    elif pairs := tables.read_pairs(path, data):
-        if not steady:
-            raise SceneError(
-                f"--against {quoted(path)} is a list of values of the steady state, and the scene is solved over time: "
-                "give traces, or --steady"
-            )
+    if raw.is_raw(content):
+        table = raw.read(content)
+    elif not (pairs := text.read_pairs(content)):
+        table = text.read(content)
+    elif steady:
         table = Table("list of values", tuple(pairs))
     else:
-        table = tables.read(path, data)
+        raise SceneError("a list of values of the steady state, and the scene is solved over time: give --steady")
     seen: Counter[str] = Counter()
     columns = []
     for column in table.columns:
@@ -131,33 +135,33 @@ def _describe_constant(column: Column) -> str:
     return f" ({value} throughout; --column KEY={quoted(column.name)} holds it against the scene's)"
 
 
-def _full_rows(matches: Mapping[str, Match], shown: str) -> tuple[np.ndarray, tuple[str, ...]]:
+def _full_rows(matches: Mapping[str, Match]) -> tuple[np.ndarray, tuple[str, ...]]:
     """(rows,): the rows in which no column is empty, and a note on the others."""
     empty = {match.header: np.isnan(match.values) for match in matches.values()}
     gaps: np.ndarray = np.any(list(empty.values()), axis=0)
     names = [name for name, where in empty.items() if where.any()]
     if gaps.all():
         raise SceneError(
-            f"--against {shown}: every row is empty in one of {', '.join(map(quoted, names))}: leave one of them out, "
-            f'--column "ignore={printable(names[0])}"'
+            f"every row is empty in one of {', '.join(map(quoted, names))}: leave one of them out, --column "
+            f'"ignore={printable(names[0])}"'
         )
     note = f"{gaps.sum()} of {len(gaps)} rows are left out, for {', '.join(map(quoted, names))} has no number there"
     return ~gaps, (note,) if names else ()
 
 
-def _check_times(time: np.ndarray, end: float, shown: str) -> None:
+def _check_times(time: np.ndarray, end: float) -> None:
     """Refuse fewer than three rows within the run, as a file in another unit of time has."""
     inside = int((time <= end * (1 + 1e-9)).sum())
     if inside < 3:
         covered = " to ".join(quantity(float(t), "s", 3) for t in (time[0], time[-1]))
         raise SceneError(
-            f"--against {shown} covers {covered} with {inside} {'time' if inside == 1 else 'times'} up to the run's "
+            f"it covers {covered} with {inside} {'time' if inside == 1 else 'times'} up to the run's "
             f"end, {quantity(end, 's')}: three are the least to compare curves by (times in another unit: "
             '--column "time (ms)=NAME"; a longer run: --set end_time=T)'
         )
 
 
-def _compare_run(data: Data, target: Target, shown: str) -> tuple[str, ...]:
+def _compare_run(data: Data, target: Target) -> tuple[str, ...]:
     """Warnings of traces whose times, or whose temperatures at the start, are not the run's. Raises SceneError."""
     catalogue, warnings, last = target.quantities, [], float(data.time[-1])
     if not 0.5 * catalogue.end <= last <= 10 * catalogue.end:
@@ -177,7 +181,7 @@ def _compare_run(data: Data, target: Target, shown: str) -> tuple[str, ...]:
         if surely > _REFUSED * change:
             noisy = "" if key in data.u else "; where it is noise, say how much of it there is, --data-uncertainty U"
             raise SceneError(
-                f"--against {shown}: {quoted(header)} {where}, {catalogue.initial:g} K: give {other}, "
+                f"{quoted(header)} {where}, {catalogue.initial:g} K: give {other}, "
                 f'or where it is a rise --column "{catalogue.word(key)} rise={printable(header)}"{noisy}'
             )
         if surely > _NOTICED * change:
@@ -195,35 +199,35 @@ def read_uncertainty(catalogue: Quantities, data: Data, given: Sequence[str]) ->
     names = catalogue.names
     example = next((word for word, name in names.items() if catalogue.units[name] == "K"), next(iter(names)))
     form = f'give 0.5K, 1%, {example}=1%, or {example}="a column of the file"'
-    for text in given:
-        name, equals, value = text.partition("=")
+    for entry in given:
+        name, equals, value = entry.partition("=")
         if equals and name.strip() not in names:
             raise SceneError(
-                f"--data-uncertainty {quoted(text)}: {printable(name)} is no quantity: give {', '.join(names)}"
+                f"--data-uncertainty {quoted(entry)}: {printable(name)} is no quantity: give {', '.join(names)}"
                 f"{did_you_mean(name.strip(), names)}"
             )
         keys = [names[name.strip()]] if equals else list(data.values)
-        size = (value if equals else text).strip()
+        size = (value if equals else entry).strip()
         each = {key: u for key in keys if (u := _read_size(catalogue, data, key, size)) is not None}
         if not each:
-            raise SceneError(f"--data-uncertainty {quoted(text)} is one of no quantity of {data.name}: {form}")
+            raise SceneError(f"--data-uncertainty {quoted(entry)} is one of no quantity of {data.name}: {form}")
         if any((u <= 0).any() or not np.isfinite(u).all() for u in each.values()):
-            raise SceneError(f"--data-uncertainty {quoted(text)}: an uncertainty must be more than nothing: {form}")
+            raise SceneError(f"--data-uncertainty {quoted(entry)}: an uncertainty must be more than nothing: {form}")
         uncertainties |= each
     return uncertainties
 
 
-def _read_size(catalogue: Quantities, data: Data, key: str, text: str) -> np.ndarray | None:
-    """(times,): the uncertainty of one quantity; ``None`` where the text is of another kind."""
+def _read_size(catalogue: Quantities, data: Data, key: str, size: str) -> np.ndarray | None:
+    """(times,): the uncertainty of one quantity; ``None`` for a size of another kind."""
     if key not in data.values:
         return None
-    if text in data.others:
-        return data.others[text]
+    if size in data.others:
+        return data.others[size]
     try:
-        number, unit = parse_quantity(text)
+        number, unit = parse_quantity(size)
     except UnitError:
         return None
-    if text.endswith("%"):
+    if size.endswith("%"):
         # A rise is zero at the start, where half of the last digit of a double would do as well.
         return np.maximum(number * np.abs(data.values[key] - catalogue.base(key)), np.sign(number) * 1e-12)
     if unit is None or unit.powers != parse_unit(catalogue.units[key]).powers:

@@ -46,7 +46,7 @@ class Run:
     columns : the columns that may be quantities
     left_out : the reasons of the other columns
     words : the run in words
-    curve : the parameter of the scene whose rows are steady states, or ``None``
+    curve : the key of the scene and its values (rows,), at which the rows are steady states, or ``None``
     """
 
     clock: Column | None
@@ -54,37 +54,38 @@ class Run:
     columns: Sequence[Column]
     left_out: Mapping[str, str]
     words: str
-    curve: Parameter | None = None
+    curve: tuple[str, np.ndarray] | None = None
 
 
-def pick(table: Table, given: Mapping[str, Meaning], target: Target, shown: str) -> Run:
+def pick(table: Table, given: Mapping[str, Meaning], target: Target) -> Run:
     """Return the run of the scene. Raises SceneError where there is none, or several that no key tells apart."""
-    clock, how, columns = find_time(table, given, target, shown)
+    clock, how, columns = find_time(table, given, target)
     notes, count = [how], len(table.columns[0].values)
     time = np.zeros(count) if clock is None else clock.values
     filled = np.isfinite(time)
     if clock is not None and not filled.any():
-        raise SceneError(f"--against {shown}: {quoted(clock.name)}, the time, is empty")
+        raise SceneError(f"{quoted(clock.name)}, the time, is empty")
     if not filled.all():
         notes.append(f"{(~filled).sum()} rows without one are left out")
         time, columns = time[filled], _select(columns, filled)
-    parameters, columns, left_out = _split_parameters(columns, given, time, target, shown)
+    parameters, columns, left_out = _split_parameters(columns, given, time, target)
     curve = next((p for p in parameters if p.curve), None)
-    fits, words = _choose(shown, [p for p in parameters if not p.curve], target, len(time))
-    if curve is not None:
-        if not target.quantities.steady:
-            raise SceneError(f"--against {shown}: a curve over {curve.name} is one of steady states: give --steady")
-        # A scene that nothing drives is refused, and so its row of zeros has no 3D.
-        said = [words, f"rows at {curve.name} = 0 are left out" if (curve.values == 0).any() else ""]
+    fits, words = _choose([p for p in parameters if not p.curve], target, len(time))
+    if curve is None:
+        rows, note = _pick_rows(np.flatnonzero(fits), time, clock, columns, target, words)
+        notes.append(note)
+    elif not target.quantities.steady:
+        raise SceneError(f"a curve over {curve.name} is one of steady states: give --steady")
+    else:
+        # A scene without a drive is refused: a row of zeros has no 3D solution.
+        dropped = f"rows at {curve.name} = 0 are left out" if (curve.values == 0).any() else ""
         rows = np.flatnonzero(fits & (curve.values != 0))
         curve = replace(curve, values=curve.values[rows])
-        said.append(f"the curve over {curve.name} ({curve.key}) at {curve.listed(target)}")
-        words = "; ".join(filter(None, said))
-    else:
-        rows, note = _pick_rows(np.flatnonzero(fits), time, clock, columns, target, f"{shown}{words and f', {words},'}")
-        notes.append(note)
+        said = f"the curve over {curve.name} ({curve.key}) at {curve.listed(target)}"
+        words = "; ".join(filter(None, (words, dropped, said)))
     clock = None if clock is None else replace(clock, values=time[rows])
-    return Run(clock, "; ".join(filter(None, notes)), _select(columns, rows), left_out, words, curve)
+    pair = None if curve is None else (curve.key, curve.values)
+    return Run(clock, "; ".join(filter(None, notes)), _select(columns, rows), left_out, words, pair)
 
 
 def _select(columns: Sequence[Column], rows: np.ndarray) -> list[Column]:
@@ -92,7 +93,7 @@ def _select(columns: Sequence[Column], rows: np.ndarray) -> list[Column]:
 
 
 def _split_parameters(
-    columns: Sequence[Column], given: Mapping[str, Meaning], time: np.ndarray, target: Target, shown: str
+    columns: Sequence[Column], given: Mapping[str, Meaning], time: np.ndarray, target: Target
 ) -> tuple[list[Parameter], list[Column], dict[str, str]]:  # fmt: skip
     """Columns that are parameters of the runs, the other columns, and the columns that are left out."""
     most = _count_runs(time)
@@ -114,7 +115,7 @@ def _split_parameters(
         elif curve or len(np.unique(column.values)) <= most:
             parameters.append(Parameter(column.plain, key, to_si(column.values, unit), curve))
         elif meaning is not None:
-            raise SceneError(f"--against {shown}: {quoted(column.name)} varies over time, as no {key} of a run does")
+            raise SceneError(f"{quoted(column.name)} varies over time, as no {key} of a run does")
         elif target.find_quantity(column)[0]:
             others.append(column)  # A "current" that varies over time is the quantity, not the drive of the same name.
         else:
@@ -122,7 +123,7 @@ def _split_parameters(
     return parameters, others, left_out
 
 
-def _choose(shown: str, parameters: Sequence[Parameter], target: Target, count: int) -> tuple[np.ndarray, str]:
+def _choose(parameters: Sequence[Parameter], target: Target, count: int) -> tuple[np.ndarray, str]:
     """(count,): whether a row is of the scene's run, and in words "the run at V0 = 1 V of 0.5, 1, 2 V"."""
     if not parameters:
         return np.ones(count, dtype=bool), ""
@@ -134,7 +135,7 @@ def _choose(shown: str, parameters: Sequence[Parameter], target: Target, count: 
         runs = (f"{p.name} ({p.key}) is {p.listed(target)}, in the scene {target.show(p.key, v)}" for p, v in wanted)
         value = target.show(first.key, float(first.values[0])).replace(" ", "")
         raise SceneError(
-            f"--against {shown} has no run of this scene: {'; '.join(runs)}: export that run, or set the scene: "
+            f"it has no run of this scene: {'; '.join(runs)}: export that run, or set the scene: "
             f"--set {first.key}={value}{f', or compare {curve}' if steady else ''} "
             f'(--column "ignore={first.name}" where it is no such parameter)'
         )
@@ -157,7 +158,7 @@ def _count_runs(time: np.ndarray) -> int:
 
 
 def _pick_rows(
-    rows: np.ndarray, time: np.ndarray, clock: Column | None, columns: Sequence[Column], target: Target, shown: str
+    rows: np.ndarray, time: np.ndarray, clock: Column | None, columns: Sequence[Column], target: Target, run: str
 ) -> tuple[np.ndarray, str]:  # fmt: skip
     """The rows of one run at ascending times, or the last one for the steady state, and a note.
 
@@ -171,19 +172,19 @@ def _pick_rows(
         last = np.append(np.diff(time) > 0, True)
         repeated = int((~last).sum())
         return rows[last], f"{repeated} of them twice, the second row is taken" if repeated else ""
-    problem, runs = f"has {len(rows)} rows where the scene has one steady state", len(rows)
+    problem, runs = f"it has {len(rows)} rows where the scene has one steady state", len(rows)
     if not steady:
         row = int(np.flatnonzero(np.diff(time) <= 0)[0])
         problem = (
-            f"has the time {time[row + 1]:.9g} s after {time[row]:.9g} s: times that repeat or step back are of "
+            f"it has the time {time[row + 1]:.9g} s after {time[row]:.9g} s: times that repeat or step back are of "
             "several runs, or rounded"
         )
         runs = _count_runs(time)
     telling = [c for c in _select(columns, rows) if 1 < len(np.unique(c.values)) <= runs]
     if not telling:
-        raise SceneError(f"--against {shown} {problem}: export one {'state' if steady else 'run, with more digits'}")
+        raise SceneError(f"{run and f'{run}, '}{problem}: export one {'state' if steady else 'run, with more digits'}")
     name, values = telling[0].name, ", ".join(f"{v:g}" for v in list(dict.fromkeys(telling[0].values.tolist()))[:12])
     raise SceneError(
-        f"--against {shown} {problem}: {quoted(name)} ({values}) may tell them apart: say which key of the scene it "
+        f"{run and f'{run}, '}{problem}: {quoted(name)} ({values}) may tell them apart: say which key of the scene it "
         f"is, --column KEY={quoted(name)}"
     )

@@ -40,36 +40,36 @@ _HEADERS = (
 """Separators of names in a header. Possessive blanks (++) keep the time linear in their number."""
 
 
-def read_bytes(path: Path) -> bytes:
+def read_bytes(path: Path, option: str = "--against") -> bytes:
     """Read the content of a file. Raises SceneError."""
     try:
-        return contents(path, _LARGEST, f"--against {quoted(path)}", "export fewer rows")
+        return contents(path, _LARGEST, f"{option} {quoted(path)}", "export fewer rows")
     except OSError as error:
-        raise SceneError(f"--against {quoted(path)} cannot be read: {reason(error)}") from None
+        raise SceneError(f"{option} {quoted(path)} cannot be read: {reason(error)}") from None
 
 
-def decode(path: Path, data: bytes) -> str:
+def _decode(data: bytes) -> str:
     """Decode UTF-8, UTF-16 or else Windows' Western code page. Raises SceneError for other content."""
     if data.startswith((b"PK\3\4", b"\xd0\xcf\x11\xe0")):
-        raise SceneError(f"--against {quoted(path)} is a workbook or an archive: save the table as text or CSV")
+        raise SceneError("it is a workbook or an archive: save the table as text or CSV")
     if data.startswith((b"\xff\xfe", b"\xfe\xff")):
         return data.decode("utf-16", "replace")
     for start, encoding in ((1, "utf-16-le"), (0, "utf-16-be")):
         if (half := data[start:2000:2]) and half.count(0) > 0.9 * len(half):
             return data.decode(encoding, "replace")
     if b"\0" in data[:4000]:
-        raise SceneError(f"--against {quoted(path)} is binary, but no raw file of ngspice or LTspice: export text")
+        raise SceneError("it is binary, but no raw file of ngspice or LTspice: export text")
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:
         return data.decode("cp1252", "replace")
 
 
-def read(path: Path, data: bytes) -> Table:
+def read(data: bytes) -> Table:
     """Read the columns of a text file. Raises SceneError with the row that cannot be read."""
     remarks: list[str] = []
     lines: list[tuple[int, str]] = []
-    text = decode(path, data)
+    text = _decode(data)
     for number, line in enumerate(text.splitlines(), 1):
         bare = line.strip().lstrip('"')
         if bare.startswith("%") or (bare.startswith("#") and not SHEET_ERROR.match(bare)):
@@ -78,13 +78,13 @@ def read(path: Path, data: bytes) -> Table:
             lines.append((number, line))
     of_comsol = text.lstrip('" \r\n').startswith("%")
     if of_comsol and any(re.fullmatch(r"(Data\b.*|Grid|Coordinates|X)", remark) for remark in remarks):
-        return Table("COMSOL data export", comsol.arrange(path, comsol.read_sections(path, text), remarks))
+        return Table("COMSOL data export", comsol.arrange(comsol.read_sections(text), remarks))
     if not lines:
-        raise SceneError(f"--against {quoted(path)} has no rows: give a row of names with units, then numbers")
+        raise SceneError("it has no rows: give a row of names with units, then numbers")
     try:
-        return _read_block(path, lines, remarks, of_comsol)
+        return _read_block(lines, remarks, of_comsol)
     except csv.Error as error:
-        raise SceneError(f"--against {quoted(path)} is no table of numbers: {reason(error)}") from None
+        raise SceneError(f"it is no table of numbers: {reason(error)}") from None
 
 
 def _parse(cells: Sequence[str], mark: str) -> list[float | None]:
@@ -127,9 +127,8 @@ def _find_dialect(lines: Sequence[tuple[int, str]]) -> tuple[str | None, str, in
     return best
 
 
-def _read_block(path: Path, lines: list[tuple[int, str]], remarks: list[str], of_comsol: bool) -> Table:
+def _read_block(lines: list[tuple[int, str]], remarks: list[str], of_comsol: bool) -> Table:
     """The block of numbers, its names and its units."""
-    shown = f"--against {quoted(path)}"
     separator, mark, width, is_text = _find_dialect(lines)
     rows: list[list[float]] = []
     steps: list[dict[str, float]] = []
@@ -156,11 +155,11 @@ def _read_block(path: Path, lines: list[tuple[int, str]], remarks: list[str], of
             rows.append([np.nan if v is None else v for v in values])
             steps.append(step)
         elif rows and has_numbers and (None not in values or (separator and len(cells) == width)):
-            raise SceneError(f"{shown}, row {number}: {quoted(line.strip())} is not {width} columns of numbers")
+            raise SceneError(f"row {number}: {quoted(line.strip())} is not {width} columns of numbers")
         elif not _RULE.fullmatch(line):
             pending.append((number, line))
     if not rows:
-        raise SceneError(f"{shown} has no rows of numbers: its last row is {quoted(lines[-1][1].strip())}")
+        raise SceneError(f"it has no rows of numbers: its last row is {quoted(lines[-1][1].strip())}")
     matrix = np.array(rows)
     used = int(np.flatnonzero(~np.isnan(matrix).all(axis=0))[-1]) + 1
     if not head and remarks and (of_comsol or _split_names(remarks[-1], used, width, separator)):
@@ -172,10 +171,10 @@ def _read_block(path: Path, lines: list[tuple[int, str]], remarks: list[str], of
         made = [Column("time" if c else f"column {k + 1}", "s" if c else "", matrix[:, k], spice=wrdata)
                 for k, c in enumerate(clocks)]  # fmt: skip
         return Table("ngspice wrdata" if wrdata else "table", tuple(made), unnamed=True)
-    names, units = _read_names(shown, head, used, width, separator)
+    names, units = _read_names(head, used, width, separator)
     columns = [make_column(n or f"column {k + 1}", matrix[:, k], units[k]) for k, n in enumerate(names)]
     columns += [Column(name, "", np.array([s.get(name, np.nan) for s in steps])) for name in step]
-    arranged = comsol.arrange(path, columns, remarks if of_comsol else ())
+    arranged = comsol.arrange(columns, remarks if of_comsol else ())
     if of_comsol:
         kind = "COMSOL data export" if comsol.find_places(columns) else "COMSOL table"
     else:
@@ -183,15 +182,12 @@ def _read_block(path: Path, lines: list[tuple[int, str]], remarks: list[str], of
     return Table("ngspice wrdata" if wrdata else kind, arranged, notes=tuple(notes))
 
 
-def _read_names(
-    shown: str, head: list[str], least: int, most: int, separator: str | None
-) -> tuple[list[str], list[str]]:  # fmt: skip
+def _read_names(head: list[str], least: int, most: int, separator: str | None) -> tuple[list[str], list[str]]:
     """The names and units of the columns from the rows above them."""
     last = _split_names(head[-1], least, most, separator)
     if last is None:
         raise SceneError(
-            f'{shown}: its header "{printable(head[-1].strip(), 120)}" has another number of columns than the '
-            f"{most} below it"
+            f'its header "{printable(head[-1].strip(), 120)}" has another number of columns than the {most} below it'
         )
     units = [name.strip("()[] ") for name in last]
     if any(units) and all(not u or u in ("-", "1") or find_unit(u) for u in units):
@@ -217,9 +213,9 @@ def _spice_assignments(text: str) -> dict[str, float]:
     return {name: float(value) * _SPICE_FACTORS.get(suffix.lower(), 1.0) for name, value, suffix in pairs}
 
 
-def read_pairs(path: Path, data: bytes) -> list[Column]:
+def read_pairs(data: bytes) -> list[Column]:
     """Read rows "probe, value" or "probe, value, unit" as columns of one row; empty where the file has other rows."""
-    lines = [line for line in decode(path, data[:_LONGEST_LIST]).splitlines() if line.strip(" \t,;")]
+    lines = [line for line in _decode(data[:_LONGEST_LIST]).splitlines() if line.strip(" \t,;")]
     lines = [line for line in lines if line.lstrip()[0] not in "#%" and not line.startswith("sep=")]
     separator = next((mark for mark in "\t;" if any(mark in line for line in lines)), ",")
     rows = [_read_pair([cell for cell in _split_cells(line, separator) if cell]) for line in lines]
@@ -229,9 +225,9 @@ def read_pairs(path: Path, data: bytes) -> list[Column]:
     columns: dict[str, Column] = {}
     for name, value, unit in filter(None, rows):
         if name in columns:
-            raise SceneError(f"--against {quoted(path)}: {quoted(name)} stands twice: give each probe one value")
+            raise SceneError(f"{quoted(name)} stands twice: give each probe one value")
         if unit and find_unit(unit) is None:
-            raise SceneError(f"--against {quoted(path)}: {quoted(name)} has an unknown unit {quoted(unit)}")
+            raise SceneError(f"{quoted(name)} has an unknown unit {quoted(unit)}")
         columns[name] = Column(name, unit or split_unit(name)[1], np.array([value]))
     return list(columns.values())
 

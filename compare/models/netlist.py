@@ -158,7 +158,7 @@ def _solve(name: str, text: str, plot: str) -> dict[str, np.ndarray]:
         if not path.exists() or not path.stat().st_size:
             raise SceneError(f"--model {name}: ngspice has no solution{_complaint(said)}")
         try:
-            table = raw.read(path, path.read_bytes(), plot)
+            table = raw.read(path.read_bytes(), plot)
         except SceneError:
             raise SceneError(f"--model {name}: ngspice has no {plot}{_complaint(said)}") from None
     return {plain_name(column.name): column.values for column in table.columns}

@@ -10,7 +10,7 @@ import numpy as np
 
 from compare.course import bends
 from compare.data import text
-from compare.data.columns import Column, find_unit, to_si
+from compare.data.columns import Column, find_unit, refusing, to_si
 from compare.models.model import Answer, Model, Question, find_file, match_outputs
 from scenes.errors import SceneError, printable, quoted
 from scenes.formats import quantity
@@ -63,14 +63,11 @@ class Table(Model):
 def open_model(given: str, folder: str) -> Table:
     """Return the values of a file. Raises SceneError for a file without any."""
     path = find_file(given, folder, 'a CSV of values, with rows "probe, value" or a column of times')
-    try:
-        content = text.read_bytes(path)
-        pairs = text.read_pairs(path, content)
-        if pairs:
+    content = text.read_bytes(path, "--model")
+    with refusing(f"--model {quoted(path)}"):
+        if pairs := text.read_pairs(content):
             return Table(path.name, {column.name: column for column in pairs}, np.empty(0), {})
-        columns = text.read(path, content).columns
-    except SceneError as error:
-        raise SceneError(str(error).replace("--against", "--model", 1)) from None
+        columns = text.read(content).columns
     clock = next((c for c in columns if c.is_time or c.name.lower() in ("time", "t", "time_s")), None)
     if clock is None:
         raise SceneError(

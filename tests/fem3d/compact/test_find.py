@@ -166,7 +166,7 @@ def in_ngspice(document: dict[str, Any], folder: Path, times: np.ndarray) -> tup
     run = ["ngspice", "-b", "-r", "out.raw", "step.cir"]
     done = subprocess.run(run, cwd=folder, capture_output=True, encoding="utf-8", timeout=60, check=False)
     assert (folder / "out.raw").exists(), done.stdout + done.stderr
-    table = raw.read(folder / "out.raw", (folder / "out.raw").read_bytes())
+    table = raw.read((folder / "out.raw").read_bytes())
     values = {column.name.lower(): column.values for column in table.columns}
     start = {o["name"]: document["initial_temperature_K"] if o["unit"] == "K" else 0.0 for o in document["outputs"]}
     found = {n: start[n] + np.interp(times, values["time"], values[f"v({node.lower()})"]) for n, node in names.items()}
