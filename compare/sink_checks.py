@@ -370,7 +370,7 @@ def varied(sink: Sink, reduction: str, single: Result, say: Callable[[str], None
         say(f"{row.spans} spans with islands of {row.island * 1e6:.4g} um")
         one = ladder.solve(row, reduction, steady_only=True)
         models = Models(row, solve_3d(row, transient=False), one, single)
-        made = {c: CHECKS[c].make(models) for c in FOLLOWED if row.spans > 2 or c != "islands_peak_inner"}
+        made = {c: CHECKS[c](models) for c in FOLLOWED if row.spans > 2 or c != "islands_peak_inner"}
         return {check: comparison.difference for check, comparison in made.items() if comparison is not None}
 
     lengths = tuple(factor * sink.island for factor in LENGTHS if factor * sink.island <= sink.length)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Generic, Literal, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 from scenes.formats import difference_text, percent
 from scenes.result import Estimate
@@ -88,32 +88,28 @@ class Check:
         return self.u_num + COVERS * (self.u_data or 0.0)
 
 
-class Needs(Protocol):
-    """A definition of a check, of whatever results."""
+class Definitions(dict[str, Callable[[M], "Comparison | None"]]):
+    """Functions that make the checks of a kind of scene from results of its models, in the order of the report.
 
-    @property
-    def needs(self) -> tuple[str, ...]: ...
+    ``needs`` names what each check needs of a run. A function returns None where a model lacks the quantity.
+    """
 
-
-@dataclass(frozen=True)
-class Definition(Generic[M]):
-    """How a check is made of results, and the names of all that it needs; None where a model lacks the quantity."""
-
-    make: Callable[[M], Comparison | None]
-    needs: tuple[str, ...]
-
-
-class Definitions(dict[str, Definition[M]]):
-    """The checks of a kind of scene by their ids, in the order of the report."""
+    def __init__(self) -> None:
+        self.needs: dict[str, tuple[str, ...]] = {}
 
     def check(self, name: str, *needs: str) -> Callable[[F], F]:
         """Register a function of results as the check ``name``; a run that lacks one of the ``needs`` skips it."""
 
         def register(make: F) -> F:
-            self[name] = Definition(make, needs)
+            self[name], self.needs[name] = make, needs
             return make
 
         return register
+
+    def made(self, names: Iterable[str], results: M) -> dict[str, Comparison]:
+        """Make some checks of results, without checks of quantities that a model lacks."""
+        made = {name: self[name](results) for name in names}
+        return {name: comparison for name, comparison in made.items() if comparison is not None}
 
 
 def judge(difference: float, tolerance: float, u_num: float) -> Verdict:

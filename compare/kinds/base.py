@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from compare.models import Model
     from compare.report.table import Section, Style
     from compare.slopes import Slopes
-    from compare.verdict import Check, Comparison, Needs
+    from compare.verdict import Check, Comparison
     from scenes.model import AnyScene
     from scenes.result import Result
 
@@ -57,6 +57,7 @@ class Kind(ABC, Generic[S]):
     builtin : the scene that is solved where none is named; empty: one must be
     shown : quantities that a terminal and a figure have room for; empty: the first ones
     explains : whether checks that agree have a reason too
+    free_times : whether a user's own model may be solved at other times than 3D
     """
 
     name: ClassVar[str]
@@ -64,14 +65,15 @@ class Kind(ABC, Generic[S]):
     builtin: ClassVar[str] = ""
     shown: ClassVar[tuple[str, ...]] = ()
     explains: ClassVar[bool] = False
+    free_times: ClassVar[bool] = False
 
     @abstractmethod
     def load(self, source: str, settings: Sequence[str], options: Mapping[str, object]) -> S:
         """Load a scene with overrides. Raises SceneError."""
 
-    @abstractmethod
     def title(self, scene: S) -> str:
         """Name the scene in a figure's title."""
+        return scene.name
 
     @abstractmethod
     def quantities(self, scene: S) -> dict[str, tuple[str, str]]:
@@ -108,10 +110,15 @@ class Kind(ABC, Generic[S]):
 
     def ask(self, outcome: Outcome[S], model: Model, progress: Progress) -> Result:
         """Ask the user's own model beside 3D. Raises SceneError and NumericsError."""
-        raise NotImplementedError
+        from compare.models.sampling import make_question, solve
 
-    def definitions(self, scene: S, options: Options) -> Mapping[str, Needs]:
-        """Return the checks that such a run may have, in the order of the report."""
+        three, accuracy = outcome.solved, outcome.scene.accuracy if self.free_times else 0.0
+        question = make_question(outcome.scene, three)  # type: ignore[arg-type] # No device has an own model.
+        result = solve(model, question, three, accuracy, bool(three.steady), progress)
+        return replace(result, details=result.details | {"own_model": model})
+
+    def needs(self, scene: S, options: Options) -> Mapping[str, tuple[str, ...]]:
+        """Return the checks that such a run may have, in the order of the report, with what each needs."""
         return {}
 
     def absent(self, scene: S, options: Options) -> dict[str, str]:
@@ -120,14 +127,16 @@ class Kind(ABC, Generic[S]):
 
     def skipped(self, scene: S, options: Options) -> dict[str, str]:
         """Return the checks that a run cannot make, each with the reason."""
-        absent, definitions = self.absent(scene, options), self.definitions(scene, options)
-        reasons = {name: [absent[need] for need in each.needs if need in absent] for name, each in definitions.items()}
-        return {name: why[0] for name, why in reasons.items() if why}
+        absent = self.absent(scene, options)
+        missing = {
+            name: [absent[n] for n in needs if n in absent] for name, needs in self.needs(scene, options).items()
+        }
+        return {name: reasons[0] for name, reasons in missing.items() if reasons}
 
     def made(self, scene: S, options: Options) -> tuple[str, ...]:
         """Return the checks that a run makes."""
         skipped = self.skipped(scene, options)
-        return tuple(name for name in self.definitions(scene, options) if name not in skipped)
+        return tuple(name for name in self.needs(scene, options) if name not in skipped)
 
     @abstractmethod
     def comparisons(self, outcome: Outcome[S]) -> dict[str, Comparison]:
@@ -199,36 +208,44 @@ class Kind(ABC, Generic[S]):
         drawable = self.drawable(scene, options)
         return {name: (what, why if options.figures else NO_FIGURES) for name, (what, why) in drawable.items()}
 
+    def draws(self, scene: S, options: Options, name: str) -> bool:
+        """Whether a figure is drawn."""
+        return self.figures(scene, options).get(name, ("", "absent"))[1] == ""
+
     def outputs(self, scene: S, options: Options) -> list[Step]:
         """The plan of figures and files."""
         figures = self.figures(scene, options)
         drawn = [step(name, what) for name, (what, skipped) in figures.items() if not skipped]
         return drawn + skipped_together("figures", {name: why for name, (_, why) in figures.items() if why})
 
-    def draws(self, scene: S, options: Options, name: str) -> bool:
-        """Whether a figure is drawn."""
-        return name in (figures := self.figures(scene, options)) and not figures[name][1]
+    def files(self, options: Options, traces: str, no_traces: str, no_fields: str) -> list[Step]:
+        """The plan of traces.csv and field files; each is skipped for a reason that is not empty."""
+        fields = step("field files", FIELD_FILES, no_fields if options.fields else "not asked for (--fields)")
+        return [step("traces.csv", traces, no_traces), fields]
+
+    def exported(self, scene: S, options: Options) -> AnyScene:
+        """Return the scene of boxes that a compact model is made of. Raises SceneError where there is none."""
+        raise NotImplementedError
 
     def exportable(self, scene: S, options: Options) -> None:
         """Raise SceneError for a scene that has no compact model."""
+        from fem3d.compact.find import check
+
+        check(self.exported(scene, options))
 
     def compact(self, outcome: Outcome[S], progress: Progress) -> dict[str, object]:
-        """The document of the compact model. Raises NumericsError where its accuracy is not reached."""
-        raise NotImplementedError
+        """Return the document of the compact model. Raises NumericsError where its accuracy is not reached."""
+        options, scene = outcome.options, self.exported(outcome.scene, outcome.options)
+        states, accuracy = options.export.states, options.export.accuracy
+        if options.model == "network":
+            from reduced1d.network.compact import compact
+
+            return compact(scene, states, accuracy, progress)
+        from fem3d.compact.find import compact as compact_3d
+
+        return compact_3d(scene, states, accuracy, progress, progress.processor_time.get("fem3d"))
 
     @property
     @abstractmethod
     def report(self) -> Report[S]:
         """The module of `compare.report` for this kind."""
-
-
-def compact_model(scene: AnyScene, options: Options, progress: Progress) -> dict[str, object]:
-    """The compact model of a scene in 3D, or of its network. Raises NumericsError."""
-    states, accuracy = options.export.states, options.export.accuracy
-    if options.model == "network":
-        from reduced1d.network.compact import compact
-
-        return compact(scene, states, accuracy, progress)
-    from fem3d.compact.find import compact as compact_3d
-
-    return compact_3d(scene, states, accuracy, progress, progress.processor_time.get("fem3d"))

@@ -14,9 +14,8 @@ from scenes.errors import SceneError
 from scenes.plan import Step, step
 
 if TYPE_CHECKING:
-    from compare.device_checks import Both
     from compare.slopes import Slopes
-    from compare.verdict import Comparison, Definition
+    from compare.verdict import Comparison
     from scenes.result import Result
 
 DEVICE_FIGURES = {
@@ -43,9 +42,6 @@ class DeviceKind(Kind[Device]):
 
         return load(source, settings, scene_type=DEVICE)
 
-    def title(self, scene: Device) -> str:
-        return scene.name
-
     def quantities(self, scene: Device) -> dict[str, tuple[str, str]]:
         from compare.verdict import unit_of
         from reduced1d.slopes import OF_DEVICE
@@ -66,7 +62,7 @@ class DeviceKind(Kind[Device]):
             from reduced1d.device import runs
             from reduced1d.slopes import OF_DEVICE
             from scenes.result import Estimate, Result
-        slow, steps = self.needs(scene, options, "figure11"), self.needs(scene, options, "figure12", "figure13")
+        slow, steps = self.runs_for(scene, options, "figure11"), self.runs_for(scene, options, "figure12", "figure13")
         with progress.stage("device"):
             made = runs.make(scene, options.scheme, options.meter, slow, steps, progress)
         exact = {name: Estimate(getattr(made.base.after, name), 0.0) for name in OF_DEVICE}
@@ -95,16 +91,15 @@ class DeviceKind(Kind[Device]):
             results["reduced1d"].details["design"] = answers
         return results
 
-    def definitions(self, scene: Device, options: Options) -> Mapping[str, Definition[Both]]:
+    def needs(self, scene: Device, options: Options) -> dict[str, tuple[str, ...]]:
         from compare.device_checks import CHECKS
 
-        return {name: each for name, each in CHECKS.items() if options.in_3d or "3D" not in each.needs}
+        return {name: needs for name, needs in CHECKS.needs.items() if options.in_3d or "3D" not in needs}
 
-    def needs(self, scene: Device, options: Options, *figures: str) -> bool:
+    def runs_for(self, scene: Device, options: Options, *figures: str) -> bool:
         """Whether the runs behind any of these figures are needed, for the figure or its checks."""
-        drawn, definitions = options.figures and not not_about(options).keys() >= set(figures), self.definitions
-        made = (definitions(scene, options)[name] for name in self.made(scene, options))
-        return drawn or any(not set(figures).isdisjoint(check.needs) for check in made)
+        drawn, needs = options.figures and not not_about(options).keys() >= set(figures), self.needs(scene, options)
+        return drawn or any(not set(figures).isdisjoint(needs[name]) for name in self.made(scene, options))
 
     def absent(self, scene: Device, options: Options) -> dict[str, str]:
         said = not_about(options)
@@ -115,11 +110,9 @@ class DeviceKind(Kind[Device]):
         return said
 
     def comparisons(self, outcome: Outcome[Device]) -> dict[str, Comparison]:
-        from compare.device_checks import Both
+        from compare.device_checks import CHECKS, Both
 
-        both, definitions = Both(outcome.runs, outcome.device_3d), self.definitions(outcome.scene, outcome.options)
-        made = {name: definitions[name].make(both) for name in self.made(outcome.scene, outcome.options)}
-        return {name: comparison for name, comparison in made.items() if comparison is not None}
+        return CHECKS.made(self.made(outcome.scene, outcome.options), Both(outcome.runs, outcome.device_3d))
 
     def alarms(self, outcome: Outcome[Device]) -> tuple[str, ...]:
         from compare import hottest
@@ -159,9 +152,9 @@ class DeviceKind(Kind[Device]):
         ]
         if options.meter:
             steps.append(step("meter", f"resistances are rounded to what the {options.meter} resolves"))
-        if self.needs(scene, options, "figure11"):
+        if self.runs_for(scene, options, "figure11"):
             steps.append(step("1D device, slow", "sampled every 5 ms with gains of 0.5 and 0.05 V"))
-        if self.needs(scene, options, "figure12", "figure13"):
+        if self.runs_for(scene, options, "figure12", "figure13"):
             steps.append(step("1D device, steps", "from the steady state, for outer steps from -80 to +20 K"))
         if options.in_3d:
             idle = "" if any(self.draws(scene, options, f) for f in LATE) else "no figure that shows them is drawn"
@@ -179,6 +172,9 @@ class DeviceKind(Kind[Device]):
 
     def outputs(self, scene: Device, options: Options) -> list[Step]:
         return [*super().outputs(scene, options), step("traces.csv", "a row per controller sample")]
+
+    def exportable(self, scene: Device, options: Options) -> None:
+        """Accept every device."""
 
     def compact(self, outcome: Outcome[Device], progress: Progress) -> dict[str, Any]:
         """Return the compact model with its controllers, of 3D where it was solved, else of 1D."""

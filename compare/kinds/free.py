@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from compare.kinds.base import FIELD_FILES, STEADY, Figures, Kind, Report, compact_model
+from compare.kinds.base import STEADY, Figures, Kind, Report
 from compare.options import Options
 from compare.outcome import Outcome, Progress
 from scenes import physics
@@ -23,15 +23,12 @@ if TYPE_CHECKING:
 
 
 class FreeKind(Kind[AnyScene]):
-    name, call = "free", "compare.solve"
+    name, call, free_times = "free", "compare.solve", True
 
     def load(self, source: str, settings: Sequence[str], options: Mapping[str, object]) -> AnyScene:
         from scenes.loading import load_free
 
         return load_free(source, settings)
-
-    def title(self, scene: AnyScene) -> str:
-        return scene.name
 
     def quantities(self, scene: AnyScene) -> dict[str, tuple[str, str]]:
         return {probe.name: (probe.name, UNITS[probe.quantity]) for probe in scene.probes}
@@ -78,25 +75,15 @@ class FreeKind(Kind[AnyScene]):
         return {"fem3d": result}
 
     def open_model(self, scene: AnyScene, options: Options) -> Model | None:
-        given = own_model(scene, options)
-        if given is None:
+        if (given := own_model(scene, options)) is None:
             return None
         from compare.models import open_model
         from compare.models.sampling import make_question
 
         model = open_model(*given)
-        # Its parameters are read from the scene: a fault in them is one before 3D is solved.
+        # A fault in the model's parameters, which are read from the scene, is one before 3D is solved.
         make_question(scene)
         return model
-
-    def ask(self, outcome: Outcome[AnyScene], model: Model, progress: Progress) -> Result:
-        from compare.models import sampling
-
-        scene, three = outcome.scene, outcome.solved
-        result = sampling.solve(
-            model, sampling.make_question(scene), three, scene.accuracy, bool(three.steady), progress
-        )
-        return replace(result, details=result.details | {"own_model": model})
 
     def comparisons(self, outcome: Outcome[AnyScene]) -> dict[str, Comparison]:
         return {} if outcome.reduced1d is None else both(outcome).comparisons()
@@ -177,19 +164,11 @@ class FreeKind(Kind[AnyScene]):
         return shown
 
     def outputs(self, scene: AnyScene, options: Options) -> list[Step]:
-        return [
-            *super().outputs(scene, options),
-            step("traces.csv", "a column for each probe", _no_traces(scene)),
-            step("field files", FIELD_FILES, _no_heat(scene) if options.fields else "not asked for (--fields)"),
-        ]
+        files = self.files(options, "a column for each probe", _no_traces(scene), _no_heat(scene))
+        return [*super().outputs(scene, options), *files]
 
-    def exportable(self, scene: AnyScene, options: Options) -> None:
-        from fem3d.compact.find import check
-
-        check(scene)
-
-    def compact(self, outcome: Outcome[AnyScene], progress: Progress) -> dict[str, Any]:
-        return compact_model(outcome.scene, outcome.options, progress)
+    def exported(self, scene: AnyScene, options: Options) -> AnyScene:
+        return scene
 
     @property
     def report(self) -> Report[AnyScene]:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from compare.kinds.base import FIELD_FILES, STEADY, Figures, Kind, Report, compact_model
+from compare.kinds.base import STEADY, Figures, Kind, Report
 from compare.options import Options
 from compare.outcome import Outcome, Progress
 from scenes.checks import DEFAULT_TOLERANCES, FIRST_TIME, ISLAND_TOLERANCES, OF_THE_PAPER
@@ -20,9 +20,8 @@ if TYPE_CHECKING:
     from compare.answer import Claim
     from compare.blame import Budget
     from compare.models import Model
-    from compare.sink_checks import Models
     from compare.slopes import Slopes
-    from compare.verdict import Comparison, Definition
+    from compare.verdict import Comparison
     from reduced1d.ladder.levels import Levels
     from scenes.model import AnyScene
     from scenes.result import Result
@@ -95,24 +94,15 @@ class SinkKind(Kind[Sink]):
         return results
 
     def open_model(self, scene: Sink, options: Options) -> Model | None:
-        if not options.model:
-            return None
         from compare.models import open_model
 
-        return open_model(options.model)
+        return open_model(options.model) if options.model else None
 
-    def ask(self, outcome: Outcome[Sink], model: Model, progress: Progress) -> Result:
-        from compare.models import sampling
-
-        fem3d = outcome.solved
-        result = sampling.solve(model, sampling.make_question(outcome.scene, fem3d), fem3d, 0.0, True, progress)
-        return replace(result, details=result.details | {"own_model": model})
-
-    def definitions(self, scene: Sink, options: Options) -> Mapping[str, Definition[Models]]:
+    def needs(self, scene: Sink, options: Options) -> dict[str, tuple[str, ...]]:
         from compare.sink_checks import CHECKS
 
         ids = DEFAULT_TOLERANCES if scene.spans == 1 else (*ISLAND_TOLERANCES, "fig4", "energy")
-        return {name: CHECKS[name] for name in ids}
+        return {name: CHECKS.needs[name] for name in ids}
 
     def absent(self, scene: Sink, options: Options) -> dict[str, str]:
         several = any(isinstance(v, tuple) for material in (scene.silicon, scene.oxide) for _, v in material.given())
@@ -131,11 +121,10 @@ class SinkKind(Kind[Sink]):
     def comparisons(self, outcome: Outcome[Sink]) -> dict[str, Comparison]:
         if outcome.fem3d is None:
             return {}
-        from compare.sink_checks import CHECKS
+        from compare.sink_checks import CHECKS, Models
 
-        models, names = compared(outcome), self.made(outcome.scene, outcome.options)
-        made = {name: CHECKS[name].make(models) for name in names}
-        return {name: comparison for name, comparison in made.items() if comparison is not None}
+        results = Models(outcome.scene, outcome.solved, outcome.reduced1d, outcome.results.get("single"))
+        return CHECKS.made(self.made(outcome.scene, outcome.options), results)
 
     def owns(self, outcome: Outcome[Sink], check: str) -> bool:
         from compare.verdict import PAPERS
@@ -244,33 +233,25 @@ class SinkKind(Kind[Sink]):
         return {name: (what, skipped.get(name, "")) for name, what in shown.items()}
 
     def outputs(self, scene: Sink, options: Options) -> list[Step]:
-        missing = "" if "fem3d" in options.models else NO_FIELD
-        return [
-            *super().outputs(scene, options),
-            step("traces.csv", "every quantity against time", STEADY if options.steady else ""),
-            step("field files", FIELD_FILES, missing if options.fields else "not asked for (--fields)"),
-        ]
+        no_fields, no_traces = "" if "fem3d" in options.models else NO_FIELD, STEADY if options.steady else ""
+        files = self.files(options, "every quantity against time", no_traces, no_fields)
+        return [*super().outputs(scene, options), *files]
 
-    def exportable(self, scene: Sink, options: Options) -> None:
-        from fem3d.compact.find import check
+    def exported(self, scene: Sink, options: Options) -> AnyScene:
+        from scenes.model import Probe
 
-        check(exported(scene, options))
-
-    def compact(self, outcome: Outcome[Sink], progress: Progress) -> dict[str, Any]:
-        return compact_model(exported(outcome.scene, outcome.options), outcome.options, progress)
+        if scene.emissivity:
+            raise SceneError("a compact model has no radiation: give environment.emissivity = 0, or leave it out")
+        boxes = scene.scene()
+        inlet = next(b for b in boxes.boundaries if b.kind == "voltage")
+        current = Probe("current", inlet.lower, inlet.upper, "current")
+        return replace(boxes, probes=(*boxes.probes, current), steady=options.steady)
 
     @property
     def report(self) -> Report[Sink]:
         from compare.report import sink
 
         return sink
-
-
-def compared(outcome: Outcome[Sink]) -> Models:
-    """The sink with its results, as the checks take them."""
-    from compare.sink_checks import Models
-
-    return Models(outcome.scene, outcome.solved, outcome.reduced1d, outcome.results.get("single"))
 
 
 def _claims(outcome: Outcome[Sink], fem3d: Result, reduced1d: Result) -> list[Claim]:
@@ -309,18 +290,6 @@ def _ladder(outcome: Outcome[Sink], over_time: bool) -> tuple[Budget | None, str
         return budget(outcome.scene, start, fem3d if over_time else replace(fem3d, traces=None), levels), ""
     except ArithmeticError as error:
         return None, str(error)
-
-
-def exported(sink: Sink, options: Options) -> AnyScene:
-    """The scene of boxes that a compact model is made of, with the current as a probe."""
-    from scenes.model import Probe
-
-    if sink.emissivity:
-        raise SceneError("a compact model has no radiation: give environment.emissivity = 0, or leave it out")
-    scene = sink.scene()
-    inlet = next(b for b in scene.boundaries if b.kind == "voltage")
-    current = Probe("current", inlet.lower, inlet.upper, "current")
-    return replace(scene, probes=(*scene.probes, current), steady=options.steady)
 
 
 def _solve_3d(sink: Sink, options: Options, progress: Progress) -> Result:

@@ -144,7 +144,7 @@ def checked(
     refuse_unused(base.set | keys, replace(scene, current=1.0) if "drive.current" in keys else scene)
     check = given or "fig4"
     kind = kind_of(scene)
-    here = kind.definitions(scene, Options(steady=steady))
+    here = kind.needs(scene, Options(steady=steady))
     if check not in here and "sink.spans" not in varied:
         allowed = "several spans, as sink.spans=3" if scene.spans == 1 else "a single span"
         raise SceneError(

@@ -103,7 +103,7 @@ def test_a_faster_loop_than_figure_11_is_needed_for_it_to_be_slower() -> None:
 def test_what_is_not_needed_is_not_run() -> None:
     device = Device()
     assert KIND.made(device, Options(about=("figure11",))) == ("fig11_slow",)
-    assert not KIND.needs(device, Options(about=("figure9",)), "figure11", "figure12", "figure13")
+    assert not KIND.runs_for(device, Options(about=("figure9",)), "figure11", "figure12", "figure13")
     late = {k for k in DEVICE_TOLERANCES if k.startswith(("fig11", "fig12", "fig13"))}
     assert set(KIND.skipped(device, Options(scheme="paper"))) == late
     still = replace(device, external=External(293.0, 293.0))
@@ -126,7 +126,7 @@ def evaluated(device: Device, *figures: str) -> dict[str, Check]:
 def meters(device: Device) -> dict[str, Check]:
     """The meters' checks alone, which need no run but the scene's."""
     base = Run(device, solve(replace(device, end_time=2 * device.control.sample_time)), largest_eigenvalue)
-    made = {name: CHECKS[name].make(Both(Runs(base, None, ()))) for name in METERS}
+    made = {name: CHECKS[name](Both(Runs(base, None, ()))) for name in METERS}
     return {name: judged(name, comparison, device, always=True) for name, comparison in made.items() if comparison}
 
 
