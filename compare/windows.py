@@ -93,6 +93,7 @@ def factor(means: Sequence[Window], u: Sequence[float]) -> float:
 
     ``u`` are uncertainties of other causes, one for each window, which the windows share.
     """
+    from scipy.optimize import brentq
     from scipy.special import ndtr, ndtri
 
     shared, scatter = np.hypot([w.share for w in means], u), np.array([w.scatter for w in means])
@@ -109,11 +110,10 @@ def factor(means: Sequence[Window], u: Sequence[float]) -> float:
         return float(inside.prod(axis=0) @ weights / weights.sum())
 
     wanted = 2 * ndtr(COVERS) - 1
-    low, high = COVERS, float(ndtri((1 + wanted ** (1 / len(means))) / 2))
-    for _ in range(10):
-        middle = (low + high) / 2
-        low, high = (low, middle) if held(middle) > wanted else (middle, high)
-    return high
+    most = float(ndtri((1 + wanted ** (1 / len(means))) / 2))
+    if held(COVERS) >= wanted or held(most) <= wanted:
+        return COVERS if held(COVERS) >= wanted else most
+    return float(brentq(lambda k: held(k) - wanted, COVERS, most, xtol=1e-3))
 
 
 def worst(means: Sequence[Window], u: Sequence[float]) -> tuple[int, float]:
@@ -125,37 +125,28 @@ def worst(means: Sequence[Window], u: Sequence[float]) -> tuple[int, float]:
 
 
 def _parts(time: np.ndarray, distance: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The parts of u^2 that scatter at distances of 1, 2, 4 ... rows, and the rows per independent value of each."""
+    from scipy.optimize import isotonic_regression
+    from scipy.special import gammaincinv
+
     if len(time) < 3 or not (u > 0).all():
         return np.ones(1), np.ones(1)
     steps = 2 ** np.arange(max(int(np.log2(len(time) / 4)), 0) + 1)
-    seen = np.array([_seen(time, distance / u, int(step)) for step in steps])
-    low, high = (_mean_square((len(time) - 2) / _PER_DEGREE, p) for p in (_LESS, 1 - _MORE))
-    if seen[0] > high:
-        return seen[:1], np.ones(1)
-    if seen[0] >= low:
+    scatter = np.array([_scatter(time, distance / u, int(step)) for step in steps])
+    # Quantiles of a mean square of normal numbers, chi-squared over its degrees of freedom.
+    half = (len(time) - 2) / _PER_DEGREE / 2
+    low, high = (gammaincinv(half, p) / half for p in (_LESS, 1 - _MORE))
+    if scatter[0] > high:
+        return scatter[:1], np.ones(1)
+    if scatter[0] >= low:
         return np.ones(1), np.ones(1)
-    known = np.minimum(_ascending(seen, len(time) - 2 * steps), 1.0)
+    known = np.minimum(isotonic_regression(scatter, weights=len(time) - 2 * steps).x, 1.0)
     return np.diff(known, prepend=0.0), np.where(steps > 1, _ROWS * steps, 1.0)
 
 
-def _ascending(seen: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    sums, counts = (np.concatenate([[0.0], np.cumsum(part)]) for part in (seen * rows, rows))
-    means = np.array([[(sums[j + 1] - sums[i]) / (counts[j + 1] - counts[i]) if j >= i else np.inf
-                       for j in range(len(seen))] for i in range(len(seen))])  # fmt: skip
-    return np.array([max(means[i, k:].min() for i in range(k + 1)) for k in range(len(seen))])
-
-
-def _seen(time: np.ndarray, r: np.ndarray, step: int) -> float:
+def _scatter(time: np.ndarray, r: np.ndarray, step: int) -> float:
     """The part of the variance of r (times,), at some times (s), that scatters at a distance of so many rows."""
     first, middle, last = (slice(n * step, len(r) - (2 - n) * step) for n in range(3))
     before = (time[last] - time[middle]) / (time[last] - time[first])
     off = r[middle] - before * r[first] - (1 - before) * r[last]
     return float(np.mean(off**2 / (1 + before**2 + (1 - before) ** 2)))
-
-
-def _mean_square(degrees: float, p: float) -> float:
-    """The quantile of a mean square of normal numbers (Wilson and Hilferty, Proc. Natl. Acad. Sci. 17, 1931)."""
-    from scipy.special import ndtri
-
-    spread = 2 / (9 * degrees)
-    return float(max(1 - spread + ndtri(p) * np.sqrt(spread), 0.0) ** 3)
