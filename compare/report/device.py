@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
@@ -23,6 +23,7 @@ from statespace.result import BAND, QUANTITIES, Run, settling
 
 if TYPE_CHECKING:
     from compare.outcome import Outcome
+    from reduced1d.device.design import Design
     from scenes.device import Device
     from statespace.ground import Shared
 
@@ -32,40 +33,32 @@ FRACTIONS = (0.05, 0.01, 1e-3, 1e-4)
 
 def headline(outcome: Outcome[Device], contrary: Sequence[Check], style: Style) -> str:
     """State the effects left out, the end of the run, and the number of checks that differ."""
-    run, external, name = outcome.runs.base, outcome.scene.external, outcome.scene.name
-    when = f"from cold, with {_outside(run):g} K outside,"
-    if outcome.scene.steps_outside:
+    scene, external, left_out = outcome.scene, outcome.scene.external, outcome.analyses.get("left_out")
+    outside = external.final_temperature if scene.end_time > external.step_time else external.initial_temperature
+    when = f"from cold, with {outside:g} K outside,"
+    if scene.steps_outside:
         when = f"after the step from {external.initial_temperature:g} to {external.final_temperature:g} K outside"
     by = ", by the paper's scheme," * (outcome.options.scheme == "paper")
     counted = checks.counted("checks", outcome, contrary).removeprefix("checks: ")
     counted = f"{counted[:1].upper()}{counted[1:]}" or "Nothing of the paper was checked."
-    left_out = outcome.analyses.get("left_out")
-    said = [left_out.sentence if left_out else "", f"{name}: {when}{by} {_happens(run)}.", counted]
-    return style.paint(wrapped(" ".join(filter(None, said))), "heading")
+    said = [left_out.sentence if left_out else "", f"{scene.name}: {when}{by} {_end(outcome.runs.base, outside)}."]
+    return style.paint(wrapped(" ".join(filter(None, (*said, counted)))), "heading")
 
 
-def _outside(run: Run) -> float:
-    external = run.device.external
-    late = run.device.end_time > external.step_time
-    return external.final_temperature if late else external.initial_temperature
-
-
-def _happens(run: Run) -> str:
+def _end(run: Run, outside: float) -> str:
     """How the run ends: at rest, or why not."""
-    outside, end = _outside(run), float(run.result.time_s[-1])
-    state = run.after if outside == run.device.external.final_temperature else run.before
-    largest = largest_eigenvalue(run.device, outside)
+    end, device = float(run.result.time_s[-1]), run.device
+    state = run.after if outside == device.external.final_temperature else run.before
+    largest = largest_eigenvalue(device, outside)
     wrong = [f"the loop is unstable, its largest eigenvalue per sample {shown(largest)}"] * (abs(largest) >= 1)
     wrong += [f"the run was stopped after {milliseconds(end)} (see Findings)"] * run.ran_away
-    wrong += ["over the common ground a film's loop swings"] * (state.cycles and not wrong)
-    if wrong:
-        return f"nothing settles: {', and '.join(wrong)}"
+    if wrong or state.cycles:
+        return f"nothing settles: {', and '.join(wrong) or 'over the common ground the loop of a film swings'}"
     if not (run.before.sensor_power_W or run.after.sensor_power_W):
-        over = kelvin(state.sensor_K - run.device.control.set_temperature)
+        over = kelvin(state.sensor_K - device.control.set_temperature)
         why = "is above the set point" if state.sensor_saturated else "has no gain"
         return f"the sensor gets no power, as it {why}: it settles at {state.sensor_K:.5g} K, {over} off the set point"
-    settled = settling(run.device, run.result, "sensor_power_W", BAND)
-    power = quantity(state.sensor_power_W, "W")
+    settled, power = settling(device, run.result, "sensor_power_W", BAND), quantity(state.sensor_power_W, "W")
     if settled and math.isfinite(settled[-1].time):
         return f"the sensor's power settles to {percent(BAND, 1)} in {milliseconds(settled[-1].time)}, at {power}"
     remaining, last = end - (settled[-1].start if settled else 0.0), float(run.result.sensor_power_W[-1])
@@ -75,18 +68,15 @@ def _happens(run: Run) -> str:
     )
 
 
-def _models(outcome: Outcome[Device]) -> dict[str, Run]:
-    three = {} if outcome.device_3d is None else {"in 3D": outcome.device_3d.runs.base}
-    return {"in 1D": outcome.runs.base, **three}
-
-
 def sections(outcome: Outcome[Device], contrary: Sequence[Check], style: Style) -> list[Section]:
     """Return the findings, the quantities, the claims with their reasons, and the designer's answers."""
+    three = outcome.device_3d
     return [
         Section("Findings", [sentences(outcome.runs.base.result.findings)]),
-        *(_quantities(run, model) for model, run in _models(outcome).items()),
+        _quantities(outcome.runs.base, "in 1D"),
+        *([] if three is None else [_quantities(three.runs.base, "in 3D")]),
         *checks.sections(outcome.checks, contrary, style),
-        *([] if outcome.design is None else [_design(outcome, style)]),
+        *([] if outcome.design is None else [_design(outcome.design, outcome.scene, style)]),
         *([_ground(outcome)] if _made(outcome, "fig14_ground") else []),
     ]
 
@@ -114,24 +104,21 @@ def _quantities(run: Run, model: str) -> Section:
     return Section(f"Over the run, {model}", [Table(heads, rows), said], headed=False)
 
 
-def _design(outcome: Outcome[Device], style: Style) -> Section:
-    design, control, rows = outcome.design, outcome.scene.control, []
-    assert design is not None
+def _design(design: Design, scene: Device, style: Style) -> Section:
+    control, rows = scene.control, []
     for limit in design.limits:
         mode = f"{'decays' if limit.decay_per_s >= 0 else 'grows'} at {abs(limit.decay_per_s):.3g} 1/s"
-        gains = _gain(limit.sink_gain_V), _gain(limit.sensor_gain_V)
-        name, size = f"  sampled every {limit.sample_time_s * 1e3:g} ms", f"{limit.largest_eigenvalue:.4g}"
-        rows.append([name, *gains, mode, size])
-    rows.append(["largest for a smooth start", *(_gain(g) for g in design.smooth_start_gains_V), "", ""])
+        gains, name = (limit.sink_gain_V, limit.sensor_gain_V), f"  sampled every {limit.sample_time_s * 1e3:g} ms"
+        rows.append([name, *map(_gain, gains), mode, f"{limit.largest_eigenvalue:.4g}"])
+    rows.append(["largest for a smooth start", *map(_gain, design.smooth_start_gains_V), "", ""])
     said = (
         f"The scene has {control.sink_gain:g} V and {control.sensor_gain:g} V at {control.sample_time * 1e3:g} ms; "
         "each limit with the other gain as it is. Eigenvalue: the largest in size per sample, stable below 1. Smooth: "
         "from cold without the limit V >= 0 acting."
     )
-    highest, limits = f"{control.set_temperature:g} K", design.range
-    highest = "that of the common ground, below" if control.ground_resistance else highest
+    highest = "that of the common ground, below" if control.ground_resistance else f"{control.set_temperature:g} K"
     reach = f"Range: up to {highest}; give --max-voltage or --max-power for its lower end"
-    if limits is not None:
+    if (limits := design.range) is not None:
         most = f"{quantity(limits.sensor_power_W, 'W')} at {quantity(limits.sensor_V, 'V')}"
         reach = f"Range: {limits.lowest_K:.5g} K to {highest}, where the sensor takes at most {most}"
     answers = [reach, *(f"{name}: {text}" for name, text in design.meters.items())]
@@ -174,15 +161,12 @@ def document(outcome: Outcome[Device]) -> dict[str, Any]:
     solved, shielding, ground = outcome.device_3d, None, None
     if solved is not None and _made(outcome, "dev3d_shielding"):
         slopes, errors = solved.shielding
-        shielding = {q: {"value": v, "error": errors[q]} for q, v in asdict(slopes).items()}
-        shielding |= {"reduced1d": {q: {"value": v} for q, v in asdict(shielding_1d(outcome.scene)).items()}}
-        shielding |= {"over_time": asdict(solved.response)}
+        one_d = {"reduced1d": _values(shielding_1d(outcome.scene), {})}
+        shielding = _values(slopes, errors) | one_d | {"over_time": asdict(solved.response)}
     if _made(outcome, "fig14_ground"):
         limits = ground_effects(outcome.scene, METER_POWER, METER_RESISTANCE)
-        ground = {
-            model: [_values(asdict(each), errors) for each, errors in leads]
-            for model, leads in _leads(outcome).items()
-        } | {"by_power_ohm": limits.by_power_ohm, "by_resistance_ohm": limits.by_resistance_ohm}  # fmt: skip
+        leads = {model: [_values(*each) for each in leads] for model, leads in _leads(outcome).items()}
+        ground = leads | {"by_power_ohm": limits.by_power_ohm, "by_resistance_ohm": limits.by_resistance_ohm}
     return {
         "fem3d": None if solved is None else _run(solved.runs.base, solved.model),
         "reduced1d": _run(outcome.runs.base),
@@ -194,7 +178,9 @@ def document(outcome: Outcome[Device]) -> dict[str, Any]:
     }
 
 
-def _values(values: dict[str, float], errors: dict[str, float]) -> dict[str, dict[str, float]]:
+def _values(state: Any, errors: Mapping[str, float], names: Sequence[str] = ()) -> dict[str, Any]:
+    """The fields of a state, all or by ``names``, with the errors that are known."""
+    values = {name: getattr(state, name) for name in names or asdict(state)}
     return {q: {"value": value} | ({"error": errors[q]} if q in errors else {}) for q, value in values.items()}
 
 
@@ -206,12 +192,10 @@ def _run(run: Run, model: Any = None) -> dict[str, Any]:
         for f in FRACTIONS
         for s in settling(device, result, name, f)
     ]
-    states = {"steady": (run.after, device.external.final_temperature)}
-    states |= {"steady_before": (run.before, device.external.initial_temperature)}
-    steady = {
-        name: _values({q: getattr(state, q) for q in QUANTITIES}, model.steady_errors(device, outer) if model else {})
-        for name, (state, outer) in states.items()
-    }
+    states = {"steady": (run.after, device.external.final_temperature),
+              "steady_before": (run.before, device.external.initial_temperature)}  # fmt: skip
+    steady = {name: _values(state, model.steady_errors(device, outer) if model else {}, QUANTITIES)
+              for name, (state, outer) in states.items()}  # fmt: skip
     return {
         "scheme": result.scheme, **steady, "peaks": _peaks(run), "settling": settled, "errors": result.errors,
         "error_parts": result.error_parts, "details": result.details,
@@ -220,17 +204,17 @@ def _run(run: Run, model: Any = None) -> dict[str, Any]:
 
 def _peaks(run: Run) -> dict[str, dict[str, float]]:
     """The largest value of each quantity over the run, and when (s)."""
-    traces, time = {name: run.result.trace(name) for name in run.result.quantities}, run.result.time_s
-    places = {name: int(np.argmax(values)) for name, values in traces.items()}
-    return {n: {"value": float(traces[n][at]), "time_s": float(time[at])} for n, at in places.items()}
+    places = {name: int(np.argmax(run.result.trace(name))) for name in run.result.quantities}
+    return {name: {"value": float(run.result.trace(name)[at]), "time_s": float(run.result.time_s[at])}
+            for name, at in places.items()}  # fmt: skip
 
 
 def columns(outcome: Outcome[Device]) -> dict[str, np.ndarray]:
     """Return time_s and the traces of both models; a run that is stopped ends early."""
-    one, traces = outcome.runs.base.result, dict[str, np.ndarray]()
+    results = {"reduced1d": outcome.runs.base.result}
     if outcome.device_3d is not None:
-        three = outcome.device_3d.runs.base.result
-        traces = {f"fem3d_{name}": three.trace(name) for name in three.quantities}
-    traces |= {f"reduced1d_{name}": one.trace(name) for name in one.quantities}
-    rows = min(len(values) for values in traces.values())
-    return {"time_s": one.time_s[:rows], **{name: values[:rows] for name, values in traces.items()}}
+        results = {"fem3d": outcome.device_3d.runs.base.result} | results
+    rows = min(len(result.time_s) for result in results.values())
+    traces = {f"{model}_{name}": result.trace(name)[:rows]
+              for model, result in results.items() for name in result.quantities}  # fmt: skip
+    return {"time_s": results["reduced1d"].time_s[:rows], **traces}
