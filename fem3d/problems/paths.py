@@ -130,10 +130,6 @@ class Paths:
         at_contacts = [np.mean([face.value(u) for face in c.warmed], axis=0) for c in self._crossings]
         return self._rows([self.warmed.value(u), *at_contacts])
 
-    def value_at(self, u: np.ndarray, cell: int, point: int) -> np.ndarray:
-        """(...,): functions (..., functions) of the temperature's at one of the points of one of the cells."""
-        return self.warmed.value_at(u, cell, point)
-
     def load(self, density: np.ndarray) -> np.ndarray:
         """(functions,): the integral of a density (rows, 1 or points) times each of the temperature's."""
         in_cells, *others = self._parts(density)

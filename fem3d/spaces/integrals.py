@@ -192,26 +192,9 @@ class Cells:
         """(..., cells, points): functions (..., functions)."""
         return self._rule.at(u[..., self.dofs])
 
-    def value_at(self, u: np.ndarray, cell: int, point: int) -> np.ndarray:
-        """(...,): functions (..., functions) at one of the points of one of the cells."""
-        values: np.ndarray = u[..., self.dofs[cell]] @ self._rule.values[point]
-        return values
-
     def gradient(self, u: np.ndarray) -> np.ndarray:
         """(3, cells, points): its gradient."""
         return self.covariant(np.array([self._rule.at(u[self.dofs], d) for d in range(3)]))
-
-    def within(self, slopes: np.ndarray) -> np.ndarray:
-        """(3, cells): the change by a gradient (3, cells, points) across each cell along the axes of the reference
-        cell, root mean square."""
-        spans = (
-            slopes / self._inverse
-            if self._inverse.ndim == 3
-            else np.linalg.solve(np.moveaxis(self._inverse, (0, 1), (-1, -2)), np.moveaxis(slopes, 0, -1)[..., None])[
-                ..., 0
-            ].transpose(2, 0, 1)
-        )
-        return np.sqrt((spans**2).mean(axis=-1))
 
     def covariant(self, field: np.ndarray) -> np.ndarray:
         """(3, cells, points): a gradient (3, cells or 1, points or 1) of the reference cell on the cells themselves."""
