@@ -1,12 +1,12 @@
-"""Expressions of quantities: "w/2", "L - 2*w", "max(2 um, h + gap)".
+"""Expressions of quantities: "w/2", "L - 2*w", "max(2 um, h + gap)", in Python's grammar with units behind numbers.
 
-The grammar has sums, products, powers, signs, brackets, names, numbers with units, and three functions. Units are
-checked: only like quantities are added or compared. Numbers are exact fractions but for roots, so that
+Units are checked: only like quantities are added or compared. Numbers are exact fractions but for roots, so that
 "2 um + 0.5 um" is the very double that "2.5 um" is, and faces that are meant to lie in one plane do.
 """
 
 from __future__ import annotations
 
+import ast
 import math
 import re
 from collections.abc import Mapping
@@ -14,15 +14,15 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from scenes.errors import did_you_mean, listed, printable
-from scenes.units import LEADING_UNIT, PLAIN, Powers, UnitError, called, parse_quantity, parse_unit, spelled
+from scenes.units import DECIMAL, ICE_POINT, PLAIN, Powers, UnitError, called, leading_unit, parse_quantity, spelled
 
 LONGEST = 500  # characters of an expression
-DEEPEST = 40  # nested operations, and parameters that are made of one another: far below Python's limit of recursion
 LARGEST_EXPONENT = 100  # of a power: no formula needs more, and exact fractions stay small
 
 FUNCTIONS = ("sqrt", "min", "max")
 PI = "pi"
-_NAME = re.compile(r"(?<![\w.])[A-Za-z_]\w*", re.ASCII)
+_NUMBER = re.compile(rf"(?<![\w.]){DECIMAL}(?![\d.])", re.ASCII)
+_LITERAL = re.compile(rf"\s*([+-]?{DECIMAL})\s*(degC)?\s*", re.ASCII)
 
 
 @dataclass(frozen=True)
@@ -38,30 +38,21 @@ class Measure:
         return Measure(Fraction(repr(float(value))), powers)
 
 
-class _UnreadError(UnitError):
-    """Text that is no expression at all."""
-
-
 def measured(text: str, names: Mapping[str, Measure]) -> tuple[float, Powers | None]:
     """Return the SI value of a quantity, or of an expression of the ``names``, and its powers.
 
     The powers are ``None`` for a number without a unit. Raises UnitError.
     """
-    said = _NAME.findall(spelled(text)) if len(text) <= LONGEST else []
-    plain = None
-    if not any(name in names for name in said):
-        try:
-            value, unit = parse_quantity(text)
-            return value, None if unit is None else unit.powers
-        except UnitError as error:
-            plain = error
+    if len(text) > LONGEST:
+        raise UnitError(f"is longer than {LONGEST} characters: say parts of it as parameters of their own")
+    plain = spelled(text)
+    if match := _LITERAL.fullmatch(plain):
+        exact = _exact(match[1])
+        return (_double(exact + ICE_POINT), (0, 0, 0, 0, 1)) if match[2] else (_double(exact), None)
     try:
-        measure = evaluate(text, names)
-    except _UnreadError:
-        # Text without a known name is a slip of a unit or a word, which the error of the plain reading describes.
-        if plain is None or any(name in (*FUNCTIONS, PI) for name in said) or (names and text[:1].isalpha()):
-            raise
-        raise plain from None
+        measure = _evaluate(plain, names)
+    except RecursionError:
+        raise UnitError("is nested too deep: say parts of it as parameters of their own") from None
     return _double(measure.value), measure.powers
 
 
@@ -76,116 +67,69 @@ def is_expression(given: object) -> bool:
     return False
 
 
-def evaluate(text: str, names: Mapping[str, Measure]) -> Measure:
-    """Evaluate an expression. Raises UnitError."""
-    if len(text) > LONGEST:
-        raise UnitError(f"is longer than {LONGEST} characters: say parts of it as parameters of their own")
-    parser = _Parser(spelled(text).replace("^", "**"), names)
-    value = parser.sum()
-    if parser.rest.strip():
-        raise parser.unread()
-    return value
-
-
-class _Parser:
-    """A recursive descent through an expression; ``rest`` is the text that has not been read."""
-
-    def __init__(self, text: str, names: Mapping[str, Measure]) -> None:
-        self.rest, self.names, self.depth = text, names, 0
-
-    def unread(self) -> _UnreadError:
-        return _UnreadError('is no expression: give numbers with units, names, + - * / **, brackets, such as "w/2"')
-
-    def take(self, pattern: str) -> str:
-        """Return and consume a token at the start of the rest, or return ""."""
-        match = re.match(rf"\s*({pattern})", self.rest, re.ASCII)
-        if match is None:
-            return ""
-        self.rest = self.rest[match.end() :]
-        return match[1]
-
-    def sum(self) -> Measure:
-        total = self.product()
-        while sign := self.take("[+-]"):
-            term = self.product()
-            _refuse_unlike(total, term, "adds {1} to {0}" if sign == "+" else "subtracts {1} from {0}")
-            total = Measure(_short(total.value + (term.value if sign == "+" else -term.value)), total.powers)
-        return total
-
-    def product(self) -> Measure:
-        total = self.signed()
-        while operator := self.take(r"\*(?!\*)|/"):
-            factor, by = self.signed(), 1 if operator == "*" else -1
-            if by == -1 and not factor.value:
-                raise UnitError("divides by zero")
-            powers: Powers = tuple(p + by * q for p, q in zip(total.powers, factor.powers, strict=True))  # type: ignore[assignment]
-            total = Measure(_short(total.value * factor.value**by), powers)
-        return total
-
-    def signed(self) -> Measure:
-        self.depth += 1
-        if self.depth > DEEPEST:
-            raise UnitError(f"is nested more than {DEEPEST} deep: say parts of it as parameters of their own")
-        if sign := self.take("[+-]"):
-            operand = self.signed()
-            value = Measure(-operand.value, operand.powers) if sign == "-" else operand
-        else:
-            value = self.atom()
-            if self.take(r"\*\*"):
-                value = _raised(value, self.signed())
-        self.depth -= 1
-        return value
-
-    def atom(self) -> Measure:
-        if number := self.take(r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?(?![\d.])"):
-            return self.quantity(number)
-        if self.take(r"\("):
-            value = self.sum()
-        elif name := self.take(r"[A-Za-z_]\w*"):
-            if not self.take(r"\("):
-                return self.named(name)
-            if name not in FUNCTIONS:
-                raise _UnreadError(f'has no function "{printable(name)}": there are {listed(FUNCTIONS)}')
-            arguments = [self.sum()]
-            while self.take(","):
-                arguments.append(self.sum())
-            value = _function(name, arguments)
-        else:
-            raise self.unread()
-        if not self.take(r"\)"):
-            raise self.unread()
-        return value
-
-    def named(self, name: str) -> Measure:
-        if name == PI:
-            return Measure(Fraction(math.pi), PLAIN)
-        if name not in self.names:
-            near = did_you_mean(name, self.names).rstrip("?")
-            raise _UnreadError(f'names no parameter "{printable(name)}"{near}')
-        return self.names[name]
-
-    def quantity(self, number: str) -> Measure:
-        """The measure of a number and the unit behind it."""
-        # A double bounds the exponent before an exact power of ten could fill the memory.
-        if not math.isfinite(float(number)):
-            raise UnitError("is not a finite number")
-        exact = Fraction(number) if float(number) else Fraction(0)
-        match = LEADING_UNIT.match(self.rest)
-        if match is None:
-            if name := self.take(r"[A-Za-z_]\w*"):
-                raise _UnreadError(f'has "{number} {printable(name)}": write {number}*{printable(name)}')
-            return Measure(exact, PLAIN)
-        for name in _NAME.findall(match[0]):
-            if name in self.names:
-                base = name.rstrip("0123456789")
-                power = f"write {base}**{name[len(base) :]} for the unit, or rename the parameter"
-                raise UnitError(f'has "{name}", a unit and a parameter: {power}')
-        self.rest, unit = self.rest[match.end() :], parse_unit(match[0])
-        if unit.celsius:
+def _evaluate(plain: str, names: Mapping[str, Measure]) -> Measure:
+    """Evaluate a text with every number and the unit behind it as a name of its own: _0, _1 and so on."""
+    numbers, parts, at = dict[str, Measure](), list[str](), 0
+    while match := _NUMBER.search(plain, at):
+        parts.append(plain[at : match.start()])
+        number, (unit, end) = match[0], leading_unit(plain, match.end(), names)
+        if plain[match.end() : end].strip() == "degC":
             raise UnitError("has a temperature in degC among other terms: give it in K, or as a parameter of its own")
-        if self.rest.lstrip().startswith("**"):
-            raise UnitError(f'has a power right after "{number}{match[0]}": put brackets around what it is of')
-        return Measure(exact * unit.factor, unit.powers)
+        if end > match.end() and plain.startswith("**", end):
+            raise UnitError(f'has a power right after "{plain[match.start() : end]}": put brackets around it')
+        if behind := re.compile(r"\s*([A-Za-z_]\w*)").match(plain, end):
+            raise UnitError(f'has "{number} {printable(behind[1])}": write {number}*{printable(behind[1])}')
+        parts.append(f" _{len(numbers)} ")
+        numbers[f"_{len(numbers)}"] = Measure(_exact(number) * unit.factor, unit.powers)
+        at = end
+    try:
+        tree = ast.parse("".join([*parts, plain[at:]]).strip(), mode="eval") if plain.isascii() else None
+    except (SyntaxError, ValueError, MemoryError):
+        tree = None
+    if tree is None or re.search(r"(?<!\w)_", plain):
+        raise _unread()
+    return _value(tree.body, {PI: Measure(Fraction(math.pi), PLAIN), **numbers}, names)
+
+
+def _unread() -> UnitError:
+    return UnitError('is not a number with a unit, and no expression such as "w/2"')
+
+
+def _value(node: ast.expr, known: Mapping[str, Measure], names: Mapping[str, Measure]) -> Measure:
+    match node:
+        case ast.Name(id=name) if name in known:
+            return known[name]
+        case ast.Name(id=name) if name in names:
+            return names[name]
+        case ast.Name(id=name) if names:
+            raise UnitError(f'names no parameter "{printable(name)}"{did_you_mean(name, names).rstrip("?")}')
+        case ast.UnaryOp(op=ast.UAdd() | ast.USub() as sign, operand=operand):
+            value = _value(operand, known, names)
+            return Measure(-value.value if isinstance(sign, ast.USub) else value.value, value.powers)
+        case ast.BinOp(left=left, op=operator, right=right):
+            return _combined(operator, _value(left, known, names), _value(right, known, names))
+        case ast.Call(func=ast.Name(id=name), args=[_, *_] as arguments, keywords=[]):
+            if name not in FUNCTIONS:
+                raise UnitError(f'has no function "{printable(name)}": there are {listed(FUNCTIONS)}')
+            return _function(name, [_value(each, known, names) for each in arguments])
+    raise _unread()
+
+
+def _combined(operator: ast.operator, a: Measure, b: Measure) -> Measure:
+    match operator:
+        case ast.Add() | ast.Sub():
+            adds = isinstance(operator, ast.Add)
+            _refuse_unlike(a, b, "adds {1} to {0}" if adds else "subtracts {1} from {0}")
+            return Measure(_short(a.value + (b.value if adds else -b.value)), a.powers)
+        case ast.Mult() | ast.Div():
+            by = 1 if isinstance(operator, ast.Mult) else -1
+            if by == -1 and not b.value:
+                raise UnitError("divides by zero")
+            powers: Powers = tuple(p + by * q for p, q in zip(a.powers, b.powers, strict=True))  # type: ignore[assignment]
+            return Measure(_short(a.value * b.value**by), powers)
+        case ast.Pow():
+            return _raised(a, b)
+    raise _unread()
 
 
 def _function(name: str, arguments: list[Measure]) -> Measure:
@@ -223,6 +167,13 @@ def _raised(base: Measure, exponent: Measure) -> Measure:
         raise UnitError("takes a root of a negative number")
     root = math.sqrt(_double(value)) if e == Fraction(1, 2) else _double(value) ** float(e)
     return Measure(Fraction(root), powers)
+
+
+def _exact(number: str) -> Fraction:
+    # A double bounds the exponent before an exact power of ten could fill the memory.
+    if not math.isfinite(float(number)):
+        raise UnitError("is not a finite number")
+    return Fraction(number) if float(number) else Fraction(0)
 
 
 def _short(value: Fraction) -> Fraction:

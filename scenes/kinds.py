@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 from scenes.errors import SceneError, did_you_mean, quoted
 from scenes.expressions import is_expression
 from scenes.parameters import quantity
-from scenes.units import LENGTH, PLAIN, TEMPERATURE, TIME, Dimension, UnitError, called, meant, parse_quantity
+from scenes.units import LENGTH, PLAIN, TEMPERATURE, TIME, Dimension, UnitError, called, parse_quantity
 
 MOST_TIMES = 10_000  # output times: each is a row of traces.csv
 
@@ -125,14 +125,12 @@ class Quantity(Kind):
     def _number(self, given: object) -> tuple[float, str]:
         """The SI value and its fault, one of the two being empty."""
         if isinstance(given, str):
-            near = meant(given, self.dimension.powers)
-            hint = f', did you mean "{near}"' if near else ""
             try:
                 value, powers = quantity(given)
             except UnitError as error:
-                return 0.0, str(error).partition(", did")[0] + hint if near else str(error)
+                return 0.0, str(error)
             if powers is not None and powers != self.dimension.powers:
-                return 0.0, f"is {called(powers)}, not {self.dimension.name}{hint}"
+                return 0.0, f"is {called(powers)}, not {self.dimension.name}"
             return value, ""
         if isinstance(given, bool) or not isinstance(given, Real):
             return 0.0, f"is {_type_name(given)}, not {self.dimension.name}"

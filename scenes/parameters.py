@@ -18,10 +18,11 @@ from types import MappingProxyType
 from typing import Any
 
 from scenes.errors import SceneError, did_you_mean, printable, quoted
-from scenes.expressions import DEEPEST, FUNCTIONS, PI, Measure, measured
+from scenes.expressions import FUNCTIONS, PI, Measure, measured
 from scenes.units import PLAIN, Powers, UnitError, called, is_unit, parse_quantity, unit_of
 
 SECTION = "parameters"
+DEEPEST = 40  # parameters that are made of one another, far below Python's limit of recursion
 _NAME = re.compile(r"[A-Za-z]\w{0,59}", re.ASCII)
 _FORM = 'give a number with a unit, such as "20 um", or an expression of other parameters, such as "w/2"'
 

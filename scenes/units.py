@@ -6,6 +6,7 @@ A unit is an exact fraction of its SI unit, so that "20 um" is exactly the doubl
 from __future__ import annotations
 
 import re
+from collections.abc import Collection
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
@@ -36,38 +37,25 @@ _WITHOUT_PREFIX: dict[str, tuple[Powers, Fraction]] = {
     "degC": ((0, 0, 0, 0, 1), Fraction(1)),
     "ppm": (PLAIN, Fraction(1, 10**6)),
     "%": (PLAIN, Fraction(1, 100)),
-    "1": (PLAIN, Fraction(1)),
 }
 _PREFIXES = {"G": 9, "M": 6, "k": 3, "": 0, "c": -2, "m": -3, "u": -6, "n": -9, "p": -12}
-_ICE_POINT = Fraction("273.15")  # K, of 0 degC: the definition of the degree Celsius
+ICE_POINT = Fraction("273.15")  # K, of 0 degC: the definition of the degree Celsius
 
-_NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)(.*)", re.ASCII | re.DOTALL)
-_UNIT_FACTOR = re.compile(
-    r"\s*(?P<slash>/?)\s*(?P<open>\(?)\s*(?P<name>[A-Za-z%]+|1(?=\s*/))(?P<power>-?\d+)?(?![\w%])\s*(?P<close>\)?)\s*",
-    re.ASCII,
-)
+DECIMAL = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+_QUANTITY = re.compile(rf"\s*([+-]?{DECIMAL})(.*)", re.ASCII | re.DOTALL)
+_FACTOR = re.compile(r"\s*(/|\*(?!\*))?\s*(([A-Za-z%]+)(?:(?:\*\*)?(-[1-9]|[2-9]))?)(?![\w%.]|-\d)\s*", re.ASCII)
+"""A factor of a unit: a slash, which divides by this factor alone, a name, and a power, which is never 0 or 1."""
+_BRACKET = re.compile(r"/\s*\(([\w\s*%-]+)\)", re.ASCII)
 _SPELLINGS = str.maketrans({
     "\N{MICRO SIGN}": "u", "\N{GREEK SMALL LETTER MU}": "u",
     "\N{OHM SIGN}": "ohm", "\N{GREEK CAPITAL LETTER OMEGA}": "ohm",
     "\N{DEGREE SIGN}": "deg", "\N{DEGREE CELSIUS}": "degC",
     "\N{MIDDLE DOT}": " ", "\N{DOT OPERATOR}": " ", "\N{MINUS SIGN}": "-",
 })  # fmt: skip
-_SUPERSCRIPTS = str.maketrans({
-    "\N{SUPERSCRIPT MINUS}": "-",
-    "\N{SUPERSCRIPT ONE}": "1", "\N{SUPERSCRIPT TWO}": "2", "\N{SUPERSCRIPT THREE}": "3",
-})  # fmt: skip
-_SUPERSCRIPT = re.compile(
-    "(?<=[A-Za-z])[\N{SUPERSCRIPT MINUS}\N{SUPERSCRIPT ONE}\N{SUPERSCRIPT TWO}\N{SUPERSCRIPT THREE}]+"
-)
-_WORDS = "|".join(filter(str.isalpha, _WITHOUT_PREFIX))
-# No unit has the power 0 or 1, so that V0 and m1 can only be parameters.
-_POWER = r"(?:(?:\*\*)?(?:-\d+|[2-9]))?"
-_FACTOR = rf"(?:[{''.join(_PREFIXES)}]?(?:{'|'.join(_SYMBOLS)}){_POWER}|{_WORDS}|%)(?![\w%])"
-LEADING_UNIT = re.compile(
-    rf"\s*(?:1\s*/\s*)?{_FACTOR}(?:(?:\s*/\s*|\s+){_FACTOR}|\s*/\s*\(\s*{_FACTOR}(?:\s+{_FACTOR})*\s*\))*", re.ASCII
-)
-"""A unit at the start of a text, in the signs that `spelled` gives."""
-_MEANT = {"c": "degC", "celsius": "degC", "kelvin": "K", "micron": "um", "mu": "um", "sec": "s", "volt": "V",
+_POWERS = "\N{SUPERSCRIPT MINUS}\N{SUPERSCRIPT ONE}\N{SUPERSCRIPT TWO}\N{SUPERSCRIPT THREE}"
+_SUPERSCRIPTS = str.maketrans(_POWERS, "-123")
+_SUPERSCRIPT = re.compile(f"(?<=[A-Za-z])[{_POWERS}]+")
+_WORDS = {"c": "degC", "celsius": "degC", "kelvin": "K", "micron": "um", "mu": "um", "sec": "s", "volt": "V",
           "siemens": "S", "minute": "min", "minutes": "min"}  # fmt: skip
 """Common words for units, in lower case, that this module spells differently."""
 _LONGEST = 100  # characters of a quantity
@@ -91,7 +79,7 @@ def parse_quantity(text: str) -> tuple[float, Unit | None]:
 
     Raises UnitError where the text is not a number, or its unit is unknown.
     """
-    match = _NUMBER.fullmatch(_plain(text)) if len(text) <= _LONGEST else None
+    match = _QUANTITY.fullmatch(spelled(text)) if len(text) <= _LONGEST else None
     if match is None:
         raise UnitError("is not a number with a unit")
     number, rest = float(match[1]), match[2]
@@ -101,7 +89,7 @@ def parse_quantity(text: str) -> tuple[float, Unit | None]:
         return number, unit
     exact = (Fraction(match[1]) if number else 0) * unit.factor
     try:
-        return float(exact + _ICE_POINT if unit.celsius else exact), unit
+        return float(exact + ICE_POINT if unit.celsius else exact), unit
     except OverflowError:
         return float("inf"), unit
 
@@ -112,59 +100,49 @@ def parse_unit(text: str) -> Unit:
 
     Raises UnitError.
     """
-    plain, powers, scale, group = _plain(text).strip(), PLAIN, Fraction(1), 1
+    plain = spelled(text).strip()
     if plain == "degC":
         return Unit(_WITHOUT_PREFIX["degC"][0], Fraction(1), celsius=True)
-    at, unknown = 0, UnitError(f'has an unknown unit "{printable(text.strip())}"')
-    while at < len(plain):
-        match = _UNIT_FACTOR.match(plain, at)
-        if match is None or (match["open"] and group == -1):
-            raise unknown
-        # A bracket behind a slash divides by all factors in it.
-        sign = -1 if match["slash"] else group
-        group = sign if match["open"] else group
-        base, size = _named(match["name"])
-        power = sign * int(match["power"] or 1)
-        if match["power"] in ("0", "1") and match["name"] != "1":
-            raise unknown
-        powers, scale, at = _combine(powers, base, power), scale * size**power, match.end()
-        if match["close"]:
-            group = 1
-    if plain.count("(") != plain.count(")"):
-        raise unknown
-    return Unit(powers, scale)
+    unit, end = leading_unit(plain, 0)
+    if end < len(plain):
+        raise UnitError(f'has an unknown unit "{printable(text.strip())}"')
+    return unit
+
+
+def leading_unit(text: str, at: int, names: Collection[str] = ()) -> tuple[Unit, int]:
+    """Return the unit at a place in a text that is `spelled`, and where the unit ends, which is before the ``names``.
+
+    Raises UnitError for an unknown unit, and for one that is called like a name.
+    """
+    powers, scale, start = PLAIN, Fraction(1), at
+    if inverse := re.compile(r"\s*1\s*(?=/|$)").match(text, at):
+        at = inverse.end()
+    while match := _FACTOR.match(text, at):
+        sign, factor, name, power = match.groups()
+        if factor in names or name in names:
+            if (sign and at == start) or sign == "*" or name in names:
+                break
+            raise UnitError(
+                f'has "{factor}", a unit and a parameter: write {name}**{power} for the unit, or rename the parameter'
+            )
+        if sign and at == start and not is_unit(name):
+            break
+        base, size = _named(name)
+        exponent = (-1 if sign == "/" else 1) * int(power or 1)
+        powers, scale, at = _combine(powers, base, exponent), scale * size**exponent, match.end()
+    return Unit(powers, scale), at
 
 
 def spelled(text: str) -> str:
-    """Return the text in ASCII, with powers of units as digits behind them."""
-    return _SUPERSCRIPT.sub(lambda power: power.group().translate(_SUPERSCRIPTS), text.translate(_SPELLINGS))
+    """Return the text in ASCII, with powers of units as digits behind them, and no brackets in units."""
+    plain = _SUPERSCRIPT.sub(lambda power: power.group().translate(_SUPERSCRIPTS), text.translate(_SPELLINGS))
 
+    def factors(match: re.Match[str]) -> str:
+        parts = re.split(r"[\s*]+", match[1].strip())
+        units = all(is_unit(re.sub(r"-?\d*$", "", part)) for part in parts)
+        return "".join(f"/{part} " for part in parts) if units else match[0]
 
-def _plain(text: str) -> str:
-    """A quantity without signs of powers and products."""
-    return re.sub(r"(?<=[A-Za-z])(\*\*|\^)", "", spelled(text)).replace("*", " ")
-
-
-def meant(text: str, powers: Powers) -> str | None:
-    """Return the quantity of some base units that a slip such as "200 W/mK" stands for: "200 W/(m K)", or ``None``."""
-    match = _NUMBER.fullmatch(_plain(text)) if len(text) <= _LONGEST else None
-    if match is None:
-        return None
-    above, slash, below = (
-        re.sub("[A-Za-z]+", lambda name: _separated(name[0]), part).strip(" ()") for part in match[2].partition("/")
-    )
-    unit = re.sub(r"(?<=\d)(?=[A-Za-z])", " ", f"{above}/({below})" if slash else above)
-    try:
-        fits = parse_unit(unit).powers == powers
-    except UnitError:
-        return None
-    return f"{text[: match.start(2)].strip()} {unit}" if fits else None
-
-
-def _separated(name: str) -> str:
-    """Two units written together, such as "mK", with a space between; any other name as it is."""
-    splits = ((name[:at], name[at:]) for at in range(1, len(name)))
-    return next((" ".join(pair) for pair in splits if all(map(is_unit, pair))), name)
+    return _BRACKET.sub(factors, plain.replace("^", "**"))
 
 
 def _named(name: str) -> tuple[Powers, Fraction]:
@@ -176,7 +154,7 @@ def _named(name: str) -> tuple[Powers, Fraction]:
         if name.endswith(symbol) and prefix in _PREFIXES:
             return powers, size * Fraction(10) ** _PREFIXES[prefix]
     known = [*(f"{prefix}{symbol}" for prefix in _PREFIXES for symbol in _SYMBOLS), *_WITHOUT_PREFIX]
-    hint = f', did you mean "{_MEANT[name.lower()]}"' if name.lower() in _MEANT else did_you_mean(name, known)
+    hint = f', did you mean "{_WORDS[name.lower()]}"' if name.lower() in _WORDS else did_you_mean(name, known)
     raise UnitError(f'has an unknown unit "{printable(name)}"{hint.rstrip("?")}')
 
 
