@@ -10,7 +10,7 @@ items; its *values* map the same names to the content that was read. Any file ma
 from __future__ import annotations
 
 import copy
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import inf
@@ -26,15 +26,6 @@ from scenes.units import TIME
 
 T = TypeVar("T")
 _HOW_LONG = ("run.end_time", "run.output_times")  # keys of transients alone
-_MEANT = {
-    "sigma": "electrical_conductivity",
-    "conductivity": "thermal_conductivity or electrical_conductivity", "heat_capacity": "specific_heat",
-    "capacity": "specific_heat", "cp": "specific_heat", "tcr": "temperature_coefficient",
-    "rho": "density, or resistivity",
-    "k": "thermal_conductivity", "power": "heat_source, per volume", "h": "convection",
-}  # fmt: skip
-"""Common names of keys that this schema spells differently."""
-
 
 RESISTIVITY, CONDUCTIVITY = "resistivity", "electrical_conductivity"
 
@@ -141,7 +132,7 @@ class Schema:
                 if key not in kinds:
                     raise SceneError(
                         f"unknown key {label}.{printable(str(key))} = {quoted(value)}: [[{table}]] takes "
-                        f"{', '.join(kinds)}{_hint(str(key), kinds)}"
+                        f"{', '.join(kinds)}{did_you_mean(str(key), kinds)}"
                     )
             values = {key: kinds[key].read(f"{label}.{key}", value) for key, value in item.items()}
             if {RESISTIVITY, CONDUCTIVITY} <= set(values):
@@ -180,8 +171,6 @@ class Schema:
         candidates |= {name: f"{section}.{name}".lstrip(".") for name in self.sections[section]}
         near = nearest(first, candidates)
         hint = f', did you mean "{candidates[near]}"?' if near else ""
-        if any(_MEANT.get(first, "").startswith(name) for name in candidates):
-            hint = _hint(first, candidates)
         if isinstance(given, Mapping):
             what = f"section [{printable(path)}]"
         elif self.lists and isinstance(given, list):
@@ -194,12 +183,6 @@ class Schema:
         name = f"[{section}]" if section else self.called
         taken = (f"[[{n}]]" if not section and n in self.lists else n for n in self.sections[section])
         return f"{name} takes {', '.join(taken)}"
-
-
-def _hint(key: str, known: Iterable[str]) -> str:
-    """The end of a message, with the key for a common name, or the nearest in spelling."""
-    said = _MEANT.get(key.lower(), "")
-    return f": give {said}" if any(said.startswith(name) for name in known) else did_you_mean(key, known)
 
 
 def label_of(table: str, number: int, given: Mapping[str, object]) -> tuple[str, str]:

@@ -1,16 +1,14 @@
-"""Check a parametric scene: bounds of values, fitting sizes; and find the key that likely made its numerics fail."""
+"""Check a parametric scene: bounds of values and fitting sizes."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from operator import attrgetter
-from typing import Any, Literal, TypeVar
+from typing import Any, TypeVar
 
 from scenes import laws
 from scenes.device import Device
 from scenes.errors import SceneError, quoted
-from scenes.functions import number_of
 from scenes.keys import type_of
 from scenes.model import ROUNDING, Material
 from scenes.physics import check_resistivity, refuse_both, refuse_laws
@@ -19,10 +17,6 @@ from scenes.units import CURRENT, LENGTH, TIME, VOLTAGE
 
 T = TypeVar("T")
 _MOST_SAMPLES = 1_000_000  # The most controller samples of a run.
-FAR = 30.0
-"""A value is called extreme where it is this many times the built-in scene's, or a part as small."""
-_ROOM = {"environment.convection_coefficient": 1e3, "environment.gap_gas_conductivity": 0.026}
-"""Values (SI) that count as usual for keys that the built-in scene leaves at zero."""
 
 
 def check(scene: T) -> T:
@@ -165,34 +159,3 @@ def _check_film(film: Material, where: str, temperature: float) -> None:
 
 
 _CHECKS: dict[str, Callable[[Any], None]] = {"sink": _check_sink, "device": _check_device}
-
-
-def cause(scene: object, instead: str = "") -> str:
-    """Return the end of the sentence on a numerical failure: the key farthest from its built-in value, and advice; ""
-    where no key is far out."""
-    extreme = farthest(scene)
-    return extreme and (
-        f"; {extreme[0]} than in the built-in {type_of(scene).name}, and so is likely beyond what double precision "
-        f"resolves beside the rest: give a value nearer to {extreme[1]}{instead}"
-    )
-
-
-def farthest(scene: object) -> tuple[str, str] | Literal[""]:
-    """Return the deviation of the key that is farthest from its built-in value, and this value; "" where none is."""
-    kind = type_of(scene)
-    deviations = []
-    for path, key in kind.schema.paths.items():
-        quantity = number_of(key.kind)
-        value, usual = (attrgetter(key.attribute)(s) for s in (scene, kind.default))
-        if quantity is None or not key.physical or not laws.is_plain(value):
-            continue
-        usual = _ROOM.get(path, usual)
-        if value and usual:
-            deviations.append((abs(math.log(abs(value / usual))), path, quantity, value, usual))
-    far, path, quantity, value, usual = max(deviations, key=lambda each: each[0])
-    if far < math.log(FAR):
-        return ""
-    ratio = abs(value / usual)
-    times, sense = (ratio, "more") if ratio > 1 else (1 / ratio, "less")
-    shown = f"{times:,.0f}" if times < 1e6 else f"{times:.0e}".replace("e+0", "e").replace("e+", "e")
-    return f"{path} = {quantity.show(value)} is {shown} times {sense}", quantity.show(usual)

@@ -10,7 +10,7 @@ from compare.kinds.base import STEADY, Figures, Kind, Report
 from compare.options import Options
 from compare.outcome import Outcome, Progress
 from scenes.checks import DEFAULT_TOLERANCES, FIRST_TIME, ISLAND_TOLERANCES, OF_THE_PAPER
-from scenes.errors import BeyondLawError, NumericsError, RunawayError, SceneError, listed
+from scenes.errors import RunawayError, SceneError, listed
 from scenes.formats import quantity, sink_text
 from scenes.plan import Step, noted, step
 from scenes.sink import OF_A_SINK, Sink
@@ -295,23 +295,9 @@ def _ladder(outcome: Outcome[Sink], over_time: bool) -> tuple[Budget | None, str
 def _solve_3d(sink: Sink, options: Options, progress: Progress) -> Result:
     with progress.stage("imports"):
         from fem3d.runs.sink import solve
-        from scenes.validity import cause, farthest
-    extreme = farthest(sink)
-
-    def say(text: str) -> None:
-        # A sink far from the usual ones may take minutes: the lines of progress give the reason.
-        progress(f"{extreme[0]} than usual; {text}" if extreme else text)
-
-    say("solving in 3D")
+    progress("solving in 3D")
     with progress.stage("fem3d"):
-        try:
-            return solve(sink, options.transient, say)
-        except (RunawayError, BeyondLawError):
-            raise
-        except NumericsError as error:
-            raise NumericsError(
-                f"{error}{cause(sink, ', ask for less with --accuracy 1e-2, or see --only 1d')}"
-            ) from None
+        return solve(sink, options.transient, progress)
 
 
 def levels_of(reduced1d: Result | None) -> Levels | None:

@@ -80,10 +80,6 @@ class CellGraph(ABC):
     def parts(self, mask: np.ndarray, cuts: np.ndarray | None = None) -> np.ndarray:
         """Return (cells,) labels of the chosen cells that faces join, except the faces ``cuts``; 0 elsewhere."""
 
-    def explain_cut(self) -> str:
-        """Return a sentence on an insulator between electrodes of different voltages, or ""."""
-        return ""
-
     def names(self, mask: np.ndarray) -> list[str]:
         """Return the boxes or volume groups with some of the chosen cells."""
         return [name for name in self.part_names if (self.part(name) & mask).any()]

@@ -221,27 +221,6 @@ class Grid(CellGraph):
         labels = np.append(1 + connected_components(graph, directed=False)[1], 0)
         return labels[np.where(inside, row, count)].ravel()
 
-    def explain_cut(self) -> str:
-        """Return a sentence on insulating boxes between electrodes of different voltages, or ""."""
-        labels, potentials = self.potentials
-        insulating = self.parts(self.solid & ~self.conducting).reshape(self.owner.shape)
-        conductors = labels.reshape(self.owner.shape)
-        touched, boxes = dict[int, set[int]](), dict[int, set[int]]()
-        for axis in range(3):
-            insulator, conductor, owner = (np.moveaxis(a, axis, 0) for a in (insulating, conductors, self.owner))
-            for a, b in ((slice(None, -1), slice(1, None)), (slice(1, None), slice(None, -1))):
-                at = (insulator[a] > 0) & np.isin(conductor[b], list(potentials))
-                pairs = np.stack([insulator[a][at], conductor[b][at], owner[a][at]])
-                for part, label, box in np.unique(pairs, axis=1).T.tolist():
-                    touched.setdefault(part, set()).add(label)
-                    boxes.setdefault(part, set()).add(box)
-        for part, labels_beside in touched.items():
-            if len(set().union(*(potentials[label] for label in labels_beside))) > 1:
-                names = [self.scene.boxes[n].name for n in sorted(boxes[part])]
-                which = "box {}, which does" if len(names) == 1 else "boxes {}, which do"
-                return f"the current is cut at {which.format(listed(names))} not conduct"
-        return ""
-
 
 def grid_of(scene: Scene) -> Grid:
     """Return the grid of a scene; SceneError where it would be too large to look at."""

@@ -15,7 +15,7 @@ import numpy as np
 from scenes import physics, readouts
 from scenes.errors import SceneError, did_you_mean, listed, quoted
 from scenes.free.graph import CellGraph
-from scenes.model import FLOWS, AnyScene, Boundary, GroupBoundary, Value, is_zero
+from scenes.model import FLOWS, Boundary, GroupBoundary, Value, is_zero
 from scenes.units import point
 
 Explain = Callable[[str], str]
@@ -251,7 +251,11 @@ def check_parts(graph: CellGraph) -> None:
         if b.kind == "voltage" and not (b.key == "current" and is_zero(b.value))
     }
     if len(driving) < 2 or not graph.live.any():
-        _refuse_idle(scene, graph.explain_cut())
+        has = "no voltage across a conductor, " if physics.electric(scene) else ""
+        raise SceneError(
+            f"nothing happens in this scene: it has {has}no heat source, no flux, and no temperature other than "
+            f"scene.initial_temperature = {scene.initial_temperature:g} K: give at least one"
+        )
 
 
 def _missing(labels: np.ndarray, fine: set[int]) -> list[int]:
@@ -263,17 +267,3 @@ def _called(graph: CellGraph, mask: np.ndarray) -> tuple[str, bool]:
     names = graph.names(mask)
     one = len(names) == 1
     return f"{graph.part_word if one else _plural(graph.part_word)} {listed(names)}", one
-
-
-def _refuse_idle(scene: AnyScene, cut: str) -> None:
-    """Refuse a scene that stays as it starts."""
-    if cut:
-        raise SceneError(
-            f"nothing happens in this scene: {cut}, between electrodes of different voltages: give its material a "
-            "resistivity, or let the conductors touch"
-        )
-    has = "no voltage across a conductor, " if physics.electric(scene) else ""
-    raise SceneError(
-        f"nothing happens in this scene: it has {has}no heat source, no flux, and no temperature other than "
-        f"scene.initial_temperature = {scene.initial_temperature:g} K: give at least one"
-    )

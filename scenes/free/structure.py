@@ -45,8 +45,9 @@ def remarks(scene: Scene) -> list[str]:
     sentences += gaps(grid)
     if texts := losses(grid):
         sentences.append(f"boxes lose volume to later ones, which win: {_joined(texts)}")
-    if (where := grid.explain_cut()) and not grid.live.any():
-        sentences.append(f"no current passes: {where}")
+    potentials = {physics.potential_of(b) for b in scene.boundaries if b.kind == "voltage"}
+    if len(potentials) > 1 and not grid.live.any():
+        sentences.append("no current passes, for no conductor joins electrodes of different voltages")
     return sentences + _hurried(scene)
 
 
