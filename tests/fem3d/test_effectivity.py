@@ -18,7 +18,7 @@ def level(estimates: dict[str, float], fractions: dict[str, float], least: float
     fine: Any = SimpleNamespace(quantities=values)
     problems: Any = None
     goals = {n: [np.full(4, e / 4)] for n, e in estimates.items()}
-    return Level(problems, fine, fine, dict.fromkeys(TRUE, 1.0), estimates, goals, [], dict.fromkeys(TRUE, least))
+    return Level(problems, fine, fine, dict.fromkeys(TRUE, 1.0), estimates, goals, dict.fromkeys(TRUE, least))
 
 
 class Search:

@@ -71,7 +71,7 @@ def level(values: dict[str, float], estimates: dict[str, float], least: dict[str
     fine: Any = SimpleNamespace(quantities=values)
     problems: Any = None
     goals = {n: [np.full(4, e / 4)] for n, e in estimates.items()}
-    return Level(problems, fine, fine, dict.fromkeys(values, 1.0), estimates, goals, [], least, True)
+    return Level(problems, fine, fine, dict.fromkeys(values, 1.0), estimates, goals, least, True)
 
 
 def test_what_is_doubtful_is_stated_once_a_second_mesh_agrees() -> None:
