@@ -102,6 +102,13 @@ STEPS = "".join(
 TRACES: dict[str, str | bytes] = {
     "comma separated": "time (s),mid (K)\n" + PAIRS,
     "COMSOL table": COMSOL + "% Time (ms)        mid (degC)\n" + rows("{:.9g}   {:.9g}", 1e3 * TIMES, MID - 273.15),
+    "COMSOL table with commas": COMSOL
+    + '% "Time (ms)","mid (degC)"\n' + rows("{:.9g},{:.9g}", 1e3 * TIMES, MID - 273.15),
+    "COMSOL table with commas, without quotes": COMSOL + "% Time (s),Temperature (K), Point: (50, 5, 5)\n" + PAIRS,
+    "names in a remark": "# mine\n# time_s mid_K\n" + rows("{:.9g} {:.9g}", TIMES, MID),
+    "mark of the byte order and texts": "\N{ZERO WIDTH NO-BREAK SPACE}Time (s), mid (K), comment_x\n"
+    + rows("{:.9g}, {:.9g}, 1", TIMES, MID),
+    "this program's own": "time_s,mid,reduced1d mid\n" + rows("{:.9g},{:.9g},{:.9g}", TIMES, MID, MID + 1),
     "COMSOL table with NaN in a column": COMSOL + "% Time (s)  mid (K)  quarter (K)\n"
     + rows("{:.9g}  {:.9g}  NaN", TIMES, MID),
     "COMSOL spreadsheet": f"{COMSOL}% X  Y  Z  {BESIDE}\n5E-5 5E-6 5E-6 " + rows("{:.9g} ", MID, end=" ") + "\n",
