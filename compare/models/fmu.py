@@ -12,7 +12,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from importlib.util import find_spec
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import Any, NamedTuple
 from zipfile import BadZipFile, ZipFile
 
 import numpy as np
@@ -38,8 +38,41 @@ BUDGET = 60.0
 LARGEST = 2e9
 """Bytes that an FMU may unpack to; those with the data of whole buildings have some hundred million."""
 
-Run = dict[str, np.ndarray]
-"""The "time" (s) of a run, and the outputs by probe, in SI units."""
+
+class Run(NamedTuple):
+    """The ``time`` (steps,) of a run in s, and its outputs ``values`` (steps, outputs) in SI units."""
+
+    time: np.ndarray
+    values: np.ndarray
+
+    @property
+    def is_finite(self) -> bool:
+        return bool(np.isfinite(self.values).all())
+
+    @property
+    def changes(self) -> np.ndarray:
+        """(outputs,): the whole change of each output, 0 where that is rounding."""
+        change = np.ptp(self.values, axis=0)
+        return np.where(change > ROUNDING * np.abs(self.values).max(axis=0), change, 0.0)
+
+    @property
+    def second_half(self) -> Run:
+        return Run(*(part[len(self.time) // 2 :] for part in self))
+
+    @property
+    def rests(self) -> bool:
+        """Whether each output has moved and come to rest, or never moved."""
+        return bool((self.second_half.changes <= REST * self.changes).all())
+
+    def at(self, times: np.ndarray) -> np.ndarray:
+        """(times, outputs): the outputs at times (s)."""
+        return np.column_stack([np.interp(times, self.time, values) for values in self.values.T])
+
+    def contradicts(self, shorter: Run) -> bool:
+        """Whether the run differs in the middle of a shorter one, in which the outputs were at rest by then."""
+        middle, changes = shorter.time[-1:] / 2, shorter.changes
+        off = np.abs(self.at(middle) - shorter.at(middle))[0]
+        return shorter.rests and bool(((off > UNRESOLVED * changes) & (changes > 0)).any())
 
 
 @dataclass(frozen=True)
@@ -75,16 +108,15 @@ class Fmu(Model):
                 self._runs[key] = [self._run(question, outputs, float(times[-1]), n, LONGEST) for n in STEPS]
         runs = self._runs[key]
         if times is None:
-            return Answer({n: runs[0][n][-1] for n in outputs}, {n: _late_change(runs[0][n]) for n in outputs})
-        # A jump of an output takes a whole step here: the two runs differ most at the end of the short step, by all
-        # but its part of the long one, and right after the jump the short one is off by all of it.
-        everywhere, whole = np.union1d(times, runs[1]["time"]), STEPS[1] / (STEPS[1] - STEPS[0])
-        values, errors = {}, {}
-        for name in outputs:
-            coarse, fine = (np.interp(everywhere, run["time"], run[name]) for run in runs)
-            errors[name] = whole * float(np.abs(fine - coarse).max())
-            values[name] = fine[np.isin(everywhere, times)]
-        return Answer(values, errors)
+            (run,) = runs
+            last, errors = run.values[-1], run.second_half.changes
+        else:
+            # A jump of an output takes a whole step here: the two runs differ most at the end of the short step, by
+            # all but its part of the long one, and right after the jump the short one is off by all of it.
+            everywhere, share = np.union1d(times, runs[1].time), STEPS[1] / (STEPS[1] - STEPS[0])
+            coarse, fine = (run.at(everywhere) for run in runs)
+            last, errors = fine[np.isin(everywhere, times)], share * np.abs(fine - coarse).max(axis=0)
+        return Answer(dict(zip(outputs, last.T, strict=True)), dict(zip(outputs, errors.tolist(), strict=True)))
 
     def _settle(self, question: Question, outputs: Mapping[str, str]) -> Run:
         """Run the FMU to ever later ends, and return the longest run whose steps are short enough for the FMU.
@@ -105,21 +137,17 @@ class Fmu(Model):
                     break
                 continue
             failure = None
-            if longest is not None and (not _is_finite(run) or _contradicts(run, longest)):
+            if longest is not None and (not run.is_finite or run.contradicts(longest)):
                 break
             longest = run
         if longest is None:
             raise failure or AssertionError
-        moved = any(map(_change, _values(longest)))
-        if _is_finite(longest) and (not _rests(longest) or (not moved and longest["time"][-1] < HORIZONS[-1])):
-            why = (
-                f"a longer run {str(failure).removeprefix(f'--model {self.name} ')}"
-                if failure
-                else "it has no steady state"
-            )
+        moved = longest.changes.any()
+        if longest.is_finite and (not longest.rests or (not moved and longest.time[-1] < HORIZONS[-1])):
+            why = str(failure).removeprefix(f"--model {self.name} ") if failure else "it has no steady state"
             raise SceneError(
                 f"--model {self.name} {'does not come to rest' if moved else 'has not moved'} within "
-                f"{quantity(float(longest['time'][-1]), 's')}: {why}"
+                f"{quantity(float(longest.time[-1]), 's')}: {'a longer run ' * bool(failure)}{why}"
             )
         return longest
 
@@ -147,25 +175,23 @@ class Fmu(Model):
         return unit
 
     def _run(self, question: Question, outputs: Mapping[str, str], end: float, steps: int, seconds: float) -> Run:
-        """The "time" and the outputs by probe, in SI units, of a run to an end (s)."""
+        """The run to an end (s)."""
         units = {name: self._unit(name, self._settable) for name in question.parameters}
         start = {name: (v - units[name].offset) / units[name].factor for name, v in question.parameters.items()}
         try:
             task = (self._folder.name, end, steps, start, list(outputs.values()))
-            columns = self._worker.run(max(seconds, 0.1), simulate, *task)
+            run = self._worker.run(max(seconds, 0.1), simulate, *task)
         except SceneError:
             raise
         except Exception as error:
             raise SceneError(f"--model {self.name} failed: {printable(str(error), 200)}") from None
-        until = columns["time"][-1]
-        if until < end - end / steps / 2:
+        if run.time[-1] < end - end / steps / 2:
             raise SceneError(
-                f"--model {self.name} stops at {quantity(until, 's')} of {quantity(end, 's')}: a step of it says that "
+                f"--model {self.name} stops at {quantity(run.time[-1], 's')} of {quantity(end, 's')}: a step of it says that "
                 "it failed"
             )
-        readable = {name: self._readable[variable] for name, variable in outputs.items()}
-        values = {name: unit.factor * columns[outputs[name]] + unit.offset for name, unit in readable.items()}
-        return {"time": columns["time"], **values}
+        read = [self._readable[variable] for variable in outputs.values()]
+        return Run(run.time, run.values * [unit.factor for unit in read] + [unit.offset for unit in read])
 
 
 def open_model(given: str, folder: str) -> Fmu:
@@ -218,47 +244,12 @@ def _declared_unit(variable: Any, definitions: Mapping[str, Any]) -> Unit:
     return Unit(name, unit.powers, float(unit.factor), 273.15 if unit.celsius else 0.0)
 
 
-def _values(run: Run) -> list[np.ndarray]:
-    return [values for name, values in run.items() if name != "time"]
-
-
-def _is_finite(run: Run) -> bool:
-    return all(np.isfinite(values).all() for values in run.values())
-
-
-def _change(values: np.ndarray) -> float:
-    """The whole change of an output, 0 where that is rounding."""
-    change = float(np.ptp(values))
-    return change if change > ROUNDING * float(np.abs(values).max()) else 0.0
-
-
-def _late_change(values: np.ndarray) -> float:
-    """The change of an output in the second half of a run."""
-    return _change(values[len(values) // 2 :])
-
-
-def _rests(run: Run) -> bool:
-    """Whether each output has moved and come to rest, or never moved."""
-    return all(_late_change(values) <= REST * _change(values) for values in _values(run))
-
-
-def _contradicts(longer: Run, shorter: Run) -> bool:
-    """Whether a run differs in the middle of a shorter one, in which the outputs were at rest by then."""
-    middle = shorter["time"][-1] / 2
-    return _rests(shorter) and any(
-        abs(np.interp(middle, longer["time"], late) - np.interp(middle, shorter["time"], early))
-        > UNRESOLVED * _change(early)
-        > 0
-        for late, early in zip(_values(longer), _values(shorter), strict=True)
-    )
-
-
 def simulate(folder: str, end: float, steps: int, start: Mapping[str, float], outputs: list[str]) -> Run:
-    """Run an unpacked FMU from 0 to ``end`` (s), and return its "time" and its outputs; for a process of its own."""
+    """Run an unpacked FMU from 0 to ``end`` (s), with outputs in its own units; for a process of its own."""
     from fmpy import simulate_fmu
 
     columns = simulate_fmu(
         folder, validate=False, stop_time=end, output_interval=end / steps, step_size=end / steps, output=outputs,
         start_values=dict(start), relative_tolerance=1e-2 / steps, record_events=False,
     )  # fmt: skip
-    return {name: np.array(columns[name], float) for name in ("time", *outputs)}
+    return Run(np.array(columns["time"]), np.column_stack([columns[name].astype(float) for name in outputs]))
