@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
-from operator import attrgetter
 from typing import Any
 
 import numpy as np
 
 from compare import quantities
 from compare.data.columns import Column
-from scenes.functions import number_of
 from scenes.keys import SINK
 from scenes.model import values
 from scenes.parameters import SECTION
 from scenes.sink import Sink
-from scenes.units import TEMPERATURE, Dimension, Powers, dimension_of, parse_unit
+from scenes.units import TEMPERATURE, Powers, dimension_of, parse_unit
+from scenes.varied import every_number
 
 RISE_WORDS = {"rise", "delta", "deltat", "dt"}
 _PLACES = {
@@ -41,9 +39,11 @@ class Target:
     called = "a probe of the scene"
     initial = "scene.initial_temperature"
 
-    def __init__(self, scene: Any, keys: Mapping[str, Dimension], values: Mapping[str, float]) -> None:
-        self.scene, self.keys, self.values = scene, keys, values
-        self.quantities = quantities.of(scene)
+    def __init__(self, scene: Any) -> None:
+        self.scene, self.quantities, given = scene, quantities.of(scene), scene.parameters
+        free = {} if given is None else {f"{SECTION}.{name}": name for name in given.free}
+        self.keys = {path: dimension_of(given.powers[name]) for path, name in free.items()}
+        self.values = {path: given.values[name] for path, name in free.items()}
         some = [f'"{name} ({unit})"' for name, unit in list(self.quantities.units.items())[:3]]
         self.example = f"as the probes are, such as {', '.join(some)}"
 
@@ -53,10 +53,12 @@ class Target:
 
     def find_key(self, name: str) -> str:
         """Return the key that a name stands for, "" for none."""
-        lower = {path.lower(): path for path in self.keys}
-        path = next((p for p in (name, f"{SECTION}.{name}") if p in self.keys), "")
-        path = path or next((lower[p] for p in (name.lower(), f"{SECTION}.{name}".lower()) if p in lower), "")
-        return "" if name in self.quantities.units else path
+        if name in self.quantities.units:
+            return ""
+        wanted = name, f"{SECTION}.{name}"
+        exact = [path for path in self.keys if path in wanted]
+        alike = [path for path in self.keys if path.lower() in (wanted[0].lower(), wanted[1].lower())]
+        return next(iter(exact + alike), "")
 
     def find_quantity(self, column: Column) -> tuple[str, str]:
         """Return the quantity of a column by its name and unit, and a note; or "" and the reason why it is none."""
@@ -116,22 +118,19 @@ class SinkTarget(Target):
     initial = "room_temperature"
 
     def __init__(self, sink: Sink) -> None:
-        paths = SINK.schema.paths
-        kinds = {path: number_of(key.kind) for path, key in paths.items() if key.physical}
-        keys = {path: kind.dimension for path, kind in kinds.items() if kind is not None}
-        given = {path: attrgetter(paths[path].attribute)(sink) for path in keys}
-        super().__init__(sink, keys, {path: v for path, v in given.items() if isinstance(v, int | float)})
+        super().__init__(sink)
+        for path, number in every_number(sink).items():
+            self.keys[path], self.values[path] = number.kind.dimension, number.value
         self.example = (
             'with place and unit, such as "peak (K)", "end (degC)", "mean temperature (K)", "current (mA)", "power (W)"'
         )
 
     def find_key(self, name: str) -> str:
         plain = re.sub(r"\s+", "_", name.strip()).lower()
-        paths = {path.lower(): path for path in self.keys}
-        ends = [path for path in paths if f".{path}".endswith(f".{plain}")]
-        ends = [path for path in ends if path in (plain, f"{SINK.schema.main}.{plain}")] or ends
+        ends = [path for path in self.keys if f".{path}".lower().endswith(f".{plain}")]
+        ends = [path for path in ends if path.lower() in (plain, f"{SINK.schema.main}.{plain}")] or ends
         if len(ends) == 1:
-            return paths[ends[0]]
+            return ends[0]
         return "drive.voltage" if _VOLTAGE.fullmatch(plain) else ""
 
     def find_quantity(self, column: Column) -> tuple[str, str]:
@@ -165,12 +164,7 @@ class SinkTarget(Target):
 
 def make_target(scene: Any) -> Target:
     """Return the target of a scene: the sink, or a scene with probes and parameters."""
-    if scene.kind == "sink":
-        return SinkTarget(scene)
-    parameters = scene.parameters
-    names = {f"{SECTION}.{name}": name for name in (parameters.free if parameters is not None else ())}
-    keys = {path: dimension_of(parameters.powers[name]) for path, name in names.items()}
-    return Target(scene, keys, {path: parameters.values[name] for path, name in names.items()})
+    return SinkTarget(scene) if scene.kind == "sink" else Target(scene)
 
 
 def _plain(name: str) -> str:

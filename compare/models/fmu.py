@@ -187,8 +187,8 @@ class Fmu(Model):
             raise SceneError(f"--model {self.name} failed: {printable(str(error), 200)}") from None
         if run.time[-1] < end - end / steps / 2:
             raise SceneError(
-                f"--model {self.name} stops at {quantity(run.time[-1], 's')} of {quantity(end, 's')}: a step of it says that "
-                "it failed"
+                f"--model {self.name} stops at {quantity(run.time[-1], 's')} of {quantity(end, 's')}: a step of it "
+                "says that it failed"
             )
         read = [self._readable[variable] for variable in outputs.values()]
         return Run(run.time, run.values * [unit.factor for unit in read] + [unit.offset for unit in read])
