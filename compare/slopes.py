@@ -6,7 +6,7 @@ unit of the trace. To first order (GUM 5.2.2) uncertain keys of covariance C mak
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -71,15 +71,16 @@ class Slopes:
     left_out: dict[str, str] = field(default_factory=dict)
     profile: dict[str, float] = field(default_factory=dict)
 
-    def vector(self, name: str, keys: Iterable[str]) -> np.ndarray | None:
-        """Return (keys,): the logarithmic slopes of a quantity; None where one is missing."""
-        slopes = [self.relative.get(key, {}).get(name) for key in keys]
-        return None if None in slopes else np.array([slope.value for slope in slopes if slope is not None])
+    def vectors(self, keys: Collection[str]) -> dict[str, np.ndarray]:
+        """Return (keys,): the logarithmic slopes by quantity, where all keys have slopes."""
+        by_key = [self.relative.get(key, {}) for key in keys]
+        common = [name for name in self.sizes if all(name in slopes for slopes in by_key)]
+        return {name: np.array([slopes[name].value for slopes in by_key]) for name in common}
 
     def combine(self, uncertain: Uncertain) -> dict[str, float]:
         """Return u_input by quantity, in its unit, where all uncertain keys have slopes."""
-        vectors = {name: self.vector(name, uncertain.relative) for name in self.sizes}
-        return {n: abs(self.sizes[n]) * combined(s, uncertain) for n, s in vectors.items() if s is not None}
+        vectors = self.vectors(uncertain.relative)
+        return {name: abs(self.sizes[name]) * combined(s, uncertain) for name, s in vectors.items()}
 
     def at(self, key: str, name: str, times: np.ndarray) -> np.ndarray:
         """(times,): d Q / d ln key in the unit of the trace, or of the steady value at infinite time; else NaN."""

@@ -126,16 +126,11 @@ def slopes_of(outcome: Outcome[Any], progress: Progress) -> dict[str, Slopes]:
 
 def propagated(uncertain: Uncertain, slopes: Mapping[str, Slopes]) -> Propagated:
     """Combine the slopes of both models, and of their difference, with the covariance of the inputs."""
-    import numpy as np
-
     from compare.slopes import combined
 
     keys, variances = list(uncertain.relative), uncertain.covariance().diagonal()
     u = {model: slopes[model].combine(uncertain) for model in ("reduced1d", "fem3d") if model in slopes}
-    vectors = {
-        model: {name: np.array([slopes[model].relative[key][name].value for key in keys]) for name in by_name}
-        for model, by_name in u.items()
-    }
+    vectors = {model: slopes[model].vectors(keys) for model in u}
     most = dict[str, str]()
     for by_name in vectors.values():  # 3D last: its largest key stands
         for name, vector in by_name.items():

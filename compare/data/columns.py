@@ -76,7 +76,6 @@ class Table:
     kind: str
     columns: tuple[Column, ...]
     unnamed: bool = False
-    notes: tuple[str, ...] = ()
 
 
 @contextmanager

@@ -31,10 +31,8 @@ def read(data: bytes, plot: str = "transient") -> Table:
         fields = dict(re.findall(r"^([^:\n]+):[ \t]*(.*?)\s*$", data[start : head.start()].decode("latin-1"), re.M))
         variables = [line.split() for line in head.group(1).decode("latin-1").splitlines()[1:] if line.strip()]
         points, flags, program = fields.get("No. Points", ""), fields.get("Flags", ""), fields.get("Command", "")
-        if not (points.isascii() and points.isdigit()):
-            raise SceneError("no number of points in its header (No. Points)")
-        if not variables or not int(points):
-            raise SceneError(f"one of its runs has no {'points' if variables else 'variables'}")
+        if not (points.isascii() and points.isdigit() and int(points) and variables):
+            raise SceneError(f"a run with {len(variables)} variables and {quoted(points)} points (No. Points) is none")
         width = len(variables) * (2 if "complex" in flags else 1)
         if head.group(2) == b"Binary":
             single = "LTspice" in program and "double" not in flags and "complex" not in flags

@@ -103,7 +103,7 @@ def _read(name: str, content: bytes, target: Target, columns: Sequence[str]) -> 
         for c in run.columns if c.name not in headers.values() and (unit := find_unit(c.unit)) is not None
     }  # fmt: skip
     return Data(
-        name, table.kind, time, values, headers, how, (*table.notes, *notes), left_out, run.words, others=others,
+        name, table.kind, time, values, headers, how, notes, left_out, run.words, others=others,
         words=catalogue.words, curve=run.curve and (run.curve[0], run.curve[1][rows]),
     )  # fmt: skip
 

@@ -54,9 +54,6 @@ def _decode(data: bytes) -> str:
         raise SceneError("it is a workbook or an archive: save the table as text or CSV")
     if data.startswith((b"\xff\xfe", b"\xfe\xff")):
         return data.decode("utf-16", "replace")
-    for start, encoding in ((1, "utf-16-le"), (0, "utf-16-be")):
-        if (half := data[start:2000:2]) and half.count(0) > 0.9 * len(half):
-            return data.decode(encoding, "replace")
     if b"\0" in data[:4000]:
         raise SceneError("it is binary, but no raw file of ngspice or LTspice: export text")
     try:
@@ -135,7 +132,6 @@ def _read_block(lines: list[tuple[int, str]], remarks: list[str], of_comsol: boo
     head: list[str] = []
     pending: list[tuple[int, str]] = []
     step: dict[str, float] = {}
-    notes: list[str] = []
     for number, line in lines:
         if match := _STEP.match(line):
             step = _spice_assignments(match[1])
@@ -148,7 +144,6 @@ def _read_block(lines: list[tuple[int, str]], remarks: list[str], of_comsol: boo
         has_numbers = any(v is not None and v == v for v in values)
         # A page of a listing repeats the header; another header starts another table.
         if rows and has_numbers and pending and (not head or pending[-1][1].split() != head[-1].split()):
-            notes.append(f"the table from line {pending[-1][0]} on is left out")
             break
         if has_numbers and len(cells) == width and not is_wrong:
             head, pending = (head if rows else [text for _, text in pending]), []
@@ -179,7 +174,7 @@ def _read_block(lines: list[tuple[int, str]], remarks: list[str], of_comsol: boo
         kind = "COMSOL data export" if comsol.find_places(columns) else "COMSOL table"
     else:
         kind = "SPICE table" if any(c.spice for c in columns) else "table" if separator is None else "CSV"
-    return Table("ngspice wrdata" if wrdata else kind, arranged, notes=tuple(notes))
+    return Table("ngspice wrdata" if wrdata else kind, arranged)
 
 
 def _read_names(head: list[str], least: int, most: int, separator: str | None) -> tuple[list[str], list[str]]:

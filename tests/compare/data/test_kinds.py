@@ -130,7 +130,6 @@ TRACES: dict[str, str | bytes] = {
     "decimal commas and blanks": "time/s mid/K\n" + comma(rows("{:.9f} {:.9f}", TIMES, MID)),
     "Windows' code page": ("time (µs);mid (°C)\n" + rows("{:.9g};{:.9g}", 1e6 * TIMES, MID - 273.15)).encode("cp1252"),
     "UTF-16": ("time (s)\tmid (K)\r\n" + rows("{:.9g}\t{:.9g}", TIMES, MID)).encode("utf-16"),
-    "UTF-16 without a mark": ("time (s)\tmid (K)\n" + rows("{:.9g}\t{:.9g}", TIMES, MID)).encode("utf-16-le"),
     "minutes": "time (min),mid (K)\n" + rows("{:.12g},{:.9g}", TIMES / 60, MID),
     "Fortran": " time(s)   mid(K)\n" + rows("  {:.12e}  {:.10e}", TIMES, MID).replace("e", "D"),
     "Xyce": "Index   TIME    V(MID)   I(V1)\n" + rows("{:.0f} {:.9e} {:.9e} -1e-1", np.arange(6), TIMES, MID)

@@ -85,18 +85,10 @@ def test_refusals_say_what_was_found(text: str, tmp_path: Path) -> None:
     assert "a.csv" in str(caught.value)
 
 
-@pytest.mark.parametrize(
-    ("before", "after", "said"),
-    [
-        ("No. Points: 3", "No. Points: \N{SUPERSCRIPT TWO}", "no number of points"),
-        ("No. Points: 3", "No. Points: 0", "has no points"),
-        ("\t0\ttime\ttime\n\t1\tv(peak)\tvoltage\n\t2\tv(end)\tvoltage\n\t3\ti(vdrive)\tcurrent\n", "", "no variables"),
-    ],
-)  # fmt: skip
-def test_a_raw_file_of_nothing(before: str, after: str, said: str, tmp_path: Path) -> None:
-    changed = raw("ascii").decode().replace(before, after)
-    with pytest.raises(SceneError, match=said):
-        found(tmp_path, changed.encode("latin-1"))
+@pytest.mark.parametrize("points", ["\N{SUPERSCRIPT TWO}", "0"])
+def test_a_raw_file_of_nothing(points: str, tmp_path: Path) -> None:
+    with pytest.raises(SceneError, match="a run with 4 variables and"):
+        found(tmp_path, raw("ascii").decode().replace("No. Points: 3", f"No. Points: {points}").encode("latin-1"))
 
 
 def test_binary_that_is_no_raw_file(tmp_path: Path) -> None:
