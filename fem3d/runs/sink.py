@@ -9,9 +9,8 @@ import numpy as np
 
 from fem3d.adaptivity.adapt import adapt
 from fem3d.adaptivity.mesh import Answer
-from fem3d.results.study import Study
 from fem3d.runs import scene as scene_run
-from fem3d.runs import sink_quantities, span_quantities
+from fem3d.runs.sink_quantities import study
 from fem3d.solution.march import AT_FULL_ORDER
 from fem3d.solution.steady import SteadyState
 from fem3d.solution.transient import Transient
@@ -43,11 +42,6 @@ def solve(sink: Sink, transient: bool = True, progress: Callable[[str], None] | 
         "answer": answer,
     }
     return Result("fem3d", steady, traces, details)
-
-
-def study(sink: Sink, part: Symmetry) -> Study:
-    """Return the quantities, scales and times of a sink."""
-    return sink_quantities.study(sink, part) if sink.spans == 1 else span_quantities.study(sink, part)
 
 
 def plan(sink: Sink, transient: bool) -> tuple[Step, ...]:
