@@ -11,7 +11,7 @@ from compare.kinds import KINDS
 from compare.options import Options
 from compare.outcome import Outcome, Progress
 from compare.pipeline import solve as answer
-from reduced1d.ladder.levels import AT_FAULT, Levels, rungs
+from reduced1d.ladder.levels import Levels
 from scenes.loading import load
 from scenes.plan import step
 from scenes.result import Estimate, Result, Traces
@@ -130,8 +130,3 @@ def test_the_rough_ladder_finds_the_parts_of_the_fine_one(case: Case) -> None:
     for a, b in zip(fine.steady, rough.steady, strict=True):
         for part, other in zip(a.parts, b.parts, strict=True):
             assert abs(part.value - other.value) < 0.01 * abs(a.total)
-
-
-def test_every_rung_has_words_for_the_answer() -> None:
-    levels = Levels(Sink(electrodes="pad-edge"))
-    assert {rung.blame for start in ("paper", "moments:3") for rung in rungs(levels, start)} <= set(AT_FAULT)

@@ -7,7 +7,7 @@ import pytest
 from scipy.signal import lfilter
 
 from compare.verdict import COVERS
-from compare.windows import MOST, cut, factor, windows, worst
+from compare.windows import cut, windows, worst
 
 U = 0.05
 
@@ -67,19 +67,6 @@ def test_an_offset_is_found() -> None:
     assert share_that_holds(2001, 0.1, 1.0)[2] < 0.75
 
 
-def test_windows_share_out_rows_and_changes() -> None:
-    time = np.linspace(0, 0.02, 2001)
-    course = 1 - np.exp(-time / 1e-3)
-    cuts = cut(course)
-    assert len(cuts) == MOST
-    assert [c.start for c in cuts[1:]] == [c.stop for c in cuts[:-1]]
-    assert (cuts[0].start, cuts[-1].stop) == (0, 2001)
-    # Half of the rows are in the first twentieth of the time, with two thirds of the change.
-    assert time[cuts[4].stop] < 1e-3
-    assert len(cut(np.zeros(5))) == 5
-    assert len(cut(np.linspace(0, 1, 1))) == 1
-
-
 def test_noise_that_changes_slowly_falls_with_how_often_it_changes() -> None:
     """Steps of ten equal rows: 12.5 numbers in a window of 125, and so the uncertainty of the mean is U/sqrt(12.5);
     the sum over distances is within a tenth, for correlations that fall in a straight line."""
@@ -91,14 +78,3 @@ def test_noise_that_changes_slowly_falls_with_how_often_it_changes() -> None:
     assert U / np.sqrt(125) <= quick.u_data * (1 + 1e-9) < U * np.sqrt(1 / 125 + 1 / 30)
     assert slow.u_data == pytest.approx(U / np.sqrt(12.5), rel=0.1)
     assert slow.share < slow.scatter
-
-
-def test_the_factor_is_from_that_of_one_to_that_of_independent_ones() -> None:
-    time, u = np.arange(320.0), np.full(320, U)
-    off = np.random.default_rng(0).normal(0, U, 320)
-    found = windows(time, off, u, cut(time))
-    # (0.9545)^(1/16) of a normal distribution lies within 2.97.
-    assert factor(found, [0.0] * 16) == pytest.approx(2.97, abs=0.02)
-    assert COVERS <= factor(found, [1.0] * 16) < 2.15
-    assert factor(found[:1], [0.0]) == pytest.approx(COVERS, abs=1e-3)
-    assert worst(windows(time, off, 0 * u, cut(time)), [0.0] * 16)[1] == COVERS
