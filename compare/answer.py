@@ -35,6 +35,25 @@ class Claim:
         """A bound of its size."""
         return abs(self.difference) + self.u_num
 
+    @property
+    def size(self) -> str:
+        """Its size with the error where that matters, or a bound where it has no sign: "6.6 % low at the peak"."""
+        when = "" if self.time is None else f" (at {quantity(self.time, 's', 3)})"
+        if abs(self.difference) <= self.u_num:
+            limit = ", all that 3D is known to," if self.verdict == "unresolved" else ""
+            return f"within {bound(self.most)}{limit} of 3D at {self.where}{when}"
+        size = percent(abs(self.difference))
+        if 10 * self.u_num > abs(self.difference):
+            size = difference_text(abs(self.difference), self.u_num, "give or take").removeprefix("+")
+        return f"{size} {'low' if self.difference < 0 else 'high'} at {self.where}{when}"
+
+    def repeats(self, steady: Sequence[Claim]) -> bool:
+        """Whether a difference over time is the steady one again."""
+        rest = next((other for other in steady if other.where == self.where), None)
+        if rest is None or self.difference * rest.difference < 0:
+            return False
+        return abs(self.difference) <= MORE * abs(rest.difference) + self.u_num + rest.u_num
+
 
 def claim(check: Check, where: str, remark: str = "") -> Claim:
     """Return the claim of a check."""
@@ -44,7 +63,7 @@ def claim(check: Check, where: str, remark: str = "") -> Claim:
 def answer(who: str, claims: Sequence[Claim], why: Callable[[Sequence[Claim]], str] = lambda _: "") -> str:
     """Return the sentences about a model ``who``; ``why`` names the causes of some claims."""
     steady, course = ([each for each in claims if (each.time is None) is at_rest] for at_rest in (True, False))
-    far = [each for each in course if each.verdict != "agrees" and not _again(each, steady)]
+    far = [each for each in course if each.verdict != "agrees" and not each.repeats(steady)]
     said = [f"{who} is {_list(steady, '')} in the steady state{why(steady)}"] if steady else []
     if far:
         start = "On the way it is" if steady else f"{who} is"
@@ -60,14 +79,6 @@ def _places(claims: Sequence[Claim]) -> str:
     return " and ".join(each.where for each in claims) if len(claims) <= SHOWN else f"{len(claims)} quantities"
 
 
-def _again(each: Claim, steady: Sequence[Claim]) -> bool:
-    """Whether a difference over time repeats the steady one."""
-    rest = next((other for other in steady if other.where == each.where), None)
-    if rest is None or each.difference * rest.difference < 0:
-        return False
-    return abs(each.difference) <= MORE * abs(rest.difference) + each.u_num + rest.u_num
-
-
 def _list(claims: Sequence[Claim], ending: str) -> str:
     """Up to three claims, the largest first where there are more, and the bound of the rest."""
     agree = [each for each in claims if each.verdict == "agrees"]
@@ -76,27 +87,12 @@ def _list(claims: Sequence[Claim], ending: str) -> str:
     shown = list(claims)
     if len(claims) > 2:
         shown = sorted((each for each in claims if each not in agree), key=lambda each: -abs(each.difference))[:SHOWN]
-    said = " and ".join(f"{_off(each)} at {each.where}{_when(each)}" for each in shown) + ending
-    said += next((f": {each.remark}" for each in shown if each.remark), "")
     rest = [each for each in claims if each not in shown]
     near = [each.most for each in rest if each in agree]
+    said = " and ".join(each.size for each in shown) + ending
+    said += next((f": {each.remark}" for each in shown if each.remark), "")
     said += f", {len(rest) - len(near)} more differ" * (len(near) < len(rest))
     return said + (f", the rest within {bound(max(near))}" if near else "")
-
-
-def _when(each: Claim) -> str:
-    return "" if each.time is None else f" (at {quantity(each.time, 's', 3)})"
-
-
-def _off(each: Claim) -> str:
-    """ "6.6 % low"; with its error where that matters; as a bound where it has no sign."""
-    if abs(each.difference) <= each.u_num:
-        limit = ", all that 3D is known to," if each.verdict == "unresolved" else ""
-        return f"within {bound(each.most)}{limit} of 3D"
-    size = percent(abs(each.difference))
-    if 10 * each.u_num > abs(each.difference):
-        size = difference_text(abs(each.difference), each.u_num, "give or take").removeprefix("+")
-    return f"{size} {'low' if each.difference < 0 else 'high'}"
 
 
 def bound(ratio: float) -> str:

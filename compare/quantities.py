@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -11,9 +11,9 @@ import numpy as np
 from scenes import physics
 from scenes.checks import FIRST_TIME
 from scenes.errors import quoted
-from scenes.model import UNITS, AnyScene
+from scenes.model import UNITS
 from scenes.result import Result, Traces
-from scenes.sink import OF_A_SINK, Sink
+from scenes.sink import OF_A_SINK
 
 OF_A_DEVICE = {
     "sink_K": ("sink temperature", "K"), "sensor_K": ("sensor temperature", "K"), "sink_V": ("sink voltage", "V"),
@@ -87,23 +87,14 @@ def called(name: str) -> str:
 
 
 def of(scene: Any, fem3d: Result | None = None) -> Quantities:
-    """Return the quantities of a scene; ``fem3d`` narrows the times at which errors hold."""
-    return _OF[scene.kind](scene, fem3d)
-
-
-def _of_sink(sink: Sink, fem3d: Result | None) -> Quantities:
-    traced = {name: entry for name, entry in OF_A_SINK.items() if entry.trace}
-    return Quantities(
-        {entry.trace: entry.unit for entry in traced.values()}, sink.room_temperature, sink.end_time, FIRST_TIME,
-        words={entry.trace: name for name, entry in traced.items()},
-        final={entry.trace: entry.steady for entry in traced.values()},
-    )  # fmt: skip
-
-
-def _of_free(scene: AnyScene, fem3d: Result | None) -> Quantities:
+    """Return the quantities of a sink or a free scene; ``fem3d`` narrows the times at which errors hold."""
+    if scene.kind == "sink":
+        traced = {entry.trace: (name, entry) for name, entry in OF_A_SINK.items() if entry.trace}
+        return Quantities(
+            {trace: entry.unit for trace, (_, entry) in traced.items()}, scene.room_temperature, scene.end_time,
+            FIRST_TIME, words={trace: name for trace, (name, _) in traced.items()},
+            final={trace: entry.steady for trace, (_, entry) in traced.items()},
+        )  # fmt: skip
     units = {probe.name: UNITS[probe.quantity] for probe in scene.probes}
     traces, edges = None if fem3d is None else fem3d.traces, physics.jumps(physics.driving(scene))
     return Quantities(units, scene.initial_temperature, scene.end_time, 0.0, traces, edges, steady=scene.steady)
-
-
-_OF: dict[str, Callable[[Any, Result | None], Quantities]] = {"sink": _of_sink, "free": _of_free}

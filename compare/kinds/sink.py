@@ -134,15 +134,13 @@ class SinkKind(Kind[Sink]):
     def alarms(self, outcome: Outcome[Sink]) -> tuple[str, ...]:
         from compare import hottest
 
-        own = outcome.reduced1d is not None and "own_model" in outcome.reduced1d.details
-        return hottest.of_sink(outcome.scene, outcome.fem3d, None if own else outcome.reduced1d)
+        return hottest.of_sink(outcome.scene, outcome.fem3d, None if outcome.own_model else outcome.reduced1d)
 
     def warnings(self, outcome: Outcome[Sink]) -> tuple[str, ...]:
-        fem3d, reduced1d = outcome.fem3d, outcome.reduced1d
-        own = reduced1d is not None and "own_model" in reduced1d.details
-        said = tuple(text for result in (fem3d, reduced1d) if result for text in result.details.get("warnings", ()))
-        made = {check.id for check in outcome.checks}
-        if own and (left := [c for c in self.made(outcome.scene, outcome.options) if c not in made]):
+        results, made = filter(None, (outcome.fem3d, outcome.reduced1d)), {check.id for check in outcome.checks}
+        said = tuple(text for result in results for text in result.details.get("warnings", ()))
+        left = [check for check in self.made(outcome.scene, outcome.options) if check not in made]
+        if outcome.own_model and left:
             said += (f"not checked, as {outcome.options.reduction} leaves out what it is of: {listed(left)}",)
         return said
 
@@ -161,12 +159,9 @@ class SinkKind(Kind[Sink]):
             return f"{who} has its peak {peak} and its ends {end} above room in the steady state; {said}."
         if not fem3d.steady["peak_rise_K"].value:
             return "Nothing is heated, so that there is nothing to compare."
-        claims = _claims(outcome, fem3d, reduced1d)
-        wrong, reason = [each for each in claims if each.verdict == "differs"], ""
-        if budget is None and wrong:
-            budget, reason = _ladder(outcome, any(each.time is not None for each in wrong))
-        elif budget is None:
-            reason = "the 1D model differs nowhere beyond its tolerances"
+        claims, reason = _claims(outcome, fem3d, reduced1d), ""
+        if budget is None:
+            budget, reason = _ladder(outcome, [claim for claim in claims if claim.verdict == "differs"])
         if reason:
             outcome.plan = noted(outcome.plan, [Step("blame", "skipped", reason)])
         if not claims:
@@ -179,17 +174,16 @@ class SinkKind(Kind[Sink]):
         from scenes.varied import numbers
 
         sink, fem3d, reduced1d, made = outcome.scene, outcome.fem3d, outcome.reduced1d, dict[str, slopes.Slopes]()
-        times = None
-        if fem3d is not None:
-            weights = misfit_weights(sink, fem3d) if outcome.options.uncertain and sink.spans == 1 else None
-            made["fem3d"] = slopes.sink_3d(sink, fem3d, keys, weights)
-            times = made["fem3d"].table.get("time_s")
-            if "single" in outcome.results and outcome.options.uncertain:
-                made["single"] = slopes.sink_3d(replace(sink, spans=1), outcome.results["single"], keys)
-        elif reduced1d is not None and reduced1d.traces is not None:
+        uncertain, times = bool(outcome.options.uncertain), None
+        if reduced1d is not None and reduced1d.traces is not None:
             times = reduced1d.traces.time[1:]
-        if reduced1d is not None and "own_model" in reduced1d.details and fem3d is not None:
-            model = reduced1d.details["own_model"]
+        if fem3d is not None:
+            weights = misfit_weights(sink, fem3d) if uncertain and sink.spans == 1 else None
+            made["fem3d"] = slopes.sink_3d(sink, fem3d, keys, weights)
+            times = made["fem3d"].times
+            if "single" in outcome.results and uncertain:
+                made["single"] = slopes.sink_3d(replace(sink, spans=1), outcome.results["single"], keys)
+        if reduced1d is not None and fem3d is not None and (model := outcome.own_model) is not None:
             made["reduced1d"] = slopes.own_model(model, sink, reduced1d, numbers(sink), fem3d, None)
         elif reduced1d is not None:
             made["reduced1d"] = slopes.sink_1d(sink, reduced1d, times)
@@ -205,19 +199,14 @@ class SinkKind(Kind[Sink]):
 
             solver = plan(scene, options.transient)
         contact = THERMAL_CONTACT.show(scene.contact_resistance or 0.0)
+        room, but = f"{scene.room_temperature:g} K", "and in 1D models but the paper's"
         surroundings = {
-            "substrate": (in_3d and scene.substrate_thickness is not None, "in 3D, and in 1D models but the paper's"),
-            "contacts": (
-                in_3d and scene.contact_resistance is not None,
-                f"{contact} at both faces of the oxide, and in 1D models but the paper's",
-            ),
-            "gas in the gap": (bool(scene.gap_gas_conductivity), f"a film of {scene.gap_coefficient:.4g} W/(m2 K)"),
-            "radiation": (
-                in_3d and bool(scene.emissivity),
-                f"all bare faces of beam and pads, emissivity {scene.emissivity:g}, to {scene.room_temperature:g} K; "
-                "the 1D model leaves it out",
-            ),
-        }
+            "substrate": (scene.substrate_thickness is not None, f"in 3D, {but}"),
+            "contacts": (scene.contact_resistance is not None, f"{contact} at both faces of the oxide, {but}"),
+            "radiation": (bool(scene.emissivity), f"all bare faces, emissivity {scene.emissivity:g}, to {room}"),
+        } if in_3d else {}  # fmt: skip
+        gas = f"a film of {scene.gap_coefficient:.4g} W/(m2 K)"
+        surroundings["gas in the gap"] = (bool(scene.gap_gas_conductivity), gas)
         with_ = [step(name, said) for name, (present, said) in surroundings.items() if present]
         blame = [step("blame", "by the ladder between the models, where the 1D model differs")]
         blame *= len(options.models) > 1 and not options.why
@@ -265,16 +254,16 @@ def _claims(outcome: Outcome[Sink], fem3d: Result, reduced1d: Result) -> list[Cl
             off = ratio(reduced1d.steady[key], fem3d.steady[key])
             verdict = judge(off.value, outcome.scene.tolerance(tolerance), off.error)
             claims.append(Claim(where, off.value, off.error, verdict))
-    over_time = {"fig6_peak": "the peak", "fig6_end": "the ends", "fig7_current": "the current"}
-    for check, where in over_time.items():
-        alone = where != "the current" or all(each.verdict == "agrees" for each in claims)
-        if check in checks and alone and (where != "the current" or checks[check].verdict != "agrees"):
-            claims.append(claim(checks[check], where))
+    over_time = {"fig6_peak": "the peak", "fig6_end": "the ends"}
+    claims += [claim(checks[name], where) for name, where in over_time.items() if name in checks]
+    current = checks.get("fig7_current")
+    if current and current.verdict != "agrees" and all(each.verdict == "agrees" for each in claims):
+        claims.append(claim(current, "the current"))
     return claims
 
 
-def _ladder(outcome: Outcome[Sink], over_time: bool) -> tuple[Budget | None, str]:
-    """The parts of the difference, by coarse models of the ladder, or why there are none."""
+def _ladder(outcome: Outcome[Sink], wrong: Sequence[Claim]) -> tuple[Budget | None, str]:
+    """The parts of the differences, by coarse models of the ladder, or why there are none."""
     from compare.blame import budget
     from compare.verdict import PAPERS
     from reduced1d.ladder import is_one
@@ -282,12 +271,15 @@ def _ladder(outcome: Outcome[Sink], over_time: bool) -> tuple[Budget | None, str
 
     assert outcome.reduced1d is not None
     name, fem3d = outcome.reduced1d.model, outcome.solved
+    if not wrong:
+        return None, "the 1D model differs nowhere beyond its tolerances"
     if name not in PAPERS and not is_one(name):
         return None, "the ladder of assumptions is between this program's own 1D models and 3D"
     levels = levels_of(outcome.reduced1d) or Levels(outcome.scene, rough=True)
+    if all(claim.time is None for claim in wrong):
+        fem3d = replace(fem3d, traces=None)
     try:
-        start = "paper" if name in PAPERS else name
-        return budget(outcome.scene, start, fem3d if over_time else replace(fem3d, traces=None), levels), ""
+        return budget(outcome.scene, "paper" if name in PAPERS else name, fem3d, levels), ""
     except ArithmeticError as error:
         return None, str(error)
 

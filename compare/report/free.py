@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from compare.report.table import Section, Style, Table, stacked, wrapped
 from compare.verdict import Check
 from scenes.formats import Column, cut, quantity, with_error
 from scenes.model import UNITS, AnyScene, GroupProbe, Probe
-from scenes.result import Traces
+from scenes.result import Estimate, Traces
 from scenes.units import TIME
 
 NAME = 30
@@ -24,14 +24,6 @@ NAME = 30
 PER_BLOCK, MOST_TIMES, FIRST = 4, 20, 3
 """Probes beside one another in a terminal, output times in a table, and probes in the first line."""
 AnyProbe = Probe | GroupProbe
-
-
-class Extreme(NamedTuple):
-    """The least or the largest value of a trace, with its error bound, and when it is (s)."""
-
-    value: float
-    error: float
-    time: float
 
 
 def headline(outcome: Outcome[AnyScene], contrary: Sequence[Check], style: Style) -> str:
@@ -68,25 +60,23 @@ def _is_network(outcome: Outcome[AnyScene]) -> bool:
     return outcome.reduced1d is not None and outcome.reduced1d.model == "network"
 
 
-def _with_bound(value: float, error: float, unit: str, style: Style) -> str:
-    number, bound, shown, _, _ = with_error(value, error, unit)
+def _with_bound(estimate: Estimate, unit: str, style: Style) -> str:
+    number, bound, shown, _, _ = with_error(estimate.value, estimate.error, unit)
     return f"{number} {style.plus_minus} {bound} {shown}"
 
 
 def _answer(probe: AnyProbe, outcome: Outcome[AnyScene], style: Style) -> str:
     """A probe's name and value, and of a transient the largest size where that is not the end's."""
-    result, unit = outcome.solved, UNITS[probe.quantity]
-    if result.traces is None:
-        return (
-            f"{probe.name} {_with_bound(result.steady[probe.name].value, result.steady[probe.name].error, unit, style)}"
-        )
-    end, error = float(result.traces.values[probe.name][-1]), result.traces.errors[probe.name]
-    said = f"{probe.name} {_with_bound(end, error, unit, style)}"
-    most = max(_extremes(result.traces, probe.name), key=lambda extreme: abs(extreme.value))
-    if abs(most.value) <= abs(end) + 2 * error:
+    result, traces, name, unit = outcome.solved, outcome.solved.traces, probe.name, UNITS[probe.quantity]
+    if traces is None:
+        return f"{name} {_with_bound(result.steady[name], unit, style)}"
+    end = Estimate(float(traces.values[name][-1]), traces.errors[name])
+    said = f"{name} {_with_bound(end, unit, style)}"
+    most, time = max(_extremes(traces, name), key=lambda extreme: abs(extreme[0].value))
+    if abs(most.value) <= abs(end.value) + 2 * end.error:
         return said
-    shown = _with_bound(*most[:2], unit, style) if most.error > error else quantity(most.value, unit)
-    return f"{said} (at most {shown}, at {quantity(most.time, 's', 3)})"
+    shown = _with_bound(most, unit, style) if most.error > end.error else quantity(most.value, unit)
+    return f"{said} (at most {shown}, at {quantity(time, 's', 3)})"
 
 
 def _probes(outcome: Outcome[AnyScene], style: Style) -> Section:
@@ -94,39 +84,34 @@ def _probes(outcome: Outcome[AnyScene], style: Style) -> Section:
     result, traces, rows, said = outcome.solved, outcome.solved.traces, [], []
     title, heads = "Steady state", ["probe", "steady state"]
     for probe in outcome.scene.probes:
-        cells, name = [cut(probe.name, NAME)], probe.name
+        name = probe.name
         if traces is None:
-            cells.append(
-                _with_bound(result.steady[name].value, result.steady[name].error, UNITS[probe.quantity], style)
-            )
-        else:
-            column, error = _column(probe, traces), traces.errors[name]
-            few = replace(column, places=min(column.places, 3))
-            last = column.show(float(traces.values[name][-1]))
-            cells.append(f"{last} {style.plus_minus} {column.show_error(error)} {column.unit}")
-            for value, bound, _ in _extremes(traces, name):
-                own = f" {style.plus_minus} {few.show_error(bound)}" * (bound > error)
-                cells.append(f"{few.show(value)}{own} {few.unit}")
+            rows.append([cut(name, NAME), _with_bound(result.steady[name], UNITS[probe.quantity], style)])
+            continue
+        column, error = _column(probe, traces), traces.errors[name]
+        few, last = replace(column, places=min(column.places, 3)), column.show(float(traces.values[name][-1]))
+        cells = [cut(name, NAME), f"{last} {style.plus_minus} {column.show_error(error)} {column.unit}"]
+        for most, _ in _extremes(traces, name):
+            own = f" {style.plus_minus} {few.show_error(most.error)}" * (most.error > error)
+            cells.append(f"{few.show(most.value)}{own} {few.unit}")
         rows.append(cells)
     if traces is not None:
         title, heads = "Over time", ["probe", "at the end", "least", "largest"]
-        if traces.since:
-            again = ", and that long after each jump of a given temperature" * bool(traces.jumps)
-            start = quantity(traces.since, "s", 3)
-            said.append(f"The errors hold from {start} on{again}; earlier extremes have their own.")
+        again = ", and that long after each jump of a given temperature" * bool(traces.jumps)
+        start = f"The errors hold from {quantity(traces.since, 's', 3)} on{again}; earlier extremes have their own."
+        said += [start] * bool(traces.since)
     if off := result.details.get("field_error"):
         said.append(f"The field is known to {off:.2g} of its largest rise, at its worst place.")
     return Section(title, [Table(heads, rows), *said], headed=False)
 
 
-def _extremes(traces: Traces, name: str) -> tuple[Extreme, Extreme]:
-    """The least and the largest value over all times at which an error bound is known."""
+def _extremes(traces: Traces, name: str) -> list[tuple[Estimate, float]]:
+    """The least and the largest value, each with its time (s), over all times at which an error bound is known."""
     errors = traces.error_at(name, traces.time)
     known = np.flatnonzero(np.isfinite(errors))
     values = traces.values[name][known]
     at = known[[values.argmin(), values.argmax()]].tolist()
-    least, largest = (Extreme(float(traces.values[name][i]), float(errors[i]), float(traces.time[i])) for i in at)
-    return least, largest
+    return [(Estimate(float(traces.values[name][i]), float(errors[i])), float(traces.time[i])) for i in at]
 
 
 def _column(probe: AnyProbe, traces: Traces) -> Column:
@@ -166,10 +151,10 @@ def document(outcome: Outcome[AnyScene]) -> dict[str, Any]:
     if traces is not None:
         times, ranges = np.array(sorted({*scene.output_times, scene.end_time})), {}
         for name in traces.values:
-            least, largest = _extremes(traces, name)
+            (least, _), (most, _) = _extremes(traces, name)
             ranges[name] = {
                 "end": float(traces.values[name][-1]), "least": least.value, "least_error": least.error,
-                "largest": largest.value, "largest_error": largest.error,
+                "largest": most.value, "largest_error": most.error,
             }  # fmt: skip
         in_3d["transient"] = {
             "errors": traces.errors, "accurate_from_s": traces.since, "jumps": len(traces.jumps),
