@@ -40,13 +40,6 @@ def along_bar(curve: Curve, cold: float, hot: float, part: float, bends: Sequenc
     return temperature(curve, cold, part * integral(curve, cold, hot, bends), hot, bends)
 
 
-def heated_bar(curve: Curve, cold: float, source: float, length: float, place: float, most: float,
-               bends: Sequence[float] = ()) -> float:  # fmt: skip
-    """The temperature (K) at a place (m) of a bar with a uniform heat source (W/m3) between cold ends: there theta is
-    the parabola q y (L - y)/2."""
-    return temperature(curve, cold, source * place * (length - place) / 2, most, bends)
-
-
 def hottest(product: Curve, cold: float, volts: float, most: float, bends: Sequence[float] = ()) -> float:
     """The largest temperature (K) of a conductor of any shape between electrodes of one temperature, cooled nowhere
     else: the integral of k rho dT is V^2/8 (Kohlrausch, Annalen der Physik 306, 132, 1900)."""

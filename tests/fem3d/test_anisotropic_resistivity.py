@@ -11,7 +11,6 @@ import pytest
 from fem3d.runs.scene import solve
 from scenes.errors import SceneError
 from scenes.free import from_dict
-from scenes.free.writing import as_dict
 from tests.meshes.grouped.test_scenes import on_mesh
 
 RATIO = 4.0
@@ -124,12 +123,6 @@ def test_fields_have_the_current_density_along_each_axis(tmp_path):
         assert along_x == pytest.approx(x, rel=2e-2)
         assert along_y == pytest.approx(y / np.sqrt(RATIO), rel=2e-2)
         assert heating == pytest.approx(heat, rel=2e-2)
-
-
-def test_a_scene_is_written_with_all_of_it():
-    scene = from_dict(both("a coefficient", steady=True)[0])
-    assert from_dict(as_dict(scene)) == scene
-    assert scene.boxes[0].material.temperature_coefficient == 2e-3
 
 
 def test_laws_that_are_not_in_proportion_are_refused():

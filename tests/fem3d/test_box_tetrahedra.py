@@ -13,13 +13,11 @@ from fem3d.adaptivity import reach
 from fem3d.adaptivity.mesh import Answer
 from fem3d.results.study import Study
 from fem3d.runs import scene as runs
-from fem3d.runs.sensitivities import of_scene
 from meshes import connected
 from meshes.columns import Columns
 from scenes.errors import NumericsError, SceneError, TooLargeError
 from scenes.free import check, from_dict
 from scenes.free.writing import as_dict
-from scenes.loading import load_free
 from scenes.model import Boundary, Probe, Scene
 from scenes.result import Result
 from tests.fem3d.test_size import UM, plate
@@ -60,19 +58,6 @@ def test_values_agree_with_those_on_bricks_within_their_errors() -> None:
     assert off(bricks, tetrahedra) < 1.0
 
 
-def test_a_mirrored_scene_has_the_same_values() -> None:
-    line = Probe("line", (20 * UM, 80 * UM, UM), (150 * UM, 80 * UM, UM))
-    scene, extent = heated(), 200 * UM
-    scene = replace(scene, mesh="tetrahedra", probes=(*scene.probes, line))
-
-    def mirrored(item: Any) -> Any:
-        (x0, y0, z0), (x1, y1, z1) = item.lower, item.upper
-        return replace(item, lower=(x0, extent - y1, z0), upper=(x1, extent - y0, z1))
-
-    parts = {n: tuple(mirrored(i) for i in getattr(scene, n)) for n in ("boxes", "boundaries", "probes")}
-    assert off(runs.solve(scene), runs.solve(replace(scene, **parts))) < 1.0
-
-
 @pytest.mark.parametrize("seed", range(6))
 def test_cells_fill_the_boxes_and_nothing_else(seed: int) -> None:
     """Each box its volume, the outside its area, and no cell is flat; refined too, in places."""
@@ -104,17 +89,6 @@ def test_cells_fill_the_boxes_and_nothing_else(seed: int) -> None:
         assert area == pytest.approx(faces, rel=1e-9)
         cut, sharp = (draw.uniform(size=(3, n)) < 0.2 for n in (len(volumes), mesh.nvertices))
         columns = columns.refined(cut, sharp)
-
-
-def test_what_a_grid_suits_stays_on_it() -> None:
-    """The unknowns are unchanged."""
-    for name in ("bridge", "hotplate", "plate"):
-        scene = load_free(name)
-        assert isinstance(scene, Scene)
-        mesh = runs.start(scene)[1]
-        assert not mesh.whole
-        assert mesh.steps(None) == ()
-    assert not runs.start(heated(1))[1].whole
 
 
 def test_what_no_grid_suits_is_solved_on_tetrahedra_and_the_plan_says_why() -> None:
@@ -221,17 +195,6 @@ def test_what_an_accuracy_out_of_reach_leaves_is_said(monkeypatch: pytest.Monkey
 
 
 @pytest.mark.long
-def test_sensitivities_are_those_on_bricks() -> None:
-    keys = ["material.silicon.thermal_conductivity", "boundary.plus.voltage", "box.pad-0.upper.x"]
-    scene = heated()
-    tables = [of_scene(replace(scene, mesh=mesh), solved(mesh), keys).steady for mesh in ("bricks", "tetrahedra")]
-    for key in keys:
-        for name, one in tables[0][key].items():
-            other = tables[1][key][name]
-            assert abs(one.value - other.value) <= one.error + other.error
-
-
-@pytest.mark.long
 def test_over_time_values_agree_within_their_errors() -> None:
     found = []
     for mesh in ("bricks", "tetrahedra"):
@@ -244,14 +207,3 @@ def test_over_time_values_agree_within_their_errors() -> None:
         for t in (1e-4, 3e-4, 1e-3):
             x, y = (float(np.interp(t, r.time, r.values[name])) for r in (a, b))
             assert abs(x - y) <= a.errors[name] + b.errors[name]
-
-
-@pytest.mark.long
-def test_laws_of_the_temperature_give_the_same_on_both() -> None:
-    document, found = as_dict(heated(2)), []
-    document["material"][0]["thermal_conductivity"] = {"value": 130.0, "at": 293.0, "exponent": -1.3}
-    next(b for b in document["boundary"] if b["name"] == "end-0")["temperature"] = 400.0
-    for mesh in ("bricks", "tetrahedra"):
-        document["run"]["mesh"] = mesh
-        found.append(runs.solve(from_dict(document), whole=True))
-    assert off(*found) < 1.0

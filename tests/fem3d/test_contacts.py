@@ -11,10 +11,7 @@ import pytest
 
 from benchmarks.walls import Layer, step_response
 from fem3d.runs.scene import solve
-from fem3d.spaces.domain import boxes
-from meshes import connected, singular
-from meshes.grid import Grid
-from scenes.free import as_dict, check, from_dict
+from scenes.free import check, from_dict
 from scenes.laws import PowerLaw
 from scenes.model import Boundary, Box, Contact, Material, Probe, Scene
 from tests.fem3d.contact_second_path import rim_by_quadrilaterals
@@ -65,15 +62,6 @@ def test_a_step_behind_a_contact_warms_the_slab_as_the_series_says() -> None:
         found = np.interp(times, traces.time, traces.values[name]) - 293.0
         assert np.abs(found - exact[:, face]).max() <= traces.errors[name] < 1e-3 * 10.0
         assert np.abs(found - worse[:, face]).max() > 2 * traces.errors[name]
-
-
-@pytest.mark.parametrize("resistance", [0.0, RESISTANCE])
-def test_a_contact_of_a_boundary_comes_back_from_its_document(resistance: float) -> None:
-    scene = from_dict(slab({"temperature": 300.0, "contact_resistance": resistance}, {"heat_flux": 1.0}))
-    written = as_dict(scene)
-    assert from_dict(written) == scene
-    assert written["boundary"][0].get("contact_resistance", 0.0) == resistance
-    assert scene.boundaries[0].kind == ("convection" if resistance else "temperature")
 
 
 RHO, VOLTS = 1e-5, 0.1
@@ -152,39 +140,6 @@ def test_a_voltage_behind_a_contact_and_a_series_resistance_has_both_in_series()
         assert abs(found[name].value - value) <= found[name].error + 1e-12 * value < 1e-6 * value, name
 
 
-def test_a_contact_that_is_perfect_in_one_field_doubles_nothing_there() -> None:
-    def unknowns(thermal: float, electric: float) -> tuple[int, int, int]:
-        scene = pair(thermal, electric)
-        domain = boxes(scene, connected.coarsest(scene))
-        same = domain.electric.space is domain.space
-        return domain.space.size, domain.electric.space.size, int(same)
-
-    plain, _, _ = unknowns(0.0, 0.0)
-    assert unknowns(0.0, 0.0) == (plain, plain, 1)
-    assert unknowns(1e-4, 0.0) == (plain + 4, plain, 0)
-    assert unknowns(0.0, 1e-8) == (plain, plain + 4, 0)
-    assert unknowns(1e-4, 1e-8) == (plain + 4, plain + 4, 1)
-
-
-def test_a_contact_that_ends_inside_is_whole_at_its_rim() -> None:
-    scene = _rim(1e-4)
-    grid = connected.coarsest(scene)
-    cut = Grid(
-        tuple(np.unique(np.concatenate([b, (b[1:] + b[:-1]) / 2])) for b in grid.breaks),
-        tuple(np.full(2 * len(d), 4) for d in grid.degrees), grid.boxes,
-    )  # fmt: skip
-    space = boxes(scene, cut).space
-    split = [int((space.origin == f).sum()) for f in range(space.mesh.p.shape[1])]
-    where = np.isclose(space.mesh.p[2], LENGTH) & (space.mesh.p[0] < 0.99 * LENGTH)
-    assert (np.array(split)[where] == 2).all()
-    assert (np.array(split)[~where] == 1).all()
-    # Facets and edges between two points of the rim are split all the same.
-    coarse = boxes(scene, Grid(grid.breaks, tuple(np.full(len(d), 4) for d in grid.degrees), grid.boxes)).space
-    assert coarse.size > coarse.origin.max() + 1
-    assert singular.edges(scene)[0][LENGTH] == pytest.approx(0.5)
-    assert LENGTH not in singular.edges(_rim(0.0))[0]
-
-
 def _rim(resistance: float, **more: Any) -> Scene:
     """Two blocks side by side on a plate, all of one material, with a contact under the first one: it ends inside."""
     m = Material("m", K, 1.0, CAPACITY)
@@ -244,17 +199,6 @@ def test_a_slab_with_a_contact_inside_warms_up_as_its_layers_do() -> None:
             assert (off <= traces.errors[name] < 2e-3) if worse == 1.0 else (off > 2 * traces.errors[name]), name
 
 
-@pytest.mark.long
-def test_currents_and_heat_over_time_end_in_the_steady_state() -> None:
-    # As the resistance rises with the temperature, both fields change together.
-    case = {"thermal": 5e-4, "electric": 3e-8, "behind": 2e-8, "coefficient": 1e-3}
-    steady = solve(pair(**case)).steady
-    traces = solve(pair(**case, steady=False, end_time=40 * LENGTH**2 * CAPACITY / 2.0)).traces
-    assert traces is not None
-    for name, found in steady.items():
-        assert abs(traces.values[name][-1] - found.value) <= found.error + traces.errors[name], name
-
-
 def test_half_of_a_scene_with_contacts_is_as_the_whole() -> None:
     m = Material("m", K, 1.0, CAPACITY, RHO)
     low, side = LENGTH, SIDE
@@ -307,20 +251,6 @@ def with_law(scene: Scene, key: str, exponent: float) -> Scene:
         m: replace(m, **{key: PowerLaw(getattr(m, key), 293.0, exponent)}) for m in (b.material for b in scene.boxes)
     }
     return replace(scene, boxes=tuple(replace(b, material=law[b.material]) for b in scene.boxes))
-
-
-@pytest.mark.long
-def test_a_law_that_says_a_number_changes_nothing_beside_contacts() -> None:
-    """With a resistivity that rises, which both ways of solving follow to 1e-3 of the accuracy."""
-    scene = pair(5e-4, 3e-8)
-    warm = {m: replace(m, temperature_coefficient=2e-3) for m in (b.material for b in scene.boxes)}
-    scene = replace(scene, boxes=tuple(replace(b, material=warm[b.material]) for b in scene.boxes))
-    plain = solve(scene).steady
-    law, falling = (solve(with_law(scene, "thermal_conductivity", n)).steady for n in (0.0, -0.05))
-    for name, value in plain.items():
-        assert law[name].value == pytest.approx(value.value, rel=2e-3 * scene.accuracy)
-    # Another value is detected.
-    assert any(abs(falling[n].value - v.value) > v.error + falling[n].error for n, v in plain.items())
 
 
 def test_the_current_across_a_contact_is_told_by_the_jump() -> None:

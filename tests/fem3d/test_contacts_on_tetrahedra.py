@@ -10,22 +10,14 @@ import numpy as np
 import pytest
 
 from benchmarks.walls import Layer, step_response
-from fem3d.adaptivity import cellwise
 from fem3d.adaptivity.cell_mesh import mesh_of
-from fem3d.problems import conductors
-from fem3d.problems.assembly import assemble
 from fem3d.runs.scene import solve
 from fem3d.runs.sensitivities import of_scene
-from fem3d.spaces.domain import box_cells, groups
-from meshes.columns import Columns
-from meshes.grouped.check import check as placed
-from meshes.grouped.read import read
 from scenes.errors import SceneError
 from scenes.free import from_dict
 from scenes.free.writing import as_dict
 from scenes.model import Contact, MeshScene, Probe, Scene
 from scenes.result import Estimate, Result
-from tests.fem3d.sharp_edges import exponents, halved
 from tests.fem3d.test_contacts import CAPACITY, CASES, LENGTH, RESISTANCE, SIDE, _rim, exact, pair, with_law
 from tests.meshes.grouped import boxes
 
@@ -171,44 +163,6 @@ def test_fields_show_the_jump(of_file: bool, tmp_path: Path) -> None:
     # The heat of a contact is none of the cells'.
     source = (exact(0.0, 3e-8, 0.0)["current"] / SIDE**2) ** 2 * 1e-5
     assert snapshot.heat_source.min() == pytest.approx(source, rel=1e-6)
-
-
-def test_what_contacts_pass_is_told_of_the_cells_beside_them() -> None:
-    """A field with itself: the parts of all cells are the energy, in which the contacts have a large part."""
-    scene = replace(pair(5e-4, 3e-8, 2e-8), mesh="tetrahedra")
-    heat = assemble(box_cells(scene, Columns.of(scene).mesh))
-    conductor = conductors.find(heat)
-    assert conductor is not None
-    u = np.random.default_rng(1).normal(size=heat.size)
-    parts = sum(cellwise.heat(heat, heat.field(u), None)(heat.field(u)))
-    assert parts.sum() == pytest.approx(u @ (heat.stiffness @ u), rel=1e-10)
-    v = np.where(conductor.space.of(conductor.cells), 0.0, 1.0)
-    v[conductor.free] = np.random.default_rng(2).normal(size=len(conductor.free))
-    energy = float(v @ (conductor.matrix @ v))
-    assert sum(cellwise.current(conductor, v)(v)).sum() == pytest.approx(energy, rel=1e-10)
-
-
-def test_a_contact_that_ends_inside_has_the_exponent_of_a_crack() -> None:
-    for resistance, known in ((RESISTANCE, 0.5), (0.0, np.inf), (1e-12, np.inf)):
-        scene = replace(_rim(resistance), mesh="tetrahedra")
-        domain = halved(scene)
-        smallest = exponents(domain)
-        assert smallest.min() == pytest.approx(known, rel=1e-6)
-        if resistance == RESISTANCE:
-            at_rim = np.isclose(domain.space.mesh.p[0], LENGTH) & np.isclose(domain.space.mesh.p[2], LENGTH)
-            assert np.array_equal(np.isfinite(smallest).any(axis=0), at_rim[domain.space.mesh.t].any(axis=0))
-
-
-def test_functions_are_doubled_at_contacts_alone(tmp_path: Path) -> None:
-    scene = pair(5e-4, 3e-8)
-    meshed = placed(on_file(scene, tmp_path), read(tmp_path / "m.msh", 1e-6))
-    plain, split = (
-        groups(replace(meshed, scene=replace(meshed.scene, contacts=c))).space for c in ((), meshed.scene.contacts)
-    )
-    assert plain.plain
-    assert plain.size == int(plain.numbering.N)
-    # A plane of the probes cuts the face in two, each of two triangles: six vertices, nine edges of two functions each.
-    assert split.size == plain.size + 6 + 2 * 9 + 4
 
 
 REFUSED = {

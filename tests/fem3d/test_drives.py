@@ -6,11 +6,7 @@ from math import inf
 import numpy as np
 import pytest
 
-from fem3d.problems import conductors
-from fem3d.problems.assembly import assemble
 from fem3d.runs import scene as scene_run
-from fem3d.spaces.domain import boxes
-from meshes import grading
 from scenes.errors import BeyondLawError, RunawayError, RunawayInTimeError
 from scenes.free import from_dict
 from scenes.loading import load_free
@@ -74,21 +70,6 @@ def test_beyond_an_electrode_inside_where_nothing_passes_the_potential_is_the_el
         value = found.steady["beyond"].value if steady else found.traces.values["beyond"][-1]
         # Linear along the bar, as above.
         assert value == pytest.approx(0.05, rel=1e-9)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("given", [0.0, 1e-15])
-def test_an_electrode_that_only_senses_changes_nothing(given):
-    """A cross section is an equipotential; 1e-15 A is 1e-12 of the current. As much as the current is detected."""
-    driven = end("ground", 0.0, 0.0), end("source", SIZE[1], 0.01)
-    for steady in (True, False):
-        alone, sensed, fed = (
-            scene_run.solve(bar(*driven, *more, steady=steady, end_time=1e-3))
-            for more in ((), (end("sense", SIZE[1] / 2, given, inf),), (end("feed", SIZE[1] / 2, 1e-3, inf),))
-        )
-        means = [f.steady["mean"].value if steady else f.traces.values["mean"][-1] for f in (alone, sensed, fed)]
-        error = sum(f.steady["mean"].error if steady else f.traces.errors["mean"] for f in (alone, sensed))
-        assert abs(means[1] - means[0]) <= error < 0.1 * abs(means[2] - means[0])
 
 
 def mean_rise(current, times, terms=400):
@@ -234,18 +215,3 @@ def test_an_electric_scene_over_time_follows_its_currents_at_once():
     found = scene_run.solve(alone).traces
     resistance = metal.resistivity * SIZE[1] / AREA + 50.0
     assert found.values["in's"][-1] == pytest.approx(2e-3 * resistance, rel=1e-9)
-
-
-def test_no_current_is_sought_beyond_an_electrode_that_is_the_only_one_there():
-    """Half the bar carries a given current; with another electrode of the same voltage the rest carries one too."""
-    source, y = end("source", SIZE[1] / 2, 1e-3, inf), SIZE[1] / 2
-    for more, lives in (((), 0.5), ((end("far", SIZE[1], 0.0),), 1.0), ((end("far", SIZE[1], 1e-3, inf),), 1.0)):
-        scene = bar(end("ground", 0.0, 0.0), source, *more)
-        domain = boxes(scene, grading.first_grid(scene, 1e-2, grading.features(scene)))
-        sizes = domain.space.h.prod(axis=0)
-        assert sizes[domain.live].sum() == pytest.approx(lives * sizes.sum())
-        conductor = conductors.find(assemble(domain))
-        unit = next(t.unit for t in conductor.terminals if t.name == "source")
-        beyond = domain.space.mesh.p[1, :] > y
-        vertices = np.flatnonzero(domain.space.unit)
-        assert (unit[vertices][beyond] == (lives < 1.0)).all()

@@ -6,13 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 
 from fem3d.runs.scene import solve
 from fem3d.spaces import edge_exponents
-from fem3d.spaces.domain import box_cells
-from fem3d.spaces.mapped import MappedSpace
-from meshes.columns import Columns
 from meshes.singular import exponent
 from scenes.model import Boundary, Box, Material, Probe, Scene
 from tests.fem3d.sharp_edges import exponents, halved
@@ -55,44 +51,6 @@ def test_the_smallest_exponent_is_that_of_the_edge_between_bricks(
     boxes: tuple[Box, ...], boundaries: tuple[Boundary, ...], known: float
 ) -> None:
     assert exponents(halved(held(boxes, boundaries))).min() == pytest.approx(known, rel=1e-6)
-
-
-def test_cells_that_touch_no_edge_have_none() -> None:
-    domain = halved(held((BASE, PAD)))
-    mesh, (thermal, electric) = domain.space.mesh, exponents(domain)
-    assert np.isinf(electric).all()
-    foot = (np.abs(mesh.p[2] - 1.0) < 1e-9) & (np.abs(mesh.p[:2] - 1.5).max(axis=0) < 0.5 + 1e-9)
-    touches = (foot & (np.abs(np.abs(mesh.p[:2] - 1.5).max(axis=0) - 0.5) < 1e-9))[mesh.t].any(axis=0)
-    assert np.array_equal(np.isfinite(thermal), touches)
-    assert 0 < touches.sum() < len(thermal)
-
-
-@pytest.mark.parametrize(
-    ("knows", "x", "z"), [(True, (0.75, 1.5, 2.5), (0.75, 1.25)), (False, (0.5, 1.5, 3.0), (0.5, 1.5))]
-)
-def test_tetrahedra_are_cut_near_the_foot_of_a_pad(knows: bool, x: tuple[float, ...], z: tuple[float, ...]) -> None:
-    """On the base from 0 to 4 a pad stands from 1 to 2: towards it the tiles beside it are sharp, at either end the
-    tiles under it, and up and down the tiles above and below its foot."""
-    scene = held((BASE, PAD))
-    columns = Columns.of(scene)
-    mesh = columns.mesh
-    sharp = (edge_exponents.at_vertices(box_cells(scene, mesh)).min(axis=0) < 1) & knows
-    finer = columns.refined(np.ones((3, mesh.t.shape[1]), bool), sharp).mesh
-    for axis, new in ((0, x), (2, z)):
-        assert np.setdiff1d(finer.p[axis].round(6), mesh.p[axis].round(6)) == pytest.approx(new, rel=1e-2)
-
-
-def test_angles_are_those_of_the_solid_however_it_lies() -> None:
-    domain = halved(held((BASE, replace(PAD, material=OXIDE))))
-    turned = Rotation.from_euler("xyz", [0.3, 1.1, -0.7]).as_matrix() @ domain.space.mesh.p
-    other = replace(domain, space=MappedSpace(replace(domain.space.mesh, doflocs=turned)))
-    facets, mine = {b.name: domain.facets(b) for b in domain.scene.boundaries}, exponents(domain)
-    object.__setattr__(other, "facets", lambda b: facets[b.name])
-    assert np.allclose(exponents(other), mine)
-    # Sheared, they are other angles.
-    sheared = np.array([[1.0, 0.0, 0.8], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]) @ domain.space.mesh.p
-    object.__setattr__(other, "space", MappedSpace(replace(domain.space.mesh, doflocs=sheared)))
-    assert exponents(other).min() < mine.min() - 0.01
 
 
 @pytest.mark.xfail(strict=True, reason="known fault: a reading of the first mesh is 1.25 times off its bound")

@@ -77,12 +77,6 @@ def test_the_joule_heated_bar_is_the_exact_fin(coefficient, voltage):
     assert state.conductor is not None
 
 
-def test_a_twin_of_the_fin_that_forgets_the_room_is_seen():
-    sink = Sink(width=BAR[0], voltage=7.0, room_temperature=310.0)
-    _, out = solved(joule_bar(replace(sink, room_temperature=309.0)), 6, 6)
-    assert off(out["probe:middle"], solve_fin(sink, 0.0).peak_rise) > 1e-4
-
-
 def test_a_bar_of_pads_of_its_own_width_is_a_fin_behind_a_known_resistance():
     # Pads as wide as the beam and oxide under all of them, thick enough to conduct downwards only.
     pad, length, width = 5e-6, 1000e-6, 20e-6

@@ -4,19 +4,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.integrate import quad, solve_ivp
+from scipy.integrate import solve_ivp
 
 from fem3d.adaptivity import marched
 from fem3d.problems.assembly import assemble
 from fem3d.results import trace_times
 from fem3d.runs import probe_quantities
 from fem3d.runs.scene import solve
-from fem3d.solution.exponential import Convolution, integrate
-from fem3d.spaces.channels import Inputs
+from fem3d.solution.exponential import integrate
 from fem3d.spaces.domain import boxes
 from meshes import grading, symmetry
 from scenes.errors import NumericsError
-from scenes.model import Boundary, Box, Material, Probe, Scene, Schedule
+from scenes.model import Boundary, Box, Material, Probe, Scene
 
 RATES = np.array([3.0, 40.0, 900.0, 2e5])
 GAIN = np.array([1.0, 2.0, -1.0, 0.5])
@@ -55,36 +54,6 @@ def test_few_more_steps_gain_many_digits(truth):
     assert np.abs(runs[1](times)[1] - source(expected)).max() < 1e-6 * np.abs(source(expected)).max()
 
 
-def test_the_state_is_continuous_from_step_to_step_and_starts_at_rest():
-    found = integrate(RATES, lambda since: lambda times, a: source(a), 1.0, 1e-6, 1.0)
-    assert (found(np.zeros(1))[0] == 0).all()
-    for one, following in zip(found.steps[:-1], found.steps[1:], strict=True):
-        assert one.start + one.length == following.start
-        before = found(np.array([following.start * (1 - 1e-12)]))[0]
-        assert np.abs(before - following.state).max() < 1e-6
-    assert abs(found.steps[-1].start + found.steps[-1].length - 1.0) < 1e-11
-
-
-@pytest.mark.parametrize("decay", [0.0, 1e-3, 5.0, 60.0, 199.0, 201.0, 3e3, 1e6])
-def test_the_convolution_is_the_integral(decay):
-    tau = np.array([0.0, 0.05, 0.5, 1.0])
-    found = Convolution(tau, 7)(np.array([decay]))[..., 0]
-    for i, t in enumerate(tau[1:], 1):
-        layers = [t - 30 / decay] if decay * t > 60 else None
-        for k in (0, 1, 3, 6):
-            legendre = np.polynomial.legendre.Legendre.basis(k)
-            exact = quad(
-                lambda x, t=t, p=legendre: np.exp(-decay * (t - x)) * p(2 * x - 1),
-                0,
-                t,
-                points=layers,
-                epsabs=1e-15,
-                limit=200,
-            )[0]
-            assert abs(found[i, k] - exact) < 1e-11 * min(1.0, 1 / max(decay, 1.0)) + 1e-13
-    assert np.abs(found[0]).max() < 1e-15
-
-
 def test_heat_that_runs_away_in_time_is_refused():
     with pytest.raises(NumericsError, match="runs away at"):
         integrate(np.ones(1), lambda since: lambda times, a: 1 + 4 * a**2, 10.0, 1e-4, 1.0)
@@ -95,29 +64,6 @@ def test_a_source_that_damps_a_state_more_than_sweeps_settle_is_no_runaway():
     damping = 1e9
     found = integrate(np.array([0.5]), lambda since: lambda times, a: damping * (1 - a), 1.0, 1e-6, 1.0)
     assert found(np.array([1.0]))[0][0, 0] == pytest.approx(damping / (damping + 0.5), rel=1e-12)
-
-
-@pytest.mark.parametrize("share", [1e-2, 1e-4])
-def test_lines_between_rows_stay_within_their_share_with_few_rows(share):
-    found = integrate(RATES, lambda since: lambda times, a: source(a), 1.0, 1e-9, 1.0)
-
-    def evaluate(t):
-        a = found(t)[0]
-        return {"slow": a[:, 0], "sum": a.sum(axis=1)}
-
-    chosen = trace_times.choose(found.steps, evaluate, {"slow": share, "sum": 2 * share})
-    times = chosen[0] if isinstance(chosen, tuple) else chosen
-    dense = np.unique(np.concatenate([np.geomspace(1e-7, 1, 5000), np.linspace(0, 1, 5000)]))
-    at_rows, exact = evaluate(times), evaluate(dense)
-    for name, allowed in (("slow", share), ("sum", 2 * share)):
-        worst = np.abs(np.interp(dense, times, at_rows[name]) - exact[name]).max()
-        assert worst <= 1.05 * allowed
-        thinned = np.abs(np.interp(dense, times[::3], at_rows[name][::3]) - exact[name]).max()
-        assert len(times) < 60 or thinned > worst
-    assert times[0] == 0
-    assert abs(times[-1] - 1) < 1e-11
-    assert (np.diff(times) > 0).all()
-    assert len(times) < 30 / np.sqrt(share)
 
 
 @pytest.mark.parametrize("fading", [1e-1, 3e-3, 3e-4])
@@ -135,21 +81,6 @@ def test_lines_between_rows_stay_within_their_share_behind_a_bend_that_samples_h
     worst = np.abs(np.interp(dense, times, rows["flow"]) - evaluate(dense)["flow"]).max()
     assert worst <= 1.05 * errors["flow"] <= 1.05e-3
     assert len(times) < 10 / np.sqrt(1e-3)
-
-
-def test_a_schedule_of_thousands_of_points() -> None:
-    """A schedule of 20,000 collinear points has the values, rates and jumps of one with few points."""
-    few = Schedule((0.0, 1.0, 1.0, 3.0), (0.0, 2.0, 5.0, 1.0))
-    times = np.concatenate([np.linspace(0.0, 1.0, 10_000), np.linspace(1.0, 3.0, 10_000)])
-    values = np.concatenate([2 * times[:10_000], 5 - 2 * (times[10_000:] - 1)])
-    many = Inputs((Schedule(tuple(times.tolist()), tuple(values.tolist())),))
-    at = np.array([0.3, 1.0, 2.5, 4.0])
-    found, rates = many.at(at), many.rates(at[:3])
-    jumps = many.jumps(many.knots(2.9))
-    assert found == pytest.approx(Inputs((few,)).at(at), abs=1e-9)
-    assert rates == pytest.approx(Inputs((few,)).rates(at[:3]), abs=1e-6)
-    assert jumps[:, 1].max() == pytest.approx(3.0, abs=1e-9)
-    assert (np.abs(jumps) > 1e-9).sum() == 1
 
 
 def test_errors_are_looked_at_in_some_of_many_output_times() -> None:

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from scipy.sparse.linalg import spsolve
 
-from fem3d.spaces import extreme
 from fem3d.spaces.domain import boxes
 from fem3d.spaces.element import modes
 from fem3d.spaces.extreme import Extreme
@@ -63,62 +62,6 @@ def test_extremes_are_those_of_a_dense_sampling_within_their_doubt(degree, probe
         assert (sign * (values - sampled) <= 2e-3 * size).all()
         assert (left <= 2e-3 * size).all()
         assert (left >= 0).all()
-
-
-def test_a_search_that_knows_one_top_of_a_cell_misses_the_other(monkeypatch):
-    """Quadratic functions of a cell that fall off between its corners."""
-    own = domain(2)
-    fields = functions(own.space, 12, 12)
-    everywhere = {probe: [dense(own.space, probe, u) for u in fields] for probe in PROBES[:4]}
-
-    def missed(probe, sign):
-        values, left = Extreme(own.space, own.patches(probe), sign)(fields, np.eye(12))
-        sampled = np.array([(sign * found).max() for found in everywhere[probe]])
-        return float((sampled - sign * values - left).max() / np.abs(sampled).max())
-
-    def worst():
-        return max(missed(probe, sign) for probe in PROBES[:4] for sign in (1.0, -1.0))
-
-    assert worst() < 1e-4
-    monkeypatch.setattr(extreme, "CANDIDATES", 1)
-    assert worst() > 1e-3
-
-
-def test_of_rough_functions_with_many_peaks_the_largest_is_found():
-    own, probe = domain(4), PROBES[0]
-    fields = functions(own.space, 6, 4, fall=1.0)
-    values, left = Extreme(own.space, own.patches(probe), 1.0)(fields, np.eye(6))
-    sampled = np.array([dense(own.space, probe, u).max() for u in fields])
-    assert (values >= sampled - left - 1e-5 * np.abs(sampled).max()).all()
-
-
-def test_a_search_that_stops_at_its_lattice_misses_more_than_it_says(monkeypatch):
-    own, probe = domain(4), PROBES[0]
-    fields = functions(own.space, 12, 5)
-    true = np.array([dense(own.space, probe, u).max() for u in fields])
-
-    def missed():
-        values, left = Extreme(own.space, own.patches(probe), 1.0)(fields, np.eye(12))
-        return (true - values - left) / np.abs(true)
-
-    assert missed().max() <= 1e-5
-    monkeypatch.setattr(extreme, "TURNS", 0)
-    assert missed().max() > 1e-4
-
-
-def test_the_place_holds_the_value_and_the_point_is_in_its_cell():
-    own = domain(5)
-    (u,) = functions(own.space, 1, 2)
-    for probe in PROBES:
-        search = Extreme(own.space, own.patches(probe), 1.0)
-        place = search.where(u)
-        value = float((own.space.at(place.point[:, None]) @ u[own.space.dofs[:, place.cell]])[0])
-        assert value == pytest.approx(search(u[None], np.ones((1, 1)))[0][0], rel=1e-3)
-        corner, h = own.space.mesh.p[:, own.space.mesh.t[:, place.cell]].min(axis=1), own.space.h[:, place.cell]
-        where = corner + h * place.point
-        assert (where >= np.array(probe.lower) - 1e-12).all()
-        assert (where <= np.array(probe.upper) + 1e-12).all()
-        assert own.space.sample(u, *where[:, None]).item() == pytest.approx(value, rel=1e-9)
 
 
 def test_of_sums_over_time_each_has_its_own_place():

@@ -1,16 +1,13 @@
-"""The whole structure from its part, and factors."""
+"""Fields of the whole structure from its symmetric part, and matrices that no factorization takes."""
 
 import numpy as np
 import pytest
 from scipy.sparse import csc_array
-from scipy.sparse.linalg import splu
 
 from fem3d.problems.cholesky import Factors, Ordering
 from fem3d.runs import sink as sink_run
-from meshes import grading, symmetry
 from scenes.errors import NumericsError
 from scenes.sink import Sink
-from tests.fem3d import problem
 
 
 def volumes(points, hexes):
@@ -55,33 +52,6 @@ def test_a_steady_run_has_no_fields_over_time():
     fields = sink_run.solve(Sink(accuracy=1e-2), transient=False).details["fields"]
     with pytest.raises(ValueError, match="no transient"):
         fields.at(np.array([0.0]))
-
-
-@pytest.mark.long
-def test_factors_solve_and_fill_in_less_than_minimum_degree_of_the_unknowns():
-    part = symmetry.reduce(Sink().scene())
-    heat = problem(part.scene, grading.first_grid(part.scene, 1e-5, grading.features(part.scene)))
-    matrix = heat.inner_stiffness
-    u = np.random.default_rng(0).random(heat.free)
-    factors = Factors(matrix, heat.groups[: heat.free], heat.ordering)
-    assert np.abs(factors.solve(matrix @ u) - u).max() < 1e-9
-    by_degree = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
-    assert factors.entries < by_degree.L.nnz
-    alone = Factors(matrix, np.arange(heat.free), Ordering(heat.domain.space.places[heat.groups[: heat.free]]))
-    assert np.abs(alone.solve(matrix @ u) - u).max() < 1e-9
-
-
-def test_factors_of_bodies_that_stand_apart():
-    chain, apart = 400, 100
-    matrix = csc_array(np.diag(np.full(chain + apart, 2.5)) - np.eye(chain + apart, k=1) - np.eye(chain + apart, k=-1))
-    matrix[chain - 1, chain] = matrix[chain, chain - 1] = 0.0
-    matrix.eliminate_zeros()
-    places = np.zeros((chain + apart, 3))
-    places[:chain, 0], places[chain // 2 : chain, 1] = np.linspace(0, 4, chain), 3.0
-    places[chain:, 1] = np.linspace(1, 2, apart)  # beside the first half, which the other one joins
-    u = np.random.default_rng(0).random(chain + apart)
-    factors = Factors(matrix, np.arange(chain + apart), Ordering(places))
-    assert np.abs(factors.solve(matrix @ u) - u).max() < 1e-12
 
 
 def test_an_indefinite_matrix_is_refused():

@@ -4,13 +4,10 @@ import numpy as np
 import pytest
 
 from fem3d.problems.heat import HeatProblem
-from fem3d.runs import probe_quantities
 from fem3d.runs import scene as scene_run
-from meshes import symmetry
 from scenes import physics
+from scenes.errors import SceneError
 from scenes.free import from_dict
-from scenes.model import Boundary, Box, Scene, Schedule
-from scenes.sink import SILICON
 
 
 def bar(**changes):
@@ -96,13 +93,10 @@ def test_an_extreme_potential_turns_over_with_the_voltage():
     assert np.interp([0, 2.5e-4, 1e-3], traces.time, traces.values["top"]) == pytest.approx([1, 0.5, 0], abs=1e-6)
 
 
-@pytest.mark.parametrize(
-    ("instants", "earliest"), [((), 1e-3), ((0.04, 0.5), 0.04), ((0.5,), 0.1), ((0.3, 0.42), 0.02), ((0.4, 0.9), 0.1)]
-)
-def test_traces_hold_from_the_first_instant_on_after_the_start_and_after_a_jump(instants, earliest):
-    """A time right at a jump needs nothing before the next."""
-    box = Box("box", SILICON, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0))
-    step = Schedule((0.0, 0.4, 0.4), (293.0, 293.0, 300.0))
-    cold = Boundary("cold", "temperature", (0.0, 0.0, 0.0), (1.0, 1.0, 0.0), step)
-    scene = Scene("box", (box,), (cold,), (), end_time=1.0, output_times=instants)
-    assert probe_quantities.study(scene, symmetry.reduce(scene)).earliest == pytest.approx(earliest)
+def test_extreme_under_two_varying_voltages_is_refused():
+    document = bar(probe=[{"name": "top", "quantity": "potential", "reduce": "max", "lower": [5e-4, 0, 0],
+                           "upper": [1e-3, 1e-4, 2e-6]}])  # fmt: skip
+    for boundary, values in zip(document["boundary"], ([2, -2], [0, 1]), strict=True):
+        boundary["voltage"] = {"times": [0, 1e-3], "values": values}
+    with pytest.raises(SceneError, match="2 voltages that vary"):
+        scene_run.solve(from_dict(document))

@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import brentq
 from scipy.special import ellipk
 
-from fem3d.runs.scene import clipped, plan, solve
+from fem3d.runs.scene import clipped, solve
 from meshes import symmetry
 from scenes.errors import NumericsError
 from scenes.model import Boundary, Box, Material, Probe, Scene, Schedule
@@ -120,29 +120,6 @@ def test_heat_into_the_ends_of_a_joule_heated_wire_is_all_its_power_steady_and_l
     assert 0.7501 < steady["quarter"].value < 0.7510
 
 
-@pytest.mark.long
-def test_a_voltage_switched_off_stops_the_current_and_the_wire_cools():
-    off_at = 5e-4
-    schedule = Schedule((off_at, off_at), (1.0, 0.0))
-    probes = (
-        at("middle", 500 * UM), Probe("current", (0.0, 0.0, 0.0), (20 * UM, 0.0, 2 * UM), "current"),
-    )  # fmt: skip
-    on = solve(wire(probes=probes, steady=False, accuracy=1e-3)).traces
-    switched = solve(wire(probes=probes, steady=False, accuracy=1e-3, volts=(schedule, 0.0))).traces
-    before, after = np.array([1e-4, 3e-4]), np.array([1e-3, 2e-3])
-
-    def read(traces, name, times):
-        return np.interp(times, traces.time, traces.values[name])
-
-    assert np.abs(read(on, "middle", before) - read(switched, "middle", before)).max() <= 2 * on.errors["middle"]
-    assert np.abs(read(switched, "current", after)).max() < 1e-12
-    assert np.abs(read(switched, "current", before) / read(on, "current", before) - 1).max() < 1e-3
-    middle = read(switched, "middle", np.array([off_at * (1 - 1e-6), 1e-3, 2e-3])) - 293.0
-    rate = 130.0 / WIRE.heat_capacity * (np.pi / (1000 * UM)) ** 2
-    # Long after the switch only the slowest mode is left.
-    assert abs(middle[2] / middle[1] / np.exp(-rate * 1e-3) - 1) < 2e-2
-
-
 def test_half_of_a_scene_driven_in_time_is_the_whole():
     schedule = Schedule((0.0, 1e-3), (0.5, 2.0))
     probes = (
@@ -216,19 +193,6 @@ def test_what_has_no_steady_state_is_refused():
     traces = solve(replace(lone, steady=False, end_time=2000.0, accuracy=1e-3)).traces
     exact = 293.0 + 1.0 * 2000.0 / (STEEL.heat_capacity * LENGTH) - 1.0 * LENGTH / (24 * STEEL.thermal_conductivity)
     assert abs(traces.values["x"][-1] - exact) <= traces.errors["x"] < 2e-5
-
-
-def test_the_plan_says_what_is_skipped():
-    states = {s.step: s.state for s in plan(bar(face("a", "temperature", 0.0, 300.0), probes=(at("x", 0.05),)))}
-    assert states["electric problem"] == "skipped"
-    assert states["heat"] == "done"
-    assert states["transient"] == "skipped"
-
-
-def test_conditions_reach_no_further_than_the_boxes():
-    scene = bar(face("a", "temperature", 0.0, 300.0), probes=(at("x", 0.05),))
-    wide = replace(scene.boundaries[0], lower=(-1.0, 0.0, -1.0), upper=(1.0, 0.0, 1.0))
-    assert clipped(replace(scene, boundaries=(wide,))) == scene
 
 
 def test_a_singularity_that_no_mesh_resolves_is_refused_by_its_place_and_power():

@@ -3,22 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
 
 from benchmarks import random_plates
-from fem3d.adaptivity import estimator, later
 from fem3d.adaptivity.adapt import Search
-from fem3d.adaptivity.effectivity import AS_IT_IS, CAUTION
-from fem3d.adaptivity.estimator import AWAY, EXPECTED, LATER, Contributions, Estimator
-from fem3d.adaptivity.goal_errors import Level
 from fem3d.runs import scene as runs
 from scenes.model import Boundary, Box, Material, Probe, Scene
 from tests.fem3d.meander import meander
-from tests.fem3d.test_effectivity import Search as Meshes
 
 WIDTH, ARM = 1e-5, 4  # m; in widths
 EXACT = 1.0 / (2 * ARM + 1 - 2 * np.log(2) / np.pi)  # of an L one thick and a conductor of its width, of 1 V
@@ -65,57 +58,6 @@ def test_a_current_around_a_corner_is_nearer_with_what_later_degrees_change() ->
         assert stated < more
     for (_, stated), (without, _) in zip(known[1:], solved[1:], strict=False):
         assert without > stated
-
-
-def level(values: dict[str, float], estimates: dict[str, float], least: dict[str, float]) -> Level:
-    fine: Any = SimpleNamespace(quantities=values)
-    problems: Any = None
-    goals = {n: [np.full(4, e / 4)] for n, e in estimates.items()}
-    return Level(problems, fine, fine, dict.fromkeys(values, 1.0), estimates, goals, least, True)
-
-
-def test_what_is_doubtful_is_stated_once_a_second_mesh_agrees() -> None:
-    told = Meshes()
-    first = told.corrected(level({"a": 1.00, "b": 2.00}, {"a": 0.6, "b": 0.4}, {"a": 0.1, "b": 0.05}))
-    assert first.errors == pytest.approx({"a": AS_IT_IS * 0.6, "b": AS_IT_IS * 0.4})
-    assert first.goals["a"][0].sum() == pytest.approx(AS_IT_IS * 0.6)
-    after = told.corrected(level({"a": 1.10, "b": 2.02}, {"a": 0.3, "b": 0.39}, {"a": 0.05, "b": 0.04}))
-    # The other estimate hardly fell: nothing was refined for it.
-    assert after.errors == pytest.approx({"a": CAUTION * 0.05, "b": AS_IT_IS * 0.39})
-
-
-def test_a_reading_that_moves_by_more_than_is_doubtful_makes_all_less_certain() -> None:
-    told = Meshes()
-    told.corrected(level({"a": 1.0, "b": 2.0}, {"a": 0.6, "b": 0.6}, {"a": 0.1, "b": 0.05}))
-    after = told.corrected(level({"a": 1.03, "b": 2.15}, {"a": 0.3, "b": 0.3}, {"a": 0.05, "b": 0.025}))
-    twice = 0.15 / (0.05 + 0.025)
-    assert after.errors == pytest.approx({"a": CAUTION * twice * 0.05, "b": CAUTION * twice * 0.025})
-
-
-def test_each_cell_goes_on_as_its_edge_does_and_what_comes_by_way_of_others_as_all() -> None:
-    heat = np.array([0.5, 0.25, np.inf])
-    judge = Estimator.of_cells(np.array([heat, [np.inf, np.inf, 2 / 3]]), 3, 3)
-    after = estimator.left(np.full(3, 3.0), 4 * np.array([0.5, 0.25, 2 / 3]))
-    thermal, joule = np.array([4.0, -1.0, 0.5]), np.array([0.3, 0.0, -0.2])
-
-    def parts(signed: np.ndarray) -> Contributions:
-        spread = [np.abs(signed), *[np.zeros(3)] * 2]
-        return Contributions(spread, spread, [np.zeros(3)] * 3, signed=signed)
-
-    fine: Any = SimpleNamespace(quantities={"mean": np.array(10.0), "current": np.array(3.0)})
-    low: Any = SimpleNamespace(quantities={"mean": np.array(6.4), "current": np.array(2.0)})
-    scales = {"mean": 1.0, "current": 1.0}
-    nothing = parts(np.zeros(3))
-    expected, doubts = later.changes(
-        fine, low, scales, {"mean": parts(thermal)}, {"mean": parts(joule)}, nothing, judge
-    )
-    direct = EXPECTED * (4.0 * after[0] - after[1] - 0.2 * after[2])
-    doubt = (LATER - EXPECTED) * (4.0 * after[0] + after[1] + 0.2 * after[2]) + AWAY * (0.5 + 0.3)
-    mean = EXPECTED * (4.0 * after[0] + after[1] + 0.2 * after[2]) / 6.0
-    assert expected["mean"] == pytest.approx(direct + mean * (3.6 - 3.6))
-    assert doubts["mean"] == pytest.approx(doubt)
-    assert expected["current"] == pytest.approx(mean)
-    assert doubts["current"] == pytest.approx(doubt / 6.0)
 
 
 @pytest.mark.long

@@ -15,9 +15,7 @@ from scenes import physics
 from scenes.errors import RunawayError
 from scenes.free import from_dict
 from scenes.laws import PowerLaw
-from scenes.model import Schedule
 from scenes.sink import SILICON, Sink
-from tests.fem3d import grid_of, problem
 from tests.meshes.grouped.test_scenes import on_mesh
 
 LENGTH, COLD, K, RHO = 1e-4, 300.0, 130.0, 1e-5
@@ -93,16 +91,6 @@ def test_between_two_temperatures_the_transform_is_linear(law):
     assert abs(found["at"].value - inverse(twin, theta(twin, 700.0) / 2)) > found["at"].error
 
 
-@pytest.mark.parametrize("law", [POWER, TABLE])
-def test_joule_heat_between_cold_ends(law):
-    """theta is a parabola of height V^2 / (8 rho)."""
-    volts = np.sqrt(8 * RHO * theta(law, 900.0))
-    accuracy = 1e-3 if law is TABLE else 1e-4
-    found = solve(from_dict(bar(law, volts=volts, accuracy=accuracy))).steady
-    held(found["at"], 900.0, accuracy * 600.0)
-    held(found["current"], volts / RHO / LENGTH * 2e-11, accuracy * volts / RHO / LENGTH * 2e-11)
-
-
 def test_a_flux_that_is_given_is_read_as_it_is():
     """theta at the heated end is q L; a probe of the given flux there does not depend on the temperature."""
     flux = theta(POWER, 600.0) / LENGTH
@@ -120,60 +108,6 @@ def test_a_flux_that_is_given_is_read_as_it_is():
 
 
 RISING = {"value": RHO, "at": COLD, "exponent": 1.0}
-
-
-@pytest.mark.long
-@pytest.mark.parametrize(
-    ("law", "resistivity"),
-    [
-        (K, RISING),
-        (K, {**RISING, "exponent": 1.7}),
-        (K, {"temperatures": [400.0, 700.0], "values": [RHO, 3 * RHO]}),
-        (TABLE, {"temperatures": [400.0, 700.0], "values": [RHO, 3 * RHO]}),
-        ({**POWER, "exponent": 1.0}, RHO),
-        (POWER, RISING),
-    ],
-)
-def test_the_hottest_temperature_is_that_of_kohlrausch(law, resistivity):
-    """V^2 = 8 times the integral of k rho from the cold ends to the middle (Kohlrausch, Ann. Phys. 1, 1900)."""
-    at = np.linspace(COLD, 900.0, 200_001)
-    product = valued(law, at) * valued(resistivity, at)
-    volts = np.sqrt(8 * np.trapezoid(product, at))
-    found = solve(from_dict(bar(law, volts=volts, resistivity=resistivity, accuracy=1e-3))).steady["at"]
-    held(found, 900.0, 1e-3 * 600.0)
-    twin = solve(from_dict(bar(law, volts=1.005 * volts, resistivity=resistivity, accuracy=1e-3))).steady["at"]
-    assert abs(twin.value - 900.0) > twin.error
-
-
-def test_a_temperature_coefficient_beside_a_law():
-    """A law whose exponent is 0 is the number that it stands for, whatever the other half of a bar has."""
-    given = bar(K, volts=0.6, accuracy=1e-3)
-    middle, end = [LENGTH / 2, *given["box"][0]["upper"][1:]], given["box"][0]["upper"]
-    line = {"name": "line", "thermal_conductivity": K, "resistivity": RHO, "temperature_coefficient": 5e-3,
-            "reference_temperature": COLD}  # fmt: skip
-    given["material"].append(line)
-    given["box"] = [
-        {"name": "a", "material": "m", "lower": [0, 0, 0], "upper": middle},
-        {"name": "b", "material": "line", "lower": [LENGTH / 2, 0, 0], "upper": end},
-    ]
-    by_number = solve(from_dict(given)).steady
-    given["material"][0]["resistivity"] = {"value": RHO, "at": COLD, "exponent": 0.0}
-    by_law = solve(from_dict(given)).steady
-    for name in ("at", "current"):
-        assert abs(by_law[name].value - by_number[name].value) <= by_law[name].error + by_number[name].error
-    line["temperature_coefficient"] = 0.0
-    twin = solve(from_dict(given)).steady["current"]
-    assert abs(twin.value - by_number["current"].value) > 100 * (twin.error + by_number["current"].error)
-
-
-def valued(law, temperature):
-    """A property at temperatures (K)."""
-    if not isinstance(law, dict):
-        return np.full_like(temperature, law)
-    if "exponent" in law:
-        return law["value"] * (temperature / law["at"]) ** law["exponent"]
-    rows = law["temperatures"]
-    return PchipInterpolator(rows, law["values"])(np.clip(temperature, rows[0], rows[-1]))
 
 
 @pytest.mark.parametrize("series", [0.0, 80.0])
@@ -242,19 +176,6 @@ def test_where_heat_is_bounded_nothing_runs_away(law, given_current, may):
     assert physics.may_run_away(scene, given_current) is may
 
 
-def test_the_coldest_temperature_is_that_of_what_a_scene_is_next_to():
-    scene = from_dict(bar(POWER, hot=250.0))
-    assert physics.coldest(scene) == 250.0
-    assert physics.coldest(replace(scene, initial_temperature=200.0)) == 200.0
-    cold, hot = scene.boundaries
-    ambient = replace(hot, kind="convection", value=10.0, ambient=Schedule((0.0, 1.0), (280.0, 220.0)))
-    assert physics.coldest(replace(scene, boundaries=(cold, ambient))) == 220.0
-    assert physics.coldest(replace(scene, boundaries=())) == COLD
-    # A heat sink makes parts colder than all given temperatures.
-    assert physics.coldest(replace(scene, boundaries=(cold, replace(hot, kind="heat_flux", value=-1.0)))) == 0.0
-    assert physics.coldest(replace(scene, boxes=(replace(scene.boxes[0], heat_source=-1.0),))) == 0.0
-
-
 @pytest.mark.long
 def test_where_a_coarse_mesh_swings_far_below_what_is_coldest_its_state_is_found(monkeypatch):
     """A film that a flux enters by an edge: 29,000 K hot there, as a power of -0.35 has it, and down to -1,000 K on the
@@ -283,25 +204,6 @@ def test_a_sharp_fall_of_the_conductivity_is_not_called_a_runaway():
     law = {"temperatures": [COLD, COLD + 1e-7], "values": [130, 1.3]}
     with pytest.raises(RunawayError, match="need not be a runaway"):
         solve(from_dict(bar(law, volts=1.0, accuracy=1e-1)))
-
-
-def on_bricks(law, intervals, hot):
-    """The heat problem of the bar of the steady tests on equal intervals of degree 3."""
-    scene = from_dict(bar(law, hot=hot))
-    x, y, z = (np.linspace(0, end, n + 1) for end, n in zip(scene.boxes[0].upper, (intervals, 1, 1), strict=True))
-    return problem(scene, grid_of(scene, (x, y, z), 3))
-
-
-@pytest.mark.parametrize("law", [PowerLaw(K, COLD, 0.7), PowerLaw(K, COLD, -1.3)])
-def test_a_law_keeps_to_its_slope_where_a_state_is_colder_than_anything(law):
-    """Polynomials swing below 0 K where the rise is some 10,000 K: the tangent there matches the change."""
-    heat = on_bricks(vars(law), 2, 900.0)
-    _, own, _, _ = heat.terms[0].parts[0]
-    rises = np.tile([-COLD - 50.0, -COLD - 1.0, 20.0, 70.0], (2, 1))
-    step = 1e-3
-    differences = (own.value(rises + step) - own.value(rises - step)) / (2 * step)
-    assert own.slope(rises) == pytest.approx(differences, rel=1e-6, abs=1e-12)
-    assert abs(differences[0, 2]) > 0.1
 
 
 @pytest.mark.long

@@ -5,13 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fem3d.problems import conductors
 from fem3d.runs.runaway import KEPT, until
 from fem3d.runs.scene import solve
 from fem3d.solution.transient import LEAST
 from scenes.errors import NumericsError, RunawayError, RunawayInTimeError
 from scenes.model import Boundary, Box, Material, Probe, Scene
-from tests.fem3d import off, plain_grid, problem, steady_on
+from tests.fem3d import off, plain_grid, steady_on
 from validate.cli import main
 
 SLOPE, VOLTS, LENGTH = 4e-3, 2.0, 50e-6
@@ -105,15 +104,6 @@ at = ["25 um", "2.5 um", "1 um"]
     rows = np.genfromtxt(tmp_path / "out" / "traces.csv", delimiter=",", names=True)
     assert rows["time_s"][-1] == pytest.approx(KEPT * RUNS_AWAY, rel=1e-2)
     assert "runs away" in (tmp_path / "out" / "summary.json").read_text(encoding="utf-8")
-
-
-def test_no_potential_is_solved_for_where_the_resistivity_is_not_positive():
-    scene = bar(1.0)
-    heat = problem(scene, plain_grid(scene))
-    conductor = conductors.find(heat)
-    assert conductor.solve(0.9 / SLOPE * heat.unit, conductor.voltages[0]).potential.max() == VOLTS
-    with pytest.raises(NumericsError, match="resistivity is not positive"):
-        conductor.solve(1.1 / SLOPE * heat.unit, conductor.voltages[0])
 
 
 def test_given_temperatures_beyond_the_law_of_the_resistivity_are_refused_at_once():

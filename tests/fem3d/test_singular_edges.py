@@ -3,17 +3,13 @@ reported."""
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 from benchmarks.random_boxes import draw
-from fem3d.adaptivity import goal_errors, nested, reach
 from fem3d.adaptivity.adapt import adapt
-from fem3d.adaptivity.estimator import Estimator
 from fem3d.runs import probe_quantities
 from fem3d.runs.scene import clipped, solve
-from fem3d.spaces.domain import boxes as domain_of
-from meshes import grading, symmetry
+from meshes import symmetry
 from scenes.errors import NumericsError
 from scenes.model import Boundary, Box, Material, Probe, Scene
 
@@ -33,45 +29,6 @@ def checkerboard(contrast: float) -> Scene:
     return Scene("checkerboard", boxes, (cold,), probes, 293.0, accuracy=1e-2, steady=True)
 
 
-def at_edges(grid, marks):
-    """Per axis 1 for the intervals next to a singular plane."""
-    return [np.where(np.isfinite(np.minimum(n[:-1], n[1:])), 1.0, 0.0) for n in marks.near(grid)]
-
-
-def cut(grid, marks, times):
-    """The grid cut next to singular planes until their error falls by a factor."""
-    missing = at_edges(grid, marks)
-    return grading.refined(grid, missing, sum(float(m.sum()) for m in missing) / times, marks)
-
-
-@pytest.mark.parametrize("contrast", [3.0, 10.0, 30.0])
-def test_the_estimate_is_near_the_true_error_at_any_exponent(contrast):
-    scene = checkerboard(contrast)
-    part = symmetry.reduce(clipped(scene))
-    study, marks = probe_quantities.study(scene, part), grading.features(part.scene)
-    first = grid = grading.first_grid(part.scene, scene.accuracy, marks)
-
-    def solved(grid):
-        given = nested.problems(domain_of(part.scene, grid), 1e-6)
-        return given, nested.solution(study, given)
-
-    for _ in range(2):
-        grid = grading.raised(cut(grid, marks, 50.0))
-    given, fine = solved(first)
-    true = abs(float(solved(grid)[1].quantities["heated"] - fine.quantities["heated"]))
-
-    def level(marks):
-        return goal_errors.examined(study, given, fine, Estimator.of_grid(first, marks))
-
-    def estimated(marks):
-        return level(marks).errors["heated"]
-
-    assert 0.4 * estimated(marks) < true < 0.8 * estimated(marks)
-    assert level(marks).worst > scene.accuracy
-    # A grid without knowledge of the edges overrates degrees.
-    assert estimated(replace(marks, exponents=({}, {}, {}))) < 0.9 * true
-
-
 @pytest.mark.long
 @pytest.mark.parametrize(("contrast", "finer"), [(10.0, 3e-3), (30.0, 6e-3)])
 def test_errors_of_answers_hold_at_small_exponents(contrast, finer):
@@ -83,27 +40,6 @@ def test_errors_of_answers_hold_at_small_exponents(contrast, finer):
     (value, error), (best, left) = answer(3e-2), answer(finer)
     assert abs(value - best) <= error + left
     assert abs(value - best) > 0.2 * error
-
-
-def test_layers_are_cut_as_the_exponent_needs():
-    scene = checkerboard(30.0)
-    marks = grading.features(scene)
-    (exponent,) = marks.exponents[1].values()
-    grid = grading.first_grid(scene, 1e-1, marks)
-    finer = cut(grid, marks, 4.0)
-    fallen = (np.diff(finer.breaks[1]).min() / np.diff(grid.breaks[1]).min()) ** (2 * exponent)
-    # The error falls with twice the exponent; layers are whole, and rounded at 0.3 of one.
-    one = grading.RATIO ** (2 * exponent)
-    assert 0.25 * one < fallen < 0.25 / one**0.31
-    smooth = replace(marks, exponents=tuple(dict.fromkeys(found, 1.0) for found in marks.exponents))
-    assert np.diff(cut(grid, smooth, 4.0).breaks[1]).min() > 2 * np.diff(finer.breaks[1]).min()
-    for _ in range(20):
-        finer = cut(finer, marks, 100.0)
-    assert np.diff(finer.breaks[1]).min() >= 0.9 * grading.RATIO * grading.shortest_of(finer)
-    degrees = list(zip(finer.degrees, at_edges(finer, marks), strict=True))
-    assert all((d[e > 0] >= grading.LEAST_AT_EDGE).all() for d, e in degrees)
-    # Layers between an edge and a smooth part have fewer, as they are smaller.
-    assert all(d.min() < grading.LEAST_AT_EDGE for d, e in degrees if e.any())
 
 
 @pytest.mark.parametrize("steady", [True, False])
@@ -164,25 +100,3 @@ def test_edges_of_films_spread_over_their_thickness():
     assert excess(coarse) <= 1.0
     plus = replace(coarse.boundaries[1], value=1.01 * 6e-4)
     assert excess(replace(coarse, boundaries=(coarse.boundaries[0], plus, coarse.boundaries[2]))) > 1.0
-
-
-def pillars(count: int) -> Scene:
-    """A plate, cooled from below, on which heated pillars stand at unequal distances."""
-    plate, post = Material("plate", 100.0, 2000.0, 700.0), Material("post", 1.0, 2000.0, 700.0)
-    boxes = [Box("plate", plate, (0.0, 0.0, 0.0), (count * SIDE, count * SIDE, SIDE))]
-    for n in range(count):
-        x, y = ((n + 0.2 + 0.01 * n) * SIDE, ((3 * n) % count + 0.1 + 0.02 * n) * SIDE)
-        boxes.append(Box(f"post {n}", post, (x, y, SIDE), (x + 0.5 * SIDE, y + 0.4 * SIDE, 1.5 * SIDE), 1e8))
-    cold = Boundary("cold", "temperature", (0.0, 0.0, 0.0), (count * SIDE, count * SIDE, 0.0), 293.0)
-    probes = tuple(Probe(b.name, b.lower, b.upper) for b in boxes[1:2])
-    return Scene("pillars", tuple(boxes), (cold,), probes, 293.0, accuracy=1e-3, steady=True)
-
-
-@pytest.mark.parametrize(("count", "large"), [(1, False), (7, True)])
-def test_a_first_grid_that_is_large_is_that_of_a_larger_accuracy(count, large):
-    scene = pillars(count)
-    marks = grading.features(scene)
-    for accuracy in (1e-3, 1e-4):
-        asked, first = grading.first_grid(scene, accuracy, marks), reach.first_grid(scene, accuracy, marks)
-        assert (asked.solid.sum() > reach.MANY) == large
-        assert first.same(grading.first_grid(scene, reach.COARSEST, marks) if large else asked)

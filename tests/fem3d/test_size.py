@@ -4,19 +4,15 @@ from __future__ import annotations
 
 import random
 from dataclasses import replace
-from types import SimpleNamespace
-from typing import Any
 
-import numpy as np
 import pytest
 
 from fem3d.adaptivity import reach
 from fem3d.problems.assembly import assemble
 from fem3d.problems.cholesky import Factors
 from fem3d.runs import scene as runs
-from fem3d.spaces.bricks import BrickSpace
 from fem3d.spaces.domain import boxes
-from fem3d.spaces.size import START_UP, foreseen
+from fem3d.spaces.size import foreseen
 from meshes import grading
 from scenes.errors import NumericsError
 from scenes.free import check
@@ -45,26 +41,6 @@ def plate(pads: int, seed: int = 1, accuracy: float = 1e-2) -> Scene:
 
 def graded(scene: Scene, accuracy: float) -> grading.Grid:
     return grading.first_grid(scene, accuracy, grading.features(scene))
-
-
-@pytest.mark.long
-@pytest.mark.parametrize(("accuracy", "pads"), [(1e-2, 2), (1e-5, 1)])
-def test_cells_and_unknowns_are_those_of_the_space(accuracy: float, pads: int) -> None:
-    """Also beside voids, and of mixed degrees."""
-    scene = plate(pads)
-    first = graded(scene, accuracy)
-    for grid in (first, grading.raised(first)):
-        degrees = [np.where(np.arange(len(d)) % 3, d, np.maximum(d - 2, 1)) for d in grid.degrees]
-        for each in (grid, grid.with_axes(grid.breaks, degrees)):
-            space = BrickSpace(each)
-            size = foreseen(scene, each)
-            assert size.cells == len(space.ijk.T)
-            assert size.unknowns == int(space.nested[-1].sum())
-            assert size.entries == sum(len(rows) for rows in _entries(space))
-
-
-def _entries(space: BrickSpace) -> list[np.ndarray]:
-    return [place.ravel() for place in space.pattern[1]]
 
 
 @pytest.mark.long
@@ -100,21 +76,3 @@ def test_what_fits_is_solved_and_what_does_not_quite_is_refused() -> None:
     assert runs.solve(replace(scene, memory=1.01 * size.memory), whole=True).details["unknowns"] > 0
     with pytest.raises(NumericsError, match=r"at an accuracy of 0\.01"):
         runs.solve(replace(scene, memory=0.99 * size.memory), whole=True)
-
-
-def test_potentials_take_memory_of_their_own() -> None:
-    cold = plate(2)
-    ends = [replace(b, name=f"{b.name} electrode", kind="voltage") for b in cold.boundaries]
-    grid = graded(cold, 1e-2)
-    warm = replace(cold, boundaries=(*cold.boundaries, *ends))  # type: ignore[arg-type]
-    more, less = foreseen(warm, grid), foreseen(cold, grid)
-    assert more.memory - START_UP > 1.2 * (less.memory - START_UP)
-    assert more.unknowns == less.unknowns
-
-
-def test_a_thousand_planes_are_no_slivers() -> None:
-    """Of 2,000 planes along x each gap is less than a thousandth of the whole; two that nearly meet set no length."""
-    for planes, narrowest in ((np.arange(2001.0), 1.0), (np.array([0.0, 1.0, 400.0, 2000.0]), 399.0)):
-        grid: Any = SimpleNamespace(breaks=(planes[[0, -1]], *[np.array([0.0, 1e4])] * 2))
-        marks: Any = SimpleNamespace(planes=(planes.tolist(), [], []))
-        assert reach._narrowest(grid, marks) == narrowest

@@ -1,6 +1,5 @@
 """The steady field of a free scene: its own estimated error, honest, and refined for where no probe sees it."""
 
-import tracemalloc
 from dataclasses import replace
 
 import numpy as np
@@ -8,15 +7,12 @@ import pytest
 
 from benchmarks import invariants
 from benchmarks.random_boxes import draw
-from fem3d.adaptivity import field_error, goal_errors, nested
+from fem3d.adaptivity import field_error, nested
 from fem3d.adaptivity.adapt import adapt
-from fem3d.adaptivity.estimator import Estimator
 from fem3d.runs import probe_quantities
 from fem3d.runs.scene import clipped, solve
-from fem3d.spaces.bricks import BrickSpace
 from fem3d.spaces.domain import boxes
 from meshes import grading, symmetry
-from meshes.grid import Grid
 from scenes.model import Boundary, Box, Material, Probe, Scene
 
 WIDE, THIN = 1e-4, 5e-7
@@ -57,27 +53,6 @@ def distance(state, better):
     return float(np.abs(one - other).max() / other.max())
 
 
-def test_samples_of_many_intervals_take_memory_in_proportion():
-    """A table of all points by all functions along x alone would take 72 MB."""
-    breaks = (np.linspace(0.0, 1.0, 1001), np.array([0.0, 1.0]), np.array([0.0, 1.0]))
-    space = BrickSpace(
-        Grid(
-            breaks,
-            (np.full(1000, 3), np.array([2]), np.array([2])),
-            (Box("a", Material("m", 1.0, 1.0, 1.0), (0.0,) * 3, (1.0,) * 3),),
-        )
-    )
-    at = [(b[:-1, None] + np.diff(b)[:, None] * np.array([0.2, 0.5, 0.9])).ravel() for b in breaks]
-    space.sample(space.unit, *at)
-    tracemalloc.start()
-    try:
-        samples = space.sample(space.unit, *at)
-        assert tracemalloc.get_traced_memory()[1] < 10e6
-    finally:
-        tracemalloc.stop()
-    assert samples == pytest.approx(1.0, abs=1e-12)
-
-
 def test_a_field_that_swings_where_no_probe_sees_it_is_refined(plate):
     study = study_of(plate)
     probes_alone = adapt(replace(study, field=None), False).fine.state
@@ -116,19 +91,6 @@ def test_no_further_level_where_the_field_is_good_or_nothing_is_heated(plate):
     assert not any("for the field" in line for line in said)
     cold = replace(plate, boundaries=plate.boundaries[:1])
     assert solve(cold).details["field_error"] == 0.0
-
-
-def test_intervals_are_cut_towards_the_steep_end(plate):
-    study = study_of(plate)
-    marks = grading.features(study.part.scene)
-    grid = grading.first_grid(study.part.scene, 1e-2, marks)
-    given = nested.problems(boxes(study.part.scene, grid), 1e-2)
-    judge = Estimator.of_grid(grid, marks)
-    here = goal_errors.examined(study, given, nested.solution(study, given), judge)
-    finer = field_error.refined(here)
-    # The flux enters at x = 0.
-    assert np.diff(finer.breaks[0])[0] <= 1.01 * grading.RATIO * np.diff(grid.breaks[0])[0]
-    assert len(finer.breaks[1]) == len(grid.breaks[1])
 
 
 def test_a_field_beside_a_steep_decay_is_off_by_no_more_than_is_said():

@@ -14,7 +14,6 @@ from scenes.device import Device
 from scenes.errors import NumericsError
 from statespace.device_reduction import closed_loop, compact
 from statespace.ground import grounded
-from statespace.march import march
 from statespace.result import Run, Runs
 from statespace.runtime import CompactModel
 from tests.fem3d.device.full_order import above_a_warmer_substrate, simulate
@@ -74,13 +73,6 @@ def test_the_sensor_pays_for_what_leaves_through_the_polymer(states):
         assert 1e-7 * state.sensor_power_W < apart < 1e-5 * state.sensor_power_W
     cold = states.steady(replace(Device(), control=replace(Device().control, sink_gain=0.0)), 273.0)
     assert cold.sensor_power_W > 1.2 * cold.polymer_flux_W  # without the active sink it pays for the substrate too
-
-
-def test_heat_is_local(states, short):
-    fine = states.fine
-    mean = replace(fine, shape=fine.shape[:2], film=fine.film[:2], external=fine.external[:2], feed=fine.feed[:, :2])
-    local, uniform = (march(m, 4, short, 1e-8).rises[:, 0] for m in (fine, mean))
-    assert 2e-3 < np.abs(local - uniform).max() < 2e-2  # 7 mK
 
 
 def test_errors_hold_where_the_mesh_is_coarser(states):

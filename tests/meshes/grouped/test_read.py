@@ -15,7 +15,6 @@ import skfem
 from meshes.grouped.check import check, remarks
 from meshes.grouped.model import GroupedMesh
 from meshes.grouped.read import read
-from meshes.grouped.refine import refine
 from scenes.errors import SceneError
 from scenes.free import as_dict, from_dict
 from scenes.loading import load_free as load
@@ -58,63 +57,8 @@ def test_groups_come_back(cell: str, suffix: str, tmp_path: Path) -> None:
 ELEMENTS = {True: skfem.ElementTetP1, False: skfem.ElementHex1}
 
 
-def bend(x: np.ndarray) -> np.ndarray:
-    return x + 2e-6 * np.sin(x[:, [1, 2, 0]] / 1e-5)
-
-
 def volumes(of: GroupedMesh, name: str) -> float:
     return float(skfem.Basis(of.mesh, ELEMENTS[of.simplex](), elements=of.volumes[name], intorder=6).dx.sum())
-
-
-@pytest.mark.parametrize("cell", CELLS)
-def test_refinement_keeps_a_curved_shape_and_its_groups(cell: str, tmp_path: Path) -> None:
-    boxes.write(boxes.grouped(scene_of(bridge()), cell, 1, bend), tmp_path / "m.msh")
-    mesh = read(tmp_path / "m.msh", 1.0)
-    fine = refine(mesh)
-    assert fine.count == 8 * mesh.count
-    for name in mesh.volumes:
-        assert volumes(fine, name) / volumes(mesh, name) == pytest.approx(1, abs=1e-11)
-    # The nodes of curved cells are nodes of the finer cells.
-    apart = np.abs(fine.mesh.doflocs[:, :, None] - mesh.mesh.doflocs[:, None]).max(axis=0).min(axis=0)
-    assert apart.max() < 1e-18
-    for name, (facets, side) in fine.surfaces.items():
-        coarse, before = mesh.surfaces[name]
-        assert len(facets) == len(np.unique(facets)) == 4 * len(coarse)
-        assert (fine.mesh.f2t[1, facets] < 0).all() == (mesh.mesh.f2t[1, coarse] < 0).all()
-        for own, at, way in ((mesh, coarse, before), (fine, facets, side)):
-            assert np.abs(vector(own, at, way) - vector(mesh, coarse, before)).max() < 0.05 * area(mesh, coarse)
-
-
-@pytest.mark.parametrize("cell", ["tetra", "tetra10"])
-def test_halved_tetrahedra_keep_their_shape_and_their_groups(cell: str, tmp_path: Path) -> None:
-    """Some are halved up to three times; no node hangs, so that every facet inside has two cells."""
-    boxes.write(boxes.grouped(scene_of(bridge()), cell, 1, bend), tmp_path / "m.msh")
-    mesh = read(tmp_path / "m.msh", 1.0)
-    fine = refine(mesh, np.random.default_rng(1).integers(0, 4, mesh.count))
-    assert 2 * mesh.count < fine.count < 30 * mesh.count
-    # Straight cuts change by the bend over a cell; a hanging node would add facets inside.
-    outer = [area(m, m.mesh.boundary_facets()) for m in (mesh, fine)]
-    assert outer[1] / outer[0] == pytest.approx(1, abs=0.03)
-    for name in mesh.volumes:
-        assert volumes(fine, name) / volumes(mesh, name) == pytest.approx(1, abs=1e-11)
-    for name, (facets, side) in fine.surfaces.items():
-        coarse, way = mesh.surfaces[name]
-        assert (fine.mesh.f2t[1, facets] < 0).all() == (mesh.mesh.f2t[1, coarse] < 0).all()
-        # The bend of the rim is more than on eighths of cells; the wrong way round they are twice their size apart.
-        assert np.abs(vector(fine, facets, side) - vector(mesh, coarse, way)).max() < 0.3 * area(mesh, coarse)
-
-
-def vector(of: GroupedMesh, facets: np.ndarray, side: np.ndarray) -> np.ndarray:
-    """(3,): the sum of the vectors of some facets' straight cuts, the way round that the group has."""
-    p = of.mesh.doflocs[:, of.mesh.facets[:, facets]]
-    across = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0], axis=0)
-    away = p.mean(axis=1) - of.mesh.doflocs[:, of.mesh.t[:, of.mesh.f2t[side, facets]]].mean(axis=1)
-    return (across * np.sign((across * away).sum(axis=0))).sum(axis=1) / 2
-
-
-def area(of: GroupedMesh, facets: np.ndarray) -> float:
-    p = of.mesh.doflocs[:, of.mesh.facets[:, facets]]
-    return float(np.linalg.norm(np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0], axis=0), axis=0).sum()) / 2
 
 
 def test_the_scene_reads_back() -> None:

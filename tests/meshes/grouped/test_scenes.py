@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
@@ -12,11 +11,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fem3d.adaptivity import nested
 from fem3d.adaptivity.cell_mesh import mesh_of
 from fem3d.adaptivity.mesh import less_accurate
 from fem3d.problems.heat import HeatProblem
-from fem3d.runs import probe_quantities
 from fem3d.runs import scene as scene_run
 from fem3d.runs.scene import solve
 from scenes.errors import RunawayError, TooLargeError
@@ -140,39 +137,6 @@ def test_runaway_is_refused(tmp_path: Path) -> None:
     document["boundary"][2]["voltage"] = 3
     with pytest.raises(RunawayError, match="thermal runaway"):
         on_mesh(document, "tetra", 1, tmp_path)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("part", [0.5, 1.5])
-def test_between_the_runaways_of_a_mesh_and_of_the_refined_one_there_is_an_answer_or_a_sentence(
-    part: float, tmp_path: Path
-) -> None:
-    """Degree 1 of the refined mesh may have no steady state to compare with."""
-
-    def meshed(voltage: float) -> MeshScene:
-        document = bridge(steady=True, accuracy=1e-2)
-        document["material"][0]["temperature_coefficient"] = -4e-3
-        document["boundary"][2]["voltage"] = voltage
-        boxes.write(boxes.grouped(from_dict(document), "hexahedron", 1, None), tmp_path / "m.msh", 1e-6)
-        found = from_dict(boxes.document(document, "m.msh", 1e-6), folder=str(tmp_path))
-        assert isinstance(found, MeshScene)
-        return found
-
-    scene, limits = meshed(3.0), []
-    study, mesh = probe_quantities.study(scene, scene_run.part_of(scene, whole=True)), mesh_of(scene)
-    for each in (mesh, mesh.refine_all()):
-        assert each is not None
-        with pytest.raises(RunawayError) as runaway:
-            nested.solution(study, each.problems())
-        limits.append(runaway.value.limit)
-    coarse, fine = limits
-    assert coarse < fine
-    between = meshed(coarse + part * (fine - coarse))
-    with suppress(RunawayError):
-        found = solve(between)
-        assert part < 1
-        assert found.details["mesh"]["refined"]
-        assert all(estimate.error > 0 for estimate in found.steady.values())
 
 
 def test_warns_of_an_accuracy_that_memory_does_not_allow(tmp_path: Path) -> None:
