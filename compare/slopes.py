@@ -91,8 +91,7 @@ class Slopes:
             return np.array([slope.value * self.sizes[name] + self.shift.get(key, {}).get(name, 0.0)])
         if self.times is None or name not in self.traces.get(key, {}):
             return np.full(len(times), np.nan)
-        late = np.log(np.maximum(times, self.times[0]))
-        return np.interp(late, np.log(self.times), self.traces[key][name])
+        return np.interp(times, self.times, self.traces[key][name])
 
     def over_time(self, name: str, times: np.ndarray, uncertain: Uncertain) -> np.ndarray:
         """(times,): u_input of a trace, or of the steady value at infinite time."""
@@ -166,15 +165,15 @@ def _of_sink(
     if times is None or result.traces is None:
         return Slopes(sizes, relative)
     # A temperature is the room's and a rise; where the room is the key, both move.
-    room, late = sink.room_temperature, result.traces.time >= times[0]
-    at, traces = result.traces.time[late], dict[str, dict[str, np.ndarray]]()
+    room, at, traces = sink.room_temperature, result.traces.time, dict[str, dict[str, np.ndarray]]()
+    late = np.log(np.maximum(at, times[0]))
     for key, by_name in course.items():
         moves = (neighbour(sink, key, STEP).room_temperature - room) / STEP
         traces[key] = {}
         for name, slope in by_name.items():
             thermal = name.endswith("_K")
-            rises = result.traces.values[name][late] - room * thermal
-            traces[key][name] = rises * np.interp(np.log(at), np.log(times), slope) + moves * thermal
+            rises = result.traces.values[name] - room * thermal
+            traces[key][name] = rises * np.interp(late, np.log(times), slope) + moves * thermal
     return Slopes(sizes, relative, times=at, traces=traces, table=_table(times, course, model))
 
 
