@@ -1,9 +1,7 @@
 """The parametric sink: the paper's beam on two anchored pads (section 2 of the paper, Figures 4 to 7), or a row of
 beams with islands between.
 
-Spans and islands are numbered from the lower outer end. The ends of a long row affect the first few spans only; the
-spans further inside are alike. ``Sink.scene`` can make a shorter row, whose innermost spans *stand for* the others, so
-that the current meets the resistance of all.
+Spans and islands are numbered from the lower outer end.
 """
 
 from __future__ import annotations
@@ -14,7 +12,6 @@ from dataclasses import dataclass, field, replace
 from itertools import product
 from typing import Any, ClassVar, Literal, NamedTuple
 
-from scenes import laws
 from scenes.checks import SINK_TOLERANCES, SLOPE_TOLERANCES
 from scenes.model import ROUNDING, Boundary, Box, Contact, Material, Point, Probe, Scene
 from scenes.parameters import Parameters
@@ -38,8 +35,6 @@ ALONG_GAP = 1e-6
 """A gas box conducts this part along the gap of what it conducts across it: that makes a film of it."""
 WEIGHTLESS = 1e-3
 """J/(m3 K): heat capacity of a gas box, a millionth of air's, as a film has none."""
-SLOWEST = 0.9
-"""Largest ratio of two neighbouring spans' differences; a row in which they fall more slowly is solved whole."""
 
 
 class Drive(NamedTuple):
@@ -193,19 +188,6 @@ class Sink:
 def different(count: int) -> int:
     """Return the number of different spans of a row, whose halves mirror each other."""
     return (count + 1) // 2
-
-
-def decay(sink: Sink) -> float:
-    """Return r, where the effect of a row's outer end falls like r^k over the spans k; at most `SLOWEST`.
-
-    The chain of resistances along a span and down through an island gives r + 1/r = 2 + R_span / R_island.
-    """
-    silicon, oxide = (m.at(sink.room_temperature).thermal_conductivity for m in (sink.silicon, sink.oxide))
-    along = sink.length / (laws.along(silicon)[1] * sink.cross_section)
-    down = (sink.oxide_thickness / laws.along(oxide)[2] + sink.contacts) / (sink.island * sink.island_width)
-    half = 1 + along / down / 2
-    # The inverse of the larger root: the difference that is the smaller one leaves nothing from a half of 1e8 on.
-    return min(1 / (half + math.sqrt(half**2 - 1)), SLOWEST)
 
 
 def start(sink: Sink, number: int) -> float:

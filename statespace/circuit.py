@@ -30,6 +30,8 @@ def measured(voltage: np.ndarray, resistance: np.ndarray, ground: float) -> np.n
     A film whose voltage drives no current forward, as before the first sample, is seen by a test current of its own,
     with the lead in series: R + R_ground.
     """
+    if not ground:
+        return resistance
     current = currents(voltage, resistance, ground)
     forward = voltage * current > 0
     ratio = current[..., ::-1] / np.where(forward, current, 1.0)

@@ -20,15 +20,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg
 
+from reduced1d.elements import Elements
 from reduced1d.equations import anchor_flow, resistance, room_resistivity
-from reduced1d.line import Line, reference
-from reduced1d.line import modes as modes_of
+from reduced1d.ladder.few_states import modes as modes_of
 from reduced1d.sink import air_conductance, anchor_series_resistance, gap_conductance
 from scenes.device import Device, External
 from statespace import stability as loop
@@ -139,29 +138,29 @@ def modes(lumped: Lumped, degree: int, grids: tuple[np.ndarray, np.ndarray] = GR
     """Modes of the device with insulator and polymer cut at ``grids`` into elements of a degree of at least 2."""
     slabs, cuts = (lumped.insulator, lumped.polymer), [len(grid) - 1 for grid in grids]
     sizes = [slab.thickness * np.diff(grid) for slab, grid in zip(slabs, grids, strict=True)]
-    outer = sum(cuts)
-    line = Line(np.concatenate(sizes).tolist(), [degree] * outer, list(pairwise(range(outer + 1))))
+    heights, sensor, outer = np.concatenate([[0.0], *sizes]).cumsum(), cuts[0], sum(cuts)
+    e = Elements([heights], degree)
     capacity = np.repeat([slab.heat_capacity * slab.area for slab in slabs], cuts)
     conductivity = np.repeat([slab.conductivity * slab.area for slab in slabs], cuts)
-    films = np.array([0, cuts[0]])
-    mass, stiffness = line.products(capacity), line.products(0 * capacity, conductivity)
+    films = np.array([0, sensor])
+    mass, stiffness = e.mass(capacity).toarray(), e.stiffness(conductivity).toarray()
+    unit_step = _step(mass, e.dofs[:, -1], degree)
     mass[films, films] += lumped.capacity
     stiffness[0, 0] += lumped.conductance
-    free = np.delete(np.arange(line.size), outer)
+    free = np.delete(np.arange(e.size), outer)
     K = stiffness[np.ix_(free, free)]
-    w = np.zeros(line.size)
-    w[outer] = 1.0
+    w = np.eye(1, e.size, outer)[0]
     w[free] = -scipy.linalg.solve(K, stiffness[free, outer], assume_a="pos")
-    below = np.zeros(line.size)
+    below = np.zeros(e.size)
     down = lumped.conductance - lumped.to_air
-    below[free] = scipy.linalg.solve(K, down * np.eye(line.size)[0][free], assume_a="pos")
+    below[free] = scipy.linalg.solve(K, down * np.eye(e.size)[0][free], assume_a="pos")
     rates, phi = modes_of(mass[np.ix_(free, free)], K)
-    into_polymer = -conductivity[-1] * line.at(cuts[0], -1.0)[1]
-    content = line.integral(capacity * (np.arange(outer) < cuts[0]))
+    into_polymer = -conductivity[-1] * e.at([0], heights[[sensor]])[1].toarray()[0]
+    content = e.integral(capacity * (np.arange(outer) < sensor))
     content[films] += lumped.capacity
     modal = Modal(
         rates, phi[films], np.array([0, 1]), lumped.resistance, lumped.coefficient, w[films],
-        phi.T @ (mass[np.ix_(free, free)] @ (w - _step(line, degree))[free]),
+        phi.T @ (mass[np.ix_(free, free)] @ (w - unit_step)[free]),
         (into_polymer[free] @ phi)[None], np.array([into_polymer @ w]), np.zeros((1, 2)),
         Inlet(
             below[films], phi.T @ (mass[np.ix_(free, free)] @ below[free]), np.array([into_polymer @ below]),
@@ -171,14 +170,13 @@ def modes(lumped: Lumped, degree: int, grids: tuple[np.ndarray, np.ndarray] = GR
     return Modes(modal, content[free] @ phi, float(content @ w))
 
 
-def _step(line: Line, degree: int) -> np.ndarray:
-    """(n,): a unit step of the outer face's temperature an instant later: zero outside the last element and, in it,
-    orthogonal to all polynomials of a degree less that vanish at that face, so that the rest of the stack sees nothing
-    yet. An L2 projection of the step would ring through it at once."""
-    mass, tests, unit_step = reference(degree)[0], np.r_[0, 2:degree], np.zeros(line.size)
-    last = line.functions[-1]
+def _step(mass: np.ndarray, last: np.ndarray, degree: int) -> np.ndarray:
+    """(n,): a unit step of the outer face's temperature an instant later: zero outside the ``last`` element's functions
+    and, in it, orthogonal to all polynomials of a degree less that vanish at that face, so that the rest of the stack
+    sees nothing yet. An L2 projection of the step would ring through it at once."""
+    tests, inner, unit_step = last[np.r_[0, 2:degree]], last[2:], np.zeros(len(mass))
     unit_step[last[1]] = 1.0
-    unit_step[last[2:]] = -np.linalg.solve(mass[tests, 2:], mass[tests, 1])
+    unit_step[inner] = -np.linalg.solve(mass[np.ix_(tests, inner)], mass[tests, last[1]])
     return unit_step
 
 

@@ -29,7 +29,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import scipy.linalg
 
-from reduced1d.line import modes
 from reduced1d.radau import ShortStepError, Step, interpolate, march
 from scenes.checks import FIRST_TIME
 from scenes.errors import RunawayError
@@ -86,6 +85,14 @@ class FewStates:
         """The same, of dense matrices, with states that decay each at its own rate."""
         rates, shapes = modes(self.capacity, self.conductance)
         return replace(self.on(shapes), capacity=np.eye(self.states), conductance=np.diag(rates))
+
+
+def modes(capacity: np.ndarray, conductance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Rates (n,) in 1/s, ascending, and modes (n, n) in which the capacity (J/K) is one and the conductance (W/K) the
+    rates. The pencil is solved for time constants, so that the slow modes keep full precision."""
+    times, vectors = scipy.linalg.eigh(capacity, conductance)
+    rates = 1 / times[::-1]
+    return rates, vectors[:, ::-1] * np.sqrt(rates)
 
 
 def steady_state(model: FewStates) -> tuple[np.ndarray, float]:

@@ -10,135 +10,94 @@ At its ends are anchors of a resistance R and a capacity C, k A T' = T / R + C d
 outer faces also make heat. Half of the row is cut into polynomials; theirs is Galerkin's method, as is the anchor's
 one shape, so that the fin of one span is the plate projected on rises that are uniform across the beam. A row's fin
 also leaves out that heat converges to an island narrower than the beam.
-
-Spans further in than some few are all alike, each symmetric about its middle: the polynomials of one half of a span and
-of one half of an island serve for all of these, which is Galerkin's method too.
 """
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
-
 import numpy as np
+import scipy.sparse as sp
 
+from reduced1d.elements import Elements
 from reduced1d.equations import room_resistivity
 from reduced1d.ladder.anchor import Anchor
 from reduced1d.ladder.few_states import FewStates
 from reduced1d.ladder.plate import film, gap_film, stored
-from reduced1d.line import Line
-from scenes.sink import Sink, decay, different
+from scenes.sink import Sink, different, start
 
-_SPAN = np.array([0.0, 0.02, 0.08, 0.3, 1.0])
+_HALF_SPAN = np.array([0.0, 0.02, 0.08, 0.3, 1.0])
 """Element boundaries of half a span: fine near its end, from which heat has spread a little at 10 us."""
-_DEGREES = (5, 6, 7, 8)  # Polynomial degrees of these elements.
-_ALIKE = 1e-6
-"""Spans where the effect of the row's end has fallen below this part are taken as alike."""
 
 
 def fin(
     sink: Sink, anchor: Anchor, *, pad_capacity: bool = True, oxide_capacity: bool = True, finer: int = 0
 ) -> FewStates:  # fmt: skip
-    """The fin on an anchor, with the chosen capacities (of the islands with the oxide's); ``finer`` is added to the
-    polynomials' degrees, and half as much to the number of spans that differ.
+    """Assemble the fin on an anchor, with the chosen capacities (of the islands with the oxide's), by polynomials of
+    degree 7 + ``finer``.
 
     Raises ValueError where the silicon does not conduct.
     """
-    row = _halved(sink, finer)
+    lengths, numbers, islands = _elements(sink)
+    nodes = np.concatenate([[0.0], np.cumsum(lengths)])
+    e = Elements([nodes], 7 + finer)
     k, A_c = sink.silicon.thermal_conductivity, sink.cross_section
     resistivity, a = room_resistivity(sink.silicon, sink.room_temperature)
     per_length, air = resistivity / A_c, sink.convection_coefficient * sink.width
     gas = gap_film(sink) * sink.width
     block = oxide_capacity * sink.oxide.heat_capacity * sink.oxide_thickness * stored(sink) * sink.island_width
     down = film(sink) * sink.island_width
-    both, over = 2 * row.weights, row.islands  # the row has two halves
-    integral = row.line.integral(both)
-    end = np.eye(len(integral))[0]
-    node = np.outer(end, end)
+    both = np.full(len(lengths), 2.0)  # the row has two halves
+    end = np.eye(1, e.size)[0]
+    node = sp.csr_matrix(([1.0], ([0], [0])), shape=(e.size, e.size))
     capacity = pad_capacity * anchor.pad + oxide_capacity * anchor.oxide
+    integral = e.integral(both)
+
+    def mean(number: int, island: bool = False) -> np.ndarray:
+        """(n,): the mean over a span or an island, or over the half of it that is in this half of the row."""
+        part = (numbers == number) & (islands == island)
+        return e.integral(part.astype(float)) / lengths[part].sum()
+
+    def along(number: int, places: np.ndarray) -> np.ndarray:
+        """(places, n): values at some places of a span (from 0 to 1); the other half of the row mirrors this one."""
+        y = start(sink, number) + places * sink.length
+        return np.asarray(e.at([0] * len(y), np.minimum(y, sink.row_length - y))[0].toarray())
+
     outputs = {
-        "end": end, "mean": row.line.integral(both * ~over) / sink.spans / sink.length,
+        "end": end, "mean": e.integral(both * ~islands) / sink.spans / sink.length,
         "air": air * integral + 2 * anchor.air * end,
     }  # fmt: skip
     if sink.spans == 1:
-        outputs |= {"peak": row.along(1, [0.5])[0], "air_beam": air * integral, "gas_beam": gas * integral}
+        outputs |= {"peak": along(1, np.array([0.5]))[0], "air_beam": air * integral, "gas_beam": gas * integral}
     else:
         outputs["anchor_heat"] = end / anchor.resistance
         for number in range(1, different(sink.spans) + 1):
-            span = min(number, row.solved)
-            outputs[f"span{number}_middle"] = row.along(span, [0.5])[0]
-            outputs[f"span{number}_mean"] = row.mean(span)
-            outputs[f"span{number}_peak"] = row.along(span, np.linspace(0.0, 1.0, 41))
+            outputs[f"span{number}_middle"] = along(number, np.array([0.5]))[0]
+            outputs[f"span{number}_mean"] = mean(number)
+            outputs[f"span{number}_peak"] = along(number, np.linspace(0.0, 1.0, 41))
         for number in range(1, sink.spans // 2 + 1):
             # A block keeps a third of its capacity: the heat into the substrate over time is the film's alone.
-            outputs[f"island{number}_heat"] = down * sink.island * row.mean(min(number, row.solved), island=True)
+            outputs[f"island{number}_heat"] = down * sink.island * mean(number, island=True)
+    losses = both * (air + gas + down * islands)
     return FewStates(
-        row.line.products(both * (sink.silicon.heat_capacity * A_c + block * over)) + 2 * capacity * node,
-        row.line.products(both * (air + gas + down * over), both * k * A_c) + 2 / anchor.resistance * node,
+        (e.mass(both * (sink.silicon.heat_capacity * A_c + block * islands)) + 2 * capacity * node).tocsc(),
+        (e.mass(losses) + e.stiffness(both * k * A_c) + 2 / anchor.resistance * node).tocsc(),
         per_length * integral + anchor.source * end,
-        row.line.products(both * per_length) + anchor.feedback * node,
+        (e.mass(both * per_length) + anchor.feedback * node).tocsc(),
         per_length * sink.row_length + anchor.circuit, per_length * integral, per_length * sink.row_length, outputs,
         a, sink.drive,
-    ).in_modes()  # fmt: skip
+    )  # fmt: skip
 
 
-@dataclass(frozen=True, eq=False)
-class _Row:
-    """Elements of half a row: how many each is in ``weights``, whether it is over one of the ``islands``, and the
-    ``numbers`` of spans and islands from the pad inwards, of which ``solved`` differ."""
-
-    line: Line
-    weights: np.ndarray
-    islands: np.ndarray
-    numbers: np.ndarray
-    solved: int
-
-    def mean(self, number: int, island: bool = False) -> np.ndarray:
-        """(n,): the mean over a span or an island."""
-        elements = (self.numbers == number) & (self.islands == island)
-        return self.line.integral(1.0 * elements) / np.array(self.line.lengths)[elements].sum()
-
-    def along(self, number: int, places: np.ndarray | list[float]) -> np.ndarray:
-        """(places, n): values at some places of a span (from 0 to 1), whose second half may mirror the first."""
-        elements = np.flatnonzero((self.numbers == number) & ~self.islands).tolist()
-        edges = np.cumsum([0.0, *(self.line.lengths[i] for i in elements)])
-        whole = edges[-1] if len(elements) > len(_DEGREES) else 2 * edges[-1]
-        rows = []
-        for place in places:
-            y = whole * (1 - place if place * whole > edges[-1] else place)
-            i = min(max(int(np.searchsorted(edges, y, side="right")) - 1, 0), len(elements) - 1)
-            rows.append(self.line.at(elements[i], 2 * (y - edges[i]) / (edges[i + 1] - edges[i]) - 1)[0])
-        return np.array(rows)
-
-
-def _halved(sink: Sink, finer: int) -> _Row:
-    """The elements of half a row, with degrees so much higher."""
-    inner, apart = different(sink.spans), math.ceil(math.log(_ALIKE) / math.log(decay(sink))) + finer // 2
-    alike, solved = apart < inner, min(apart, inner)
-    half, island = np.diff(_SPAN) * sink.length / 2, np.array([sink.island / 2])
-    degrees, over = [p + finer for p in _DEGREES], [4 + finer]
-    # Halves of spans and islands deeper than the middle of the first span that stands for others.
-    deeper = (sink.spans - 2 * solved + 1) * alike
-    elements: list[tuple[float, int, tuple[int, int], int, bool, int]] = []
-
-    def add(number: int, parts: np.ndarray, degrees: list[int], first: int, weight: int = 1, isle: bool = False) -> int:
-        """Appends elements from a node on; the node where they end."""
-        for length, degree in zip(parts.tolist(), degrees, strict=True):
-            last = len(elements) + 1  # every element brings one node, its end
-            elements.append((length, degree, (first, last), weight, isle, number))
-            first = last
-        return first
-
-    node = 0
-    for number in range(1, solved + 1):
-        first, last = node, number == solved
-        node = add(number, half, degrees, node, 1 + deeper * last)
-        if last and (alike or sink.spans % 2):
-            break
-        node = add(number, half[::-1], degrees[::-1], node)
-        node = add(number, island, over, node, isle=True)
-        node = node if last else add(number, island, over, node, isle=True)
-    if alike:
-        add(solved, island, over, first, deeper, isle=True)
-    lengths, orders, nodes, weights, isles, numbers = zip(*elements, strict=True)
-    return _Row(Line(lengths, orders, nodes), np.array(weights), np.array(isles), np.array(numbers), solved)
+def _elements(sink: Sink) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(elements,) thrice, of half a row from the pad inwards: lengths (m), numbers of spans and islands, and whether
+    an element is over an island."""
+    half = np.diff(_HALF_SPAN) * sink.length / 2
+    pieces: list[tuple[np.ndarray, int, bool]] = []
+    for number in range(1, different(sink.spans) + 1):
+        pieces.append((half, number, False))
+        if 2 * number - 1 == sink.spans:
+            break  # the middle of the row
+        pieces.append((half[::-1], number, False))
+        pieces.append((np.array([sink.island / (2 if 2 * number == sink.spans else 1)]), number, True))
+    lengths, numbers, islands = zip(*pieces, strict=True)
+    counts = [len(each) for each in lengths]
+    return np.concatenate(lengths), np.repeat(numbers, counts), np.repeat(islands, counts)

@@ -11,11 +11,11 @@ import numpy as np
 
 from reduced1d import ladder
 from reduced1d.ladder.anchor import Anchor, anchor_of, one_node_remainder, thin_plate_remainder
-from reduced1d.ladder.few_states import FewStates, result, steady_state
+from reduced1d.ladder.few_states import FewStates, result
 from reduced1d.ladder.fin import fin
 from reduced1d.ladder.lumps import lumps
-from reduced1d.ladder.moments import PLATE_STATES, hot, moment_fields
-from reduced1d.ladder.plate import COARSE, FINE, Grading, Plate, assemble
+from reduced1d.ladder.moments import PLATE_STATES, hot, projected, steady_rise
+from reduced1d.ladder.plate import COARSE, FINE, Grading, Plate, assemble, factorize
 from scenes.result import Result
 from scenes.sink import Sink
 
@@ -64,21 +64,21 @@ class Level:
         """The paper's model on the plate's anchor resistance; of a row perhaps with the islands in the circuit."""
         return lumps(self.sink, self.anchor.resistance, circuit)
 
-    def fin(self, pad_capacity: bool = True, oxide_capacity: bool = True, circuit: bool = True) -> FewStates:
+    def fin(
+        self, pad_capacity: bool = True, oxide_capacity: bool = True, circuit: bool = True, states: int = 0
+    ) -> FewStates:
         """The fin on the plate's anchor, with or without the anchor's capacities and the circuit in it."""
         anchor = self.anchor if circuit else replace(self.anchor, circuit=0.0, source=0.0, feedback=0.0)
-        return fin(self.sink, anchor, pad_capacity=pad_capacity, oxide_capacity=oxide_capacity, finer=self.finer)
+        model = fin(self.sink, anchor, pad_capacity=pad_capacity, oxide_capacity=oxide_capacity, finer=self.finer)
+        inverse = factorize(model.conductance)
+        return projected(model, inverse, steady_rise(model, inverse), states or self.plate_states)
 
     def moments(self, states: int) -> FewStates:
         """The plate, of a row the fin, with some states (fewer where they would depend on each other)."""
         if self.sink.spans > 1:
-            model = self.fin()
-            cold, rise = model.source / model.rates, steady_state(model)[0]
-        else:
-            plate, rise = self._hot
-            model = plate.model
-            cold = plate.inverse.solve(model.source)
-        return model.on(moment_fields(model, cold, rise, states)).in_modes()
+            return self.fin(states=states)
+        plate, rise = self._hot
+        return projected(plate.model, plate.inverse, rise, states)
 
     def whole_plate(self) -> FewStates:
         return self.moments(self.plate_states)

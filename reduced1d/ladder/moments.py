@@ -11,6 +11,7 @@ state is the plate's; and p is the geometric mean of the slowest rate and one ov
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -40,22 +41,23 @@ def hot(plate: Plate) -> tuple[Plate, np.ndarray]:
     """
     if plate.sink.electrodes == "beam-end":
         # Straight along the beam whatever the temperature, but for 4e-7 at 1 V (the 3D model's number).
-        return plate, _steady_rise(plate)
+        return plate, steady_rise(plate.model, plate.inverse)
     plate = plate.carrying(*current_through_pads(plate))
-    rise = _steady_rise(plate)
+    rise = steady_rise(plate.model, plate.inverse)
     for _ in range(30 if plate.model.coefficient else 0):
         plate = plate.carrying(*current_through_pads(plate, rise))
-        before, rise = rise, _steady_rise(plate)
+        before, rise = rise, steady_rise(plate.model, plate.inverse)
         # Each step gains far more than this change.
         if np.abs(rise - before).max() <= 1e-6 * np.abs(rise).max():
             break
     return plate, rise
 
 
-def _steady_rise(plate: Plate) -> np.ndarray:
-    """From the fields G^-1 s, (G^-1 S) G^-1 s ... in whose span it is, as many as change it."""
-    model, rise = plate.model, np.zeros(plate.unknowns)
-    fields = added(np.empty((plate.unknowns, 0)), plate.inverse.solve(model.source), model)
+def steady_rise(model: FewStates, inverse: Any) -> np.ndarray:
+    """From the fields G^-1 s, (G^-1 S) G^-1 s ... in whose span it is, as many as change it; ``inverse`` are the
+    factors of G."""
+    rise = np.zeros(model.states)
+    fields = added(np.empty((model.states, 0)), inverse.solve(model.source), model)
     while fields is not None:
         before, small = rise, model.on(fields)
         squared = steady_state(small.in_modes())[1] ** 2
@@ -63,8 +65,13 @@ def _steady_rise(plate: Plate) -> np.ndarray:
         rise = fields @ np.linalg.solve(heating, squared * small.source)
         if np.abs(rise - before).max() <= 1e-9 * np.abs(rise).max() or not model.coefficient:
             break
-        fields = added(fields, plate.inverse.solve(model.feedback @ fields[:, -1]), model)
+        fields = added(fields, inverse.solve(model.feedback @ fields[:, -1]), model)
     return rise
+
+
+def projected(model: FewStates, inverse: Any, steady: np.ndarray, count: int) -> FewStates:
+    """The model on a ``steady`` field (n,) and moments, with some states; ``inverse`` are the factors of G."""
+    return model.on(moment_fields(model, inverse.solve(model.source), steady, count)).in_modes()
 
 
 def moment_fields(model: FewStates, cold: np.ndarray, steady: np.ndarray, count: int) -> np.ndarray:

@@ -15,9 +15,10 @@ from functools import cached_property
 import numpy as np
 import scipy.sparse as sp
 
+from reduced1d.elements import Elements
 from reduced1d.network.circuit import Circuit, assemble, factor, weighted
-from reduced1d.network.elements import Elements, graded_nodes
 from reduced1d.network.lines import Layout
+from reduced1d.network.nodes import graded_nodes
 from scenes import physics
 from scenes.errors import NumericsError
 from scenes.model import Schedule, Value, is_zero

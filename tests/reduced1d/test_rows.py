@@ -9,9 +9,7 @@ import pytest
 from scipy.integrate import quad, solve_bvp
 
 from reduced1d import equations, ladder
-from reduced1d.ladder import fin
-from reduced1d.ladder.few_states import Trajectory, steady
-from reduced1d.ladder.levels import Levels
+from reduced1d.ladder.few_states import steady
 from reduced1d.ladder.lumps import half_island, lumps
 from reduced1d.ladder.plate import film
 from reduced1d.sink import anchor_series_resistance
@@ -108,17 +106,16 @@ def test_what_is_made_for_one_span_says_so() -> None:
         ladder.solve(Sink(spans=2), "plate")
 
 
-def test_spans_taken_to_be_alike_are_what_they_would_be_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A row with three distinct spans against all ten; the twin, with two, is off."""
-    sink, times = Sink(spans=10, convection_coefficient=300.0), np.array([1e-4, 1e-3])
-    anchor = Levels(replace(sink, spans=1)).coarse.anchor
-    found = {}
-    for left in (1e-6, 1e-30, 0.5):
-        monkeypatch.setattr(fin, "_ALIKE", left)
-        model = fin.fin(sink, anchor)
-        found[left] = model.states, steady(model), Trajectory(model, times[-1]).quantities(times)
-    (few, short, on_the_way), (all_of, exact, at), (_, wrong, _) = found.values()
-    assert few < all_of
-    assert short == pytest.approx(exact, rel=1e-6)
-    assert all(on_the_way[name] == pytest.approx(values, rel=1e-6) for name, values in at.items())
-    assert wrong["span2_mean_rise_K"] != pytest.approx(exact["span2_mean_rise_K"], rel=1e-4)
+def test_a_long_row_is_solved_whole() -> None:
+    """At one current the spans in the middle of 100 are alike, and like the inner spans of 20."""
+    silicon = replace(Sink().silicon, temperature_coefficient=0.0)
+    per_heat = []
+    for spans in (100, 20):
+        found = ladder.solve(Sink(spans=spans, silicon=silicon), "fin", times=np.array([0.0, 1e-4, 1e-3]))
+        heat = found.steady["current_A"].value ** 2
+        values = [found.steady[f"{name}_rise_K"].value for name in ("span9_mean", "span9_peak", "end")]
+        late = [found.over_time.values[f"{name}_K"][1:] - 293.0 for name in ("span9_mean", "end")]
+        per_heat.append(np.concatenate([values, *late]) / heat)
+        middle = found.steady[f"span{spans // 2}_mean_rise_K"].value
+        assert found.steady[f"span{spans // 2 - 1}_mean_rise_K"].value == pytest.approx(middle, rel=1e-6)
+    assert per_heat[0] == pytest.approx(per_heat[1], rel=3e-5)

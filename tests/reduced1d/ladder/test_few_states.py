@@ -9,8 +9,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from reduced1d.ladder.anchor import Anchor
-from reduced1d.ladder.few_states import Trajectory, largest_drive, steady, steady_state
-from reduced1d.ladder.fin import fin
+from reduced1d.ladder.few_states import FewStates, Trajectory, largest_drive, steady, steady_state
+from reduced1d.ladder.fin import fin as sparse_fin
 from reduced1d.ladder.levels import Levels
 from reduced1d.ladder.lumps import lumps
 from scenes.errors import RunawayError
@@ -29,6 +29,12 @@ SINKS = {
     "air": Sink(voltage=2.0, convection_coefficient=300.0),
 }
 TIMES = np.concatenate([[0.0], np.geomspace(1e-6, 0.02, 60)])
+
+
+def fin(sink: Sink, anchor: Anchor) -> FewStates:
+    """The fin in all its modes."""
+    model = sparse_fin(sink, anchor)
+    return model.on(np.eye(model.states)).in_modes()
 
 
 def bare(resistance: float) -> Anchor:

@@ -10,13 +10,19 @@ import pytest
 
 from reduced1d.equations import room_resistivity
 from reduced1d.ladder.anchor import Anchor
-from reduced1d.ladder.few_states import steady
-from reduced1d.ladder.fin import fin
+from reduced1d.ladder.few_states import FewStates, steady
+from reduced1d.ladder.fin import fin as sparse_fin
 from reduced1d.network import solve
 from reduced1d.network.solution import solve_sink as by_lines
 from scenes.errors import SceneError
 from scenes.loading import load
 from scenes.sink import Sink
+
+
+def fin(sink: Sink, anchor: Anchor) -> FewStates:
+    """The fin in all its modes."""
+    model = sparse_fin(sink, anchor)
+    return model.on(np.eye(model.states)).in_modes()
 
 
 def test_the_anchor_and_the_rises_of_the_fin_on_it() -> None:
