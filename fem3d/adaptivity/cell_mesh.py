@@ -44,9 +44,6 @@ MOST_GROWTH = 3.0  # times the cells of a level that the next one may have
 # A cell is halved only along axes on which indicator times size is at least VARIES times the largest product, and there
 # only along axes longer than SHORTER times the longest: cells may stay long along an edge.
 VARIES, SHORTER = 0.05, 0.5
-# Bisection continues in neighbours until no node hangs, so the growth is unknown: TRIALS sets of cells are tried. The
-# first set would take the fraction FIRST of the room without its neighbours.
-TRIALS, FIRST = 5, 0.25
 MARKED = 0.9  # part of all indicators that the refined cells hold
 
 
@@ -191,21 +188,15 @@ class CellMesh:
         order = np.argsort(-missing)
         order = order[: np.searchsorted(np.cumsum(missing[order]), MARKED * missing.sum()) + 1]
         order = order[too_much[order]]
-        room, best = min(self._room, MOST_GROWTH) - 1, None
-        alone = np.cumsum(2.0 ** shorter.sum(axis=0)[order] - 1) / shorter.shape[1]
-        count = min(int(np.searchsorted(alone, FIRST * room)) + 1, len(order))
-        for _ in range(TRIALS):
-            if not count:
-                break
+        count, most = len(order), min(self._room, MOST_GROWTH) * shorter.shape[1]
+        while count:
             marked = np.zeros_like(shorter)
             marked[:, order[:count]] = shorter[:, order[:count]]
             finer = start._cut(marked)
-            growth = finer.layout.cells.t.shape[1] / self.layout.cells.t.shape[1] - 1
-            best = finer if growth <= room or (best is None and growth <= self._room - 1) else best
-            if growth <= room and (growth >= room / 2 or count == len(order)):
-                break
-            count = min(max(int(0.9 * count * room / growth), 1), len(order) if growth < room else count - 1)
-        return best
+            if finer.layout.cells.t.shape[1] <= most:
+                return finer
+            count //= 2
+        return None
 
     def refine_all(self) -> CellMesh | None:
         return None if self._last else self._cut(self._longest())
