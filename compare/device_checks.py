@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -24,6 +23,7 @@ from scenes.formats import kelvin, milliseconds, percent, quantity
 from statespace.result import BAND, SLOW_TIME, Run, Runs
 
 if TYPE_CHECKING:
+    from compare.outcome import Outcome
     from fem3d.device.solve import Solved
 
 PAPER_SETTLING = 0.1
@@ -38,28 +38,13 @@ METER_RANGES = 1.0, 20e-3
 FILMS = "sink", "sensor"
 
 
-@dataclass(frozen=True)
-class Both:
-    """The runs of a device in 1D, and in 3D where it was solved."""
-
-    one: Runs
-    three: Solved | None = None
-
-    @property
-    def device(self) -> Device:
-        """The scene."""
-        return self.one.base.device
-
-    @property
-    def in_3d(self) -> Solved:
-        """The 3D runs; ValueError where there are none."""
-        if self.three is None:
-            raise ValueError("this check needs the device in 3D")
-        return self.three
+CHECKS: Definitions[Outcome[Device]] = Definitions()
+Make = Callable[["Outcome[Device]"], Comparison]
 
 
-CHECKS: Definitions[Both] = Definitions()
-Make = Callable[[Both], Comparison]
+def _in_3d(outcome: Outcome[Device]) -> Solved:
+    solved: Solved = outcome.solved.details["solved"]
+    return solved
 
 
 def _check(name: str, *needs: str, waits: bool = False) -> Callable[[Make], Make]:
@@ -67,14 +52,14 @@ def _check(name: str, *needs: str, waits: bool = False) -> Callable[[Make], Make
 
     def register(make: Make) -> Make:
         @CHECKS.check(name, *needs)
-        def made(both: Both) -> Comparison:
-            slow, three = "figure11" in needs and both.one.slow, "3D" in needs and both.in_3d.runs.base
-            runs = [run for run in (both.one.base, slow, three) if run and waits and both.device.steps_outside]
+        def made(outcome: Outcome[Device]) -> Comparison:
+            slow, three = "figure11" in needs and outcome.runs.slow, "3D" in needs and _in_3d(outcome).runs.base
+            runs = [run for run in (outcome.runs.base, slow, three) if run and waits and outcome.scene.steps_outside]
             for run in runs:
                 if run.stopped:
                     note = f"the run was stopped at {run.result.time_s[-1]:.6g} s, before the outer step"
                     return Comparison("not reached", math.nan, math.nan, "", math.inf, 0.0, note)
-            return make(both)
+            return make(outcome)
 
         return make
 
@@ -82,27 +67,27 @@ def _check(name: str, *needs: str, waits: bool = False) -> Callable[[Make], Make
 
 
 @_check("fig9_settling", "figure9", "outer step", waits=True)
-def _settling(both: Both) -> Comparison:
+def _settling(outcome: Outcome[Device]) -> Comparison:
     """Compare the settling time with the paper's, which names no band; here it is 1 %."""
-    run = both.one.base
+    run = outcome.runs.base
     bands = ", ".join(f"{percent(part, 1)} in {milliseconds(run.settled(part)[0])}" for part in (BAND, 1e-3, 1e-4))
     note = f"paper: about {PAPER_SETTLING:g} s, no band given; here after the step to {bands}{_rest(run)}"
     return _times("settling time", PAPER_SETTLING, run, note)
 
 
 @_check("fig9_balance", "figure9", "outer step", waits=True)
-def _balance(both: Both) -> Comparison:
+def _balance(outcome: Outcome[Device]) -> Comparison:
     """Compare the sensor's steady power with the heat into the polymer."""
-    run = both.one.base
+    run = outcome.runs.base
     (power, power_error), (flow, flow_error) = run.final("sensor_power_W"), run.final("polymer_flux_W")
     note = f"paper: the steady power becomes heat in the polymer entirely{_rest(run)}"
     return _heat("heat to polymer", power, flow, power_error + flow_error, note, max(abs(power), abs(flow)))
 
 
 @_check("fig10_steady", "figure10", "outer step", waits=True)
-def _steady_flow(both: Both) -> Comparison:
+def _steady_flow(outcome: Outcome[Device]) -> Comparison:
     """Compare the steady heat flow into the polymer with k A/t times the temperature difference across it."""
-    run, device = both.one.base, both.device
+    run, device = outcome.runs.base, outcome.scene
     conductance, (flow, drift) = lump(device).polymer.conductance, run.final("polymer_flux_W")
     across = device.control.set_temperature - device.external.final_temperature
     note = f"paper: the flow follows the sensor's power; k A/t = {quantity(conductance, 'W/K')} at {kelvin(across)}"
@@ -116,9 +101,9 @@ def _heat(title: str, predicted: float, flow: float, error: float, note: str, sc
 
 
 @_check("fig11_slow", "figure11", "outer step", waits=True)
-def _slow(both: Both) -> Comparison:
+def _slow(outcome: Outcome[Device]) -> Comparison:
     """Compare the settling time of the loop sampled every 5 ms with the scene's own, which the paper calls shorter."""
-    base, slow = both.one.base, both.one.slow
+    base, slow = outcome.runs.base, outcome.runs.slow
     assert slow is not None
     (base_time, base_error), (time, error) = base.settled(), slow.settled()
     note = (
@@ -138,9 +123,9 @@ def _slow(both: Both) -> Comparison:
 
 
 @_check("fig12_same_time", "figure12")
-def _same_time(both: Both) -> Comparison:
+def _same_time(outcome: Outcome[Device]) -> Comparison:
     """Compare the times to the steady state after outer steps from -80 to +20 K with each other."""
-    moving = [run for run in both.one.steps if run.step]
+    moving = [run for run in outcome.runs.steps if run.step]
     times = {run.step: run.settled()[0] for run in moving}
     linear = [times[run.step] for run in moving if not _above(run)]
     typical = float(np.median(linear))
@@ -168,23 +153,23 @@ def _times(title: str, expected: float, run: Run, note: str) -> Comparison:
 
 
 @_check("fig13_slope", "figure13")
-def _slope(both: Both) -> Comparison:
+def _slope(outcome: Outcome[Device]) -> Comparison:
     """Compare the slope of the steady power by the outer temperature with -k A/t of the polymer."""
-    conductance, (slope, _, error) = lump(both.device).polymer.conductance, _line(both.one)
-    note = f"paper: a straight line, by R(T); here linear as conduction is, whatever R(T) is{_rest(*_below(both.one))}"
+    conductance, (slope, _, error) = lump(outcome.scene).polymer.conductance, _line(outcome.runs)
+    note = f"paper: a straight line, by R(T); here linear as conduction is{_rest(*_below(outcome.runs))}"
     measured = slope if math.isfinite(error) else math.nan
     return Comparison("slope of power", -conductance, measured, "W/K", relative(-conductance, slope), error, note)
 
 
 @_check("fig13_limit", "figure13")
-def _limit(both: Both) -> Comparison:
+def _limit(outcome: Outcome[Device]) -> Comparison:
     """Compare the outer temperature from which on the power is zero with the set point."""
-    setpoint, (_, zero, error) = both.device.control.set_temperature, _line(both.one)
+    setpoint, (_, zero, error) = outcome.scene.control.set_temperature, _line(outcome.runs)
     above = [f"; {run.step:+g} K leaves {quantity(run.final('sensor_power_W')[0], 'W', 2)}"
-             for run in both.one.steps if _above(run)]  # fmt: skip
+             for run in outcome.runs.steps if _above(run)]  # fmt: skip
     note = f"paper: no higher temperature than the set one is seen; here the line ends at {zero:.7g} K{''.join(above)}"
-    off = (setpoint - zero) / both.device.set_rise
-    return Comparison("end of the range", setpoint, zero, "K", off, error, f"{note}{_rest(*_below(both.one))}")
+    off = (setpoint - zero) / outcome.scene.set_rise
+    return Comparison("end of the range", setpoint, zero, "K", off, error, f"{note}{_rest(*_below(outcome.runs))}")
 
 
 def _line(runs: Runs) -> tuple[float, float, float]:
@@ -224,12 +209,12 @@ def _rest(*runs: Run) -> str:
 
 
 @_check("fig14_ground", "figure14")
-def _ground(both: Both) -> Comparison:
+def _ground(outcome: Outcome[Device]) -> Comparison:
     """Compare a common lead to ground with the resistance at which the sensor's power is off by the paper's accuracy.
 
     The paper gives no resistance; without one in the scene it is one square of the sensor's film.
     """
-    device = both.device
+    device = outcome.scene
     square = float(lump(device).resistance[1]) * device.sink.width / device.sink.length
     limits, lead = ground_effects(device, METER_POWER, METER_RESISTANCE), device.control.ground_resistance or square
     note = (
@@ -241,9 +226,9 @@ def _ground(both: Both) -> Comparison:
     return Comparison("common ground", lead, limits.by_power_ohm, "ohm", off, ROUNDING, note, sense="at least")
 
 
-def _meter(title: str, claim: float, at: int, unit: str, both: Both) -> Comparison:
+def _meter(title: str, claim: float, at: int, unit: str, outcome: Outcome[Device]) -> Comparison:
     """Compare the smallest step that a meter reads with the paper's."""
-    run, step = both.one.base, math.inf
+    run, step = outcome.runs.base, math.inf
     note = f"paper: {quantity(claim, unit, 2)} in ranges of {METER_RANGES[0]:g} V and {METER_RANGES[1]:g} A; here "
     try:
         voltage, power = delivered(run.device, run.after, 1)
@@ -263,11 +248,11 @@ _check("meter_power", "all figures")(partial(_meter, "NI 4070, power", METER_POW
 
 
 @_check("meter_rate", "all figures")
-def _rate(both: Both) -> Comparison:
+def _rate(outcome: Outcome[Device]) -> Comparison:
     """Compare the meter's rate with that of the controllers, a reading per sample."""
-    eigenvalue = shown(largest_eigenvalue(at_sample_time(both.device, 1 / METER_RATE)))
+    eigenvalue = shown(largest_eigenvalue(at_sample_time(outcome.scene, 1 / METER_RATE)))
     note = f"paper: {METER_RATE:g} S/s is more than sufficient; there the loop's largest eigenvalue is {eigenvalue}"
-    return _at_most("NI 4070, rate", METER_RATE, 1 / both.device.control.sample_time, "S/s", note)
+    return _at_most("NI 4070, rate", METER_RATE, 1 / outcome.scene.control.sample_time, "S/s", note)
 
 
 def _against_3d(title: str, unit: str, in_1d: float, in_3d: float, error: float, note: str = "") -> Comparison:
@@ -276,53 +261,47 @@ def _against_3d(title: str, unit: str, in_1d: float, in_3d: float, error: float,
     return compared(title, in_1d, in_3d, unit, error, f"{values}{note and f': {note}'}")
 
 
-def _steady(film: str, word: str, both: Both) -> Comparison:
+def _steady(film: str, word: str, outcome: Outcome[Device]) -> Comparison:
     unit = {"power": "power_W", "voltage": "V"}[word]
-    name, control = f"{film}_{unit}", both.device.control
-    one, three = (getattr(run.after, name) for run in (both.one.base, both.in_3d.runs.base))
+    name, control = f"{film}_{unit}", outcome.scene.control
+    one, three = (getattr(run.after, name) for run in (outcome.runs.base, _in_3d(outcome).runs.base))
     note = "the sensor's power leaves through the polymer in both"
     if film == "sink":
         note = "heat goes along the layers too, and eq 14 leaves out the constriction in pad and oxide"
-        note += ", and the air that cools the covered beam" * bool(both.device.sink.convection_coefficient)
+        note += ", and the air that cools the covered beam" * bool(outcome.scene.sink.convection_coefficient)
     note = "over the common ground both films read too warm" if control.ground_resistance else note
-    error = both.in_3d.model.steady_errors(both.device)[name]
+    error = _in_3d(outcome).model.steady_errors(outcome.scene)[name]
     return _against_3d(f"steady {word}, {film}", unit[-1], one, three, error, note)
 
 
-def _peak(film: str, both: Both) -> Comparison:
-    (in_1d, _), (in_3d, _) = (_highest(run, film) for run in (both.one.base, both.in_3d.runs.base))
-    note, error = "the controllers push until they read the set temperature", both.in_3d.runs.base.result.errors
-    return _against_3d(f"peak, {film}", "K", in_1d, in_3d, error[f"{film}_K"], note)
-
-
-def _peak_time(film: str, both: Both) -> Comparison:
-    result = both.in_3d.runs.base.result
-    (_, in_1d), (value, in_3d) = (_highest(run, film) for run in (both.one.base, both.in_3d.runs.base))
-    rises = result.trace(f"{film}_K") - both.device.sink.room_temperature
-    near = result.time_s[rises > value - 2 * result.errors[f"{film}_K"]]
-    return _against_3d(f"when, {film}", "s", in_1d, in_3d, float(np.abs(near - in_3d).max(initial=0.0)))
-
-
-def _highest(run: Run, film: str) -> tuple[float, float]:
-    """The highest rise (K) before the outer step, and when (s)."""
-    result, device = run.result, run.device
-    early = result.time_s <= (device.external.step_time if device.steps_outside else math.inf)
-    rises = result.trace(f"{film}_K")[early] - device.sink.room_temperature
-    at = int(np.argmax(rises))
-    return float(rises[at]), float(result.time_s[at])
+def _peak(film: str, when: bool, outcome: Outcome[Device]) -> Comparison:
+    """Compare the highest rise of a film before the outer step, or its time."""
+    device, result = outcome.scene, _in_3d(outcome).runs.base.result
+    error, rises, highest = result.errors[f"{film}_K"], [], []
+    for each in (outcome.runs.base.result, result):
+        early = each.time_s <= (device.external.step_time if device.steps_outside else math.inf)
+        rises.append(each.trace(f"{film}_K") - device.sink.room_temperature)
+        at = int(np.argmax(rises[-1][early]))
+        highest.append((float(rises[-1][at]), float(each.time_s[at])))
+    (rise_1d, time_1d), (rise_3d, time_3d) = highest
+    if when:
+        near = result.time_s[rises[-1] > rise_3d - 2 * error]
+        return _against_3d(f"when, {film}", "s", time_1d, time_3d, float(np.abs(near - time_3d).max(initial=0.0)))
+    note = "the controllers push until they read the set temperature"
+    return _against_3d(f"peak, {film}", "K", rise_1d, rise_3d, error, note)
 
 
 for _word in ("power", "voltage"):
     for _film in FILMS:
         _check(f"dev3d_{_film}_{_word}", "3D", "figure9")(partial(_steady, _film, _word))
-for _suffix, _make in {"peak": _peak, "peak_time": _peak_time}.items():
+for _suffix in ("peak", "peak_time"):
     for _film in FILMS:
-        _check(f"dev3d_{_film}_{_suffix}", "3D", "figure9", waits=True)(partial(_make, _film))
+        _check(f"dev3d_{_film}_{_suffix}", "3D", "figure9", waits=True)(partial(_peak, _film, _suffix == "peak_time"))
 
 
 @_check("dev3d_settling", "3D", "figure9", "outer step", waits=True)
-def _settling_3d(both: Both) -> Comparison:
-    (in_1d, error_1d), (in_3d, error_3d) = (run.settled() for run in (both.one.base, both.in_3d.runs.base))
+def _settling_3d(outcome: Outcome[Device]) -> Comparison:
+    (in_1d, error_1d), (in_3d, error_3d) = (run.settled() for run in (outcome.runs.base, _in_3d(outcome).runs.base))
     if math.inf in (in_1d, in_3d):
         note = f"the sensor's power does not settle to {percent(BAND, 1)} in both models before the run ends"
         return Comparison("settling time", in_1d, in_3d, "s", 0.0 if in_1d == in_3d else math.inf, math.inf, note)
@@ -331,19 +310,19 @@ def _settling_3d(both: Both) -> Comparison:
 
 
 @_check("dev3d_slope", "3D", "figure13")
-def _slope_3d(both: Both) -> Comparison:
+def _slope_3d(outcome: Outcome[Device]) -> Comparison:
     """Compare k A/t of the polymer with the slope of Figure 13, of the steady powers in 3D."""
-    devices, model = [run.device for run in _below(both.one)], both.in_3d.model
+    devices, model = [run.device for run in _below(outcome.runs)], _in_3d(outcome).model
     outer = [device.external.final_temperature for device in devices]
     power = np.array([model.steady(device).sensor_power_W for device in devices])
     error = 2 * sum(model.steady_errors(device)["sensor_power_W"] for device in devices) / float(np.ptp(power))
     slope = float(np.polyfit(outer, power, 1)[0])
-    return _against_3d("slope of power", "W/K", -lump(both.device).polymer.conductance, slope, error * abs(slope))
+    return _against_3d("slope of power", "W/K", -lump(outcome.scene).polymer.conductance, slope, error * abs(slope))
 
 
-def _gain(film: str, both: Both) -> Comparison:
+def _gain(film: str, outcome: Outcome[Device]) -> Comparison:
     """Compare the largest stable gains; 3D's error is the change from the coarser mesh."""
-    device, external, model, key = both.device, both.device.external, both.in_3d.model, f"{film}_gain_limit"
+    device, external, model, key = outcome.scene, outcome.scene.external, _in_3d(outcome).model, f"{film}_gain_limit"
     limits: list[Callable[..., object]] = [stability, model.stability, model.coarser.stability]
     outer = external.initial_temperature, external.final_temperature
     in_1d, in_3d, coarser = (min(float(getattr(limit(device, t), key)) for t in outer) for limit in limits)
@@ -356,8 +335,8 @@ for _film in FILMS:
 
 
 @_check("dev3d_claim_steady", "3D", "figure9", "outer step")
-def _claim_steady(both: Both) -> Comparison:
-    state, errors = both.in_3d.runs.base.after, both.in_3d.model.steady_errors(both.device)
+def _claim_steady(outcome: Outcome[Device]) -> Comparison:
+    state, errors = _in_3d(outcome).runs.base.after, _in_3d(outcome).model.steady_errors(outcome.scene)
     power, flow = state.sensor_power_W, state.polymer_flux_W
     note = f"paper: the sensor's power is the heat through the polymer; {quantity(abs(power - flow), 'W', 2)} pass "
     error, scale = errors["sensor_power_W"] + errors["polymer_flux_W"], max(abs(power), abs(flow)) or 1.0
@@ -365,9 +344,9 @@ def _claim_steady(both: Both) -> Comparison:
 
 
 @_check("dev3d_claim_over_time", "3D", "figure9", "outer step", waits=True)
-def _claim_over_time(both: Both) -> Comparison:
+def _claim_over_time(outcome: Outcome[Device]) -> Comparison:
     """Compare the same from the outer step on, relative to the step of the steady power."""
-    run = both.in_3d.runs.base
+    run = _in_3d(outcome).runs.base
     result, errors, start = run.result, run.result.errors, run.device.external.step_time
     assert result.polymer_top_W is not None
     after = result.time_s > start + 1e-9 * run.device.control.sample_time
@@ -385,11 +364,11 @@ def _claim_over_time(both: Both) -> Comparison:
 
 
 @_check("dev3d_shielding", "3D", "figure9")
-def _shielding(both: Both) -> Comparison:
+def _shielding(outcome: Outcome[Device]) -> Comparison:
     """Compare the sensor's loss to the substrate with none, relative to the loss with the sink off."""
-    slopes, errors = both.in_3d.shielding
+    slopes, errors = _in_3d(outcome).shielding
     closed, off = slopes.sensor_power_per_substrate_W_per_K, slopes.sensor_power_per_substrate_sink_off_W_per_K
-    largest, when = both.in_3d.response.largest
+    largest, when = _in_3d(outcome).response.largest
     note = (
         f"paper: the sensor loses nothing to the substrate; 1 K there changes its power by {quantity(closed, 'W', 2)}, "
         f"with the sink off by {quantity(off, 'W', 4)}; over time by up to {quantity(largest, 'W', 3)}, "

@@ -80,6 +80,13 @@ class Outcome(Generic[S_co]):
         return self.fem3d
 
     @property
+    def reduced(self) -> Result:
+        """The 1D result; ValueError where there is none."""
+        if self.reduced1d is None:
+            raise ValueError("this run has no 1D model")
+        return self.reduced1d
+
+    @property
     def runs_away(self) -> str:
         """When the heating of a transient runs away, shortly before which the run ends; empty where it does not."""
         return "" if self.fem3d is None else str(self.fem3d.details.get("runs_away", ""))

@@ -18,6 +18,7 @@ from itertools import combinations
 import numpy as np
 
 from compare.course import Course, overshoot
+from compare.outcome import Outcome
 from compare.verdict import Comparison, Definitions, ratio, relative, share, spread, unit_of
 from reduced1d import equations
 from reduced1d.sink import anchor_series_resistance
@@ -42,40 +43,11 @@ COURSE = *EQUATION, "transient", "10 us", "1D"
 """What the checks need (`compare.kinds.sink.SinkKind.absent`)."""
 
 
-@dataclass(frozen=True)
-class Models:
-    """The sink as ``given``, with its laws of the temperature, and the results of the models.
-
-    ``single`` is 3D of one span alone, of a row of spans.
-    """
-
-    given: Sink
-    fem3d: Result
-    reduced1d: Result | None = None
-    single: Result | None = None
-
-    @property
-    def sink(self) -> Sink:
-        """The sink with constant properties, as the paper's equations take it."""
-        return self.given.plain
-
-    @property
-    def one(self) -> Result:
-        """The 1D result; ValueError where there is none."""
-        if self.reduced1d is None:
-            raise ValueError("this check needs the 1D model")
-        return self.reduced1d
-
-    def steady(self, key: str) -> float:
-        """Return a steady 3D value."""
-        return self.fem3d.steady[key].value
-
-
-CHECKS: Definitions[Models] = Definitions()
+CHECKS: Definitions[Outcome[Sink]] = Definitions()
 
 
 def equation(
-    name: str, title: str, key: str, note: str | Callable[[Models], str]
+    name: str, title: str, key: str, note: str | Callable[[Outcome[Sink]], str]
 ) -> Callable[[Callable[..., float]], Callable[..., float]]:  # fmt: skip
     """Register a formula f(sink, *quantities of 3D) as the check of the steady 3D quantity ``key``.
 
@@ -86,16 +58,16 @@ def equation(
         arguments = list(signature(formula).parameters)[1:]
 
         @CHECKS.check(name, *EQUATION)
-        def make(models: Models) -> Comparison:
-            inputs = {argument: models.fem3d.steady[INPUTS[argument]] for argument in arguments}
-            measured = models.fem3d.steady[key]
+        def make(outcome: Outcome[Sink]) -> Comparison:
+            inputs = {argument: outcome.solved.steady[INPUTS[argument]] for argument in arguments}
+            measured = outcome.solved.steady[key]
 
             def off(measured: float, **values: float) -> float:
-                return relative(formula(models.sink, **values), measured)
+                return relative(formula(outcome.scene.plain, **values), measured)
 
-            predicted = formula(models.sink, **{name: estimate.value for name, estimate in inputs.items()})
+            predicted = formula(outcome.scene.plain, **{name: estimate.value for name, estimate in inputs.items()})
             found = Estimate(relative(predicted, measured.value), spread(off, {**inputs, "measured": measured}))
-            reason = note if isinstance(note, str) else partial(note, models)
+            reason = note if isinstance(note, str) else partial(note, outcome)
             return _of_3d(title, key, predicted, measured.value, found, reason)
 
         return formula
@@ -116,20 +88,20 @@ def _of_3d(
     return Comparison(title, predicted, measured, unit, off.value, off.error, reason, relative_to="the 3D value")
 
 
-def not_parabolic(models: Models) -> str:
+def not_parabolic(outcome: Outcome[Sink]) -> str:
     """Name the heating or cooling that varies along the beam, and so bends the profile away from a parabola."""
-    sink, steady = models.sink, models.steady
+    sink, steady = outcome.scene.plain, {key: e.value for key, e in outcome.solved.steady.items()}
     a = sink.silicon.temperature_coefficient
     reference = 1 + a * (sink.room_temperature - sink.silicon.reference_temperature)
-    hot = (reference + a * steady("peak_rise_K")) / (reference + a * steady("end_rise_K"))
+    hot = (reference + a * steady["peak_rise_K"]) / (reference + a * steady["end_rise_K"])
     causes = [f"the heating at the peak is {percent(hot)} of that at the ends"] * (abs(hot - 1) > NOTABLE)
-    film = (sink.convection_coefficient + sink.gap_coefficient) * sink.length * sink.width * steady("mean_rise_K")
+    film = (sink.convection_coefficient + sink.gap_coefficient) * sink.length * sink.width * steady["mean_rise_K"]
     if film:
-        causes.append(f"the gas takes {percent(film / (2 * steady('end_flow_W') + film))} of the beam's heat")
+        causes.append(f"the gas takes {percent(film / (2 * steady['end_flow_W'] + film))} of the beam's heat")
     if sink.electrodes == "pad-edge":
         causes.append("the current crowds where it enters the beam")
-    if laws.varies(law := models.given.silicon.thermal_conductivity):
-        ends = [laws.at(law, sink.room_temperature + rise) for rise in (steady("peak_rise_K"), 0.0)]
+    if laws.varies(law := outcome.scene.silicon.thermal_conductivity):
+        ends = [laws.at(law, sink.room_temperature + rise) for rise in (steady["peak_rise_K"], 0.0)]
         causes.append(f"the beam conducts at its peak {percent(ends[0] / ends[1])} of its value at room temperature")
     return " and ".join(causes) or "the heat flow is not one-dimensional near the ends"
 
@@ -162,8 +134,9 @@ def eq16(sink: Sink, peak: float, end: float) -> float:
     return equations.end_flow(peak - end, sink.silicon.thermal_conductivity, sink.cross_section, sink.length)
 
 
-def _with_measured_resistance(models: Models) -> str:
-    end = eq18_measured(models.sink, models.steady("mean_rise_K"), models.steady("anchor_resistance_K_per_W"))
+def _with_measured_resistance(outcome: Outcome[Sink]) -> str:
+    steady = outcome.solved.steady
+    end = eq18_measured(outcome.scene.plain, steady["mean_rise_K"].value, steady["anchor_resistance_K_per_W"].value)
     return f"with the 3D resistance the same equation gives {quantity(end, 'K')}"
 
 
@@ -180,11 +153,11 @@ def eq18_measured(sink: Sink, mean: float, resistance: float) -> float:
     return equations.end_rise_from_equivalent(mean, resistance, k, sink.cross_section, sink.length)
 
 
-def at_rest(key: str, title: str, models: Models) -> Comparison | None:
+def at_rest(key: str, title: str, outcome: Outcome[Sink]) -> Comparison | None:
     """Compare a steady quantity of the 1D model with 3D."""
-    if key not in models.one.steady:
+    if key not in outcome.reduced.steady:
         return None
-    one, three, details = models.one.steady[key], models.fem3d.steady[key], models.one.details
+    one, three, details = outcome.reduced.steady[key], outcome.solved.steady[key], outcome.reduced.details
     note = "; ".join(details.get("warnings", ())) or "--why splits it by assumption" * ("silent" not in details)
     return _of_3d(title, key, one.value, three.value, ratio(one, three), note)
 
@@ -195,16 +168,16 @@ def from_first(time: np.ndarray) -> np.ndarray:
 
 
 def over_time(
-    trace: str, key: str, title: str, relative_to: str, models: Models, scale: Estimate | None = None
+    trace: str, key: str, title: str, relative_to: str, outcome: Outcome[Sink], scale: Estimate | None = None
 ) -> Comparison | None:
     """Compare a trace of the 1D model with 3D at the largest distance, relative to the steady 3D ``key`` or a scale."""
-    one, three = models.one.over_time, models.fem3d.over_time
+    one, three = outcome.reduced.over_time, outcome.solved.over_time
     if trace not in one.values:
         return None
     if not np.array_equal(one.time, three.time):
         raise ValueError("the traces of both models must be at the same times")
-    scale, unit, time = scale or models.fem3d.steady[key], unit_of(trace), from_first(three.time)
-    base = models.sink.room_temperature if unit == "K" else 0.0
+    scale, unit, time = scale or outcome.solved.steady[key], unit_of(trace), from_first(three.time)
+    base = outcome.scene.plain.room_temperature if unit == "K" else 0.0
     m, p = (np.interp(time, three.time, traces.values[trace]) - base for traces in (three, one))
     between = overshoot(time, np.abs(p - m), int(np.argmax(np.abs(p - m))))
     error, size = three.errors[trace] + one.errors[trace], Estimate(abs(scale.value), scale.error)
@@ -217,20 +190,20 @@ CHECKS.check("fig4", *FIGURE)(partial(at_rest, "peak_rise_K", "steady peak, of 3
 
 
 @CHECKS.check("fig5", *EQUATION)
-def fig5(models: Models) -> Comparison:
+def fig5(outcome: Outcome[Sink]) -> Comparison:
     """Compare the 3D profile along the axis with eq 9's parabola through its own end and peak: rms distance over dT0.
 
     The error assumes a profile that is anywhere off by the largest error of the steady rises.
     """
-    y, rise, fitted = profile(models)
+    y, rise, fitted = profile(outcome)
     dT0 = float(fitted.max() - fitted.min())
-    distance = float(np.sqrt(np.trapezoid((rise - fitted) ** 2, y) / models.sink.length))
-    error = 2 * max(models.fem3d.steady[key].error for key in ("peak_rise_K", "end_rise_K", "mean_rise_K"))
+    distance = float(np.sqrt(np.trapezoid((rise - fitted) ** 2, y) / outcome.scene.plain.length))
+    error = 2 * max(outcome.solved.steady[key].error for key in ("peak_rise_K", "end_rise_K", "mean_rise_K"))
     i, off = int(np.argmax(np.abs(rise - fitted))), share(Estimate(distance, error), Estimate(dT0, error))
 
     def reason() -> str:
         most = f"up to {signed(float(rise[i] - fitted[i]), 'K')} at y = {quantity(float(y[i]) * 1e6, 'um', 3)}"
-        return f"{most}: {not_parabolic(models)}"
+        return f"{most}: {not_parabolic(outcome)}"
 
     return Comparison(
         "parabola's misfit, of dT0", 0.0, distance, "K", off.value, off.error, reason,
@@ -238,9 +211,9 @@ def fig5(models: Models) -> Comparison:
     )  # fmt: skip
 
 
-def profile(models: Models) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def profile(outcome: Outcome[Sink]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return places along the axis (m), the steady 3D rise there and eq 9's parabola by its end and middle (K)."""
-    samples, L = models.fem3d.details["profile"], models.sink.length
+    samples, L = outcome.solved.details["profile"], outcome.scene.plain.length
     y, rise = np.asarray(samples["y_m"], float), np.asarray(samples["rise_K"], float)
     dT_end, middle = float(rise[0]), float(np.interp(L / 2, y, rise))
     return y, rise, equations.parabola(y, middle - dT_end, dT_end, L)
@@ -252,7 +225,8 @@ def misfit_weights(sink: Sink, fem3d: Result) -> np.ndarray:
     rise = np.asarray(samples["rise_K"], float)
 
     def at(changed: np.ndarray) -> float:
-        return fig5(Models(sink, replace(fem3d, details={"profile": samples | {"rise_K": changed}}))).difference
+        result = replace(fem3d, details={"profile": samples | {"rise_K": changed}})
+        return fig5(Outcome(sink, results={"fem3d": result})).difference
 
     step = PROFILE_STEP * float(np.ptp(rise))
     return np.array([at(rise + shift) - at(rise - shift) for shift in step * np.eye(len(rise))]) / (2 * step)
@@ -265,23 +239,23 @@ for _place in ("peak", "end"):
 
 
 @CHECKS.check("fig7_current", *COURSE, "current follows")
-def fig7_current(models: Models) -> Comparison | None:
+def fig7_current(outcome: Outcome[Sink]) -> Comparison | None:
     """Compare the current's traces, relative to the change of the 3D current from the start to the steady state.
 
     Without a temperature coefficient the current does not change, and the distance is relative to the current itself.
     """
     check = partial(over_time, "current_A", "current_A")
-    if not models.sink.silicon.temperature_coefficient:
-        return check("current trace, of itself", "the 3D current", models)
-    first, final = float(models.fem3d.over_time.values["current_A"][0]), models.fem3d.steady["current_A"]
+    if not outcome.scene.plain.silicon.temperature_coefficient:
+        return check("current trace, of itself", "the 3D current", outcome)
+    first, final = float(outcome.solved.over_time.values["current_A"][0]), outcome.solved.steady["current_A"]
     change = Estimate(final.value - first, 2 * final.error)
-    return check("current trace, of change", "the change of 3D's current", models, change)
+    return check("current trace, of change", "the change of 3D's current", outcome, change)
 
 
 @CHECKS.check("energy", "3D")
-def energy(models: Models) -> Comparison:
+def energy(outcome: Outcome[Sink]) -> Comparison:
     """Compare the steady 3D energy imbalance over the power with none. It is a residual, without an error."""
-    imbalance = float(models.fem3d.details["energy_imbalance"])
+    imbalance = float(outcome.solved.details["energy_imbalance"])
     reason = f"the heat that leaves the 3D solution misses its power by {percent(imbalance)}: do not trust this run"
     return Comparison(
         "imbalance, of the power", 0.0, imbalance, "1", imbalance, 0.0, reason, relative_to="the 3D power"
@@ -297,39 +271,38 @@ FOLLOWED = {**{f"islands_{end}": word for end, (word, _) in ROW.items()}, "islan
 """The checks whose dependence on the row is drawn, with the curve's name."""
 
 
-def _of_row(end: str, late: bool, models: Models) -> Comparison | None:
+def _of_row(end: str, late: bool, outcome: Outcome[Sink]) -> Comparison | None:
     """Compare a quantity of the row by the 1D model with 3D, steady or over time."""
     (word, key), whole = ROW[end], "itself" if end == "current" else "final rise"
-    key = key.format(inner=different(models.given.spans))
+    key = key.format(inner=different(outcome.scene.spans))
     if not late:
-        return at_rest(key, f"{word}, of 3D's", models)
-    return over_time(key.replace("_rise_K", "_K"), key, f"{word} trace, of {whole}", "the final 3D value", models)
+        return at_rest(key, f"{word}, of 3D's", outcome)
+    return over_time(key.replace("_rise_K", "_K"), key, f"{word} trace, of {whole}", "the final 3D value", outcome)
 
 
-def _equivalent(late: bool, models: Models) -> Comparison | None:
+def _equivalent(late: bool, outcome: Outcome[Sink]) -> Comparison | None:
     """The largest difference in 3D between two spans, or a span and one sink alone: steady, or over time."""
-    if models.single is None:
+    if (single := outcome.results.get("single")) is None:
         return None
-    made = []
+    made, spans = [], range(1, different(outcome.scene.spans) + 1)
     for what in ("peak", "mean"):
-        sources = {"one sink alone": (models.single, what)}
-        sources |= {f"span {n}": (models.fem3d, f"span{n}_{what}") for n in range(1, different(models.given.spans) + 1)}
+        sources = {"one sink alone": (single, what)}
+        sources |= {f"span {n}": (outcome.solved, f"span{n}_{what}") for n in spans}
         for first, second in combinations(sources, 2):
             note = f"the {what} of {first} against that of {second}"
-            made.append(_apart(note, models, late, sources[first], sources[second]))
+            made.append(_apart(note, outcome.scene, late, sources[first], sources[second]))
     return max(made, key=lambda comparison: abs(comparison.difference))
 
 
-def _apart(note: str, models: Models, late: bool, *both: tuple[Result, str]) -> Comparison:
+def _apart(note: str, sink: Sink, late: bool, *both: tuple[Result, str]) -> Comparison:
     """Compare the 3D rise of one span with another's, steady or over time."""
     title, (a, b) = "spans apart, or from one", (result.steady[f"{name}_rise_K"] for result, name in both)
     if not late:
         off, reason = ratio(a, b), f"{quantity(a.value, 'K')} and {quantity(b.value, 'K')}: {note}"
         return Comparison(title, a.value, b.value, "K", off.value, off.error, reason, relative_to="the second one")
-    traces, time = [(result.over_time, f"{name}_K") for result, name in both], from_first(models.fem3d.over_time.time)
-    x, y = (np.interp(time, each.time, each.values[name]) - models.sink.room_temperature for each, name in traces)
-    # Both traces are interpolated between their own times.
-    error = sum(each.errors[name] for each, name in traces) + models.given.accuracy * (abs(a.value) + abs(b.value))
+    traces, time = [(result.over_time, f"{name}_K") for result, name in both], from_first(both[1][0].over_time.time)
+    x, y = (np.interp(time, each.time, each.values[name]) - sink.room_temperature for each, name in traces)
+    error = sum(each.errors[name] for each, name in traces) + sink.accuracy * (abs(a.value) + abs(b.value))
     scale = "the second one's final value"
     return Course(time, y, x, np.zeros(len(time))).comparison(f"{title}, trace", "K", error, b, scale, lambda: note)
 
@@ -369,9 +342,10 @@ def varied(sink: Sink, reduction: str, single: Result, say: Callable[[str], None
     def differences(row: Sink) -> dict[str, float]:
         say(f"{row.spans} spans with islands of {row.island * 1e6:.4g} um")
         one = ladder.solve(row, reduction, steady_only=True)
-        models = Models(row, solve_3d(row, transient=False), one, single)
-        made = {c: CHECKS[c](models) for c in FOLLOWED if row.spans > 2 or c != "islands_peak_inner"}
-        return {check: comparison.difference for check, comparison in made.items() if comparison is not None}
+        results = {"fem3d": solve_3d(row, transient=False), "reduced1d": one, "single": single}
+        checks = [check for check in FOLLOWED if row.spans > 2 or check != "islands_peak_inner"]
+        made = CHECKS.made(checks, Outcome(row, results=results))
+        return {check: comparison.difference for check, comparison in made.items()}
 
     lengths = tuple(factor * sink.island for factor in LENGTHS if factor * sink.island <= sink.length)
     rows, islands = [replace(sink, spans=n) for n in SPANS], [replace(sink, island_length=a) for a in lengths]

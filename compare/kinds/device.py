@@ -110,9 +110,9 @@ class DeviceKind(Kind[Device]):
         return said
 
     def comparisons(self, outcome: Outcome[Device]) -> dict[str, Comparison]:
-        from compare.device_checks import CHECKS, Both
+        from compare.device_checks import CHECKS
 
-        return CHECKS.made(self.made(outcome.scene, outcome.options), Both(outcome.runs, outcome.device_3d))
+        return CHECKS.made(self.made(outcome.scene, outcome.options), outcome)
 
     def alarms(self, outcome: Outcome[Device]) -> tuple[str, ...]:
         from compare import hottest

@@ -121,10 +121,9 @@ class SinkKind(Kind[Sink]):
     def comparisons(self, outcome: Outcome[Sink]) -> dict[str, Comparison]:
         if outcome.fem3d is None:
             return {}
-        from compare.sink_checks import CHECKS, Models
+        from compare.sink_checks import CHECKS
 
-        results = Models(outcome.scene, outcome.solved, outcome.reduced1d, outcome.results.get("single"))
-        return CHECKS.made(self.made(outcome.scene, outcome.options), results)
+        return CHECKS.made(self.made(outcome.scene, outcome.options), outcome)
 
     def owns(self, outcome: Outcome[Sink], check: str) -> bool:
         from compare.verdict import PAPERS

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from compare.device_checks import CHECKS, Both
+from compare.device_checks import CHECKS
 from compare.kinds.device import DeviceKind
 from compare.options import Options
 from compare.outcome import Outcome, Progress
@@ -20,6 +20,7 @@ from scenes.checks import DEVICE_TOLERANCES
 from scenes.device import Control, Device, External
 from scenes.keys import DEVICE
 from scenes.loading import load
+from scenes.result import Result
 from statespace.result import Run, Runs, sampled_slowly, settling
 
 SLOPE = 0.15 * 1e-3 * 100e-6 / 100e-6
@@ -126,7 +127,8 @@ def evaluated(device: Device, *figures: str) -> dict[str, Check]:
 def meters(device: Device) -> dict[str, Check]:
     """The meters' checks alone, which need no run but the scene's."""
     base = Run(device, solve(replace(device, end_time=2 * device.control.sample_time)), largest_eigenvalue)
-    made = {name: CHECKS[name](Both(Runs(base, None, ()))) for name in METERS}
+    outcome = Outcome(device, results={"reduced1d": Result("reduced1d", {}, None, {"runs": Runs(base, None, ())})})
+    made = {name: CHECKS[name](outcome) for name in METERS}
     return {name: judged(name, comparison, device, always=True) for name, comparison in made.items() if comparison}
 
 

@@ -13,7 +13,8 @@ import compare
 from compare.analyses import uncertainty
 from compare.analyses.sensitivities import PREFIX
 from compare.analyses.uncertainty import Propagated
-from compare.sink_checks import Models, fig5, misfit_weights
+from compare.outcome import Outcome
+from compare.sink_checks import fig5, misfit_weights
 from compare.slopes import Slopes, sink_3d
 from compare.testing import assert_reduction_agrees
 from fem3d.runs import sink as sink_run
@@ -180,7 +181,7 @@ def test_the_profile_is_followed() -> None:
     sink, step = Sink(convection_coefficient=2e4, accuracy=1e-3), 0.02
 
     def at(other: Sink) -> float:
-        return fig5(Models(other, sink_run.solve(other, transient=False))).difference
+        return fig5(Outcome(other, results={"fem3d": sink_run.solve(other, transient=False)})).difference
 
     solved = sink_run.solve(sink, transient=False)
     found = sink_3d(sink, solved, weights=misfit_weights(sink, solved)).profile

@@ -14,7 +14,7 @@ from matplotlib.transforms import Bbox
 from compare.blame import Budget, Part, Split
 from compare.options import Options
 from compare.outcome import Outcome
-from compare.sink_checks import Models, profile
+from compare.sink_checks import profile
 from fem3d.runs.sink import solve
 from scenes.loading import load, load_free
 from scenes.model import Scene
@@ -51,7 +51,7 @@ def test_the_kink_between_cells_goes_and_the_curve_stays() -> None:
     """A bump larger than the error, which must be real, stays."""
     sink = load("sink", ["accuracy=1e-3"])
     found = solve(sink, transient=False)
-    y, rise, fitted = profile(Models(sink, found, None))
+    y, rise, fitted = profile(Outcome(sink, results={"fem3d": found}))
     um, raw = 1e6 * y, rise - fitted
     error = max(found.steady[key].error for key in ("peak_rise_K", "end_rise_K"))
     drawn = without_kinks(um, raw, error / 20)

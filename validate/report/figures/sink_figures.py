@@ -13,7 +13,7 @@ from numpy.polynomial import Chebyshev
 from compare.against import Data
 from compare.outcome import Outcome
 from compare.report.checks import with_mu
-from compare.sink_checks import FOLLOWED, Models
+from compare.sink_checks import FOLLOWED
 from compare.sink_checks import profile as sampled
 from compare.verdict import PAPERS
 from reduced1d.equations import parabola, parabola_between, unequal_ends
@@ -46,7 +46,7 @@ def profile(outcome: Outcome[Sink]) -> Figure:
     distance; the curve is smoothed by a twentieth of the error, and then nearer to a finer solution than before.
     """
     sink, fem3d, reduced1d = outcome.scene, outcome.solved, outcome.reduced1d
-    y, rise, fitted = sampled(Models(sink, fem3d, reduced1d))
+    y, rise, fitted = sampled(outcome)
     checks = [check for check in outcome.checks if check.id == "fig5"]
     figure = new_figure(9.5, 5.4, f"Figure 5: steady rise along the beam, {sink_text(sink)}", checks, left=0.95)
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1.2))
