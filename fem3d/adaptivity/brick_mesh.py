@@ -113,9 +113,6 @@ class Bricks:
         finer = grading.raised(self.grid)
         return None if finer.same(self.grid) else replace(self, grid=finer)
 
-    def field_error(self, level: Level) -> float:
-        return field_error.field_error_of(level)
-
     def refine_for_field(self, level: Level) -> Bricks:
         return replace(self, grid=field_error.refined(level, self.aim))
 

@@ -215,19 +215,9 @@ class CellMesh:
         sharp = self._at_vertices.min(axis=0) < 1 if self.simplex else np.zeros(0, bool)
         return replace(self, layout=self.layout.refine(shorter, sharp), levels=self.levels + 1)
 
-    def field_error(self, level: Level) -> float:
-        return field_error.relative(*self._sampled(level))
-
     def refine_for_field(self, level: Level) -> CellMesh | None:
-        gaps, _ = self._sampled(level)
-        worst = gaps.max(axis=1)
+        worst = field_error.sampled(level)[0].max(axis=1)
         return None if self._last else self._cut(self._longest() & (worst >= field_error.CAUSES * worst.max()))
-
-    def _sampled(self, level: Level) -> tuple[np.ndarray, np.ndarray]:
-        """Return (cells, points) the difference of the two highest degrees, and likewise the fine field."""
-        given, on = level.problems, self.domain.space.on(np.arange(self.size.cells))
-        fine = on.value(given.heat.field(level.fine.state.rise))
-        return np.abs(fine - on.value(given.heat.field(given.lifted(level.low.state.rise, -2)))), fine
 
     def steps(self, levels: int | None) -> tuple[Step, ...]:
         return self.layout.steps(levels, self.degree)

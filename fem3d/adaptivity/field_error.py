@@ -28,7 +28,7 @@ CAUTION = 2.0
 # Intervals with at least this fraction of the largest difference are refined: one more layer at a re-entrant edge
 # reduces it by this factor.
 CAUSES = RATIO ** (2 / 3)
-POINTS = 6  # points of an interval, along each axis, at which two fields are compared
+POINTS = 6  # points along each axis of a cell at which two fields are compared
 MOST_LEVELS = 6  # levels for the field, after those that the probes need
 MOST_GROWTH, FREELY, MOST = 2.0, 3_000, 30_000
 
@@ -41,7 +41,7 @@ def most(size: int) -> float:
 def improved(study: Study, answer: Answer, level: Level, progress: Callable[[str], None]) -> Answer:
     """Refine a few more levels for the field, at a few times the cost of the probes; return also the field's error."""
     assert study.field is not None
-    best = replace(answer, field=answer.mesh.field_error(level))
+    best = replace(answer, field=estimate(level))
     most_nodes = most(best.heat.size)
     for number in range(best.levels + 1, best.levels + 1 + MOST_LEVELS):
         mesh = best.mesh.refine_for_field(level) if best.field > study.field else None
@@ -59,18 +59,14 @@ def improved(study: Study, answer: Answer, level: Level, progress: Callable[[str
             break
         level = finer
         progress(f"level {number}, for the field: {problems.heat.size} unknowns")
-        if level.worst <= study.accuracy and (error := mesh.field_error(level)) < best.field:
+        if level.worst <= study.accuracy and (error := estimate(level)) < best.field:
             best = Answer(mesh, problems.heat, problems.conductor, level.fine, level.errors, None, number, error)
     return best
 
 
-def field_error_of(level: Level) -> float:
-    """Return the largest error of the fine steady field on bricks over its largest rise."""
-    return relative(*_sampled(level))
-
-
-def relative(gaps: np.ndarray, field: np.ndarray) -> float:
-    """Return the error of a field over its largest rise, from samples of the field and of the difference of degrees."""
+def estimate(level: Level) -> float:
+    """Return the largest error of the fine steady field over its largest rise."""
+    gaps, field = sampled(level)
     largest = float(max(field.max(), 0.0) - min(field.min(), 0.0)) or 1.0
     return CAUTION * float(gaps.max()) / largest
 
@@ -81,9 +77,10 @@ def refined(level: Level, aim: Grid | None = None) -> Grid:
     Towards singular planes they are cut, elsewhere they gain a degree, or are halved at the highest; edges of a rough
     grid gain a degree, at most to its ``aim``.
     """
-    grid, (gaps, _) = level.problems.bricks.grid, _sampled(level)
-    marks = grading.features(level.problems.domain.scene)
-    cells = gaps.reshape([n for length in gaps.shape for n in (length // POINTS, POINTS)]).max(axis=(1, 3, 5))
+    space, (gaps, _) = level.problems.bricks, sampled(level)
+    grid, marks = space.grid, grading.features(level.problems.domain.scene)
+    cells = np.zeros(grid.owner.shape)
+    cells[tuple(space.ijk)] = gaps.max(axis=1)
     if grid.edges:
         missing = edgewise.of_cells(np.where(cells >= CAUSES * gaps.max(), 1.0, 0.0))
         if aim is not None:
@@ -95,14 +92,13 @@ def refined(level: Level, aim: Grid | None = None) -> Grid:
     return grading.refined(grid, missing, 0.5 * total(missing), marks)
 
 
-def _sampled(level: Level) -> tuple[np.ndarray, np.ndarray]:
-    """Return (x, y, z) the difference of the two degrees in the solid, zero outside, and likewise the fine field."""
-    given, space = level.problems, level.problems.bricks
+def sampled(level: Level) -> tuple[np.ndarray, np.ndarray]:
+    """Return (cells, points) the difference of the two highest degrees, and likewise the fine field."""
+    given, space = level.problems, level.problems.domain.space
     # Inside of cells, so that each point is of one cell alone.
-    inner = (np.arange(POINTS) + 0.5) / POINTS
-    inner = 0.5 - 0.499 * np.cos(np.pi * inner)
-    at = [(b[:-1, None] + np.diff(b)[:, None] * inner).ravel() for b in space.grid.breaks]
+    inner = 0.5 - 0.499 * np.cos(np.pi * (np.arange(POINTS) + 0.5) / POINTS)
+    X = np.array(np.meshgrid(inner, inner, inner)).reshape(3, -1)
+    X = X[:, X.sum(axis=0) <= 1] if len(space.mesh.t) == 4 else X
     fields = given.heat.field(np.array([level.fine.state.rise, given.lifted(level.low.state.rise, -2)]))
-    fine, low = space.sample(fields, *at)
-    solid = space.grid.solid.repeat(POINTS, 0).repeat(POINTS, 1).repeat(POINTS, 2)
-    return np.where(solid, np.abs(fine - low), 0.0), np.where(solid, fine, 0.0)
+    fine, low = fields[:, space.dofs.T] @ space.at(X).T
+    return np.abs(fine - low), fine

@@ -68,9 +68,6 @@ class Mesh(Protocol):
     def refine_all(self) -> Mesh | None:
         """Return the mesh a little finer everywhere, or None where that is impossible."""
 
-    def field_error(self, level: Level) -> float:
-        """Return the largest error of the steady field over its largest rise."""
-
     def refine_for_field(self, level: Level) -> Mesh | None:
         """Return the mesh refined where the steady field has the largest errors; None where that is impossible."""
 
