@@ -17,7 +17,7 @@ from compare.outcome import Outcome, Progress
 from compare.report.table import Row, Section, Style, Table, sentences
 from scenes import laws
 from scenes.errors import NumericsError, RunawayError, SceneError
-from scenes.formats import difference_text, percent, quantity
+from scenes.formats import difference_text, percent
 from scenes.sink import OF_A_SINK, Sink
 from scenes.units import THERMAL_CONTACT
 
@@ -32,8 +32,6 @@ CLOSE = 1e-4
 ALL = 1e-3
 """Accuracy of the solution with all effects: the gas leaves a tenth of the rise, so that the change is as accurate."""
 TOGETHER, PEAK = "together", "peak_rise_K"
-MOST_OF_IT = 0.5
-"""An effect that takes more than this part of the heat leaves no heat sink of this kind."""
 CONDUCTIVITY = 0.0263
 """W/(m K) of air at 300 K, within a percent (Carroll et al., J. Chem. Eng. Data 13, 1968: 0.0264 at 25 C)."""
 CONTACT = 2e-8
@@ -43,10 +41,6 @@ EXPONENT = -1.3
 """Silicon's conductivity falls as this power of the temperature from 300 to 1400 K, within a tenth."""
 SUBSTRATE = 0.5e-3
 """Thickness (m) of the substrate."""
-GAS_CONSTANT, TEMPERATURE, RATIO, HEAT = 287.05, 300.0, 1.4, 718.0
-"""Air: specific gas constant (J/(kg K)), temperature (K), ratio of specific heats there, and c_v (J/(kg K))."""
-KNOWN, MOST_TRIALS = 1e-2, 6
-"""Relative tolerance of the peak's change at the pressure that is searched, and the most trials."""
 IN_AIR = ("gap_gas", "air")
 """Effects that are absent in a vacuum."""
 
@@ -60,7 +54,6 @@ class Effect:
     what, assumed, source : its name in a sentence, its magnitude, and the source of that
     changed : keywords of a sink with the effect; empty where the sink has it
     changes : by quantity the relative change; empty where the sink runs away
-    share : the part of the heat that a gas takes
     """
 
     what: str
@@ -68,7 +61,6 @@ class Effect:
     source: str
     changed: dict[str, Any]
     changes: dict[str, Estimate] = field(default_factory=dict)
-    share: float | None = None
 
     @property
     def size(self) -> float:
@@ -91,43 +83,42 @@ def effects(sink: Sink) -> dict[str, Effect]:
     given, film = sink.silicon.thermal_conductivity, conduction(sink)
     falling = [laws.PowerLaw(k, sink.room_temperature, EXPONENT) for k in laws.along(given) if not laws.varies(given)]
     law = tuple(falling) if isinstance(given, tuple) else falling[0] if falling else given
-    rows: dict[str, tuple[str, str, str, str, Any, bool]] = {
-        "conductivity": (
+
+    def effect(what: str, assumed: str, source: str, key: str, value: Any) -> Effect:
+        has_it = laws.varies(given) if key == "silicon" else bool(getattr(sink, key))
+        return Effect(what, assumed, source, {} if has_it else {key: value})
+
+    return {
+        "conductivity": effect(
             "silicon's falling conductivity", f"that of room temperature times (T/{sink.room_temperature:g} K)^"
             f"{EXPONENT:g}", "Glassbrenner and Slack, Phys. Rev. 134, A1058 (1964)", "silicon",
-            replace(sink.silicon, thermal_conductivity=law), laws.varies(given),
+            replace(sink.silicon, thermal_conductivity=law),
         ),
-        "contact": (
+        "contact": effect(
             "the contacts of the oxide", f"{THERMAL_CONTACT.show(CONTACT)} at both faces of the oxide",
             "of films of SiO2 on silicon: Lee and Cahill, J. Appl. Phys. 81, 2590 (1997)", "contact_resistance",
-            CONTACT, sink.contact_resistance is not None,
+            CONTACT,
         ),
-        "gap_gas": (
+        "gap_gas": effect(
             "the gas under it",
             f"{CONDUCTIVITY:g} W/(m K) under beam and pads, {1e6 * sink.oxide_thickness:.3g} um high",
             "air at 300 K: Carroll et al., J. Chem. Eng. Data 13 (1968)", "gap_gas_conductivity", CONDUCTIVITY,
-            bool(sink.gap_gas_conductivity),
         ),
-        "radiation": (
+        "radiation": effect(
             "radiation", f"emissivity {EMISSIVITY:g} of all bare faces of beam and pads",
             "silicon has 0.42 to 0.78 from 880 to 1550 K: Jain et al., J. Phys. D 4, 1207 (1971)", "emissivity",
-            EMISSIVITY, bool(sink.emissivity),
+            EMISSIVITY,
         ),
-        "substrate": (
+        "substrate": effect(
             "the substrate's own resistance", "a plate of silicon, 0.5 mm thick and 3 mm x 3 mm, under the oxide",
             "525 um is the thickness of wafers of 100 mm (SEMI M1)", "substrate_thickness", SUBSTRATE,
-            sink.substrate_thickness is not None,
         ),
-        "air": (
+        "air": effect(
             "the air above", f"{film:.3g} W/(m2 K) from the top of beam and pads",
             "conduction of air at rest from one side of a thin plate: Holman, Heat Transfer, chapter 3",
-            "convection_coefficient", film, bool(sink.convection_coefficient),
+            "convection_coefficient", film,
         ),
     }  # fmt: skip
-    return {
-        name: Effect(what, assumed, source, {} if present else {key: value})
-        for name, (what, assumed, source, key, value, present) in rows.items()
-    }
 
 
 @dataclass(frozen=True)
@@ -145,6 +136,11 @@ class LeftOut:
     sentence: str
     called: dict[str, str]
 
+    @property
+    def every(self) -> dict[str, Effect]:
+        """The effects and all together, by name."""
+        return self.effects | ({} if self.together is None else {TOGETHER: self.together})
+
 
 class LeftOutStudy(Analysis[LeftOut]):
     name, figure_name, leads = "left_out", "left_out", True
@@ -160,15 +156,14 @@ class LeftOutStudy(Analysis[LeftOut]):
     def section(self, found: LeftOut, outcome: Outcome[Any], style: Style) -> Section:
         """By effect the changes of the steady state, the largest first."""
         shown = [q for q in found.called if style.page or q in kind_of(outcome.scene).shown]
-        together = {} if found.together is None else {TOGETHER: found.together}
         rows = []
-        for name, each in (found.effects | together).items():
+        for name, each in found.every.items():
             changes = (each.changes[q] for q in shown if each.changes)
             cells = [difference_text(c.value, c.error, style.plus_minus) for c in changes]
             source = f"; {each.source}" if each.source and style.page and each.changes else ""
             cells = cells or ["runs away"] * len(shown)
             rows.append(Row([name.replace("_", " "), *cells], below=each.assumed + source))
-        if together:
+        if found.together is not None:
             rows.append(Row(["their sum", *(percent(found.sum[q], sign=True) for q in shown)]))
         skipped = [f"{name.replace('_', ' ')} is not here: {why}" for name, why in found.skipped.items()]
         table = Table(("left out", *(found.called[q] for q in shown)), rows) if rows else ""
@@ -176,11 +171,10 @@ class LeftOutStudy(Analysis[LeftOut]):
         return Section("What both models leave out", [table, said, sentences(skipped)])
 
     def document(self, found: LeftOut, outcome: Outcome[Any]) -> dict[str, Any]:
-        together = {} if found.together is None else {TOGETHER: found.together}
         return {
             name: {"assumed": each.assumed, "source": each.source}
             | {q: {"change": c.value, "error": c.error} for q, c in each.changes.items()}
-            for name, each in (found.effects | together).items()
+            for name, each in found.every.items()
         }
 
 
@@ -221,82 +215,37 @@ def _study(
     sink: Sink, solve: Solve, called: dict[str, str], candidates: dict[str, Effect], say: Callable[[str], None]
 ) -> LeftOut:
     """Solve with each effect and with all; the first quantity ranks them."""
+    from compare.verdict import ratio
+
     say("without what is left out")
     bare, found, skipped = solve(sink), dict[str, Effect](), dict[str, str]()
     everything: dict[str, Any] = {"accuracy": max(sink.accuracy, ALL)}
 
-    def with_it(effect: Effect) -> Effect:
-        from compare.verdict import ratio
-
+    def study(name: str, effect: Effect) -> Effect | None:
         try:
-            result = solve(replace(sink, **effect.changed))
+            steady = solve(replace(sink, **effect.changed)).steady
         except RunawayError:
             return effect
-        changes = {name: ratio(result.steady[name], bare.steady[name]) for name in called}
-        return replace(effect, changes=changes, share=_share(result))
+        except (SceneError, NumericsError) as error:
+            skipped[name] = str(error)
+            return None
+        return replace(effect, changes={q: ratio(steady[q], bare.steady[q]) for q in called})
 
     for number, (name, effect) in enumerate(candidates.items(), 1):
         if not effect.changed:
             skipped[name] = "the scene has it"
             continue
         say(f"with what is left out, {number} of {len(candidates)}: {effect.what}")
-        try:
-            found[name] = with_it(effect)
-            if name == "gap_gas" and PEAK in called:
-                say(f"from which pressure on {effect.what} matters")
-                found[name] = _with_pressure(found[name], sink.oxide_thickness, sink.tolerance("fig4"), with_it)
-        except (SceneError, NumericsError) as error:
-            skipped[name] = str(error)
-            continue
-        everything |= effect.changed
+        if result := study(name, effect):
+            found[name] = result
+            everything |= effect.changed
     together = None
     if len(found) > 1:
         say("with all of that together")
-        try:
-            together = with_it(Effect("all together", f"{', '.join(found)} at once", "", everything))
-        except (SceneError, NumericsError) as error:
-            skipped[TOGETHER] = str(error)
+        together = study(TOGETHER, Effect("all together", f"{', '.join(found)} at once", "", everything))
     ranked = dict(sorted(found.items(), key=lambda item: -item[1].size))
     added = {q: sum(each.changes[q].value for each in found.values() if each.changes) for q in called}
     return LeftOut(ranked, together, added, skipped, _sentence(ranked, called), called)
-
-
-def _share(result: Result) -> float | None:
-    """The part of the heat that leaves through the gas of the gap."""
-    if "answer" not in result.details:
-        return None
-    flows = result.details["answer"].fine.out
-    gas = [float(flow) for name, flow in flows.items() if name.startswith("flow:substrate-gas")]
-    return -sum(gas) / float(flows["power"]) if gas else None
-
-
-def _with_pressure(effect: Effect, gap: float, tolerance: float, with_it: Callable[[Effect], Effect]) -> Effect:
-    """Add the pressure from which on the gas changes the peak by more than a tolerance."""
-    if not effect.changes or effect.size <= tolerance:
-        return replace(effect, assumed=f"{effect.assumed}; within {percent(tolerance)} at any pressure")
-    k, change = CONDUCTIVITY, effect.changes[PEAK].value
-    for _ in range(MOST_TRIALS):
-        # One over the peak, over that without gas, less one, goes with k where that is little.
-        k *= (1 / (1 - tolerance) - 1) / (1 / (1 + change) - 1)
-        change = with_it(replace(effect, changed={"gap_gas_conductivity": k})).changes[PEAK].value
-        if abs(change / tolerance + 1) < KNOWN:
-            break
-    pressure = quantity(2 * jump(1.0) / gap / (CONDUCTIVITY / k - 1), "Pa", 2)
-    source = "at less pressure Smoluchowski's jump: Kennard, Kinetic Theory of Gases (1938), chapter 8"
-    return replace(
-        effect, assumed=f"{effect.assumed}; from {pressure} on it changes the peak by more than {percent(tolerance)}",
-        source=f"{effect.source}; {source}",
-    )  # fmt: skip
-
-
-def jump(pressure: float) -> float:
-    """Return Smoluchowski's distance g (m) at a pressure (Pa).
-
-    At a wall the temperature of air jumps by g dT/dn, with g = sqrt(2 pi R T) / ((gamma + 1) c_v) k / p for molecules
-    that leave at its temperature (Kennard, Kinetic Theory of Gases, 1938, chapter 8); at low pressure that is Knudsen's
-    conduction.
-    """
-    return math.sqrt(2 * math.pi * GAS_CONSTANT * TEMPERATURE) / ((RATIO + 1) * HEAT) * CONDUCTIVITY / pressure
 
 
 def _sentence(ranked: dict[str, Effect], called: dict[str, str]) -> str:
@@ -311,8 +260,6 @@ def _sentence(ranked: dict[str, Effect], called: dict[str, str]) -> str:
         first = some[0]
         if not first.changes:
             does = f"{first.what} makes it run away"
-        elif first.share is not None and first.share > MOST_OF_IT:
-            does = f"the sink would not work: {first.what} takes {percent(first.share)} of the heat"
         else:
             most = " most," * (len(some) > 1)
             change = percent(next(iter(first.changes.values())).value, sign=True)

@@ -128,11 +128,11 @@ def checks(scene: Any, slopes: Mapping[str, Slopes], names: Mapping[str, str]) -
         name = max(off, key=lambda n: abs(off[n]))
         u_num, values = in_3d[name].error / largest[name], (in_1d[name].value, in_3d[name].value)
         verdict = judge(off[name], tolerance, u_num)
-        because = "" if verdict == "agrees" else _because(names[name], key, *values)
+        reason = f"{names[name]} follows {key} by {values[0]:+.3f}, in 3D by {values[1]:+.3f} % for each percent"
         made.append(
             Check(
                 f"{PREFIX}{key}", f"{names[name]}, d ln / d ln key", *values, "1", off[name], tolerance, u_num, verdict,
-                because=because, relative_to="the largest slope of the quantity",
+                because="" if verdict == "agrees" else reason, relative_to="the largest slope of the quantity",
             )
         )  # fmt: skip
     return tuple(made)
@@ -150,18 +150,10 @@ def sentence(made: Iterable[Check]) -> str:
     if not slopes:
         return ""
     if (check := worst(slopes)) is not None:
-        return f"The 1D model {check.because}."
+        return f"In the 1D model the {check.because}."
     open_ = sum(check.verdict == "unresolved" for check in slopes)
     said = "The 1D model follows every key as 3D does"
     return f"{said}, as far as the errors tell: {open_} of {len(slopes)} are open." if open_ else f"{said}."
-
-
-def _because(word: str, key: str, in_1d: float, in_3d: float) -> str:
-    how, slopes = f"how the {word} follows {key}", f"{in_1d:+.3f} in place of {in_3d:+.3f} % for each percent"
-    if in_1d * in_3d > 0:
-        more = abs(in_1d / in_3d) - 1
-        return f"{'overrates' if more > 0 else 'underrates'} {how} by {percent(abs(more))}: {slopes}"
-    return f"{'does not see' if abs(in_1d) <= NONE else 'reverses'} {how}: {slopes}"
 
 
 def _cell(slopes: Mapping[str, Slopes], key: str, name: str, style: Style, both: bool) -> str:

@@ -23,12 +23,8 @@ from scenes.plan import Step, step
 if TYPE_CHECKING:
     from compare.slopes import Slopes
     from compare.verdict import Check
-    from scenes.sink import Sink
     from scenes.uncertain import Uncertain
 
-CURVED, SHARE = 0.1, 0.3
-"""A key's effect counts as curved where its second-order part exceeds this part of the first-order one, and the
-first-order one this part of u_input."""
 OF_3D = {
     "dev3d_sink_power": "sink_power_W", "dev3d_sensor_power": "sensor_power_W",
     "dev3d_sink_voltage": "sink_V", "dev3d_sensor_voltage": "sensor_V",
@@ -73,8 +69,6 @@ class UncertainInputs(Analysis[Propagated]):
             complete = len(by_key) == len(uncertain.relative)
             known |= {"energy": 0.0, "fig5": combined(by_key, uncertain) if complete else None}
             outcome.checks = tuple(replace(c, u_input=known[c.id]) if c.id in known else c for c in checks)
-            if outcome.scene.kind == "sink" and outcome.reduced1d is not None and outcome.reduced1d.model == "paper":
-                outcome.warn(*curved(outcome.scene, found))
         return found
 
     def section(self, found: Propagated, outcome: Outcome[Any], style: Style) -> Section:
@@ -163,27 +157,3 @@ def by_differences(
             slopes.setdefault(name, []).append(0.0 if value == less[name] else (value - less[name]) / (2 * step))
     known = {name: combined(s, uncertain) for name, s in slopes.items() if np.isfinite(s).all()}
     return tuple(replace(check, u_input=known.get(check.id)) for check in checks)
-
-
-def curved(sink: Sink, found: Propagated) -> tuple[str, ...]:
-    """Return sentences on keys so uncertain that a rise does not follow them in proportion over their range."""
-    from reduced1d.ladder import solve
-    from scenes.sink import OF_A_SINK
-    from scenes.varied import varied
-
-    words, said = {entry.steady: entry.called for entry in OF_A_SINK.values()}, []
-    middle = solve(sink, steady_only=True).steady
-    for key, u in found.uncertain.relative.items():
-        more, less = (solve(varied(sink, key, 1 + sign * min(u, 0.9)), steady_only=True).steady for sign in (1, -1))
-        for name in ("peak_rise_K", "end_rise_K"):
-            first = more[name].value - less[name].value
-            second = more[name].value + less[name].value - 2 * middle[name].value
-            matters = abs(first) / 2 > found.reduced1d.get(name, 0.0) * SHARE
-            if matters and abs(second) > CURVED * abs(first):
-                said.append(
-                    f"{key} is uncertain by {percent(u)}: over that range the {words[name]} bends by "
-                    f"{percent(abs(second / first))} of its change, which u_input, of first order, leaves out; "
-                    "--monte-carlo N samples it"
-                )
-                break
-    return tuple(said)

@@ -108,10 +108,6 @@ def test_correlations_count(samples: tuple[Propagated, dict[str, np.ndarray]]) -
 
 
 def test_where_it_is_not_linear_is_said() -> None:
-    sink = Sink()
-    wide = of_both(sink, read(sink, ["materials.silicon.thermal_conductivity=40%"]))
-    assert "bends by" in uncertainty.curved(sink, wide)[0]
-    assert uncertainty.curved(sink, of_both(sink, read(sink, GIVEN))) == ()
     off = samples_of.Spread(1.0, 2.0, 0.1, 1.0)
     assert "+100 %" in samples_of.Sampled(10, 0, {"peak_rise_K": off}, {}, {}).warnings()[0]
     assert samples_of.Sampled(10, 0, {"peak_rise_K": replace(off, deviation=1.2)}, {}, {}).warnings() == ()

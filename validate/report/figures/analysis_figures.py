@@ -240,7 +240,7 @@ def left_out(outcome: Outcome[Any]) -> Figure:
     """A row of bars for each effect, the largest first, with the numerical error of each; all together at the foot."""
     left_out = outcome.analyses["left_out"]
     assert left_out is not None
-    effects = dict(left_out.effects) | ({} if left_out.together is None else {"together": left_out.together})
+    effects = left_out.every
     height = 2.4 + 0.62 * len(effects)
     kind = kind_of(outcome.scene)
     text = f"What both models leave out, {kind.title(outcome.scene)}"
