@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
@@ -42,8 +42,8 @@ class Option:
     kinds : kinds of scenes that take it
     sets : key of the scene that it stands for
     read : makes the value of the text; without it the text is the value
-    needs : by another flag the reason why this option needs it
-    excludes : by another flag (with a value, "--only 1d") the reason why this option excludes it, {other}
+    needs : flags of options that must be given too
+    excludes : flags, perhaps with a value, "--only 1d", of options that must not be given too
     in_name : its part of the folder's name, with {} for the text; empty for none; or a function
     keyword : name in Python and of the value; empty for the terminal alone
     """
@@ -53,8 +53,8 @@ class Option:
     kinds: Sequence[str] = ALL
     sets: str = ""
     read: Reader | None = None
-    needs: Mapping[str, str] = field(default_factory=dict)
-    excludes: Mapping[str, str] = field(default_factory=dict)
+    needs: Sequence[str] = ()
+    excludes: Sequence[str] = ()
     in_name: str | Callable[[Any], list[str]] | None = None
     keyword: str | None = None
 
@@ -143,12 +143,6 @@ def _listed(given: Any) -> tuple[str, ...]:
     return (given,) if isinstance(given, str) else tuple(given or ())
 
 
-def _fitted(given: Any, scene: Any, values: Given) -> tuple[str, ...]:
-    if values.get("against") and not values.get("data_uncertainty"):
-        raise SceneError("--calibrate weighs the data by what they are known to: give --data-uncertainty, too")
-    return _listed(given)
-
-
 def _times(given: Any, scene: Any, _: Given) -> tuple[float, ...]:
     """Times (s) of further stored fields, up to the end of the run."""
     from scenes.kinds import Quantity
@@ -204,14 +198,6 @@ def _limit(dimension: str) -> Reader:
     return read
 
 
-_COMPARES = {"--only": "compares both models"}
-_NEEDS_EXPORT = {"--export": "is of the model that --export DIR writes"}
-_NEEDS_DATA = "of the data of --against FILE"
-_PRINTS = "and {other} print different things"
-_EXCLUDED_BY_FIGURE = {
-    "--figure": "is of the range, which {other} leaves out",
-    "--scheme paper": "is of the range, which {other} leaves out",
-}
 TABLE = (
     Option("--set KEY=VALUE ...", "override a key of the scene, such as sink.width=20um", in_name="", keyword=""),
     Option("--accuracy A", "relative accuracy of 3D (default 1e-3 or the scene's), or of a device's temperatures",
@@ -221,11 +207,11 @@ TABLE = (
     Option("--voltage V", 'voltage across the electrodes: 1, 2V or "500 mV"; for --set drive.voltage=V', (SINK,),
            sets="drive.voltage"),
     Option("--end-time T", "over time from the start to T, such as 2ms, whatever the scene says of it", (FREE,),
-           sets="run.end_time", excludes={"--steady": "and {other} contradict each other"}),
+           sets="run.end_time", excludes=["--steady"]),
     Option("--only {3d,1d}", "one model only", (SINK,), in_name="{}"),
     Option("--reduction R", "the 1D model: paper (default), anchored, fin-massless, fin, plate or moments[:N]; or one "
            "of your own, FILE.py:FUNCTION, FILE.cir, FILE.fmu, FILE.csv, or network", (SINK,), read=_reduction,
-           excludes={"--only 3d": "is a 1D model"}, in_name="{}"),
+           excludes=["--only 3d"], in_name="{}"),
     Option("--model M", "a 1D model of your own to judge: FILE.py:FUNCTION, FILE.cir (ngspice), FILE.fmu, FILE.csv, "
            "network (lines made of the boxes, as by hand), or scene for the scene's own [model]", (FREE,),
            read=lambda given, *_: str(given) if isinstance(given, Path) else given),
@@ -236,55 +222,52 @@ TABLE = (
            (DEVICE,), in_name="{}"),
     Option("--meter {PXI-4070,MAX1367}", "round the resistances to what a meter resolves", (DEVICE,), in_name="{}"),
     Option("--max-voltage V", "the sensor's largest voltage, for the range: 100mV", (DEVICE,), read=_limit("VOLTAGE"),
-           excludes=_EXCLUDED_BY_FIGURE, in_name="max{}", keyword="largest_voltage"),
+           excludes=["--figure", "--scheme paper"], in_name="max{}", keyword="largest_voltage"),
     Option("--max-power W", "the sensor's largest power, for the range: 20mW", (DEVICE,), read=_limit("POWER"),
-           excludes=_EXCLUDED_BY_FIGURE, in_name="max{}", keyword="largest_power"),
+           excludes=["--figure", "--scheme paper"], in_name="max{}", keyword="largest_power"),
     Option("--steady", "the steady state only, no transient", (SINK, FREE), sets="run.steady"),
     Option("--why", "split the 1D model's differences from 3D by its assumptions, or by the joints of --model network",
-           (SINK, FREE), excludes=_COMPARES),
+           (SINK, FREE), excludes=["--only"]),
     Option("--left-out", "what both models leave out, each solved in 3D, and all at once: the gas below and others",
-           (SINK, DEVICE), excludes={"--only 1d": "solves in 3D"}),
+           (SINK, DEVICE), excludes=["--only 1d"]),
     Option("--sensitivities", "how the models follow each key: d ln quantity / d ln key, 1D against 3D"),
     Option("--uncertain KEY=U ...", "the standard uncertainty of a key, such as sink.width=0.1um or drive.voltage=1%%; "
            "or materials, for the scene's table of them", read=_uncertain),
     Option("--correlated KEY,KEY=R ...", "the correlation of two uncertain keys: pad_width,oxide_width=0.9",
-           needs={"--uncertain": "is of uncertain keys"}),
+           needs=["--uncertain"]),
     Option("--monte-carlo N", "with --uncertain, solve N samples of the inputs too: where is linear propagation off?",
            (SINK,), read=lambda given, *_: whole("--monte-carlo", given, *SAMPLES),
-           needs={"--uncertain": "samples uncertain inputs"}, excludes=_COMPARES),
+           needs=["--uncertain"], excludes=["--only"]),
     Option("--against FILE", "compare your own traces with 3D: a COMSOL table, a CSV or other table, an ngspice file",
            (SINK, FREE), read=_data),
     Option("--column NAME=COLUMN ...", "the meaning of a column of that file, where its name does not show it: "
            'peak="T (K), Point 1", "end rise (K)=3", drive.voltage=Va', (SINK, FREE),
-           needs={"--against": f"says what a column is {_NEEDS_DATA}"}, keyword="columns"),
+           needs=["--against"], keyword="columns"),
     Option("--data-uncertainty U ...", 'the standard uncertainty of the data: 0.5K, 1%%, peak=0.5K or peak="a column"',
-           (SINK, FREE), needs={"--against": f"is that {_NEEDS_DATA}"}, read=lambda given, *_: _listed(given)),
+           (SINK, FREE), needs=["--against"], read=lambda given, *_: _listed(given)),
     Option("--calibrate KEY ...", "fit a key to that data in 3D, as often as needed, and go on with what is fitted",
-           (SINK, FREE), read=_fitted, needs={"--against": f"fits keys {_NEEDS_DATA}"}),
+           (SINK, FREE), needs=["--against", "--data-uncertainty"],
+           read=lambda given, *_: _listed(given)),
     Option("--export DIR", "write a compact model of a few states with its error, and a device's controllers, to "
-           "DIR: JSON, Python, SPICE, FMU", read=_export, in_name="", excludes={
-        "--only 1d": "writes a model of the 3D problem", "--scheme paper": "writes a model of the accurate scheme",
-        "--meter": "writes controllers that measure exactly",
-    }),
+           "DIR: JSON, Python, SPICE, FMU", read=_export, in_name="",
+           excludes=["--only 1d", "--scheme paper", "--meter"]),
     Option("--states N", "with --export, how many states the model has (default: as few as --model-accuracy takes)",
-           needs=_NEEDS_EXPORT,
-           excludes={"--model-accuracy": "says how many states, and {other} takes as many as it needs"}, in_name=""),
+           needs=["--export"], excludes=["--model-accuracy"], in_name=""),
     Option("--model-accuracy A", "with --export, the relative accuracy of the model (default: the scene's; of a "
-           "device twice the run's)", needs=_NEEDS_EXPORT, in_name=""),
+           "device twice the run's)", needs=["--export"], in_name=""),
     Option("--fields", "write the 3D temperature fields (fem3d.pvd with .vtu files)", (SINK, FREE),
-           excludes={"--only 1d": "writes the 3D model's fields"}),
+           excludes=["--only 1d"]),
     Option("--field-times T,T...", "with --fields, times to store beside the usual ones: 0.1ms,2ms", (SINK,),
-           read=_times, needs={"--fields": "are those of field files"}, excludes={"--steady": "needs the transient"},
-           in_name=_shown_times),
+           read=_times, needs=["--fields"], excludes=["--steady"], in_name=_shown_times),
     Option("--out DIR", "the results folder; a run that is there is replaced", in_name="", keyword=""),
     Option("--no-figures", "no figures", in_name=""),
     Option("--explain", "print first what will be solved and what is skipped, and why; then run", in_name="",
-           excludes=dict.fromkeys(("--dry-run", "--quiet", "--json"), _PRINTS), keyword=""),
+           excludes=["--dry-run", "--quiet", "--json"], keyword=""),
     Option("--dry-run", "print that plan alone: nothing is solved, or written but a picture of the scene in --out DIR",
-           excludes=dict.fromkeys(("--quiet", "--json"), _PRINTS), in_name="", keyword=""),
+           excludes=["--quiet", "--json"], in_name="", keyword=""),
     Option("--strict", "exit with 1 for any check not as declared (undeclared: expected to agree), or unresolved",
            in_name="", keyword=""),
-    Option("--quiet", "print the answer and the verdict only, in one line", excludes={"--json": _PRINTS}, in_name="",
+    Option("--quiet", "print the answer and the verdict only, in one line", excludes=["--json"], in_name="",
            keyword=""),
     Option("--json", "print summary.json in place of the tables", in_name="", keyword=""),
 )  # fmt: skip
@@ -352,14 +335,11 @@ def check(kind: str, given: Given) -> None:
     for option in options.values():
         if not (this := said(option.name)):
             continue
-        for flag, reason in option.excludes.items():
-            if other := said(flag):
-                if "{other}" in reason:
-                    raise SceneError(f"{this} {reason.format(other=other)}: give one of them")
-                raise SceneError(f"{this} {reason}: leave out {other}")
-        for flag, reason in option.needs.items():
+        for other in filter(None, map(said, option.excludes)):
+            raise SceneError(f"{this} does not go with {other}: leave out {other}")
+        for flag in option.needs:
             if not said(flag):
-                raise SceneError(f"{this} {reason}: give {flag}, too")
+                raise SceneError(f"{this} needs {flag}: give {flag}, too")
 
 
 def settings(kind: str, given: Given, overrides: Sequence[str]) -> list[str]:

@@ -14,11 +14,11 @@ from scenes.errors import SceneError
 
 
 @pytest.mark.parametrize(("kind", "given", "said"), [
-    ("sink", {"why": True, "only": "3d"}, "--why compares both models: leave out --only 3d"),
-    ("sink", {"fields": True, "only": "1d"}, "--fields writes the 3D model's fields: leave out --only 1d"),
-    ("sink", {"monte_carlo": "9"}, "--monte-carlo 9 samples uncertain inputs: give --uncertain, too"),
-    ("device", {"about": ["9"], "largest_power": "1W"}, "which --figure leaves out: give one of them"),
-    ("free", {"steady": True, "end_time": "1ms"}, "--end-time 1ms and --steady contradict each other"),
+    ("sink", {"why": True, "only": "3d"}, "--why does not go with --only 3d: leave out --only 3d"),
+    ("sink", {"fields": True, "only": "1d"}, "--fields does not go with --only 1d: leave out --only 1d"),
+    ("sink", {"monte_carlo": "9"}, "--monte-carlo 9 needs --uncertain: give --uncertain, too"),
+    ("device", {"about": ["9"], "largest_power": "1W"}, "does not go with --figure: leave out"),
+    ("free", {"steady": True, "end_time": "1ms"}, "--end-time 1ms does not go with --steady"),
     ("free", {"modl": "x"}, 'there is no option "modl".*did you mean "model"'),
 ])  # fmt: skip
 def test_options_that_exclude_each_other_are_refused(kind: str, given: dict[str, object], said: str) -> None:
