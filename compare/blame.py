@@ -8,7 +8,7 @@ network's one after the other.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -30,15 +30,6 @@ WHERE = {"the peak": "peak", "the ends": "end", "the current": "current"}
 """The quantities by their words in an answer."""
 EXPLAINED = 2 / 3
 """Assumptions explain a difference where their parts are at least this share of it."""
-
-
-@dataclass(frozen=True)
-class Stage:
-    """An assumption: its name in tables, and a phrase for sentences; ``unsure`` is a relative error of its part."""
-
-    blame: str
-    phrase: str
-    unsure: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -95,36 +86,36 @@ class Budget:
 
 
 def split(
-    name: str, unit: str, scale: float, whole: str, stages: Sequence[Stage], values: np.ndarray,
-    errors: Sequence[float], times: np.ndarray | None = None,
+    name: str, unit: str, scale: float, whole: str, assumptions: Sequence[str], values: np.ndarray,
+    errors: Sequence[float], times: np.ndarray | None = None, unsure: Sequence[float] | None = None,
 ) -> Split:  # fmt: skip
     """Split one quantity, where its difference is largest.
 
     Parameters
     ----------
-    values : (stages + 1, n), of the reduction, of each result after a stage, and of 3D as the last
+    values : (assumptions + 1, n), of the reduction, of each result without one more assumption, and of 3D as the last
     errors : the error bound of each
     times : (n,) s, None in the steady state
+    unsure : relative error of each part due to its replacement
     """
     drops, i = values[:-1] - values[1:], int(np.argmax(np.abs(values[0] - values[-1])))
-    unsure = [abs(float(drops[n, i])) * stage.unsure for n, stage in enumerate(stages)]
-    unsure[-1] = sum(unsure)
+    more = np.abs(drops[:, i]) * (0.0 if unsure is None else np.array(unsure))
+    more[-1] = more.sum()
     parts = []
-    for n, (stage, drop) in enumerate(zip(stages, drops, strict=True)):
+    for n, (assumption, drop) in enumerate(zip(assumptions, drops, strict=True)):
         at = int(np.argmax(np.abs(drop)))
         over_time = (None, None) if times is None else (float(drop[at]), float(times[at]))
-        parts.append(Part(stage.blame, float(drop[i]), errors[n] + errors[n + 1] + unsure[n], *over_time))
+        parts.append(Part(assumption, float(drop[i]), errors[n] + errors[n + 1] + float(more[n]), *over_time))
     total, when = float(values[0, i] - values[-1, i]), None if times is None else float(times[i])
     return Split(name, unit, scale, total, errors[0] + errors[-1], tuple(parts), when, whole)
 
 
-def sentence(stages: Sequence[Stage], splits: Sequence[Split]) -> str:
-    """Name the largest part, relative to its scale."""
-    candidates = [(each, n) for each in splits if each.scale for n in range(len(stages))]
+def sentence(phrases: Mapping[str, str], splits: Sequence[Split]) -> str:
+    """Name the largest part, relative to its scale, by the ``phrases`` of assumptions."""
+    candidates = [(part, each) for each in splits if each.scale for part in each.parts]
     if not candidates:
         return "nothing is to blame: no quantity has a scale"
-    worst, n = max(candidates, key=lambda pair: abs(pair[0].parts[pair[1]].value / pair[0].scale))
-    part = worst.parts[n]
+    part, worst = max(candidates, key=lambda pair: abs(pair[0].value / pair[1].scale))
     if abs(part.value) <= part.error:
         most = f"{percent(part.error / abs(worst.scale))} of the {worst.whole}"
         return f"nothing is to blame: no part of the difference is larger than its numerical error, {most}"
@@ -132,7 +123,7 @@ def sentence(stages: Sequence[Stage], splits: Sequence[Split]) -> str:
     size = f"{signed(part.value, worst.unit)} of the {worst.quantity} {when}"
     rest = signed(worst.total - part.value, worst.unit)
     return (
-        f"the largest part is {stages[n].phrase}: {size}, {percent(abs(part.value / worst.scale))} of the "
+        f"the largest part is {phrases[part.blame]}: {size}, {percent(abs(part.value / worst.scale))} of the "
         f"{worst.whole}; all the rest together makes {rest}"
     )
 
@@ -156,21 +147,19 @@ def budget(
             where = f"on the ladder from {start} to 3D, in the model {rung.name} (see --why)"
             raise RunawayError(f"{where}: {error}", error.limit) from None
     results.append(fem3d)
-    stages = [Stage(rung.blame, f"the {rung.blame}, as {rung.says}") for rung in ladder]
+    phrases = {rung.blame: f"the {rung.blame}, as {rung.says}" for rung in ladder}
     times = None if at is None or at[-1] <= FIRST_TIME else from_first(at)
     steady, transient, over_time = [], [], {}
     for name, entry in QUANTITIES.items():
         whole, scale = scale_of(sink, name, fem3d, levels)
-        estimates = [result.steady[entry.steady] for result in results]
-        values, errors = np.array([[each.value] for each in estimates]), [each.error for each in estimates]
-        steady.append(split(name, entry.unit, scale, whole, stages, values, errors))
+        shared, estimates = (name, entry.unit, scale, whole, [*phrases]), [r.steady[entry.steady] for r in results]
+        steady.append(split(*shared, np.array([[e.value] for e in estimates]), [e.error for e in estimates]))
         if times is not None:
             traces = [result.over_time for result in results]
             values = np.array([np.interp(times, t.time, t.values[entry.trace]) for t in traces])
-            errors = [t.errors[entry.trace] for t in traces]
-            transient.append(split(name, entry.unit, scale, whole, stages, values, errors, times))
+            transient.append(split(*shared, values, [t.errors[entry.trace] for t in traces], times))
             over_time[name] = values[:-1] - values[1:]
-    said = sentence(stages, (*steady, *transient))
+    said = sentence(phrases, (*steady, *transient))
     return Budget(start, tuple(steady), tuple(transient), times, over_time, said)
 
 

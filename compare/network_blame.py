@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from compare.blame import Budget, Stage, sentence, split
+from compare.blame import Budget, sentence, split
 from fem3d.runs.observed import observe
 from reduced1d.network.lines import layout
 from reduced1d.network.places import Place, places
@@ -50,21 +50,23 @@ def blame(given: AnyScene, fem3d: Result, network: Result) -> Budget:
     in_3d = observe(scene, _probes(joints), needed)
     bounded = [place for place in joints if place.flow.name in in_3d]
     values_3d = {name: estimate.value for name, estimate in in_3d.items()}
-    results, measured, stages = [network.steady], list[tuple[tuple[str, int], float]](), []
+    results, measured, names, unsure = [network.steady], list[tuple[tuple[str, int], float]](), list[str](), []
     for place, resistance, change in _changes(scene, bounded, values_3d, by_hand):
         measured.append((place.key, resistance))
         results.append(solve_layout(replace(shape, measured=tuple(measured))).steady)
-        unsure = _uncertainty(place, resistance, change, in_3d)
-        stages.append(Stage(place.called, f"the joint {place.called}, by 3D's resistance in its place", unsure))
-    stages.append(Stage(REST, f"{REST}, after all joints"))
+        names.append(place.called)
+        unsure.append(_uncertainty(place, resistance, change, in_3d))
+    phrases = {name: f"the joint {name}, by 3D's resistance in its place" for name in names}
+    phrases[REST] = f"{REST}, after all joints"
     results.append(fem3d.steady)
     quantities, splits = {probe.name: probe.quantity for probe in scene.probes}, []
     for name in network.steady:
         base = scene.initial_temperature if quantities[name] == "temperature" else 0.0
         values, errors = np.array([[steady[name].value] for steady in results]), [s[name].error for s in results]
         scale, unit = fem3d.steady[name].value - base, UNITS[quantities[name]]
-        splits.append(split(name, unit, scale, "3D value" if unit != "K" else "3D rise", stages, values, errors))
-    return Budget(network.model, tuple(splits), (), None, {}, sentence(stages, splits))
+        whole = "3D rise" if unit == "K" else "3D value"
+        splits.append(split(name, unit, scale, whole, [*names, REST], values, errors, None, [*unsure, 0.0]))
+    return Budget(network.model, tuple(splits), (), None, {}, sentence(phrases, splits))
 
 
 def _probes(joints: list[Place]) -> list[Probe]:
