@@ -51,25 +51,6 @@ def test_equations_by_hand(case: Case) -> None:
     assert abs(PRINTED - 1861.76) < 0.005
 
 
-TWINS = {
-    "eq12": ("power_W", 1.04), "eq13": ("mean_rise_K", 0.96), "eq14": ("anchor_resistance_K_per_W", 1.05),
-    "eq16": ("end_flow_W", 1.03), "eq18": ("end_rise_K", 0.9), "eq18_measured": ("mean_rise_K", 1.05),
-    "fig4": ("peak_rise_K", 1.1),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("name", TWINS)
-def test_a_steady_quantity_that_is_off_is_caught(name: str, case: Case) -> None:
-    """The 3D quantity on the left is moved by a few percent: the difference moves as defined."""
-    key, factor = TWINS[name]
-    before = checks_of(case)[name]
-    after = checks_of(case.change(**{key: factor * value(case, key)}))[name]
-    moved = (1 + after.difference) / (1 + before.difference)
-    assert moved == pytest.approx(factor if name == "eq18_measured" else 1 / factor, rel=1e-9)
-    assert after.verdict == "differs"
-    assert after.because
-
-
 def test_fig5_is_the_distance_from_the_parabola(case: Case) -> None:
     L = case.sink.length
     y = np.linspace(0.0, L, 401)
@@ -83,12 +64,6 @@ def test_fig5_is_the_distance_from_the_parabola(case: Case) -> None:
         assert found.difference == pytest.approx(size / math.sqrt(2) / 16.0, rel=1e-4, abs=1e-12)
         assert found.measured == pytest.approx(size / math.sqrt(2), rel=1e-4, abs=1e-12)
         assert found.verdict == ("differs" if size else "agrees")
-
-
-def test_energy(case: Case) -> None:
-    assert checks_of(case)["energy"].difference == 1e-11
-    off = replace(case, fem3d=replace(case.fem3d, details={**case.fem3d.details, "energy_imbalance": 2e-8}))
-    assert checks_of(off)["energy"].verdict == "differs"
 
 
 def _over_time(case: Case, key: str, bump: np.ndarray) -> Case:
