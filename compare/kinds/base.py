@@ -26,8 +26,6 @@ FIELD_FILES = "fem3d.pvd with its .vtu files"
 NO_FIGURES = "no figures were asked for"
 STEADY = "only the steady state was asked for"
 S_contra = TypeVar("S_contra", contravariant=True)
-Figures = dict[str, tuple[str, str]]
-"""By a figure's file name what it shows, and why it is not drawn (empty: it is)."""
 
 
 class Report(Protocol[S_contra]):
@@ -200,23 +198,20 @@ class Kind(ABC, Generic[S]):
         """The plan of models and checks, as carried out where there is an outcome."""
 
     @abstractmethod
-    def drawable(self, scene: S, options: Options) -> Figures:
-        """The figures that a run with figures has."""
+    def figures(self, scene: S, options: Options) -> list[Step]:
+        """Return the plan of the figures of a run with figures."""
 
-    def figures(self, scene: S, options: Options) -> Figures:
-        """The figures that there are."""
-        drawable = self.drawable(scene, options)
-        return {name: (what, why if options.figures else NO_FIGURES) for name, (what, why) in drawable.items()}
-
-    def draws(self, scene: S, options: Options, name: str) -> bool:
-        """Whether a figure is drawn."""
-        return self.figures(scene, options).get(name, ("", "absent"))[1] == ""
+    def drawn(self, scene: S, options: Options) -> list[str]:
+        """Return the names of the figures that a run draws."""
+        return [each.step for each in self.figures(scene, options) if options.figures and each.state == "done"]
 
     def outputs(self, scene: S, options: Options) -> list[Step]:
         """The plan of figures and files."""
-        figures = self.figures(scene, options)
-        drawn = [step(name, what) for name, (what, skipped) in figures.items() if not skipped]
-        return drawn + skipped_together("figures", {name: why for name, (_, why) in figures.items() if why})
+        drawn, figures = self.drawn(scene, options), self.figures(scene, options)
+        skipped = {
+            each.step: each.reason if options.figures else NO_FIGURES for each in figures if each.step not in drawn
+        }
+        return [each for each in figures if each.step in drawn] + skipped_together("figures", skipped)
 
     def files(self, options: Options, traces: str, no_traces: str, no_fields: str) -> list[Step]:
         """The plan of traces.csv and field files; each is skipped for a reason that is not empty."""

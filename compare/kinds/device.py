@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from compare.kinds.base import Figures, Kind, Report
+from compare.kinds.base import Kind, Report
 from compare.options import Options
 from compare.outcome import Outcome, Progress
 from scenes.device import Device
@@ -79,7 +79,7 @@ class DeviceKind(Kind[Device]):
             with progress.stage("device in 3D"):
                 meter, start = options.meter, scene.external.initial_temperature
                 rounded = design.in_the_loop(scene, design.METERS[meter], start) if meter else (0.0, 0.0)
-                slow, steps = (any(self.draws(scene, options, f) for f in late) for late in (LATE[:1], LATE[1:]))
+                slow, steps = (not set(self.drawn(scene, options)).isdisjoint(late) for late in (LATE[:1], LATE[1:]))
                 solved = make(scene, rounded, slow, steps, progress)
             errors, after = solved.model.steady_errors(scene), solved.runs.base.after
             known = {name: Estimate(getattr(after, name), errors[name]) for name in results["reduced1d"].steady}
@@ -157,18 +157,17 @@ class DeviceKind(Kind[Device]):
         if self.runs_for(scene, options, "figure12", "figure13"):
             steps.append(step("1D device, steps", "from the steady state, for outer steps from -80 to +20 K"))
         if options.in_3d:
-            idle = "" if any(self.draws(scene, options, f) for f in LATE) else "no figure that shows them is drawn"
+            idle = "" if not set(self.drawn(scene, options)).isdisjoint(LATE) else "no figure that shows them is drawn"
             steps.append(step("3D runs of other steps", "the slow one and the outer steps, for their figures", idle))
         steps += self.check_steps(scene, options)
         steps.append(step("designer's questions", "largest gains, range and resolution", design_reason(options)))
         return steps
 
-    def drawable(self, scene: Device, options: Options) -> Figures:
+    def figures(self, scene: Device, options: Options) -> list[Step]:
         omitted = not_about(options)
-        shown = {n: (what, omitted.get(n, "")) for n, what in DEVICE_FIGURES.items()}
-        if "dev3d_shielding" in self.made(scene, options):
-            shown["shielding"] = "the change of both powers with the substrate, steady and after a step", ""
-        return shown
+        figures = [step(name, shows, omitted.get(name, "")) for name, shows in DEVICE_FIGURES.items()]
+        shielding = step("shielding", "the change of both powers with the substrate, steady and after a step")
+        return figures + [shielding] * ("dev3d_shielding" in self.made(scene, options))
 
     def outputs(self, scene: Device, options: Options) -> list[Step]:
         return [*super().outputs(scene, options), step("traces.csv", "a row per controller sample")]

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from compare.kinds.base import STEADY, Figures, Kind, Report
+from compare.kinds.base import STEADY, Kind, Report
 from compare.options import Options
 from compare.outcome import Outcome, Progress
 from scenes import physics
@@ -153,15 +153,15 @@ class FreeKind(Kind[AnyScene]):
             return [*solver]
         return [*solver, Step("1D model", "skipped", f"{scene.model.file} is a program, which runs with --model scene")]
 
-    def drawable(self, scene: AnyScene, options: Options) -> Figures:
+    def figures(self, scene: AnyScene, options: Options) -> list[Step]:
         when, own = "steady" if scene.steady else "hottest moment's", own_model(scene, options)
-        shown = {"figure_field": (f"the {when} temperature field, rendered off screen", _no_heat(scene)),
-                 "figure_traces": ("every probe against time", _no_traces(scene))}  # fmt: skip
-        if own is not None:
-            shown["figure_differences"] = "how far the model is from 3D, probe by probe", ""
-        if own is not None and own[0] == "network":
-            shown["figure_network"] = "the lines of the network over the boxes", ""
-        return shown
+        figures = [
+            step("figure_field", f"the {when} temperature field, rendered off screen", _no_heat(scene)),
+            step("figure_traces", "every probe against time", _no_traces(scene)),
+        ]
+        figures += [step("figure_differences", "how far the model is from 3D, probe by probe")] * (own is not None)
+        network = own is not None and own[0] == "network"
+        return figures + [step("figure_network", "the lines of the network over the boxes")] * network
 
     def outputs(self, scene: AnyScene, options: Options) -> list[Step]:
         files = self.files(options, "a column for each probe", _no_traces(scene), _no_heat(scene))

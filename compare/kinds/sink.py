@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from compare.kinds.base import STEADY, Figures, Kind, Report
+from compare.kinds.base import STEADY, Kind, Report
 from compare.options import Options
 from compare.outcome import Outcome, Progress
 from scenes.checks import DEFAULT_TOLERANCES, FIRST_TIME, ISLAND_TOLERANCES, OF_THE_PAPER
@@ -211,14 +211,14 @@ class SinkKind(Kind[Sink]):
         blame *= len(options.models) > 1 and not options.why
         return [*solver, *with_, _reduction_step(options), *self.check_steps(scene, options), *blame]
 
-    def drawable(self, scene: Sink, options: Options) -> Figures:
+    def figures(self, scene: Sink, options: Options) -> list[Step]:
         shown = FIGURES if scene.spans == 1 else {n: w for n, w in FIGURES.items() if n != "figure5"} | ROW_FIGURES
         skipped = {} if options.why else {"islands_runs": "other rows are solved for it only with --why"}
         if "fem3d" not in options.models:
             skipped |= dict.fromkeys(("figure4", "figure5", *ROW_FIGURES), NO_FIELD)
         if options.steady:
             skipped |= dict.fromkeys(("figure6", "figure7"), STEADY)
-        return {name: (what, skipped.get(name, "")) for name, what in shown.items()}
+        return [step(name, shows, skipped.get(name, "")) for name, shows in shown.items()]
 
     def outputs(self, scene: Sink, options: Options) -> list[Step]:
         no_fields, no_traces = "" if "fem3d" in options.models else NO_FIELD, STEADY if options.steady else ""

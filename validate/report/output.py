@@ -53,7 +53,7 @@ def run(
 
 def draws_field(scene: Any, options: Options) -> bool:
     """Whether the 3D field is rendered."""
-    return kind_of(scene).draws(scene, options, pictures.FIELDS[scene.kind])
+    return pictures.FIELDS[scene.kind] in kind_of(scene).drawn(scene, options)
 
 
 def write(outcome: Outcome[Any], folder: Path, renderer: Renderer, progress: Progress) -> None:
@@ -79,8 +79,8 @@ def write(outcome: Outcome[Any], folder: Path, renderer: Renderer, progress: Pro
 
         with progress.stage("figures"), style():
             drawn = []
-            for name in kind.figures(outcome.scene, outcome.options):
-                if kind.draws(outcome.scene, outcome.options, name) and (figure := pictures.draw(name, outcome)):
+            for name in kind.drawn(outcome.scene, outcome.options):
+                if figure := pictures.draw(name, outcome):
                     drawn += save(figure, folder, name)
             for each in chosen(outcome.options):
                 found = outcome.analyses.get(each.name)
