@@ -12,6 +12,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, fields, is_dataclass, replace
+from graphlib import CycleError, TopologicalSorter
 from itertools import pairwise
 from numbers import Real
 from types import MappingProxyType
@@ -22,65 +23,44 @@ from scenes.expressions import FUNCTIONS, PI, Measure, measured
 from scenes.units import PLAIN, Powers, UnitError, called, is_unit, parse_quantity, unit_of
 
 SECTION = "parameters"
-DEEPEST = 40  # parameters that are made of one another, far below Python's limit of recursion
-_NAME = re.compile(r"[A-Za-z]\w{0,59}", re.ASCII)
+_NAME = re.compile(r"(?<![\w.])[A-Za-z]\w{0,59}(?!\w)", re.ASCII)
 _FORM = 'give a number with a unit, such as "20 um", or an expression of other parameters, such as "w/2"'
 
 
-class Names(Mapping[str, Measure]):
-    """The values of the names in a [parameters] section, each computed at its first use.
+class Names(dict[str, Measure]):
+    """The values of the names in a [parameters] section.
 
-    ``parts`` are the parameters that each one is made of, ``used`` the ones that the rest of the file uses. Raises
-    SceneError for invalid names and values, and for parameters that are made of themselves.
+    ``parts`` are the parameters that each one is made of, ``used`` the ones that expressions of the rest of the file
+    take. Raises SceneError for invalid names and values, and for parameters that are made of themselves.
     """
 
     def __init__(self, given: object) -> None:
+        super().__init__()
         if not isinstance(given, Mapping):
             raise SceneError(f'{SECTION} = {quoted(given)} must be a section: {SECTION}.w = "10 um" and so on')
-        self._given: Mapping[str, object] = given
-        self._found: dict[str, Measure] = {}
-        self._open: list[str] = []
-        self.parts: dict[str, set[str]] = {}
-        self.used: set[str] = set()
         for name in given:
             _check_name(name)
-        for name in given:
-            self._value(name)
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._given)
-
-    def __len__(self) -> int:
-        return len(self._given)
-
-    def __contains__(self, name: object) -> bool:
-        return name in self._given
+        texts = {name: text if isinstance(text, str) else "" for name, text in given.items()}
+        self.parts = {name: set(_NAME.findall(text)) & set(given) for name, text in texts.items()}
+        self.used: set[str] = set()
+        try:
+            order = list(TopologicalSorter(self.parts).static_order())
+        except CycleError as error:
+            circle = error.args[1][::-1]
+            by = ", ".join(f"{a} of {b}" for a, b in pairwise(circle))
+            raise SceneError(f"{SECTION}.{circle[0]} is made of itself, {by}: {_FORM}") from None
+        for name in order:
+            try:
+                self[name] = _measure(given[name], self)
+            except UnitError as error:
+                raise SceneError(f"{SECTION}.{name} = {quoted(given[name])} {error}: {_FORM}") from None
+        for name in given:  # in the order of the file
+            self[name] = self.pop(name)
+        self.used.clear()
 
     def __getitem__(self, name: str) -> Measure:
-        if name not in self._given:
-            raise KeyError(name)
-        (self.parts[self._open[-1]] if self._open else self.used).add(name)
-        return self._value(name)
-
-    def _value(self, name: str) -> Measure:
-        if name in self._open:
-            circle = [*self._open[self._open.index(name) :], name]
-            by = ", ".join(f"{a} of {b}" for a, b in pairwise(circle))
-            raise SceneError(f"{SECTION}.{name} is made of itself, {by}: {_FORM}")
-        if name not in self._found:
-            said = f"{SECTION}.{name} = {quoted(self._given[name])}"
-            if len(self._open) >= DEEPEST:
-                raise SceneError(
-                    f"{said} is needed {DEEPEST} parameters deep before it is given: put it in front of them"
-                )
-            self.parts[name] = set()
-            self._open.append(name)
-            try:
-                self._found[name] = _measure(self._given[name], self)
-            except UnitError as error:
-                raise SceneError(f"{said} {error}: {_FORM}") from None
-            self._open.pop()
-        return self._found[name]
+        self.used.add(name)
+        return super().__getitem__(name)
 
     def free(self) -> tuple[str, ...]:
         """Return the parameters that are plain numbers and that the scene uses, directly or through others."""
@@ -161,9 +141,8 @@ class Parameters:
 
     @staticmethod
     def of(names: Names, flat: Mapping[str, object]) -> Parameters:
-        free, measures = names.free(), dict(names)
-        values, powers = {n: float(m.value) for n, m in measures.items()}, {n: m.powers for n, m in measures.items()}
-        return Parameters(values, powers, free, flat)
+        values, powers = {n: float(m.value) for n, m in names.items()}, {n: m.powers for n, m in names.items()}
+        return Parameters(values, powers, names.free(), flat)
 
     def measures(self) -> dict[str, Measure]:
         """Return the values of the names in expressions."""

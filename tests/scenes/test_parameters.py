@@ -199,7 +199,6 @@ def test_uncertainties_of_parameters(bar: Path) -> None:
     ({"a": 10**400}, "not a finite number"), ({"a": ""}, "not a number"),
     ({"V": "1 V"}, "called like a unit"), ({"min": 1}, "called like a function"),
     ({"a b": 1}, "is no name"), ({"2a": 1}, "is no name"), ({"a": "x" * 600}, "longer than"), (3, "must be a section"),
-    ({f"x{i}": f"x{i + 1}" for i in range(60)} | {"x60": 1}, "40 parameters deep"),
 ])  # fmt: skip
 def test_a_bad_section_is_refused(given: object, said: str) -> None:
     with pytest.raises(SceneError) as found:
@@ -210,7 +209,9 @@ def test_a_bad_section_is_refused(given: object, said: str) -> None:
 
 def test_a_long_row_of_parameters_in_order_is_fine() -> None:
     row = {"x0": "1 um"} | {f"x{i + 1}": f"x{i} + 1 um" for i in range(1000)}
-    assert float(Names(row)["x1000"].value) == 1001e-6
+    for order in (row, dict(reversed(row.items()))):
+        assert float(Names(order)["x1000"].value) == 1001e-6
+        assert list(Names(order)) == list(order)
 
 
 def test_plain_number_takes_the_unit_of_the_file_in_si(bar: Path) -> None:
