@@ -232,15 +232,17 @@ def plant(modal: Modal, device: Device, external: float | None = None) -> Plant:
     """
     state, film, m = state_of(modal, device, external), modal.film, modal.responses
     a, ratio = modal.coefficient[film], (1 + modal.coefficient * state.rise[:2])[film]
-    now = circuit.slopes(state.voltage, modal.resistance * ratio[:2], device.control.ground_resistance)
+    now = state.voltage, modal.resistance * ratio[:2], device.control.ground_resistance
+    power_by_voltage, power_by_resistance = circuit.slopes(circuit.powers, *now)
+    seen_by_voltage, seen_by_resistance = circuit.slopes(circuit.measured, *now)
     warm = modal.resistance * modal.coefficient
     # heat = per_power * P; its derivatives by the rise of each response, along a row, and by the voltages.
     per_power = modal.heat(np.ones(2), state.rise)
     slope, departs = np.zeros((m, m)), np.arange(2, m)
-    slope[:, :2] = per_power[:, None] * now.power_by_resistance[film] * warm
+    slope[:, :2] = per_power[:, None] * power_by_resistance[film] * warm
     slope[departs, film[2:]] -= per_power[2:] * state.power[film[2:]] * a[2:] / ratio[2:]
     slope[departs, departs] += state.power[film[2:]] * a[2:] / ratio[2:]
-    per_volt = per_power[:, None] * now.power_by_voltage[film]
+    per_volt = per_power[:, None] * power_by_voltage[film]
     # The exponential of [[A, B], [0, 0]] h holds exp(A h) and the integral of exp(A t) B over the sample time h.
     n, h = modal.count, device.control.sample_time
     block = np.zeros((n + 2, n + 2))
@@ -248,6 +250,7 @@ def plant(modal: Modal, device: Device, external: float | None = None) -> Plant:
     block[:n, n:] = modal.shape.T @ per_volt * h
     exponential = scipy.linalg.expm(block)
     return Plant(
-        exponential[:n, :n], exponential[:n, n:], (now.measured_by_resistance * warm / warm[:, None]) @ modal.shape[:2],
-        now.measured_by_voltage / warm[:, None], state.voltage > 0, device.set_rise, h,
+        exponential[:n, :n], exponential[:n, n:],
+        (seen_by_resistance * warm / warm[:, None]) @ modal.shape[:2],
+        seen_by_voltage / warm[:, None], state.voltage > 0, device.set_rise, h,
     )  # fmt: skip

@@ -10,6 +10,7 @@ import numpy as np
 
 from reduced1d.device.lumped import Lumped, Modes, around, lump, modes, stability, steady
 from scenes.device import Device
+from statespace.device_model import FILMS
 from statespace.march import CEILING, March, march
 from statespace.result import QUANTITIES, DeviceResult, device_result
 from statespace.stability import Stability
@@ -17,7 +18,6 @@ from statespace.stability import Stability
 LESS = 3
 """The run that estimates the error in space has elements of a degree lower by this."""
 
-ELEMENTS = ("sink", "sensor")
 MARGIN = 2.0
 """Loops with a smaller gain margin are called near instability: 6 dB is the least that textbooks ask for (Franklin,
 Powell and Emami-Naeini, Feedback Control of Dynamic Systems, section 6.4)."""
@@ -101,10 +101,10 @@ def findings(device: Device, run: March, error: float, goal: float) -> tuple[str
         hot = int(np.argmax(rises))
         wrong = "; its voltage is negative, where eq 21 raises the power of an element that is too hot"
         sentences.append(
-            f"the run was stopped at {end:.6g} s: the {ELEMENTS[hot]} was {rises[hot]:.0f} K above room temperature "
+            f"the run was stopped at {end:.6g} s: the {FILMS[hot]} was {rises[hot]:.0f} K above room temperature "
             f"(ceiling {CEILING:.0f} K) at {voltages[hot]:.3g} V{wrong if voltages[hot] < 0 else ''}"
         )
-    for name, limited in zip(ELEMENTS, run.limited.T, strict=True):
+    for name, limited in zip(FILMS, run.limited.T, strict=True):
         at = np.flatnonzero(limited)
         if len(at) == len(limited):
             sentences.append(f"the limit V >= 0 held the {name} at every sample: it never got any power")
@@ -122,7 +122,7 @@ def findings(device: Device, run: March, error: float, goal: float) -> tuple[str
                 f"at the {name} outer temperature, {temperature:g} K, there is no steady state: over the common ground "
                 "a film can neither be held at the set temperature nor rest without power, and its loop swings"
             )
-        for element in () if state.cycles else ELEMENTS:
+        for element in () if state.cycles else FILMS:
             if getattr(state, f"{element}_saturated"):
                 sentences.append(
                     f"at the {name} outer temperature, {temperature:g} K, the {element} needs no power{also}: it "
@@ -130,7 +130,7 @@ def findings(device: Device, run: March, error: float, goal: float) -> tuple[str
                     f"{device.control.set_temperature:g} K"
                 )
         comes_to_rest = name == "final" and device.control.ground_resistance and not state.cycles
-        for i, element in enumerate(ELEMENTS if comes_to_rest else ()):
+        for i, element in enumerate(FILMS if comes_to_rest else ()):
             if run.limited[-20:, i].any() and not getattr(state, f"{element}_saturated"):
                 sentences.append(
                     f"at the end the {element}'s loop swings from no voltage on, though it could be held with "
@@ -157,9 +157,9 @@ def shown(eigenvalue: complex) -> str:
 
 def loop_text(device: Device, about: Stability) -> str:
     """Whether the loop is unstable or near it, with its largest eigenvalue and the gains' limits; empty for neither."""
-    gains = {name: getattr(device.control, f"{name}_gain") for name in ELEMENTS}
-    limits = {name: getattr(about, f"{name}_gain_limit") for name in ELEMENTS}
-    near = [name for name in ELEMENTS if gains[name] * MARGIN > limits[name]]
+    gains = {name: getattr(device.control, f"{name}_gain") for name in FILMS}
+    limits = {name: getattr(about, f"{name}_gain_limit") for name in FILMS}
+    near = [name for name in FILMS if gains[name] * MARGIN > limits[name]]
     if about.stable and not near:
         return ""
     said = "the loop is near instability" if about.stable else "the loop is unstable"

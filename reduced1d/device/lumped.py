@@ -36,7 +36,7 @@ from statespace.modal import Inlet, Modal
 from statespace.result import Steady
 from statespace.shielding import Response, Shielding, response
 from statespace.shielding import around as shielding_of
-from statespace.stability import Plant, Stability, controlled, named
+from statespace.stability import Plant, Stability
 
 GRIDS = (np.array([0.0, 1.0]), np.array([0.0, 0.1, 0.5, 1.0]))
 """Element boundaries in insulator and polymer, as fractions of the thickness."""
@@ -112,12 +112,7 @@ def steady(device: Device, external: float | None = None) -> Steady:
     k A/t (T_set - T_external) of the polymer, whatever R(T) is. Where that asks for a negative power, the power is
     zero and the element's temperature follows from its neighbours. A gain of zero leaves an element without power.
     """
-    lumped = lump(device)
-    outer = (device.external.final_temperature if external is None else external) - device.sink.room_temperature
-    sink, between, polymer = lumped.conductance, lumped.insulator.conductance, lumped.polymer.conductance
-    K = np.array([[sink + between, -between], [-between, between + polymer]])
-    state = controlled(K, np.array([0.0, polymer * outer]), lumped.resistance, lumped.coefficient, device)
-    return named(device, replace(state, flow=np.array([polymer * (state.rise[1] - outer)])))
+    return loop.steady(_modal(device), device, external)
 
 
 def around(device: Device) -> dict[str, Steady]:

@@ -29,8 +29,8 @@ from scenes.sink import Sink, face
 BELOW = 1e-2
 """The part of the scene's accuracy that the network's own error may be, so that it hardly counts beside that of 3D."""
 
-FINEST, FINEST_OVER_TIME = 1e-8, 1e-6
-"""Relative: errors below these need no refinement however small the accuracy; rounding is near them."""
+FINEST_OVER_TIME = 1e-6
+"""Relative: errors of traces below this need no refinement however small the accuracy."""
 
 DEGREES, DEGREES_OVER_TIME = ((5, 7), (7, 9), (9, 11)), ((4, 5), (6, 7), (8, 9))
 """Of the coarse and the fine elements, turn by turn."""
@@ -106,7 +106,7 @@ def refined(shape: Layout, turn: int, time: float | None = None) -> tuple[Model,
 
 
 def _steady(shape: Layout) -> tuple[dict[str, Estimate], Model]:
-    enough = max(BELOW * shape.scene.accuracy, FINEST)
+    enough = BELOW * shape.scene.accuracy
     for turn in range(len(DEGREES)):
         models = refined(shape, turn)
         coarse, fine = (read(model, *steady(model), np.zeros(1)) for model in models)
