@@ -1,5 +1,5 @@
 """The device as two lumped elements between two conducting layers: capacities, conductances and resistances, and the
-steady state that the controllers bring it to, in closed form.
+steady state that the controllers bring it to.
 
 Sink (eq 20) and sensor (eq 8) are each one temperature; insulator and polymer (eq 3) are slabs of the beam's area.
 Heat that leaves the sink through the insulator enters the sensor:
@@ -175,6 +175,7 @@ def _step(mass: np.ndarray, last: np.ndarray, degree: int) -> np.ndarray:
     return unit_step
 
 
+@lru_cache(maxsize=8)
 def _modal(device: Device, degree: int = DEGREE) -> Modal:
     return modes(lump(device), degree).modal
 
