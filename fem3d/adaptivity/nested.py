@@ -86,7 +86,7 @@ class Problems:
         for heat, conductor in zip(self.heats[:-1], self.conductors[:-1], strict=True):
             heat.let_go(steady=True)
             if conductor is not None:
-                conductor.kept.let_go("solve_cold", "preconditioner", "near")
+                conductor.kept.let_go("solve_cold", "near")
 
     @property
     def cold_potentials(self) -> list[np.ndarray]:

@@ -95,8 +95,12 @@ def respond(
         room = {name: enough * march.scales[name] - error for name, error in errors.items()}
         rough, march = march, in_shorter_steps(study, bases[0], march, room)
         errors = {name: error + march.gaps[name] - rough.gaps[name] for name, error in errors.items()}
-    response = concluded(study, march, errors, goals, as_it_is)
-    if not (study.from_start and response.accepted):
+    answer, scales, count = march.answer, march.scales, march.generations
+    if _worst(march, errors) > enough and not as_it_is:
+        relative = {name: errors[name] / scales[name] for name in errors}
+        return Response(march.checked, march.traces, errors, False, np.nan, answer, count, goals, relative)
+    response = with_rows(study, answer, errors, scales, count)
+    if not study.from_start:
         return response
     early = _early(study, march, lesser[0])
     return replace(response, early={name: error + early[name] for name, error in response.errors.items()})
@@ -236,22 +240,6 @@ def _errors(
 def _worst(march: Marched, errors: Mapping[str, float]) -> float:
     """Return the largest error over its scale."""
     return max(error / march.scales[name] for name, error in errors.items())
-
-
-def concluded(
-    study: Study,
-    fine: Marched,
-    errors: dict[str, float],
-    goals: list[Spread],
-    as_it_is: bool = False,
-) -> Response:
-    """Return the response with its errors: at its rows if the accuracy is reached or for ``as_it_is``, else with the
-    indicators of its ``goals``."""
-    answer, scales, count = fine.answer, fine.scales, fine.generations
-    if _worst(fine, errors) > (1 - ROW_SHARE) * study.accuracy and not as_it_is:
-        relative = {name: errors[name] / scales[name] for name in errors}
-        return Response(fine.checked, fine.traces, errors, False, np.nan, answer, count, goals, relative)
-    return with_rows(study, answer, errors, scales, count)
 
 
 def _remains(

@@ -36,11 +36,6 @@ class Hot(NamedTuple):
     joins: bool
 
 
-def of(heat: HeatProblem, conductor: Conductor | None, shift: float, end: float, accuracy: float) -> Base:
-    """Return the base of the response of a heat problem and its conductor up to ``end`` (s)."""
-    return searched(heat, conductor, shift, end, accuracy)[0]
-
-
 def nested(given: Problems, shift: float, end: float, accuracy: float) -> list[Base]:
     """Return the base in each nested space, the highest first; hot states are searched in the lowest space alone."""
     lowest, hot = searched(given.heats[0], given.conductors[0], shift, end, accuracy)

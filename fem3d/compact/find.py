@@ -328,7 +328,8 @@ def _rich(
     slow = fields.slowest(heat)
     end = 20 * slow if scene.steady else scene.end_time  # exp(-20) is left of the slowest response
     earliest = slow if scene.steady else first_time(scene)
-    base: Base = transient_base.of(heat, conductor, transient.shift(min(slow, end), earliest), end, accuracy)
+    shift = transient.shift(min(slow, end), earliest)
+    base, _ = transient_base.searched(heat, conductor, shift, end, accuracy)
     steps = np.array([1.0, *(c.step for c in inputs)])
     loads, jumps = [*fields.loads_of(base, steps), *base.loads], fields.jumps_of(heat, steps)
     times = None if scene.steady else (earliest, min(slow, end))

@@ -287,12 +287,6 @@ class Conductor:
         on = np.any([t.unit > 0 for t in given], axis=0) if given else np.zeros(self.voltages.shape[1], bool)
         return bool(given) and not self.voltages[:, ~on].any()
 
-    @property
-    def preconditioner(self) -> Callable[[np.ndarray], np.ndarray]:
-        """A cheap approximate solver: `solve_cold` of this conductor, or of a nearby one."""
-        solve: Callable[[np.ndarray], np.ndarray] = self.kept.get("preconditioner", lambda: self.solve_cold)
-        return solve
-
     def influence(self, row: np.ndarray) -> Influence:
         """Return weights that evaluate a functional ``row`` (functions,) of the potential for any current density J.
 
@@ -392,7 +386,7 @@ class Conductor:
     def precondition(self, currents: np.ndarray) -> np.ndarray:
         """(unknowns,): approximate potentials that balance some currents (unknowns,), by `matrix`."""
         if not self.terminals:
-            return self.preconditioner(currents)
+            return self.solve_cold(currents)
         charges = np.zeros(self.voltages.shape[1])
         charges[self.free] = currents[: len(self.free)]
         for t, value in zip(self.terminals, currents[len(self.free) :], strict=True):

@@ -78,11 +78,6 @@ class Surface:
         slope = faces.coefficient(self.boundary, at) - film(self.domain, self.boundary)[0]
         return self.on.mass_of(slope), None if rest is None else self.on.mass_of(rest)
 
-    def steepness(self, u: np.ndarray) -> np.ndarray:
-        """(facets, points): the derivative in W/K beyond the film's at a field u, times the weights of the points."""
-        slope = faces.slope(self.boundary, self._start + self.on.value(u)) - film(self.domain, self.boundary)[0]
-        return np.asarray(slope * self.on.areas)
-
     def finer(self, points: int) -> Surface:
         """By a quadrature of so many more points along each axis."""
         return replace(self, more=self.more + points)

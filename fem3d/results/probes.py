@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from fem3d.problems.faces import Surface, film
-from fem3d.problems.following import Conduction, OfCells, at_faces
+from fem3d.problems.following import Conduction, at_faces
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.paths import across
 from fem3d.solution.transient import Base
@@ -130,23 +130,6 @@ def gradient(domain: Domain, probe: Any, conductivity: Conductivity) -> np.ndarr
     for faces, sign, cells in domain.sides(probe, every, [torn for torn, _ in jumping]):
         row += sign * faces.flux(conductivity(faces, cells))
     return row + across(domain, probe, jumping)
-
-
-def drift(domain: Domain, probe: Any, u: np.ndarray) -> np.ndarray:
-    """(functions,): the derivative of the heat (W) of `gradient` at a field u through the conductivity's laws, with
-    the gradient held fixed."""
-    facets, row = domain.facets(probe), np.zeros(domain.space.size)
-
-    def bent(faces: Faces, cells: np.ndarray) -> np.ndarray:
-        steep = OfCells(domain, "thermal_conductivity", cells).slope(faces.value(u))
-        return faces.load(faces.slope(u, steep))
-
-    outer = facets[domain.exposed(facets)]
-    if len(outer):
-        row += bent(domain.seen(outer), domain.space.mesh.f2t[0, outer])
-    for faces, sign, cells in domain.sides(probe, np.ones(len(domain.body), bool)):
-        row -= sign * bent(faces, cells)
-    return row
 
 
 def cell_by_cell(conductivity: np.ndarray) -> Conductivity:

@@ -311,11 +311,6 @@ class Faces:
         """(facets, points): the weights of the quadrature (m2)."""
         return self._filled(lambda cells: cells.weights)
 
-    @property
-    def points(self) -> np.ndarray:
-        """(3, facets, points): where the points are (m)."""
-        return self._filled(lambda cells: cells.points, (3,))
-
     @cached_property
     def functions(self) -> np.ndarray:
         """(functions,): which do not vanish on the facets."""
