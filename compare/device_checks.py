@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -323,7 +324,7 @@ def _slope_3d(outcome: Outcome[Device]) -> Comparison:
 def _gain(film: str, outcome: Outcome[Device]) -> Comparison:
     """Compare the largest stable gains; 3D's error is the change from the coarser mesh."""
     device, external, model, key = outcome.scene, outcome.scene.external, _in_3d(outcome).model, f"{film}_gain_limit"
-    limits: list[Callable[..., object]] = [stability, model.stability, model.coarser.stability]
+    limits: list[Callable[..., object]] = [stability, model.stability, replace(model, fine=model.low).stability]
     outer = external.initial_temperature, external.final_temperature
     in_1d, in_3d, coarser = (min(float(getattr(limit(device, t), key)) for t in outer) for limit in limits)
     error = abs(in_3d - coarser) if math.isfinite(in_3d) else 0.0
@@ -366,9 +367,9 @@ def _claim_over_time(outcome: Outcome[Device]) -> Comparison:
 @_check("dev3d_shielding", "3D", "figure9")
 def _shielding(outcome: Outcome[Device]) -> Comparison:
     """Compare the sensor's loss to the substrate with none, relative to the loss with the sink off."""
-    slopes, errors = _in_3d(outcome).shielding
+    slopes, errors = _in_3d(outcome).model.shielding
     closed, off = slopes.sensor_power_per_substrate_W_per_K, slopes.sensor_power_per_substrate_sink_off_W_per_K
-    largest, when = _in_3d(outcome).response.largest
+    largest, when = _in_3d(outcome).model.response.largest
     note = (
         f"paper: the sensor loses nothing to the substrate; 1 K there changes its power by {quantity(closed, 'W', 2)}, "
         f"with the sink off by {quantity(off, 'W', 4)}; over time by up to {quantity(largest, 'W', 3)}, "

@@ -135,7 +135,7 @@ def _leads(outcome: Outcome[Device]) -> dict[str, list[tuple[Shared, dict[str, f
     """The leads to ground by model, with the errors of 3D."""
     ground = ground_effects(outcome.scene, METER_POWER, METER_RESISTANCE)
     leads: dict[str, list[tuple[Shared, dict[str, float]]]] = {"reduced1d": [(each, {}) for each in ground.leads]}
-    return leads if outcome.device_3d is None else {**leads, "fem3d": outcome.device_3d.ground}
+    return leads if outcome.device_3d is None else {**leads, "fem3d": outcome.device_3d.model.ground}
 
 
 def _ground(outcome: Outcome[Device]) -> Section:
@@ -160,9 +160,9 @@ def document(outcome: Outcome[Device]) -> dict[str, Any]:
     """Return the entries of summary.json."""
     solved, shielding, ground = outcome.device_3d, None, None
     if solved is not None and _made(outcome, "dev3d_shielding"):
-        slopes, errors = solved.shielding
+        slopes, errors = solved.model.shielding
         one_d = {"reduced1d": _values(shielding_1d(outcome.scene), {})}
-        shielding = _values(slopes, errors) | one_d | {"over_time": asdict(solved.response)}
+        shielding = _values(slopes, errors) | one_d | {"over_time": asdict(solved.model.response)}
     if _made(outcome, "fig14_ground"):
         limits = ground_effects(outcome.scene, METER_POWER, METER_RESISTANCE)
         leads = {model: [_values(*each) for each in leads] for model, leads in _leads(outcome).items()}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, Literal
 
 import numpy as np
@@ -92,23 +92,22 @@ class Model:
         """The eigenvalue of ``stability`` alone."""
         return plant(self.fine, device, external).eigenvalue(gains(device))
 
-    @property
-    def coarser(self) -> Model:
-        """The model of the lower space."""
-        return replace(self, fine=self.low)
-
     def steady_errors(self, device: Device, external: float | None = None) -> dict[str, float]:
         """The estimated errors of a steady state's quantities, in their units."""
-        one, two = (steady(m, device, external) for m in (self.fine, self.low))
-        return {
-            q: self.edges * abs(getattr(one, q) - getattr(two, q)) + 1e-9 * abs(getattr(one, q)) for q in QUANTITIES
-        }
+        _, errors = self._with_errors(lambda modal: asdict(steady(modal, device, external)))
+        return {q: errors[q] for q in QUANTITIES}
 
-    def shielding(self, device: Device) -> tuple[Shielding, dict[str, float]]:
-        """Return the effect of surrounding temperatures on both steady powers, with errors (W/K). The error sums twice
-        the error by the lower space (differences of small values need not halve with a degree), the change by fewer
-        fields, and the possible contribution of omitted local departures."""
-        models = (self.fine, self.low, self.fewer)
+    def _with_errors(self, read: Callable[[Modal], dict[str, float]]) -> tuple[dict[str, float], dict[str, float]]:
+        """Return steady values of the model, and their errors by the lower space, with rounding."""
+        values, low = read(self.fine), read(self.low)
+        return values, {q: self.edges * abs(v - low[q]) + 1e-9 * abs(v) for q, v in values.items()}
+
+    @cached_property
+    def shielding(self) -> tuple[Shielding, dict[str, float]]:
+        """The effect of surrounding temperatures on both steady powers, with errors (W/K). The error sums twice the
+        error by the lower space (differences of small values need not halve with a degree), the change by fewer fields,
+        and the possible contribution of omitted local departures."""
+        models, device = (self.fine, self.low, self.fewer), self.device
         fine, low, fewer = (asdict(shielding.around(modal, device)) for modal in models)
         power = max(self.steady(device).sink_power_W, self.steady(device).sensor_power_W)
         rounding, part = ROUNDING * power, DEPARTS * device.accuracy_3d
@@ -118,11 +117,12 @@ class Model:
         }
         return Shielding(**fine), errors
 
-    def response(self, device: Device) -> Response:
+    @cached_property
+    def response(self) -> Response:
         """Response of both powers to a step of the substrate's temperature, with errors by the lower space, fewer
         fields and fewer nodes."""
         given = (self.fine, self.nodes), (self.low, self.nodes), (self.fewer, self.nodes), (self.fine, self.nodes - 2)
-        response, *others = (shielding.response(modal, nodes, device) for modal, nodes in given)
+        response, *others = (shielding.response(modal, nodes, self.device) for modal, nodes in given)
 
         def error(film: str) -> float:
             values = getattr(response, film)
@@ -132,19 +132,22 @@ class Model:
         sensor, sink = error("sensor_power_W_per_K"), error("sink_power_W_per_K")
         return replace(response, sensor_error=sensor, sink_error=sink)
 
-    def ground(self, device: Device) -> list[tuple[Shared, dict[str, float]]]:
+    @cached_property
+    def ground(self) -> list[tuple[Shared, dict[str, float]]]:
         """Effects of a lead to ground that both films share, with errors in their units: the device's own lead,
         or, without one, leads of a thousandth and a hundredth of the sensor's resistance."""
-        film = float(self.fine.resistance[1])
-        leads = [device.control.ground_resistance] if device.control.ground_resistance else [1e-3 * film, 1e-2 * film]
-        effects = []
-        for lead in leads:
-            one, two = (asdict(shared(modal, device, lead)) for modal in (self.fine, self.low))
-            errors = {q: self.edges * abs(v - two[q]) + 1e-9 * abs(v) for q, v in one.items() if q != "resistance_ohm"}
+        device, film, effects = self.device, float(self.fine.resistance[1]), []
+        own = device.control.ground_resistance
+        for lead in [own] if own else [1e-3 * film, 1e-2 * film]:
+            values, errors = self._with_errors(partial(self._shared, lead))
+            del errors["resistance_ohm"]
             for q in ("lowest_K", "highest_K"):
                 errors[q] += NARROW * device.set_rise
-            effects.append((Shared(**one), errors))
+            effects.append((Shared(**values), errors))
         return effects
+
+    def _shared(self, lead: float, modal: Modal) -> dict[str, float]:
+        return asdict(shared(modal, self.device, lead))
 
     def solve(
         self, device: Device, meter: tuple[float, float] = (0.0, 0.0), start: Literal["cold", "settled"] = "cold"
@@ -314,16 +317,6 @@ class Solved:
     model: Model
     runs: Runs
 
-    @cached_property
-    def shielding(self) -> tuple[Shielding, dict[str, float]]:
-        """Effect of the temperatures around on both powers, with errors (`Model.shielding`)."""
-        return self.model.shielding(self.runs.base.device)
-
-    @cached_property
-    def response(self) -> Response:
-        """The response to a step of the substrate's temperature (`Model.response`)."""
-        return self.model.response(self.runs.base.device)
-
     @property
     def exported(self) -> Whole:
         """The model to export, and its closed loop."""
@@ -332,11 +325,6 @@ class Solved:
         return Whole(
             f"{base.device.name}, in 3D", base.device, model.fine, base.result, model.steady_errors(base.device), others
         )
-
-    @cached_property
-    def ground(self) -> list[tuple[Shared, dict[str, float]]]:
-        """Effects of a lead to ground that both films share, with errors (`Model.ground`)."""
-        return self.model.ground(self.runs.base.device)
 
 
 def make(device: Device, meter: tuple[float, float], slow: bool, steps: bool, say: Callable[[str], None]) -> Solved:

@@ -101,7 +101,7 @@ def test_the_error_of_the_flow_holds_right_after_an_outer_step(states):
 
 def test_the_sink_shields_the_sensor_from_the_substrate(states):
     """A 3D solution by other means has 20 pW, -251.9 uW, -215.0 uW with the sink off, -150.000 uW outside."""
-    found, errors = states.shielding(Device())
+    found, errors = states.shielding
     closed = "sensor_power_per_substrate_W_per_K"
     assert abs(found.sensor_power_per_substrate_W_per_K) + errors[closed] < 1e-10
     assert errors[closed] > 1e-13
@@ -115,7 +115,7 @@ def test_the_sink_shields_the_sensor_from_the_substrate(states):
         assert errors[name] < 1e-3 * abs(value)
     # No air: the substrate alone is at room temperature.
     assert found.sink_power_per_room_W_per_K == pytest.approx(found.sink_power_per_substrate_W_per_K, rel=1e-9)
-    shared, _ = states.shielding(grounded(Device(), 1e-3))
+    shared, _ = replace(states, device=grounded(Device(), 1e-3)).shielding
     assert abs(shared.sensor_power_per_substrate_W_per_K) > 1e-6
 
 
@@ -155,7 +155,7 @@ def test_what_the_gas_takes_is_the_substrates_and_what_the_air_takes_nobodys():
 @pytest.mark.long
 def test_leads_of_a_rough_model_are_found_although_rounding_goes_on():
     """At 181 K outside rounds go on changing this model's state by 5e-13 to 9e-13 of its rise."""
-    effects = model(Device(), 1e-2).ground(Device())
+    effects = model(Device(), 1e-2).ground
     assert len(effects) == 2
     assert all(np.isfinite([*asdict(lead).values()]).all() for lead, _ in effects)
 
@@ -189,7 +189,7 @@ def test_contacts_of_the_oxide_stand_in_series_with_it(states):
 def test_a_warmer_substrate_over_time_is_that_of_every_unknown_stepped_on_another_mesh(states):
     """The check's own mesh and steps leave 3e-4 of the largest change (with steps a third as long 2e-4 more)."""
     samples = 9
-    full, found = above_a_warmer_substrate(Device(), -20.0, samples, steps=2), states.response(Device())
+    full, found = above_a_warmer_substrate(Device(), -20.0, samples, steps=2), states.response
     for film, values, error in (
         (0, found.sink_power_W_per_K, found.sink_error), (1, found.sensor_power_W_per_K, found.sensor_error),
     ):  # fmt: skip

@@ -211,7 +211,7 @@ def ground(outcome: Outcome[Device]) -> Figure:
         values = np.where(np.isnan([each.highest_K for each in ground.leads]), np.nan, values)
         off.plot(lead, values, "o-", color=LAYERS[film], label=f"{film}, 1D, off the temperature without it")
         if outcome.device_3d is not None:
-            three = outcome.device_3d.ground
+            three = outcome.device_3d.model.ground
             place = [each.resistance_ohm * 1e3 for each, _ in three]
             values = np.abs([getattr(each, f"{film}_off_K") for each, _ in three])
             off.plot(place, values, "x", ms=9, color="black", label="3D" if film == "sensor" else None)
@@ -243,7 +243,7 @@ def shielding(outcome: Outcome[Device]) -> Figure:
     assert outcome.device_3d is not None
     checks = [drawn(check) for check in outcome.checks if check.id == "dev3d_shielding"]
     figure = new_figure(9.5, 4.6, "Shielding: the substrate 1 K warmer from time 0 on", checks, bottom=0.95, left=0.95)
-    fem3d, reduced1d = outcome.device_3d.response, in_1d(device)
+    fem3d, reduced1d = outcome.device_3d.model.response, in_1d(device)
     time = fem3d.time_s * 1e3
     last = fem3d.sink_power_W_per_K[-1]
     off = np.maximum(np.abs(fem3d.sink_power_W_per_K - last), np.abs(fem3d.sensor_power_W_per_K))
@@ -255,7 +255,7 @@ def shielding(outcome: Outcome[Device]) -> Figure:
         in_3d, other = (getattr(model, f"{film}_power_W_per_K")[: len(time)] * 1e6 for model in (fem3d, reduced1d))
         ax.plot(time[shown], in_3d[shown], color=LAYERS[film], lw=1.9, label=f"{film}, 3D", drawstyle="steps-post")
         ax.plot(time[shown], other[shown], label="the same in 1D" if film == "sink" else None, **IN_1D)
-    steady, _ = outcome.device_3d.shielding
+    steady, _ = outcome.device_3d.model.shielding
     without = steady.sensor_power_per_substrate_sink_off_W_per_K * 1e6
     ax.axhline(without, color=LAYERS["sensor"], ls="--", lw=1.2, label="sensor with the sink off, steady")
     ax.axhline(0.0, color=INK, lw=0.8)
