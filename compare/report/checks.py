@@ -68,7 +68,8 @@ def sections(checks: Sequence[Check], contrary: Sequence[Check], style: Style) -
         off = off if off.isalpha() else difference_text(c.difference, c.known_to, style.plus_minus)
         if not style.page:
             cells = [c.id, "" if below else c.title, off, percent(c.tolerance, 1), c.verdict]
-            return Row(cells, c.verdict, c.title if below else "")
+            repeats = c.id.startswith(c.title.partition(",")[0])  # as of a probe
+            return Row(cells, c.verdict, c.title if below and not repeats else "")
         values = claimed(c, 5), amount(c.measured, c.unit, 5), off, c.relative_to
         said = f"{reasons[c.id]}." if reasons[c.id] else ""
         return Row([c.id, c.title, *values, percent(c.tolerance, 1), c.verdict], c.verdict, said)

@@ -30,8 +30,8 @@ from scenes.errors import BeyondLawError, NumericsError, RunawayError, RunawayIn
 # before: the sum of all further changes if each is at most 2/3 of its predecessor.
 SURELY = 3.0
 # Fractions of a limit: a mesh is refined for the state at the first drive, or else at the second, before the limit is
-# believed. A limit that changes by less than `NAMED` is not off by a quarter: a drive `FAR` above needs no more.
-BELOW, NAMED, FAR = (0.99, 0.95), 1e-3, 1.25
+# believed.
+BELOW = (0.99, 0.95)
 MOST_LEVELS = 40
 Progress = Callable[[str], None]
 
@@ -194,14 +194,13 @@ class Search:
         confirmed = drive - runaway.limit > SURELY * change
         if confirmed and not runaway.largest:
             return None  # states beyond the limit exist, but are too hot
-        if confirmed and drive > FAR * runaway.limit and change <= NAMED * runaway.limit:
-            return None
         levels = (self._level_below(mesh, fraction * runaway.limit / drive) for fraction in BELOW)
         level = next((level for level in levels if level is not None), None)
         if level is not None and level.worst > self.enough:
             indicators = Indicators([*level.goals.values()], level.worst, level.record)
             return mesh.refine(indicators, self.enough)
-        return None if confirmed and level is not None else mesh.refine_all()
+        settled = confirmed and level is not None and change <= self.study.accuracy * runaway.limit
+        return None if settled else mesh.refine_all()
 
     def _level_below(self, mesh: Mesh, fraction: float) -> Level | None:
         """Solve at a ``fraction`` of the drive; None where a space has no steady state."""

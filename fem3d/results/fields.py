@@ -259,7 +259,7 @@ class Fields:
             if law is not None:
                 resistivity = law.of(rows).value(rise[live])
             roots = conductor.on.roots if isinstance(conductor.on, Paths) else np.ones((3, 1, 1))
-            ratios = np.broadcast_to(roots, (3, len(row), 1))[:, rows] ** 2
+            ratios = np.broadcast_to(roots, (3, len(conductor.cells), 1))[:, rows] ** 2
             slope = Cells(self._domain.electric.space, cells[live], some).gradient(potential)
             fields = np.array([*(-slope / (resistivity * ratios)), (slope**2 / (resistivity * ratios)).sum(axis=0)])
             weights = on.weights[live].reshape(-1, len(X))

@@ -99,16 +99,32 @@ def test_a_mesh_file_has_it_too(tmp_path):
         assert abs(mesh[name].value - same[name].value / times) <= mesh[name].error + same[name].error / times
 
 
+def volumes(fields):
+    """(cells,) in m3."""
+    corners = fields.cell_points[fields.cells]
+    if fields.cells.shape[1] == 27:
+        return np.ptp(corners, axis=1).prod(axis=1)
+    return np.abs(np.linalg.det(corners[:, 1:4] - corners[:, :1])) / 6
+
+
 def means(result):
     """Of the fields of a steady state the current density (3,) and the heat (W/m3), means over the block."""
     fields = result.details["fields"]
-    corners, snapshot = fields.cell_points[fields.cells], fields.snapshot(None)
-    if fields.cells.shape[1] == 27:
-        volumes = np.ptp(corners, axis=1).prod(axis=1)
-    else:
-        volumes = np.abs(np.linalg.det(corners[:, 1:4] - corners[:, :1])) / 6
-    return (*np.average(snapshot.current_density, axis=0, weights=volumes),
-            np.average(snapshot.heat_source, weights=volumes))  # fmt: skip
+    snapshot, weights = fields.snapshot(None), volumes(fields)
+    return (*np.average(snapshot.current_density, axis=0, weights=weights),
+            np.average(snapshot.heat_source, weights=weights))  # fmt: skip
+
+
+def test_fields_beside_an_insulator_have_the_whole_power():
+    """An insulator has cells without a current."""
+    given, _ = both("a coefficient", steady=True)
+    (block,) = given["box"]
+    x, y, z = block["upper"]
+    given["material"].append({"name": "oxide", "thermal_conductivity": 1.4})
+    given["box"].append({"name": "cap", "material": "oxide", "lower": [0, 0, z], "upper": [x, y / 2, 2 * z]})
+    result = solve(from_dict(given))
+    fields, power = result.details["fields"], result.steady["power"]
+    assert volumes(fields) @ fields.snapshot(None).heat_source == pytest.approx(power.value, abs=power.error)
 
 
 @pytest.mark.long

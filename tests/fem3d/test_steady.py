@@ -73,11 +73,8 @@ def test_peak_of_a_bar_between_cold_ends(conductivity, resistivity, peak):
     assert abs(other.value - peak) > other.error
 
 
-KNOWN_FAULT = pytest.mark.xfail(reason="known fault: a limit at an infinite temperature is missed at some exponents")
-
-
 @pytest.mark.long
-@pytest.mark.parametrize("exponent", [-2.0, pytest.param(-2.5, marks=KNOWN_FAULT), -3.0])
+@pytest.mark.parametrize("exponent", [-2.0, -2.5, -3.0])
 def test_limit_is_where_the_integral_of_a_falling_resistivity_ends(exponent):
     """With rho = rho0 (T/T0)^n, n < -1, the integral ends at k rho0 T0 / -(n + 1): at 0.98 of that voltage there is a
     state, and beyond it none."""
@@ -91,9 +88,9 @@ def test_limit_is_where_the_integral_of_a_falling_resistivity_ends(exponent):
         with pytest.raises(RunawayError, match="thermal runaway") as caught:
             solve(from_dict(bar(*laws, beyond * limit, accuracy=1e-2)))
         limits.append(caught.value.limit)
-    # The state at the limit is infinitely hot; one at 0.95 of it is within the accuracy.
-    assert limits[1] == pytest.approx(limits[0], rel=1e-3)
-    assert 0.9 * limit < limits[0] < 1.002 * limit
+    # The limit does not depend on the voltage. Its state is infinitely hot, so that a mesh misses up to 7.1 % of it.
+    assert limits[1] == pytest.approx(limits[0], rel=1e-6)
+    assert 0.925 * limit < limits[0] < 1.002 * limit
 
 
 @pytest.mark.long
