@@ -79,8 +79,8 @@ class _Context(SpawnContext):
     Process = _Process
 
 
-def start_pool(count: int, quiet: bool, initializer: Callable[[], None] | None = None) -> ProcessPool:
-    """Start ``count`` processes with one thread each, which call ``initializer`` before they take tasks.
+def start_pool(count: int, quiet: bool) -> ProcessPool:
+    """Start ``count`` processes with one thread each.
 
     Raises BrokenProcessPool where no process can be started.
     """
@@ -89,7 +89,7 @@ def start_pool(count: int, quiet: bool, initializer: Callable[[], None] | None =
     ensure_running()
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
-        processes = ProcessPool(count, initializer=_begin, initargs=(quiet, initializer), context=_Context())
+        processes = ProcessPool(count, initializer=_begin, initargs=(quiet,), context=_Context())
         if not processes.active:  # reading this property starts the pool
             raise BrokenProcessPool("no processes can be started")
     finally:
@@ -98,9 +98,9 @@ def start_pool(count: int, quiet: bool, initializer: Callable[[], None] | None =
 
 
 @contextmanager
-def pool(count: int, initializer: Callable[[], None] | None = None) -> Iterator[ProcessPool]:
+def pool(count: int) -> Iterator[ProcessPool]:
     """Provide quiet processes as `start_pool` starts them; they end at once at the end of the context."""
-    processes = start_pool(count, quiet=True, initializer=initializer)
+    processes = start_pool(count, quiet=True)
     try:
         yield processes
     finally:
@@ -135,7 +135,7 @@ def _stop(processes: ProcessPool) -> None:
     processes.join()
 
 
-def _begin(quiet: bool, initializer: Callable[[], None] | None) -> None:
+def _begin(quiet: bool) -> None:
     """Prepare a process of a pool."""
     Thread(target=_end_with_parent, daemon=True).start()
     leave = os._exit  # pebble waits for ever for a task that ends its process with the status 0
@@ -147,8 +147,6 @@ def _begin(quiet: bool, initializer: Callable[[], None] | None) -> None:
     os.dup2(2, 1)
     os.environ.pop(_SAFE_PATH, None)
     os.environ.update(ONE_THREAD)
-    if initializer is not None:
-        initializer()
 
 
 def _end_with_parent() -> None:

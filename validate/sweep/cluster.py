@@ -6,12 +6,11 @@ import logging
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, wait
-from concurrent.futures.process import BrokenProcessPool
 from contextlib import ExitStack, suppress
 
 from compare.worker import pool
 from scenes.errors import SceneError, printable, quoted
-from validate.sweep.point import Row, Work, import_solvers, late, solve
+from validate.sweep.point import Row, Work, late, solve
 
 Submit = Callable[[Work], Future[Row]]
 
@@ -54,19 +53,10 @@ class Cluster:
         """Start a pool of processes, which kills one that takes far too long, as a library's call can."""
         from pebble import ProcessExpired
 
-        processes = self._started.enter_context(pool(self.workers, import_solvers))
+        processes = self._started.enter_context(pool(self.workers))
         self._died, self._attempts = ProcessExpired, ATTEMPTS
         most = None if self.seconds is None else self.seconds + PATIENCE
-
-        def submit(work: Work) -> Future[Row]:
-            try:
-                return processes.schedule(solve, (work, self.seconds), timeout=most)
-            except RuntimeError as error:
-                broken = Future[Row]()
-                broken.set_exception(BrokenProcessPool(str(error)))
-                return broken
-
-        return submit
+        return lambda work: processes.schedule(solve, (work, self.seconds), timeout=most)
 
     def _connect(self) -> Submit:
         """Connect to a cluster. SceneError where its scheduler is silent, or has workers of another version."""
@@ -116,11 +106,11 @@ class Cluster:
         """Yield the rows of points as they come, with about two points in flight for each worker.
 
         A point whose process dies is tried again; if it dies each time, its row says so. Raises LostError where the
-        cluster is gone, or processes end before they begin, ModuleNotFoundError where they miss a package.
+        cluster is gone, ModuleNotFoundError where the processes miss a package.
         """
         waiting, again = iter(points), deque[Work]()
         running: dict[Future[Row], Work] = {}
-        deaths, breaks = Counter[int](), 0
+        deaths = Counter[int]()
         try:
             while True:
                 while len(running) < max(2 * self.workers, 1):
@@ -136,7 +126,6 @@ class Cluster:
                     work = running.pop(future)
                     try:
                         rows.append(future.result())
-                        breaks = 0
                     except TimeoutError:
                         rows.append(Row(work.number, "timeout", late(self.seconds), 0.0, {}))
                     except self._died:
@@ -146,22 +135,13 @@ class Cluster:
                         else:
                             because = "the processes that had it died one after the other"
                             rows.append(Row(work.number, "crashed", because, 0.0, {}))
-                    except BrokenProcessPool:  # ends every task of a pool all of whose processes have ended
-                        again.append(work)
-                        if self._submit is not None:
-                            breaks, self._submit = breaks + 1, None
-                            self._started.close()
-                        if breaks >= ATTEMPTS:
-                            raise
                 if rows:
                     yield rows
-        except (SceneError, GeneratorExit):
+        except (SceneError, ModuleNotFoundError, GeneratorExit):
             for future in running:
                 future.cancel()
             raise
         except Exception as error:
-            if isinstance(error, BrokenProcessPool):
-                import_solvers()  # raises for a package that the processes miss
             why = f" ({_shorten(error)})" if str(error) else ""
             raise LostError(
                 f"the workers are gone{why}: what is solved is stored, and the same command goes on"

@@ -170,6 +170,7 @@ def import_solvers() -> None:
 
 def solve(work: Work, seconds: float | None = None) -> Row:
     """Return the row of a point, which has some ``seconds``; never raise for what a scene can cause."""
+    import_solvers()
     started, status, because = time.perf_counter(), "ok", ""
     values: dict[str, Any] = {}
     parts = None

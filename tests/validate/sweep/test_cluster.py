@@ -25,7 +25,6 @@ def stuck(work: Work, seconds: float | None) -> Row:
 @pytest.mark.long
 def test_hung_or_dead_process_costs_its_point(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cluster_of, "solve", stuck)
-    monkeypatch.setattr(cluster_of, "import_solvers", None)
     monkeypatch.setattr(cluster_of, "PATIENCE", 0.2)
     points = [Work(base("sink"), Scope(), (), number, ()) for number in range(5)]
     with cluster_of.Cluster(2, None, 0.1) as cluster:
@@ -33,17 +32,3 @@ def test_hung_or_dead_process_costs_its_point(monkeypatch: pytest.MonkeyPatch) -
     assert [row.status for row in rows] == ["ok", "timeout", "crashed", "ok", "ok"]
     assert rows[1].because == "it took more than 0.1 s (--point-timeout)"
     assert rows[2].because == "the processes that had it died one after the other"
-
-
-def dies() -> None:
-    os.kill(os.getpid(), signal.SIGKILL)
-
-
-@pytest.mark.long
-def test_processes_that_end_before_they_begin_are_not_started_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cluster_of, "import_solvers", dies)
-    with (
-        cluster_of.Cluster(1, None, None) as cluster,
-        pytest.raises(cluster_of.LostError, match="the workers are gone"),
-    ):
-        list(cluster.solve([Work(base("sink"), Scope(), (), 0, ())]))

@@ -25,7 +25,7 @@ from validate.cli.arguments import parse
 from validate.cli.sweep import scene
 from validate.sweep import cluster as cluster_of
 from validate.sweep.design import Axis, Design, base
-from validate.sweep.point import Job, Scope, Work, import_solvers, solve
+from validate.sweep.point import Job, Scope, Work, solve
 
 SWEEP = [
     "sweep", "sink", "--steady", "--no-blame", "--no-figures", "--workers", "2",
@@ -55,8 +55,8 @@ def stored(folder: Path) -> int:
 @pytest.fixture(scope="module", autouse=True)
 def _processes_that_stay() -> Iterator[None]:
     """The processes that solve are started once: to start one takes longer than its work in a test."""
-    with cluster_of.pool(2, import_solvers) as processes, pytest.MonkeyPatch.context() as patch:
-        patch.setattr(cluster_of, "pool", lambda count, first: nullcontext(processes))
+    with cluster_of.pool(2) as processes, pytest.MonkeyPatch.context() as patch:
+        patch.setattr(cluster_of, "pool", lambda count: nullcontext(processes))
         yield
 
 
