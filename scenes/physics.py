@@ -22,18 +22,6 @@ def materials(scene: AnyScene) -> tuple[Material, ...]:
     return tuple(part.material for part in getattr(scene, scene.parts))
 
 
-def may_run_away(scene: AnyScene, given_current: bool) -> bool:
-    """Whether heat may outgrow the losses: a conductivity or a resistivity falls towards zero with the temperature, or
-    a given current meets a resistance that rises without end. A table is constant outside of its temperatures."""
-    growing = [
-        (law.exponent if isinstance(law, laws.PowerLaw) else 0.0) * sign
-        for m in materials(scene)
-        for given, sign in ((m.thermal_conductivity, 1), (m.resistivity, -1 if given_current else 1))
-        for law in laws.of(given)
-    ] + [m.temperature_coefficient * (-1 if given_current else 1) for m in materials(scene)]
-    return min(growing, default=0.0) < 0
-
-
 def heat_sources(scene: AnyScene) -> tuple[tuple[str, Value], ...]:
     """Return every heat source (W/m3) with the name of its part in messages."""
     table, items = scene.heated

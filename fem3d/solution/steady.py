@@ -595,7 +595,7 @@ class Path:
         c = newton.conductor
         if newton.vanished and c is not None:
             # Where a resistivity that falls with the temperature is used up, the path ends without a fold.
-            falling = c.following is None and (c.warm < 0).any() and not c.by_current
+            falling = (c.warm < 0).any() and not c.by_current
             return self._runaway(top) if falling else BeyondLawError()
         if top is not point and top.mu > point.mu:
             return self._runaway(top)
