@@ -114,7 +114,7 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     # The data are none of 3D's, which the scene does not declare.
     assert main(arguments) == 1
     said = capsys.readouterr().out
-    assert "Points of the data within 2 u_val" in said
+    assert "Points of the data within 2 u_val" in " ".join(said.split())
     assert max(map(len, said.splitlines())) <= 80
     summary = json.loads((tmp_path / "run" / "summary.json").read_text(encoding="utf-8"))
     found, checks = summary["validation"], {check["id"]: check for check in summary["checks"]}
