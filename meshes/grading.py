@@ -233,6 +233,12 @@ def _cut(
 
 
 def raised(grid: Grid) -> Grid:
-    """Return the grid with one degree more everywhere."""
-    degrees, edges = (tuple(np.minimum(p + 1, HIGHEST_DEGREE) for p in each) for each in (grid.degrees, grid.edges))
-    return replace(grid, degrees=degrees, edges=edges)
+    """Return the grid with one degree more everywhere; intervals that have the highest one are halved."""
+    if grid.edges:
+        more, edges = (tuple(np.minimum(p + 1, HIGHEST_DEGREE) for p in each) for each in (grid.degrees, grid.edges))
+        return replace(grid, degrees=more, edges=edges)
+    axes = list(zip(grid.breaks, grid.degrees, strict=True))
+    halved = [(p == HIGHEST_DEGREE) & (np.diff(b) > shortest_of(grid)) for b, p in axes]
+    breaks = [np.union1d(b, ((b[1:] + b[:-1]) / 2)[h]) for (b, _), h in zip(axes, halved, strict=True)]
+    degrees = [np.repeat(np.minimum(p + 1, HIGHEST_DEGREE), 1 + h) for (_, p), h in zip(axes, halved, strict=True)]
+    return grid.with_axes(breaks, degrees)
