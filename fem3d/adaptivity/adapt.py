@@ -194,13 +194,16 @@ class Search:
         confirmed = drive - runaway.limit > SURELY * change
         if confirmed and not runaway.largest:
             return None  # states beyond the limit exist, but are too hot
-        levels = (self._level_below(mesh, fraction * runaway.limit / drive) for fraction in BELOW)
-        level = next((level for level in levels if level is not None), None)
-        if level is not None and level.worst > self.enough:
+        for fraction in BELOW:
+            level = self._level_below(mesh, fraction * runaway.limit / drive)
+            if level is None:
+                continue
+            # Near a pole or a fold of the drive the rise there is off by the limit's error over its distance.
+            if fraction == BELOW[0] and confirmed and (1 - fraction) * level.worst <= self.study.accuracy:
+                return None
             indicators = Indicators([*level.goals.values()], level.worst, level.record)
-            return mesh.refine(indicators, self.enough)
-        settled = confirmed and level is not None and change <= self.study.accuracy * runaway.limit
-        return None if settled else mesh.refine_all()
+            return mesh.refine(indicators, min(self.enough, level.worst / 2))
+        return mesh.refine_all()
 
     def _level_below(self, mesh: Mesh, fraction: float) -> Level | None:
         """Solve at a ``fraction`` of the drive; None where a space has no steady state."""
