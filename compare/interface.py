@@ -52,10 +52,9 @@ class Columns(dict[str, "np.ndarray"]):
         for three, one in pairs:
             if three in self and one in self:
                 return self["time_s"], self[three], self[one]
-        known = [name.removeprefix("reduced1d_").removeprefix("reduced1d ") for name in self if "reduced1d" in name]
-        names = known or [name.removeprefix("fem3d_") for name in self if name != "time_s"]
-        why = "has no 1D trace" if known == [] else "is no trace"
-        raise SceneError(f"{quoted(quantity)} {why}: give {', '.join(names)}{did_you_mean(quantity, names)}")
+        names = [name.removeprefix("reduced1d_").removeprefix("reduced1d ") for name in self if "reduced1d" in name]
+        had = f"give {', '.join(names)}{did_you_mean(quantity, names)}" if names else "there is no 1D model over time"
+        raise SceneError(f"{quoted(quantity)} is no trace of both models: {had}")
 
     def __repr__(self) -> str:
         rows = len(next(iter(self.values()), ()))

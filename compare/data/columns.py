@@ -71,11 +71,10 @@ class Column:
 
 @dataclass(frozen=True)
 class Table:
-    """The columns of a file and its ``kind`` in words; ``unnamed`` where the file has no names of columns."""
+    """The columns of a file and its ``kind`` in words."""
 
     kind: str
     columns: tuple[Column, ...]
-    unnamed: bool = False
 
 
 @contextmanager

@@ -90,8 +90,6 @@ def find_time(table: Table, given: Mapping[str, Meaning], target: Target) -> tup
     same = [c for c in times if c.unit == times[0].unit and np.array_equal(c.values, times[0].values, equal_nan=True)]
     if not times and target.quantities.steady:
         return None, "", columns
-    if not times and table.unnamed:
-        raise SceneError(refusal(table, {}, target))
     if not times or len(same) != len(times):
         names = ", ".join(quoted(c.name) for c in (times or columns)[:8])
         problem = "several columns are the time" if times else "no column is the time with its unit"
@@ -185,12 +183,6 @@ def refusal(table: Table, reasons: Mapping[str, str], target: Target) -> str:
     names = target.quantities.names
     first = next(iter(names))
     unit = target.quantities.units[names[first]]
-    if table.unnamed:
-        clock = "" if table.columns[0].unit or target.quantities.steady else '--column "time (s)=1" '
-        return (
-            f"its columns have no names: say what they are by their numbers, such as {clock}--column "
-            f'"{first} ({unit})=2", or put a row of names with units on top'
-        )
     listed = "; ".join(
         f"{quoted(name)} {reasons.get(name, 'is the time')}"
         for name in list(dict.fromkeys(c.name for c in table.columns))[:8]

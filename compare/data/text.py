@@ -165,7 +165,7 @@ def _read_block(lines: list[tuple[int, str]], remarks: list[str], of_comsol: boo
         clocks = [wrdata and (k == 0 or (k % 2 == 0 and (matrix[:, k] == matrix[:, 0]).all())) for k in range(used)]
         made = [Column("time" if c else f"column {k + 1}", "s" if c else "", matrix[:, k], spice=wrdata)
                 for k, c in enumerate(clocks)]  # fmt: skip
-        return Table("ngspice wrdata" if wrdata else "table", tuple(made), unnamed=True)
+        return Table("ngspice wrdata" if wrdata else "table", tuple(made))
     names, units = _read_names(head, used, width, separator)
     columns = [make_column(n or f"column {k + 1}", matrix[:, k], units[k]) for k, n in enumerate(names)]
     columns += [Column(name, "", np.array([s.get(name, np.nan) for s in steps])) for name in step]

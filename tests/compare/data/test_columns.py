@@ -130,7 +130,7 @@ def test_wrdata(names: bool, single: bool, tmp_path: Path) -> None:
     """With and without wr_vecnames and wr_singlescale; columns without names are assigned by number, never guessed."""
     told: tuple[str, ...] = ()
     if not names:
-        with pytest.raises(SceneError, match="no names"):
+        with pytest.raises(SceneError, match='"column 2" has no unit'):
             found(tmp_path, wrdata(names, single))
         told = ("peak=2", "end=3", "current=4") if single else ("peak=2", "end=4", "current (A)=6")
     data = found(tmp_path, wrdata(names, single), *told)

@@ -59,7 +59,7 @@ def test_what_ngspice_prints(tmp_path: Path) -> None:
 REFUSED = {
     "": "no rows",
     "time (s),peak (K)\n": "no rows",
-    "1,2\n3,4\n5,6\n": "names with units",
+    "1,2\n3,4\n5,6\n": 'there are "column 1", "column 2"',
     "time,peak (K)\n0,1\n1,2\n2,3\n": "covers 0 s to 2.00 s",
     "Time,peak (K)\n0,1\n1,2\n2,3\n".replace("Time", "Clock"): "no column is the time",
     "time (s),peak (K)\n,1\n,2\n,3\n": "the time, is empty",

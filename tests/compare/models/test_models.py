@@ -196,15 +196,6 @@ def test_a_declared_difference_is_no_surprise(steady: Path, model: Path, tmp_pat
     assert main([*asked, "--set", 'checks.expect_differs=["tip"]']) == 1
 
 
-@pytest.mark.parametrize("text", [
-    "tip;400,5 K\nbar mean;366\n", "tip;400,5\r\n", "probe\tvalue\ntip\t400.5\n", "tip,400.5 K, \n",
-    "tip,127.35 degC\n",
-])  # fmt: skip
-def test_values_as_spreadsheets_write_them(text: str, steady: Path, tmp_path: Path) -> None:
-    (tmp_path / "lump.csv").write_bytes(text.encode())
-    assert judged(steady, str(tmp_path / "lump.csv"))["tip"].predicted == pytest.approx(100.5)
-
-
 def test_a_row_without_a_number_is_named(transient: Path, tmp_path: Path) -> None:
     (tmp_path / "gap.csv").write_text("time (ms);tip (degC)\n0;20\n0.1;\n0.2;40\n0.5;80\n", encoding="utf-8")
     with pytest.raises(SceneError, match=r'"tip \(degC\)" has no number at 100\.0 us'):
