@@ -15,9 +15,8 @@ from fem3d.problems.heat import HeatProblem
 from fem3d.results import outputs
 from fem3d.results.study import Quantities
 from fem3d.runs import sink_quantities
-from fem3d.solution import steady, transient
+from fem3d.solution import steady
 from fem3d.solution.steady import SteadyState
-from fem3d.solution.transient import Base, Krylov, Transient
 from fem3d.spaces.domain import boxes
 from meshes import connected, symmetry
 from meshes.grid import Grid
@@ -75,18 +74,6 @@ def state_on(sink: Sink, grid: Grid, part: Symmetry | None = None) -> tuple[Stea
     part = part or symmetry.reduce(sink.scene())
     state = steady_on(part.scene, grid, sink.voltage)
     return state, sink_quantities.steady(sink, outputs.of_steady(state, part))
-
-
-def krylov(state: SteadyState, generations: int, shift: float | None = None) -> np.ndarray:
-    """The fields of a response that ends in a steady state."""
-    shift = transient.shift(transient.time_constant(state), 1e-5) if shift is None else shift
-    return Krylov(Base.of_steady(state), shift).fields(generations)
-
-
-def march(state: SteadyState, fields: np.ndarray, end: float, accuracy: float) -> Transient:
-    """The response that ends in a steady state, in some fields."""
-    base = Base.of_steady(state)
-    return transient.march(base, base.project(fields), end, accuracy)
 
 
 def bar(material: Material, *boundaries: Boundary, heat_source: float = 0.0, boxes: Any = None) -> Scene:

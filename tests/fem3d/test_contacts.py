@@ -117,18 +117,6 @@ def exact(thermal: float, electric: float, behind: float) -> dict[str, float]:
 CASES = [(5e-4, 3e-8, 2e-8), (5e-4, 0.0, 0.0), (0.0, 3e-8, 0.0), (0.0, 0.0, 2e-8), (5e-4, 3e-8, 0.0)]
 
 
-@pytest.mark.parametrize("resistances", CASES)
-def test_temperature_and_potential_jump_by_what_passes_a_contact(resistances: tuple[float, float, float]) -> None:
-    # Half of the contact's own heat passes the thermal one, as it enters both faces alike.
-    result, expected = solve(pair(*resistances)), exact(*resistances)
-    twin = exact(*(1.01 * r for r in resistances))
-    for name, found in result.steady.items():
-        assert abs(found.value - expected[name]) <= found.error + 1e-12 * abs(expected[name]), name
-    rise = result.steady["end"]
-    assert abs(rise.value - twin["end"]) > 1e3 * rise.error
-    assert result.details["energy_imbalance"] < 1e-12
-
-
 def test_a_voltage_behind_a_contact_and_a_series_resistance_has_both_in_series() -> None:
     contact, behind, series = 3e-8, 2e-8, 20.0
     scene = pair(0.0, contact, behind)
@@ -230,19 +218,6 @@ def test_half_of_a_scene_with_contacts_is_as_the_whole() -> None:
     # With another contact on one side there is no plane across x.
     apart = replace(scene, contacts=(scene.contacts[0], replace(scene.contacts[1], thermal_resistance=2e-4)))
     assert solve(apart).details["symmetry"] == "the quarter"
-
-
-def test_fields_show_the_jump() -> None:
-    expected = exact(5e-4, 3e-8, 0.0)
-    fields = solve(pair(5e-4, 3e-8)).details["fields"]
-    on = np.isclose(fields.points[:, 0], LENGTH, rtol=1e-12)
-    both = [expected["temperature a"], expected["temperature b"]]
-    assert np.unique(fields.steady[on].round(6)) == pytest.approx(both)
-    snapshot = fields.snapshot(None)
-    on = np.isclose(fields.cell_points[:, 0], LENGTH, rtol=1e-12)
-    assert np.unique(snapshot.temperature[on].round(6)) == pytest.approx(both)
-    volts = [expected["potential b"], expected["potential a"]]
-    assert np.unique(snapshot.potential[on].round(9)) == pytest.approx(volts)
 
 
 def with_law(scene: Scene, key: str, exponent: float) -> Scene:

@@ -50,13 +50,14 @@ def holds(result: Result, resistances: tuple[float, float, float]) -> None:
 
 
 @pytest.mark.parametrize("resistances", CASES)
-def test_temperature_and_potential_jump_by_what_passes_a_contact(resistances: tuple[float, float, float]) -> None:
-    """Between its contacts a rise is a parabola, which is in the space."""
-    holds(solve(replace(pair(*resistances), mesh="tetrahedra")), resistances)
+@pytest.mark.parametrize("mesh", ["bricks", "tetrahedra"])
+def test_fields_jump_at_contact(resistances: tuple[float, float, float], mesh: Any) -> None:
+    """Between its contacts a rise is a parabola, which is in the space; half of a contact's heat enters each face."""
+    holds(solve(replace(pair(*resistances), mesh=mesh)), resistances)
 
 
 @pytest.mark.parametrize("cell", CELLS)
-def test_they_jump_on_mesh_files_too(cell: str, tmp_path: Path) -> None:
+def test_fields_jump_at_contact_of_mesh_file(cell: str, tmp_path: Path) -> None:
     holds(solve(on_file(pair(*CASES[0]), tmp_path, cell)), CASES[0])
 
 
@@ -146,10 +147,10 @@ def test_sensitivities_are_those_on_bricks() -> None:
     assert abs(one.value - other.value) > one.error + other.error
 
 
-@pytest.mark.parametrize("of_file", [False, True])
-def test_fields_show_the_jump(of_file: bool, tmp_path: Path) -> None:
+@pytest.mark.parametrize("mesh", ["bricks", "tetrahedra", "file"])
+def test_fields_show_the_jump(mesh: str, tmp_path: Path) -> None:
     scene, expected = pair(5e-4, 3e-8), exact(5e-4, 3e-8, 0.0)
-    given = on_file(scene, tmp_path, "hexahedron") if of_file else replace(scene, mesh="tetrahedra")
+    given = on_file(scene, tmp_path, "hexahedron") if mesh == "file" else replace(scene, mesh=mesh)  # type: ignore[arg-type]
     fields = solve(given).details["fields"]
     on = np.isclose(fields.points[:, 0], LENGTH, rtol=1e-9)
     both = [expected["temperature a"], expected["temperature b"]]

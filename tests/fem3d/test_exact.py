@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 from fem3d.adaptivity.adapt import adapt
@@ -11,7 +10,7 @@ from fem3d.runs import sink_quantities
 from meshes import symmetry
 from scenes.model import Box, Material
 from scenes.sink import SILICON, Sink
-from tests.fem3d import BAR, bar, bar_grid, end, grid_of, krylov, march, off, silicon, steady_on, whole
+from tests.fem3d import BAR, bar, bar_grid, end, off, silicon, steady_on, whole
 from tests.fin import solve_fin
 
 K, LENGTH, AREA = 130.0, BAR[1], BAR[0] * BAR[2]
@@ -101,29 +100,3 @@ def test_a_cooled_bar_is_the_fin_with_air():
     # Across the thickness the temperature differs by the Biot number h t / k = 3e-5, at most.
     assert off(out["probe:middle"], solve_fin(sink, 0.0).peak_rise) < 2e-5
     assert off(out["probe:middle"], solve_fin(replace(sink, convection_coefficient=1.01 * h), 0.0).peak_rise) > 1e-4
-
-
-def slab_series(time, q):
-    """The middle of a slab that is heated by q from t = 0 on between cold faces (Carslaw and Jaeger, 3.14)."""
-    n = 2 * np.arange(400) + 1
-    rates = K / SILICON.heat_capacity * (n * np.pi / LENGTH) ** 2
-    terms = 4 * q * LENGTH**2 / (K * np.pi**3 * n**3) * np.sin(n * np.pi / 2)
-    return (terms * -np.expm1(-np.outer(time, rates))).sum(axis=1)
-
-
-@pytest.mark.parametrize("driven", [True, False])
-def test_a_slab_heats_up_as_its_series_says(driven):
-    faces = [end(0, "temperature", 293.0), end(1, "temperature", 293.0)]
-    sink = Sink(width=BAR[0], voltage=3.0, silicon=silicon(0.0))
-    q = 9.0 / (6e-5 * LENGTH**2)
-    scene = joule_bar(sink) if driven else bar(silicon(0.0), *faces, heat_source=q)
-    breaks = LENGTH / 2 * (1 - np.cos(np.linspace(0, np.pi, 13)))
-    state = steady_on(scene, grid_of(scene, ([0.0, BAR[0]], breaks, [0.0, BAR[2]]), 6), 3.0)
-    fields = krylov(state, 20)
-    answer = march(state, fields, 0.02, 1e-9)
-    time = np.geomspace(1e-5, 0.02, 30)
-    found = outputs.of_transient(answer, whole(scene), time)["probe:middle"]
-    exact = slab_series(time, q)
-    assert off(found, exact) < 1e-7
-    assert off(found, slab_series(1.001 * time, q)) > 1e-5
-    assert np.abs(found / exact - 1).max() < 1e-4

@@ -9,6 +9,7 @@ from fem3d.runs.runaway import KEPT, until
 from fem3d.runs.scene import solve
 from fem3d.solution.transient import LEAST
 from scenes.errors import NumericsError, RunawayError, RunawayInTimeError
+from scenes.free.writing import as_toml
 from scenes.model import Boundary, Box, Material, Probe, Scene
 from tests.fem3d import off, plain_grid, steady_on
 from validate.cli import main
@@ -63,44 +64,13 @@ def test_what_is_solved_until_then_is_kept_and_the_largest_voltage_named():
 
 
 @pytest.mark.long
-def test_the_command_ends_with_status_3_and_leaves_what_was_solved(tmp_path, capsys):
-    text = f"""
-[scene]
-name = "bar"
-[run]
-end_time = {20 * RUNS_AWAY}
-accuracy = 1e-2
-[[material]]
-name = "falling"
-thermal_conductivity = 100
-density = 2000
-specific_heat = 700
-resistivity = 1e-5
-temperature_coefficient = {-SLOPE}
-[[box]]
-name = "bar"
-material = "falling"
-lower = [0, 0, 0]
-upper = ["50 um", "5 um", "2 um"]
-[[boundary]]
-name = "in"
-lower = [0, 0, 0]
-upper = [0, "5 um", "2 um"]
-voltage = {VOLTS}
-[[boundary]]
-name = "out"
-lower = ["50 um", 0, 0]
-upper = ["50 um", "5 um", "2 um"]
-voltage = 0
-[[probe]]
-name = "middle"
-at = ["25 um", "2.5 um", "1 um"]
-"""
-    (tmp_path / "bar.toml").write_text(text, encoding="utf-8")
+def test_command_ends_with_status_3_and_keeps_traces(tmp_path, capsys):
+    scene = bar(20 * RUNS_AWAY, accuracy=1e-2)
+    (tmp_path / "bar.toml").write_text(as_toml(scene), encoding="utf-8")
     assert main(["solve", str(tmp_path / "bar.toml"), "--out", str(tmp_path / "out"), "--no-figures"]) == 3
     printed = capsys.readouterr()
     assert "the heating runs away at t = " in printed.err
-    assert "middle" in printed.out
+    assert "mean" in printed.out
     rows = np.genfromtxt(tmp_path / "out" / "traces.csv", delimiter=",", names=True)
     assert rows["time_s"][-1] == pytest.approx(KEPT * RUNS_AWAY, rel=1e-2)
     assert "runs away" in (tmp_path / "out" / "summary.json").read_text(encoding="utf-8")

@@ -196,7 +196,7 @@ def test_every_number_of_a_symmetric_scene() -> None:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("key", ["parameters.h", "parameters.foot", "material.oxide.thermal_conductivity"])
+@pytest.mark.parametrize("key", ["parameters.h", "material.oxide.thermal_conductivity"])
 def test_bridge_against_solutions_on_meshes_of_their_own(key: str) -> None:
     scene, step = load_free("bridge"), 0.02
     slopes = solved(scene, key)

@@ -89,13 +89,6 @@ def test_slope_of_figure_13_is_that_of_the_polymer_for_any_resistance():
         assert np.diff(power)[0] / np.diff(outer)[0] == pytest.approx(-0.15 * 1e-7 / 100e-6, rel=1e-9)
 
 
-@pytest.mark.parametrize("between", [0.0, 0.37])
-def test_outer_step_between_samples(between):
-    device = short(Device(control=Control(5e-3, 0.5, 0.05)), 0.1, 0.05 + between * 5e-3)
-    many = Resolution(30, 12)
-    assert_allclose(run(device, Resolution(15, 8)).traces, run(device, many).traces, atol=2e-5)
-
-
 def test_runs_of_one_sample_and_steps_at_the_ends():
     one = solve(Device(end_time=5e-5))
     assert (len(one.time_s), one.sink_V[0], one.polymer_flux_W[0]) == (1, 1.0, 0.0)

@@ -11,7 +11,7 @@ import pytest
 from reduced1d import ladder
 from reduced1d.ladder.few_states import Trajectory, steady
 from reduced1d.ladder.levels import Levels
-from reduced1d.ladder.moments import added, moment_fields
+from reduced1d.ladder.moments import moment_fields
 from reduced1d.ladder.plate import factorize
 from scenes.errors import SceneError
 from scenes.sink import Sink
@@ -48,15 +48,6 @@ def test_more_states_are_nearer_to_the_plate(levels: Levels) -> None:
     few = [Trajectory(levels.fine.moments(n), times[-1]).quantities(times) for n in (1, 2, 3, 4, 6)]
     off = [np.abs(each["peak_K"] - plate["peak_K"]).max() for each in few]
     assert all(after < before / 2 for before, after in pairwise(off))
-
-
-def test_fields_that_are_there_already_are_not_added(levels: Levels) -> None:
-    plate = levels.coarse.plate
-    field = plate.inverse.solve(plate.model.source)
-    fields = added(np.empty((plate.unknowns, 0)), field, plate.model)
-    assert fields is not None
-    assert float(fields[:, 0] @ (plate.model.conductance @ fields[:, 0])) == relative(1.0, 1e-10)
-    assert added(fields, -3 * field, plate.model) is None
 
 
 def test_names() -> None:

@@ -22,7 +22,6 @@ from reduced1d.ladder.plate import (
     current_through_pads,
     factorize,
     film,
-    quarter,
 )
 from scenes.sink import Sink
 from tests.reduced1d import relative
@@ -84,27 +83,6 @@ def test_the_currents_resistance_is_approached_from_above() -> None:
     # Between pads without any spreading resistance and pads as narrow as the beam.
     least = squares * (sink.length / sink.width + 2 * sink.pad_length / sink.pad_width)
     assert least < fine < squares * (sink.length + 2 * sink.pad_length) / sink.width
-
-
-def test_a_uniform_rise_leaves_the_pattern_alone() -> None:
-    cold = carrying(Sink(), COARSE)
-    warm = cold.carrying(*current_through_pads(cold, np.full(cold.unknowns, 500.0)))
-    assert warm.model.resistance == relative(cold.model.resistance, 1e-12)
-    assert warm.model.source == pytest.approx(cold.model.source, rel=1e-9)
-
-
-@pytest.mark.parametrize("sink", SHAPES.values(), ids=SHAPES)
-def test_the_mesh_covers_the_sink(sink: Sink) -> None:
-    part = quarter(sink, COARSE)
-    corners = part.mesh.p[:, part.mesh.t]
-    areas = (corners[0].max(axis=0) - corners[0].min(axis=0)) * (corners[1].max(axis=0) - corners[1].min(axis=0))
-    for where, area in (
-        (part.beam, sink.length * sink.width),
-        (part.pad, 2 * sink.pad_length * sink.pad_width),
-        (part.oxide, 2 * sink.oxide_length * sink.oxide_width),
-    ):
-        # Planes that all but coincide are merged: 1e-6 of the width in one of the cases.
-        assert 4 * areas[where].sum() == relative(area, 3e-6)
 
 
 @pytest.mark.parametrize(
