@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-pytestmark = [pytest.mark.long, pytest.mark.needs("git")]
+pytestmark = pytest.mark.needs("git")
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("scenes", "meshes", "fem3d", "reduced1d", "statespace", "compare", "validate")
 DIFFS = re.findall(r"```diff\n(.*?)```", (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8"), re.DOTALL)
@@ -50,10 +50,13 @@ def summary(folder: Path, name: str) -> dict[str, Any]:
     return found
 
 
-def test_each_change_touches_few_files() -> None:
+def test_each_change_applies_and_touches_few_files() -> None:
+    for diff in DIFFS:
+        subprocess.run(["git", "apply", "--check", "-"], input=diff, cwd=ROOT, encoding="utf-8", check=True)
     assert [len(FILE.findall(diff)) for diff in DIFFS] == [2, 2, 2, 1]
 
 
+@pytest.mark.long
 def test_the_check(folder: Path) -> None:
     """It agrees on the built-in sink, and differs where the pads are heated too."""
     for name, verdict in (("check", "agrees"), ("pads", "differs")):
@@ -66,6 +69,7 @@ def test_the_check(folder: Path) -> None:
         assert "ends" in next(step["reason"] for step in found["plan"] if step["step"] == "checks")
 
 
+@pytest.mark.long
 def test_the_reduction(folder: Path) -> None:
     found = summary(folder, "reduction")
     assert found["reduced1d"]["name"] == "fin-cold-oxide"
@@ -73,6 +77,7 @@ def test_the_reduction(folder: Path) -> None:
     assert {check["model"] for check in found["checks"] if check["id"].startswith("fig6")} == {"fin-cold-oxide"}
 
 
+@pytest.mark.long
 def test_the_analysis(folder: Path) -> None:
     found = summary(folder, "analysis")
     assert {"figure_power.png", "figure_power.svg"} <= set(found["files"])
@@ -81,5 +86,6 @@ def test_the_analysis(folder: Path) -> None:
     assert "power" in [step["step"] for step in found["plan"]]
 
 
+@pytest.mark.long
 def test_the_option(folder: Path) -> None:
     assert summary(folder, "option")["scene"]["sink"]["width"] == 20e-6
