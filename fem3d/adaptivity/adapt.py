@@ -1,7 +1,8 @@
 """Adaptive refinement: solve, estimate the errors, mark and refine, on any `fem3d.adaptivity.mesh.Mesh`.
 
-Each level ends with a verdict: accept the answer, refine the mesh by its error indicators, raise the mesh a little
-everywhere, or check on a finer mesh whether heating really runs away.
+A level is one mesh with its solutions in the nested spaces and the errors of its goals. It ends with a verdict: accept
+the answer, refine the mesh by its error indicators, raise the mesh a little everywhere, or check on a finer mesh
+whether heating really runs away.
 """
 
 from __future__ import annotations

@@ -1,5 +1,8 @@
 """Bound the error of a goal by dual-weighted residuals in nested spaces of degrees p, p - 1 and p - 2.
 
+The bound is an estimate: it extrapolates to degrees that are not solved, and no theorem guarantees it. Scenes against
+finer solutions show how often it holds (docs/stress.md).
+
 Let a(u, v) = l(v) be the problem, J the goal, z the dual solution, a(v, z) = J(v), and V(p-2) < V(p-1) < V(p) nested
 spaces. With the residual r = l - a(u(p-1), .) and the dual weights z_i, the last degree changes the goal by
 

@@ -100,15 +100,16 @@ def solve_steady(
     conductor : the current equation on the same mesh with its voltages, or None for heat alone
     drive : voltage (V) or current (A) that messages name as the drive; the inputs of the problem set the actual one
     accuracy : relative accuracy of the solution; iteration and quadrature leave a small part as error
-    start : (all nodes,), rise (K) near the solution, such as the state of another mesh in the nodes of this one
+    start : (all nodes,), rise (K) near the solution, such as the state of another mesh in the nodes of this one.
+        Newton's method begins there; where it does not converge, the search begins anew without a start.
     thermal : whether to solve for temperatures; else only for the currents at the initial temperature
 
     Returns a `SteadyState`: ``rise`` (all nodes,) above the initial temperature (K), ``potential`` (functions,) (V),
     the Joule heat (W) and the currents (A).
 
-    Raises RunawayError where no steady state exists below `HOTTEST`, BeyondLawError where the resistivity is not
-    positive on the way (a finer mesh may help), and NumericsError where the scene has no steady state or the iteration
-    does not converge.
+    Raises RunawayError where no steady state exists with a rise below `HOTTEST` (1e5 K), BeyondLawError where the
+    resistivity is not positive on the way (a finer mesh may help), and NumericsError where the scene has no steady
+    state or the iteration does not converge.
     """
     if heat.inputs.schedules:
         raise NumericsError("a scene whose conditions vary in time has no steady state")
