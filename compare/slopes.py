@@ -29,16 +29,11 @@ if TYPE_CHECKING:
 
 STEP = 1e-4
 """Relative step of a key in central differences; the relative error of a difference is the square of it."""
-STEPS = (1e-3, 1e-2, 5e-2)
-"""Relative steps of a key for a user's own model: the first suffices for a smooth model, the others are for noise."""
-SMOOTH = 1e-2
-"""A longer step is tried where differences over h and over 2h differ by more than this part."""
-NOTHING = 1e-9
-"""A slope smaller than this part of the quantity counts as zero."""
+BESIDE = 1e-3, 2e-2
+"""Relative steps of a key: for a user's own model without noise, and for one with noise of up to 1e-4 of its values."""
 BENT = 0.1
-"""A key has no slope where the relative slope jumps by more than this at its value. With f the quantity, |f(h) - 2 f(0)
-+ f(-h)| is then above 0.1 h f, while a power f = key^n has only n (n - 1) h^2 f. A network jumps where another side of
-a box becomes its longest."""
+"""A key has no slope where the relative slope jumps by more than this at its value: a network jumps where another side
+of a box becomes its longest."""
 
 ByKey = dict[str, dict[str, Estimate]]
 
@@ -296,7 +291,7 @@ def follow(
     slopes, base = {}, at("", 0.0)
     for key in keys:
         try:
-            found = derivatives(partial(at, key), base, model.exact)
+            found = derivatives(partial(at, key), base, BESIDE[0] if model.exact else BESIDE[1])
         except SceneError as error:
             left_out[key] = f"{model.name} has no answer beside it ({error})"
             continue
@@ -308,30 +303,20 @@ def follow(
 
 
 def derivatives(
-    at: Callable[[float], Mapping[str, np.ndarray]], base: Mapping[str, np.ndarray], exact: bool
+    at: Callable[[float], Mapping[str, np.ndarray]], base: Mapping[str, np.ndarray], h: float
 ) -> dict[str, np.ndarray] | None:
-    """Return central differences of quantities at relative steps of a key; None where they are not differentiable.
+    """Return central differences of order h^4 of quantities at relative steps of a key; None where a slope jumps.
 
-    The error of a difference over a step h is of order h^2, and noise over h. The same difference over 2h measures
-    both; if the two disagree, a longer step has less of the noise. ``exact`` functions have no noise.
+    If a slope jumps by s at the value itself, the second difference over h is s h + c h^2, and 2 s h + 4 c h^2 over 2h.
     """
-    near: dict[str, np.ndarray] | None = None
-    for h in STEPS:
-        more, less = at(h), at(-h)
-        found = {name: (more[name] - less[name]) / (2 * h) for name in more}
-        bends = {name: np.abs(more[name] - 2 * base[name] + less[name]).max() for name in found}
-        bent = any(bend > BENT * h * np.abs(base[name]).max() for name, bend in bends.items())
-        near = None if bent else found
-        if exact:
-            break
-        further, back = at(2 * h), at(-2 * h)
-        off = {name: np.abs(slope - (further[name] - back[name]) / (4 * h)).max() for name, slope in found.items()}
-        if all(
-            off[name] <= max(SMOOTH * np.abs(slope).max(), NOTHING * np.abs(more[name]).max())
-            for name, slope in found.items()
-        ):
-            break
-    return near
+    (less, more), (far_less, far_more) = ((at(-step), at(step)) for step in (h, 2 * h))
+    slopes = {}
+    for name, value in base.items():
+        slopes[name] = (8 * (more[name] - less[name]) - (far_more[name] - far_less[name])) / (12 * h)
+        near, far = more[name] - 2 * value + less[name], far_more[name] - 2 * value + far_less[name]
+        if np.abs(4 * near - far).max() > 2 * h * BENT * np.abs(value).max():
+            return None
+    return slopes
 
 
 def keys_without_logarithm(scene: Any) -> tuple[str, ...]:
