@@ -64,19 +64,6 @@ def test_extremes_are_those_of_a_dense_sampling_within_their_doubt(degree, probe
         assert (left >= 0).all()
 
 
-def test_of_sums_over_time_each_has_its_own_place():
-    """A bump that moves: weights of two fields go from one to the other."""
-    own, probe = domain(6), PROBES[0]
-    fields = functions(own.space, 2, 8)
-    shares = np.linspace(0.0, 1.0, 11)
-    weights = np.stack([1 - shares, shares], axis=1)
-    values, left = Extreme(own.space, own.patches(probe), 1.0)(fields, weights)
-    for w, value, doubt in zip(weights, values, left, strict=True):
-        sampled = dense(own.space, probe, w @ fields).max()
-        assert value >= sampled - doubt - 1e-4 * abs(sampled)
-        assert value <= sampled * (1 + 2e-3)
-
-
 def test_a_parabola_s_top_inside_a_cell_is_found():
     """x (2 - x) on one cell has its top in the middle, on no corner of a lattice of even count."""
     box = Box("box", SILICON, (0.0, 0.0, 0.0), (2.0, 1.0, 1.0))

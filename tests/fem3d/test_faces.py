@@ -1,18 +1,20 @@
 """Faces that radiate, and films whose coefficient follows the temperature: slabs whose one unknown is a root, and a
-block by scikit-fem's own elements and Newton's method."""
+block against the second path."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.interpolate import PchipInterpolator
 from scipy.optimize import brentq
-from scipy.sparse.linalg import spsolve
-from skfem import Basis, BilinearForm, ElementHex2, FacetBasis, LinearForm, MeshHex
-from skfem.helpers import dot, grad
 
+from fem3d.results import outputs
 from fem3d.runs import sink as sinks
 from fem3d.runs.scene import solve
 from scenes.free import as_dict, from_dict
 from scenes.sink import Sink
+from tests.fem3d import plain_grid, steady_on, whole
+from validate.verify import newton, second_path
 
 SIGMA = 5.670374419e-8  # W/(m2 K4), CODATA 2018
 LENGTH, WIDTH, HOT, ROOM = 1e-3, 1e-5, 1000.0, 300.0
@@ -143,51 +145,26 @@ def block(accuracy):
     })  # fmt: skip
 
 
-def by_skfem(emissivity, layers=4):
-    """The probes of `block` by quadratic bricks of scikit-fem, which shrink towards the edge where cold and radiating
-    faces meet, and towards the joint."""
-    a, b, c = SIDES
-    fine = a * (1 - 0.3 ** np.arange(layers))
-    up = np.concatenate([BELOW / 2 * 0.3 ** np.arange(layers), BELOW - BELOW / 2 * 0.3 ** np.arange(layers)])
-    at = np.unique([0.0, *up, BELOW, BELOW + 0.15 * (c - BELOW), c])
-    # The block is the same at all y: one cell across is exact.
-    mesh = MeshHex.init_tensor(np.unique([*fine, a]) / a, np.array([0.0, b / a]), at / a)
-    basis = Basis(mesh, ElementHex2(), intorder=4)
-    k = np.where(mesh.p[2, mesh.t].mean(axis=0) * a < BELOW, *CONDUCTIVITIES)
-    stiff = BilinearForm(lambda u, v, w: w.k * dot(grad(u), grad(v))).assemble(
-        basis, k=k[:, None] * np.ones(basis.dx.shape)
-    )
-    heated = Basis(mesh, ElementHex2(), intorder=4, elements=np.flatnonzero(k == CONDUCTIVITIES[1]))
-    load = LinearForm(lambda v, w: v).assemble(heated)
-    top = mesh.facets_satisfying(lambda x: np.isclose(x[2], c / a), boundaries_only=True)
-    side = mesh.facets_satisfying(lambda x: np.isclose(x[0], 1.0), boundaries_only=True)
-    on, above = (FacetBasis(mesh, ElementHex2(), facets=f, intorder=8) for f in (np.union1d(top, side), top))
-    flux = LinearForm(lambda v, w: emissivity * SIGMA * (w.T**4 - ROOM**4) * v)
-    slope = BilinearForm(lambda u, v, w: 4 * emissivity * SIGMA * w.T**3 * u * v)
-    free = basis.complement_dofs(basis.get_dofs(lambda x: np.isclose(x[2], 0.0)))
-    t = np.full(basis.N, ROOM)
-    for _ in range(6):
-        # In lengths of a: conduction has one, fluxes two, sources three.
-        off = a * (stiff @ t) + a**2 * flux.assemble(on, T=on.interpolate(t)) - a**3 * SOURCE * load
-        matrix = a * stiff + a**2 * slope.assemble(on, T=on.interpolate(t))
-        t[free] -= spsolve(matrix[free][:, free].tocsc(), off[free])
-    corner = basis.nodal_dofs[0, np.flatnonzero(np.isclose(mesh.p, [[0], [0], [c / a]]).all(axis=0))[0]]
-    return {
-        "corner": t[corner], "mean": load @ t / load.sum(),
-        "top": -(a**2) * flux.assemble(above, T=above.interpolate(t)).sum(),
-    }  # fmt: skip
+def test_radiating_block_agrees_with_second_path():
+    """On one mesh; an emissivity one percent larger differs."""
+    scene = block(1e-3)
+    grid = plain_grid(scene, 2, cuts=2)
+    basis, *owner_order = second_path.base(scene, grid)
+    exact = second_path.readings(scene, basis, newton.steady(second_path.problem(scene, basis, *owner_order), 4))
+    for more in (1.0, 1.01):
+        faces = (replace(b, value=more * b.value) if b.kind == "radiation" else b for b in scene.boundaries)
+        other = replace(scene, boundaries=tuple(faces))
+        out = outputs.of_steady(steady_on(other, grid, 1.0), whole(other))
+        apart = max(abs(ROOM + float(out[f"probe:{name}"]) - t) / (t - ROOM) for name, t in exact.items())
+        assert apart < 1e-9 if more == 1.0 else apart > 1e-6
 
 
 @pytest.mark.long
-def test_a_radiating_block_is_that_of_scikit_fem():
-    found = solve(block(1e-3)).steady
-    fine, coarse = by_skfem(EMISSIVITY), by_skfem(EMISSIVITY, 3)
-    other = by_skfem(EMISSIVITY * 1.01, 3)
-    for name, value in fine.items():
-        room = found[name].error + abs(value - coarse[name])
-        assert abs(found[name].value - value) <= room
-        assert room < 2e-3 * abs(value)
-    assert abs(found["top"].value - other["top"]) > found["top"].error + 2 * abs(fine["top"] - coarse["top"])
+def test_errors_of_radiating_block_hold():
+    coarse, fine = (solve(block(accuracy)).steady for accuracy in (1e-2, 1e-5))
+    for name, found in coarse.items():
+        assert abs(found.value - fine[name].value) <= found.error + fine[name].error, name
+        assert fine[name].error < 0.3 * found.error
 
 
 def test_a_radiating_sink_is_colder_by_what_an_independent_code_finds():

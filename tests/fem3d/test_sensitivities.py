@@ -183,19 +183,6 @@ def test_a_contact_and_a_series_resistance() -> None:
 
 
 @pytest.mark.long
-def test_every_number_of_a_symmetric_scene() -> None:
-    """The faces of either side are moved by themselves: together they make the size."""
-    scene = load_free("bridge")
-    slopes = solved(scene)
-    assert set(slopes.steady) == set(numbers(scene))
-    table = slopes.steady
-    assert table["box.beam.upper.x"]["current"].value == pytest.approx(1.0, abs=1e-5)
-    assert table["box.beam.lower.x"]["current"].value == pytest.approx(-1.0, abs=1e-5)
-    assert "boundary.right electrode.voltage" not in table  # it is 0
-    assert table["boundary.left electrode.voltage"]["quarter"].value == pytest.approx(1.018, abs=1e-3)
-
-
-@pytest.mark.long
 @pytest.mark.parametrize("key", ["parameters.h", "material.oxide.thermal_conductivity"])
 def test_bridge_against_solutions_on_meshes_of_their_own(key: str) -> None:
     scene, step = load_free("bridge"), 0.02

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from fem3d.runs.scene import solve
 from scenes.free import from_dict
-from tests.fem3d.contact_second_path import warmed_bar
 
 
 def _warming(electrical: float, end_time: float = 0.0, **resistivity: object) -> dict[str, Any]:
@@ -43,6 +44,32 @@ def test_a_law_of_a_resistivity_beside_a_contact_is_the_line_that_it_says(electr
     for name, value in line.items():
         assert abs(law[name].value - value.value) <= law[name].error + value.error
         assert abs(other[name].value - value.value) > other[name].error + value.error
+
+
+def warmed_bar(
+    lengths: tuple[float, float], area: float, k: float, line: tuple[float, float], thermal: float, electric: float,
+    voltage: float,
+) -> tuple[float, float, float]:  # fmt: skip
+    """The rises (K) at both sides of a contact between two halves with cold ends, and the current (A); the resistivity
+    is ``line`` = (rho, a), rho (1 + a rise).
+
+    With m^2 = rho a j^2/k, rise + 1/a = cos(m s)/a + B sin(m s) in each half, s from its cold end. The flow into the
+    contact, and half its own heat, crosses it; j follows from the voltage.
+    """
+    rho, a = line
+
+    def at(j: float) -> tuple[float, np.ndarray]:
+        m = j * np.sqrt(rho * a / k)
+        c, s = np.cos(m * np.array(lengths)), np.sin(m * np.array(lengths))
+        # Unknown are both B: the heat that the halves take up is the contact's own, and half its difference crosses.
+        matrix = np.array([k * m * c, np.array([-1, 1]) * (k * m * c / 2 + s / thermal)])
+        right = [j**2 * electric + k * m * s.sum() / a, (np.array([-1, 1]) @ (k * m * s / 2 - c / thermal)) / a]
+        b = np.linalg.solve(matrix, right)
+        inside = j * rho * a * (s / a + b * (1 - c)).sum() / m
+        return inside + j * electric - voltage, (c - 1) / a + b * s
+
+    j = brentq(lambda j: at(j)[0], 1e-6 * voltage / electric, voltage / (rho * sum(lengths) + electric), rtol=1e-12)
+    return (*at(j)[1].tolist(), j * area)
 
 
 @pytest.mark.long

@@ -78,9 +78,3 @@ def test_a_third_electrode_of_another_voltage_stops_the_odd_plane():
         return Boundary("tap", "voltage", (-5e-5, 5e-4, 0.0), (5e-5, 5e-4, 2e-6), value)
 
     assert axes(replace(SCENE, boundaries=(*SCENE.boundaries, tap(0.3)))) == ((0, "even"),)
-
-
-def test_points_are_moved_to_where_the_part_holds_their_value():
-    part = symmetry.reduce(SCENE)
-    points = np.array([[2e-5, 9e-4, 1e-6], [-2e-5, 1e-4, 1e-6]])
-    assert np.abs(part.mirrored(points) - [[-2e-5, 1e-4, 1e-6]]).max() < 1e-18

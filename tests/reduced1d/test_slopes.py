@@ -8,7 +8,7 @@ import pytest
 from reduced1d import slopes
 from reduced1d.sink import anchor_series_resistance
 from scenes.sink import Sink
-from scenes.varied import numbers, varied
+from scenes.varied import numbers
 
 
 def test_anchor_resistance_by_its_formula() -> None:
@@ -53,10 +53,3 @@ def test_over_time_it_goes_to_the_steady_state() -> None:
     assert found["end_K"][-1] == pytest.approx(steady["sink.width"]["end_rise_K"], abs=1e-6)
     # Early on the rise is the energy over the heat capacity, and neither depends on the width.
     assert found["mean_K"][0] == pytest.approx(0, abs=1e-2)
-
-
-def test_a_key_of_another_value_is_caught() -> None:
-    sink = Sink()
-    keys = ["anchor.pad_width"]
-    here, there = (slopes.of_sink(s, "paper", keys)[0][keys[0]] for s in (sink, varied(sink, keys[0], 1.01)))
-    assert here["end_rise_K"] != pytest.approx(there["end_rise_K"], abs=1e-4)

@@ -11,7 +11,6 @@ from scipy.integrate import solve_ivp
 from reduced1d.ladder.anchor import Anchor
 from reduced1d.ladder.few_states import FewStates, Trajectory, largest_drive, steady, steady_state
 from reduced1d.ladder.fin import fin as sparse_fin
-from reduced1d.ladder.levels import Levels
 from reduced1d.ladder.lumps import lumps
 from scenes.errors import RunawayError
 from scenes.sink import SILICON, Drive, Sink
@@ -97,12 +96,3 @@ def test_with_feedback_the_steps_are_those_of_a_general_integrator(voltage: floa
     assert np.abs(found - exact).max() < (3e-5 if voltage < 4.0 else 3e-4) * np.abs(exact).max()
     with pytest.raises(RunawayError, match="runs away after"):
         Trajectory(replace(model, drive=Drive(20.0)), end)
-
-
-def test_twice_the_steps_is_more_than_twice_as_good(levels: Levels) -> None:
-    model = levels.fine.moments(4)
-    best, coarse, fine = (
-        Trajectory(model, TIMES[-1], growth).quantities(TIMES)["peak_K"] for growth in (1.2, 2.8, 2.0)
-    )
-    late = TIMES >= 1e-5
-    assert np.abs(fine - best)[late].max() < np.abs(coarse - best)[late].max() / 2

@@ -12,7 +12,6 @@ from reduced1d.equations import room_resistivity
 from reduced1d.ladder.anchor import Anchor
 from reduced1d.ladder.few_states import FewStates, steady
 from reduced1d.ladder.fin import fin as sparse_fin
-from reduced1d.network import solve
 from reduced1d.network.solution import solve_sink as by_lines
 from scenes.errors import SceneError
 from scenes.loading import load
@@ -74,16 +73,3 @@ def test_traces_end_in_the_steady_state() -> None:
 def test_a_row_of_spans_is_refused() -> None:
     with pytest.raises(SceneError, match=r"sink\.spans is 3"):
         by_lines(replace(load("sink"), spans=3))
-
-
-def test_pads_lie_along_the_beam() -> None:
-    """Pads and oxide blocks are square: they run along their neighbours."""
-    sink = load("sink")
-    assert isinstance(sink, Sink)
-    layout = solve(replace(sink.scene(), steady=True)).details["model"].layout
-    assert [line.axis for line in layout.lines] == [1] * len(layout.lines)
-    kinds = {(layout.lines[j.one.line].name, layout.lines[j.other.line].name): j.kind for j in layout.heat if j.other}
-    assert kinds == {
-        ("pad-0", "beam"): "ends", ("beam", "pad-1"): "ends",
-        ("oxide-0", "pad-0"): "along", ("oxide-1", "pad-1"): "along",
-    }  # fmt: skip
