@@ -71,15 +71,6 @@ class Grid:
         x, y, z = (slice(*self.span(d, lower[d], upper[d])) for d in range(3))
         return x, y, z
 
-    def refined(self, other: Grid, cells: np.ndarray) -> np.ndarray:
-        """Cells (nx, ny, nz) of a coarser grid of the same scene as cells of this one."""
-        at = [
-            np.searchsorted(coarse, (fine[1:] + fine[:-1]) / 2) - 1
-            for coarse, fine in zip(other.breaks, self.breaks, strict=True)
-        ]
-        fine_cells: np.ndarray = cells[np.ix_(*at)]
-        return fine_cells
-
     def marked(self, d: int, values: Mapping[float, float], otherwise: float) -> np.ndarray:
         """(breakpoints,): the value of a plane across an axis, given by coordinate, at the breakpoint there."""
         marks = np.full(len(self.breaks[d]), otherwise)

@@ -67,11 +67,6 @@ class Level:
         """The largest relative error."""
         return max(self.relative.values(), default=0.0)
 
-    @property
-    def unsettled(self) -> float:
-        """The relative error of iterations and of the quadrature of laws, which no mesh changes."""
-        return self.fine.state.unsettled + self.low.state.unsettled
-
 
 def examined(study: Study, given: Problems, fine: Solution, estimator: Estimator) -> Level | None:
     """Bound the errors of a fine solution; None where a lower space has no steady state although the fine one has."""

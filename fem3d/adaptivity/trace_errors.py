@@ -33,7 +33,6 @@ from fem3d.spaces.domain import Domain
 from scenes.errors import NumericsError, RunawayInTimeError
 
 ROW_SHARE = 0.25  # part of the accuracy left to linear interpolation between rows
-ROUNDING = 1e-10  # relative error that rounding leaves in every trace
 NOTHING = 1e-10  # less heat than this fraction of what would warm everything from 0 K counts as none
 EARLY_TIMES = 10  # times after a jump, before the earliest of interest, at which responses are compared
 
@@ -293,7 +292,7 @@ def with_rows(
     if answer.heat.lifts.any():
         _start(answer.heat.domain, rows)
     relative = {name: errors[name] / scales[name] for name in errors}
-    errors = {name: errors[name] + between[name] + ROUNDING * scales[name] for name in errors}
+    errors = {name: errors[name] + between[name] + outputs.ROUNDING * scales[name] for name in errors}
     imbalance, widest = _imbalance(study, answer), max(between[name] / scales[name] for name in errors)
     return Response(
         times, rows, errors, True, imbalance, answer, generations, relative=relative, scales=scales,

@@ -197,12 +197,6 @@ class Domain(ABC):
     def _facets(self) -> dict[str, np.ndarray]:
         return {}
 
-    @cached_property
-    def fixed(self) -> dict[str, np.ndarray]:
-        """For each condition that gives a temperature or a voltage the functions (functions,) that it fixes."""
-        kinds = ("temperature", "voltage")
-        return {b.name: self.faces(b).functions for b in self.scene.boundaries if b.kind in kinds}
-
     @abstractmethod
     def locate(self, item: Any) -> Region:
         """Return the place of a condition or a probe."""

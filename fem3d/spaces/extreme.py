@@ -14,14 +14,13 @@ from typing import NamedTuple
 import numpy as np
 
 from fem3d.spaces.domain import Patch
-from fem3d.spaces.integrals import Space
+from fem3d.spaces.integrals import AT_ONCE, Space
 
 FINE, TURNS = 5, 6  # points along each side of a finer lattice, and how many there are: to 1/128 of a side
 # The top of a cell may lie above its best lattice point by this fraction of the span of the function on the lattice.
 MISSED = 0.1
 CANDIDATES = 24  # parts of cells for each time, at most: as many cells may share a vertex
 IRRATIONAL = np.sqrt([2.0, 3.0, 5.0])  # no two lattice points have one product with these
-AT_ONCE = 4_000_000  # numbers in a block of times, at most, which bounds the memory
 
 
 class Place(NamedTuple):
