@@ -26,9 +26,6 @@ SHORTEST = 1e-9  # intervals are not refined below this fraction of the largest 
 # In the first grid the energy at singular edges may miss this factor times the accuracy; on random scenes 25 and 225
 # take as many unknowns within 15 %.
 LAYERS = 75.0
-# Degrees by which a layer at an edge may have fewer than the next larger one, over the exponent: a layer reduces the
-# error by RATIO^(2 s), a degree beside a singular end by rho^-2 (`fem3d.adaptivity.estimator`).
-FALL = -np.log(RATIO) / np.log((1 + np.sqrt(RATIO)) / (1 - np.sqrt(RATIO)))
 
 
 @dataclass(frozen=True)
@@ -213,23 +210,23 @@ def share_of(missing: np.ndarray, target: float) -> float:
 def _cut(
     a: float, b: float, p: int, exponents: np.ndarray, excess: float, shortest: float
 ) -> tuple[list[float], list[int]]:
-    """Return breakpoints inside (a, b) towards its singular ends, and the degrees of all intervals, which fall towards
-    the ends.
+    """Return breakpoints inside (a, b) towards its singular ends, and the degrees of all intervals: one less in the
+    layers.
 
     The error falls with the length of the first interval to the power 2 s: there are as many breakpoints as it takes to
     fall by ``excess``.
     """
     most = max(1, int(np.log((b - a) / shortest) / -np.log(RATIO)))
 
-    def layers(s: float) -> list[int]:
-        if not np.isfinite(s):
-            return []
-        count = min(max(1, int(np.ceil(np.log(excess) / (-2 * s * np.log(RATIO)) - 0.3))), most)
-        return [*(max(2, int(p - FALL * s * k)) for k in range(1, count)), max(p - 1, min(p, LEAST_AT_EDGE))]
+    def layers(s: float) -> int:
+        needed = np.log(excess) / (-2 * s * np.log(RATIO)) - 0.3
+        return min(max(1, int(np.ceil(needed))), most) if np.isfinite(s) else 0
 
     at_a, at_b = (layers(s) for s in exponents.tolist())
-    from_a = [a + (b - a) * RATIO ** (k + 1) for k in reversed(range(len(at_a)))]
-    return from_a + [b - (b - a) * RATIO ** (k + 1) for k in range(len(at_b))], [*at_a[::-1], p, *at_b]
+    lower = max(p - 1, min(p, LEAST_AT_EDGE))
+    from_a = [a + (b - a) * RATIO ** (k + 1) for k in reversed(range(at_a))]
+    from_b = [b - (b - a) * RATIO ** (k + 1) for k in range(at_b)]
+    return from_a + from_b, [*[lower] * at_a, p, *[lower] * at_b]
 
 
 def raised(grid: Grid) -> Grid:
