@@ -58,7 +58,7 @@ def test_values_agree_with_those_on_bricks_within_their_errors() -> None:
     assert off(bricks, tetrahedra) < 1.0
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(2))
 def test_cells_fill_the_boxes_and_nothing_else(seed: int) -> None:
     """Each box its volume, the outside its area, and no cell is flat; refined too, in places."""
     scene = plate(12, seed)

@@ -64,7 +64,7 @@ def differences(p, wrong=1.0):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("p", [1, 2, 4, 6])
+@pytest.mark.parametrize("p", [2, 6])
 def test_matrices_loads_and_faces_are_those_of_the_forms(p):
     found = differences(p)
     assert max(found.values()) < 1e-12, found

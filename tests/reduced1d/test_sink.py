@@ -99,15 +99,6 @@ def test_straight_lines_between_the_times_keep_the_accuracy(sink):
             assert np.all(deviation <= sink.accuracy * np.abs(exact[key]))
 
 
-def test_the_times_are_not_much_denser_than_needed():
-    sink = Sink()
-    time, mean = solve(sink).traces.time, solve(sink).traces.values["mean_K"]
-    assert len(time) < 70
-    exact = solve(sink, times=np.linspace(0, sink.end_time, 20001)).traces
-    coarse = np.interp(exact.time, time[::4], mean[::4])
-    assert np.max(np.abs(coarse - exact.values["mean_K"])) > sink.accuracy * (mean[-1] - 293)
-
-
 @pytest.mark.parametrize("feedback", [-0.24, -0.1, 0.0, 0.7, 30.0])
 def test_traces_are_eq_20_by_an_independent_integrator(feedback):
     """Dormand and Prince of order 8 on C dT/dt = V^2 / (R (1 + a T)) - G T."""
@@ -158,21 +149,10 @@ def test_without_voltage_nothing_happens():
     assert np.all(result.traces.values["peak_K"] == sink.room_temperature)
 
 
-def test_convection_cools_by_its_share():
-    still, cooled = solve(Sink(), steady_only=True), solve(Sink(convection_coefficient=100.0), steady_only=True)
-    assert cooled.steady["mean_rise_K"].value < still.steady["mean_rise_K"].value
-    assert cooled.details["air_loss_W"] == relative(100 * 1e-7 * cooled.steady["mean_rise_K"].value, 1e-12)
-    assert still.details["air_loss_W"] == 0
-
-
 def test_room_temperature_away_from_the_reference_changes_the_cold_current():
     traces = solve(Sink(room_temperature=313.0)).traces
     assert traces.values["current_A"][0] == relative(1 / (300 * (1 + 5e-4 * 20)), 1e-14)
     assert traces.values["mean_K"][0] == 313
-
-
-def test_electrodes_make_no_difference_to_a_model_without_pads():
-    assert solve(Sink(electrodes="pad-edge")).steady == solve(Sink()).steady
 
 
 def test_runaway_is_reported_with_the_voltage_it_starts_at():

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib.util
-import subprocess
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +13,7 @@ from statespace import export
 from statespace.document import fmu_names, names, spice_names
 from statespace.runtime import CompactModel
 from tests.statespace.test_runtime import document
+from tests.statespace.test_spice import run
 
 
 def alike() -> dict[str, Any]:
@@ -45,20 +45,11 @@ def test_each_is_told_apart_by_the_rule_of_its_format() -> None:
 def test_in_ngspice(tmp_path: Path) -> None:
     made = alike()
     expected = CompactModel(made).steady({"Drive.voltage": 1.2, "drive.voltage": 2.6})
-    export.write(made, tmp_path)
     nodes = {entry["name"]: entry["spice"] for entry in names(made)}
-    circuit = [
-        "* all of them", ".include model.cir", f"X1 {' '.join(nodes.values())} compact_model",
-        f"V1 {nodes['Drive.voltage']} 0 1.2", f"V2 {nodes['drive.voltage']} 0 0.6", ".control", "op",
-        *(f"print v({nodes[name]})" for name in expected), "quit", ".endc", ".end",
-    ]  # fmt: skip
-    (tmp_path / "op.cir").write_text("\n".join(circuit) + "\n", encoding="utf-8")
-    run = subprocess.run(["ngspice", "-b", "op.cir"], cwd=tmp_path, capture_output=True, encoding="utf-8", timeout=60)
+    sources = [f"V1 {nodes['Drive.voltage']} 0 1.2", f"V2 {nodes['drive.voltage']} 0 0.6"]
+    found = run(tmp_path, made, sources)
     for name, value in expected.items():
-        said = run.stdout.lower().split(f"v({nodes[name].lower()}) = ")[1].split()[0]
-        assert float(said) == pytest.approx(value, rel=1e-4), (
-            name
-        )  # Newton's last step is below 1e-3, its error the square of that
+        assert found[nodes[name].lower()] == pytest.approx(value, rel=1e-8), name
     assert expected["x.y"] != pytest.approx(expected["x y"], rel=1e-2)
 
 

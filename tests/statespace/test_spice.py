@@ -33,7 +33,7 @@ def run(
     done = subprocess.run(["ngspice", "-b", "run.cir"], cwd=folder, capture_output=True, encoding="utf-8", timeout=60)
     values = [float(line.split("=")[1]) for line in done.stdout.splitlines() if line.startswith("last = ")]
     assert len(values) == len(reads), done.stdout + done.stderr
-    return dict(zip(reads, values, strict=True))
+    return dict(zip((node.lower() for node in reads), values, strict=True))
 
 
 def test_steady_extreme_of_two_current_fields(tmp_path: Path) -> None:

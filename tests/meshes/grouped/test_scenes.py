@@ -13,7 +13,6 @@ import pytest
 
 from fem3d.adaptivity.cell_mesh import mesh_of
 from fem3d.adaptivity.mesh import less_accurate
-from fem3d.problems.heat import HeatProblem
 from fem3d.runs import scene as scene_run
 from fem3d.runs.scene import solve
 from scenes.errors import RunawayError, TooLargeError
@@ -226,23 +225,6 @@ def test_pictures_are_made_of_cells_the_right_way_round_that_fill_the_solid(cell
     assert jacobians(corners, gauss).sum() / 8 == pytest.approx(2e-14, rel=1e-9)
     hottest = found.steady["hottest"]
     assert hottest.value - 2 < fields.steady.max() <= hottest.value + hottest.error
-
-
-def test_currents_alone_over_time_solve_no_heat(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    document = bar(end_time=1e-3, accuracy=1e-3)
-    document["boundary"] = [b for b in document["boundary"] if "voltage" in b]
-    document["boundary"][0]["voltage"] = {"times": [0, 1e-3], "values": [0.4, -0.4]}
-    document["probe"] = [p for p in document["probe"] if p.get("quantity") in ("potential", "current")]
-    del document["material"][0]["thermal_conductivity"]
-    monkeypatch.setattr(HeatProblem, "solve_shifted", pytest.fail)
-    monkeypatch.setattr(HeatProblem, "solve_steady", pytest.fail)
-    found = on_mesh(document, "tetra", 1, tmp_path)
-    assert {s.step: s.state for s in found.details["plan"]}["heat"] == "skipped"
-    assert found.traces is not None
-    shape = 1 - 2 * found.traces.time / 1e-3
-    # R = 1e-5 * 1e-4 / 2e-10 = 5 ohm; the potential is read at a quarter of the way.
-    assert found.traces.values["current"] == pytest.approx(0.4 / 5 * shape, abs=1e-9)
-    assert found.traces.values["volt"] == pytest.approx(0.3 * shape, abs=1e-9)
 
 
 @pytest.mark.parametrize(("error", "said"), [(1.04e-3, "0.00104"), (1.0001e-3, "just over 0.001"), (0.0034, "0.003")])
