@@ -6,28 +6,28 @@ the largest rise; of other quantities the 3D value, over time the largest. No di
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from compare import quantities
 from compare.course import NO_CHANGE, Course, at
-from compare.quantities import Quantities
+from compare.outcome import Outcome
 from compare.verdict import Comparison, ratio
 from scenes.formats import cut, quantity
-from scenes.model import OVER_TIME
-from scenes.result import Estimate, Result
+from scenes.model import OVER_TIME, AnyScene
+from scenes.result import Estimate
 
 NEAR = 0.2
 """Values are called degrees Celsius or rises where that leaves less than this part of their difference."""
 
 
-@dataclass(frozen=True)
-class Both:
-    """The same quantities by 3D and by a model."""
+class Probes:
+    """The same quantities of a run by 3D and by a model."""
 
-    quantities: Quantities
-    fem3d: Result
-    model: Result
+    def __init__(self, outcome: Outcome[AnyScene]) -> None:
+        self.fem3d, self.model = outcome.solved, outcome.reduced
+        self.quantities = quantities.of(outcome.scene, outcome.solved)
 
     def comparisons(self) -> dict[str, Comparison]:
         """Compare every quantity that both have, by the ids of checks, in the order of the quantities."""

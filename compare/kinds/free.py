@@ -16,7 +16,6 @@ from scenes.plan import Step, step
 
 if TYPE_CHECKING:
     from compare.models import Model
-    from compare.probes import Both
     from compare.slopes import Slopes
     from compare.verdict import Comparison
     from scenes.result import Result
@@ -86,7 +85,9 @@ class FreeKind(Kind[AnyScene]):
         return model
 
     def comparisons(self, outcome: Outcome[AnyScene]) -> dict[str, Comparison]:
-        return {} if outcome.reduced1d is None else both(outcome).comparisons()
+        from compare.probes import Probes
+
+        return {} if outcome.reduced1d is None else Probes(outcome).comparisons()
 
     def alarms(self, outcome: Outcome[AnyScene]) -> tuple[str, ...]:
         from compare import hottest
@@ -110,9 +111,10 @@ class FreeKind(Kind[AnyScene]):
         if outcome.reduced1d is None:
             return ""
         from compare.answer import answer, claim
+        from compare.probes import Probes
         from compare.quantities import called
 
-        models, name = both(outcome), outcome.reduced1d.model
+        models, name = Probes(outcome), outcome.reduced1d.model
         checks = [check for check in outcome.checks if check.id.removesuffix(OVER_TIME) in models.quantities.units]
         if not checks:
             return f"{name} and 3D have no quantity in common."
@@ -192,15 +194,6 @@ def own_model(scene: AnyScene, options: Options) -> tuple[str | Callable[..., An
             raise SceneError(f"--model scene: {quoted(scene.name)} has no [model] with a file: name one there, or here")
         return None
     return None if not given and runs_code(model.file) else (model.file, model.folder)
-
-
-def both(outcome: Outcome[AnyScene]) -> Both:
-    """3D and the user's model of the same quantities."""
-    from compare import quantities
-    from compare.probes import Both
-
-    assert outcome.reduced1d is not None
-    return Both(quantities.of(outcome.scene, outcome.solved), outcome.solved, outcome.reduced1d)
 
 
 def at_rest(scene: AnyScene, progress: Callable[[str], None]) -> dict[str, Any]:
