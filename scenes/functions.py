@@ -159,12 +159,6 @@ def _along(value: tuple[Any, ...], axis: int, times: Callable[[float], Any]) -> 
     return lambda factor: (*value[:axis], times(factor), *value[axis + 1 :])
 
 
-def number_of(kind: object) -> Quantity | None:
-    """Return the quantity of a kind of key with one number, ``None`` for any other."""
-    number = kind.quantity if isinstance(kind, Following) else kind
-    return number if isinstance(number, Quantity) else None
-
-
 @dataclass(frozen=True)
 class Surroundings(Kind):
     """A table with a face's coefficient, under a ``name``, and the ambient temperature, which may vary in time where
