@@ -105,21 +105,6 @@ def wire(*boundaries, probes=(), **more):
     )  # fmt: skip
 
 
-@pytest.mark.long
-def test_heat_into_the_ends_of_a_joule_heated_wire_is_all_its_power_steady_and_late():
-    low, high = (0.0, 0.0, 0.0), (20 * UM, 0.0, 2 * UM)
-    probes = (
-        Probe("heat", low, high, "heat_flow"), Probe("current", low, high, "current"),
-        Probe("quarter", (0.0, 250 * UM, 0.0), (0.0, 250 * UM, 0.0), "potential"),
-    )  # fmt: skip
-    steady = solve(wire(probes=probes)).steady
-    assert abs(steady["heat"].value / (-steady["current"].value / 2) - 1) < 1e-9
-    late = solve(wire(probes=probes, steady=False, end_time=0.02, accuracy=1e-3)).traces
-    for name, found in steady.items():
-        assert abs(late.values[name][-1] - found.value) <= late.errors[name] + found.error
-    assert 0.7501 < steady["quarter"].value < 0.7510
-
-
 def test_half_of_a_scene_driven_in_time_is_the_whole():
     schedule = Schedule((0.0, 1e-3), (0.5, 2.0))
     probes = (

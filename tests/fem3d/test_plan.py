@@ -6,7 +6,6 @@ import numpy as np
 
 from fem3d.runs import sink as sink_run
 from scenes.sink import Sink
-from tests.fem3d import silicon
 
 
 def lines(sink, transient=False):
@@ -38,13 +37,3 @@ def test_pads_are_part_of_the_circuit_between_electrodes_at_their_edges():
     assert "pad-0" in found["electric problem"].reason
     conductor = result.details["answer"].fine.state.conductor
     assert bodies(conductor) == {"beam", "pad-0"}
-
-
-def test_without_a_temperature_coefficient_one_step_is_enough():
-    found, result = lines(Sink(silicon=silicon(0.0)))
-    assert "electric iteration" not in found
-    assert result.details["answer"].fine.state.steps == 1
-    iterated, result = lines(Sink())
-    steps = result.details["answer"].fine.state.steps
-    assert iterated["electric iteration"].state == "done"
-    assert steps > 1

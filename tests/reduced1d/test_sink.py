@@ -141,14 +141,6 @@ def test_negative_voltage_turns_the_current_and_nothing_else():
     assert np.array_equal(backward.traces.values["peak_K"], forward.traces.values["peak_K"])
 
 
-def test_without_voltage_nothing_happens():
-    sink = Sink(voltage=0.0)
-    result = solve(sink)
-    for key in ("peak_rise_K", "end_rise_K", "mean_rise_K", "current_A", "power_W", "heat_out_W"):
-        assert result.steady[key].value == 0
-    assert np.all(result.traces.values["peak_K"] == sink.room_temperature)
-
-
 def test_room_temperature_away_from_the_reference_changes_the_cold_current():
     traces = solve(Sink(room_temperature=313.0)).traces
     assert traces.values["current_A"][0] == relative(1 / (300 * (1 + 5e-4 * 20)), 1e-14)

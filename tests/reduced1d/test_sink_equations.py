@@ -22,7 +22,7 @@ from reduced1d.ladder import solve
 from reduced1d.sink import anchor_series_resistance
 from scenes.device import Device
 from scenes.model import Material
-from scenes.sink import SILICON, Sink
+from scenes.sink import Sink
 from tests.reduced1d import relative
 
 L, A_C, K = 1000e-6, 200e-12, 130.0
@@ -124,12 +124,3 @@ def test_eq_20_conserves_energy_without_the_printed_volume_and_not_with_it():
     assert stored == relative(heat, 1e-6)
     volume = sink.length * sink.cross_section
     assert heat * volume == relative(stored * 2e-13, 1e-6)
-
-
-def test_parameters_of_the_default_sink():
-    model = lump(Device(sink=Sink(silicon=SILICON)))
-    assert model.capacity[0] == relative(2330 * 712 * 2e-13, ROUNDING)
-    assert model.resistance[0] == relative(300, ROUNDING)
-    # h A of the beam's top face, by itself: the anchors' part does not change.
-    cooled = lump(Device(sink=Sink(convection_coefficient=100.0)))
-    assert cooled.conductance - model.conductance == relative(100 * 1e-7, 1e-12)

@@ -15,7 +15,7 @@ from fem3d.adaptivity.cell_mesh import mesh_of
 from fem3d.adaptivity.mesh import less_accurate
 from fem3d.runs import scene as scene_run
 from fem3d.runs.scene import solve
-from scenes.errors import RunawayError, TooLargeError
+from scenes.errors import TooLargeError
 from scenes.free import as_dict, from_dict
 from scenes.model import MeshScene, Scene
 from scenes.result import Result
@@ -127,15 +127,6 @@ def test_a_drive_over_time_ends_in_its_steady_state(cell: str, tmp_path: Path) -
         assert abs(last - steady[name].value) <= found.traces.errors[name] + steady[name].error, name
     early = np.interp(5e-5, found.traces.time, found.traces.values["current"])
     assert abs(early) <= found.traces.errors["current"]
-
-
-@pytest.mark.long
-def test_runaway_is_refused(tmp_path: Path) -> None:
-    document = bridge()
-    document["material"][0]["temperature_coefficient"] = -4e-3
-    document["boundary"][2]["voltage"] = 3
-    with pytest.raises(RunawayError, match="thermal runaway"):
-        on_mesh(document, "tetra", 1, tmp_path)
 
 
 def test_warns_of_an_accuracy_that_memory_does_not_allow(tmp_path: Path) -> None:

@@ -84,11 +84,6 @@ REFUSED: dict[str, tuple[Callable[[Document], None], tuple[str, ...]]] = {
              put("boundary", 2, current="-3 mA")),
         ('boundaries "left" and "right" give currents', "no electrode of that conductor has a voltage", '"0 V"'),
     ),
-    "a current alone": (
-        both(drop("boundary", 1, "voltage"), put("boundary", 1, current="3 mA"), drop("boundary", 2, "voltage"),
-             put("boundary", 2, heat_flux=5)),
-        ('boundary "left" gives a current', "no electrode of that conductor has a voltage"),
-    ),
     "a current in volts": (
         both(drop("boundary", 1, "voltage"), put("boundary", 1, current="3 V")),
         ('boundary "left".current = "3 V"', "a voltage, not a current", '"3 mA"'),
@@ -104,7 +99,6 @@ REFUSED: dict[str, tuple[Callable[[Document], None], tuple[str, ...]]] = {
     "no series resistance": (
         put("boundary", 1, series_resistance=0), ('"left".series_resistance = 0 is out of range', "from 1 nohm"),
     ),
-    "a negative one": (put("boundary", 1, series_resistance="-5 ohm"), ("series_resistance", "out of range")),
     "a resistance in volts": (
         put("boundary", 1, series_resistance="5 V"), ("a voltage, not a resistance", '"100 ohm"'),
     ),
@@ -134,7 +128,6 @@ REFUSED: dict[str, tuple[Callable[[Document], None], tuple[str, ...]]] = {
     "unknown material": (put("box", 0, material="metl"), ('box "beam".material', '"metl"', 'did you mean "metal"?')),
     "two of a name": (put("box", 1, name="beam"), ('box[2].name = "beam" is taken',)),
     "two materials": (put("material", 1, name="metal"), ('material[2].name = "metal" is taken',)),
-    "two probes": (add("probe", {"name": "tip", "at": [0, 0, 0]}), ('probe[2].name = "tip" is taken',)),
     "bad name": (put("probe", 0, name="a,b"), ('"a,b" is not a name',)),
     "name of the times": (put("probe", 0, name="time_s"), ("the column of times",)),
     "covered box": (add("box", {"name": "all", "material": "metal", "lower": [0, 0, -1], "upper": [1, 1, 0]}),
@@ -145,12 +138,9 @@ REFUSED: dict[str, tuple[Callable[[Document], None], tuple[str, ...]]] = {
     "negative resistivity": (put("material", 0, temperature_coefficient=0.1, reference_temperature=350),
         ('material "metal".temperature_coefficient', "scene.initial_temperature = 293 K", "above 0")),
     "not flat": (put("boundary", 1, upper=[1, 1, 1]), ('boundary "left" is not flat',)),
-    "a line": (put("boundary", 1, upper=[0, 0, 1]), ('boundary "left" is not flat',)),
-    "negative boundary": (put("boundary", 1, upper=[0, -1, 1]), ('boundary "left" has a negative extent, y',)),
     "no condition": (drop("boundary", 1, "voltage"), ('boundary "left" has no condition', "heat_flux")),
     "two conditions": (put("boundary", 1, temperature=1), ('boundary "left" has temperature and voltage',)),
     "in the air": (put("boundary", 1, lower=[-1, 0, 0], upper=[-1, 1, 1]), ('boundary "left" touches no solid',)),
-    "beside": (put("boundary", 1, lower=[0, 2, 0], upper=[0, 3, 1]), ('boundary "left" touches no solid',)),
     "touches an edge": (put("boundary", 1, lower=[0, 1, 0], upper=[0, 2, 1]), ('boundary "left" touches no solid',)),
     "buried flux": (add("boundary", flat("in", [0, 0, 0], [1, 1, 0], heat_flux=1)),
         ('boundary "in".heat_flux has solid on both sides', "exposed")),
@@ -180,7 +170,6 @@ REFUSED: dict[str, tuple[Callable[[Document], None], tuple[str, ...]]] = {
     "two temperatures": (add("boundary", flat("warm", [0.5, 0, -1], [2, 1, -1], temperature=300)),
         ('"base" and "warm" overlap', "300 K")),
     "probe outside": (put("probe", 0, at=[2, 0.5, -0.5]), ('probe "tip" lies outside the solid', "at [2 m, ")),
-    "probe beyond": (put("probe", 0, at=[9, 0.5, 0.5]), ('probe "tip" lies outside the solid',)),
     "probe half outside": (both(drop("probe", 0, "at"), put("probe", 0, lower=[0, 0, -1], upper=[4, 1, 1])),
         ('probe "tip" reaches outside the solid',)),
     "probe nowhere": (drop("probe", 0, "at"), ('probe "tip" has no place', "at = [x, y, z]")),
@@ -215,15 +204,6 @@ REFUSED: dict[str, tuple[Callable[[Document], None], tuple[str, ...]]] = {
              add("probe", {"name": "v", "quantity": "potential", "at": [0.5, 0.5, -1.5]})),
         ('probe "v" asks for a potential in a conductor that no electrode touches', "heat alone"),
     ),
-    "current in a floating conductor": (
-        both(add("box", {"name": "lead", "material": "metal", "lower": [0, 0, -2], "upper": [1, 1, -1]}),
-             add("probe", flat("i", [0, 0, -1.5], [1, 1, -1.5], quantity="current"))),
-        ('probe "i" asks for a current in a conductor that no electrode touches',),
-    ),
-    "potential without electrodes": (
-        both(lambda d: d.update(boundary=d["boundary"][:1]), put("probe", 0, quantity="potential")),
-        ('probe "tip" asks for a potential in a conductor that no electrode touches',),
-    ),
     "floating": (add("box", island()), ('box "island" is joined to nothing',)),
     "touches with an edge": (
         add("box", {"name": "corner", "material": "oxide", "lower": [4, 1, 0], "upper": [5, 2, 1]}),
@@ -250,9 +230,6 @@ REFUSED: dict[str, tuple[Callable[[Document], None], tuple[str, ...]]] = {
     "times after the end": (run(end_time=1, output_times=[2]), ("run.end_time = 1 s is before",)),
     "steady and varying": (put("boundary", 1, voltage={"times": [0, 1], "values": [0, 1]}),
         ('boundary "left".voltage varies in time', "run.end_time")),
-    "steady and varying current": (
-        both(drop("boundary", 1, "voltage"), put("boundary", 1, current={"times": [0, 1], "values": [0, 1]})),
-        ('boundary "left".current varies in time', "run.end_time")),
     "lists of two lengths": (put("box", 0, heat_source={"times": [0, 1], "values": [0]}),
         ('box "beam".heat_source has 2 times and 1 values',)),
     "decreasing times": (put("box", 0, heat_source={"times": [1, 0], "values": [0, 1]}),
@@ -260,8 +237,6 @@ REFUSED: dict[str, tuple[Callable[[Document], None], tuple[str, ...]]] = {
     "no values": (put("box", 0, heat_source={"times": [1]}), ('box "beam".heat_source.values is missing',)),
     "emissivity of two": (on_top(radiation={"emissivity": 2, "ambient": 293}),
         ('boundary "top".radiation.emissivity = 2 is out of range', "to 1")),
-    "no emissivity": (on_top(radiation={"emissivity": 0, "ambient": 293}),
-        ('boundary "top".radiation.emissivity = 0 is out of range',)),
     "radiation to nowhere": (on_top(radiation={"emissivity": 0.5}),
         ('boundary "top".radiation.ambient is missing', '{emissivity = 0.8, ambient = "293 K"}')),
     "radiation to what varies": (on_top(

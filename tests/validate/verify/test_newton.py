@@ -9,7 +9,8 @@ from meshes import symmetry
 from scenes.laws import PowerLaw
 from scenes.model import Contact
 from scenes.sink import SILICON, Sink
-from tests.fem3d import BAR, bar, bar_grid, end, kirchhoff, plain_grid
+from tests.fem3d import BAR, bar, bar_grid, end, plain_grid
+from tests.validate.verify import kirchhoff
 from validate.verify import newton, second_path, split
 
 ROOM = 293.0
