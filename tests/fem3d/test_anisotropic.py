@@ -64,9 +64,3 @@ def test_a_mesh_file_has_it_too(tmp_path):
         assert abs(found.value - same[name].value) <= found.error + same[name].error
         assert found.error < 0.3 * abs(found.value)
     assert abs(mesh["corner"].value - other["corner"].value) > mesh["corner"].error + other["corner"].error
-
-
-def test_three_equal_ones_are_one():
-    isotropic, three = (from_dict(block(k, steady=True, accuracy=1e-2)[0]) for k in (40.0, [40.0, 40.0, 40.0]))
-    a, b = (solve(scene).steady["corner"].value for scene in (isotropic, three))
-    assert a == pytest.approx(b, rel=1e-12)

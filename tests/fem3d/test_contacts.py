@@ -237,25 +237,3 @@ def with_law(scene: Scene, key: str, exponent: float) -> Scene:
         m: replace(m, **{key: PowerLaw(getattr(m, key), 293.0, exponent)}) for m in (b.material for b in scene.boxes)
     }
     return replace(scene, boxes=tuple(replace(b, material=law[b.material]) for b in scene.boxes))
-
-
-def test_the_current_across_a_contact_is_told_by_the_jump() -> None:
-    # At a contact that ends inside the gradients on its two sides converge slowly, and the errors know of the jump.
-    rough, fine = (solve(_rim_with_current(accuracy)).steady["across"] for accuracy in (1e-2, 1e-3))
-    assert abs(rough.value - fine.value) <= rough.error + fine.error
-    assert fine.error < 5e-3 * abs(fine.value)
-
-
-def _rim_with_current(accuracy: float) -> Scene:
-    """`_rim`, which current crosses from top to bottom, with a contact for it under the first block."""
-    scene = _rim(RESISTANCE)
-    m = Material("m", K, 1.0, CAPACITY, RHO)
-    top, bottom = scene.boundaries[1], scene.boundaries[0]
-    across = scene.probes[3]
-    return check(replace(
-        scene, boxes=tuple(replace(b, material=m) for b in scene.boxes), accuracy=accuracy,
-        boundaries=(bottom, replace(top, name="plus", kind="voltage", value=0.1),
-                    replace(bottom, name="minus", kind="voltage", value=0.0)),
-        probes=(replace(across, quantity="current"),),
-        contacts=(Contact("c", ("plate", "block"), 0.0, 0.3 * RHO * LENGTH),),
-    ))  # fmt: skip

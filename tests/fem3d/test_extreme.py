@@ -4,7 +4,6 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from scipy.sparse.linalg import spsolve
 
 from fem3d.spaces.domain import boxes
 from fem3d.spaces.element import modes
@@ -62,14 +61,3 @@ def test_extremes_are_those_of_a_dense_sampling_within_their_doubt(degree, probe
         assert (sign * (values - sampled) <= 2e-3 * size).all()
         assert (left <= 2e-3 * size).all()
         assert (left >= 0).all()
-
-
-def test_a_parabola_s_top_inside_a_cell_is_found():
-    """x (2 - x) on one cell has its top in the middle, on no corner of a lattice of even count."""
-    box = Box("box", SILICON, (0.0, 0.0, 0.0), (2.0, 1.0, 1.0))
-    own = boxes(SCENE, grid_of(SCENE, ([0.0, 2.0], [0.0, 1.0], [0.0, 1.0]), 2))
-    cells = own.space.on(np.arange(1), more=1)
-    x = cells.points[0]
-    u = spsolve(own.space.matrices(np.ones(1), np.ones(1))[1], cells.load(x * (2.1 - x)))
-    values, left = Extreme(own.space, own.patches(Probe("all", box.lower, box.upper)), 1.0)(u[None], np.ones((1, 1)))
-    assert 0 <= 1.05**2 - values[0] <= max(left[0], 1e-4)

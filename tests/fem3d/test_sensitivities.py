@@ -362,17 +362,6 @@ def test_sink_over_time_against_runs_of_their_own() -> None:
     assert early == pytest.approx(-1, abs=1e-2)
 
 
-@pytest.mark.long
-def test_row_of_spans() -> None:
-    """Of the current's way 100 um of 3100 um are islands."""
-    row = Sink(spans=3, accuracy=1e-2, island_length=50e-6, convection_coefficient=1e4)
-    slopes = of(row, "sink.island_length", "drive.voltage").steady
-    assert slopes["sink.island_length"]["current_A"].value == pytest.approx(-100 / 3100, abs=1.5e-3)
-    assert slopes["drive.voltage"]["power_W"].value == pytest.approx(
-        1 + slopes["drive.voltage"]["current_A"].value, abs=1e-5
-    )
-
-
 def test_faces_that_would_part_are_named() -> None:
     """A beam as wide as its pads: a wider one and a narrower one have other cells."""
     found = of(Sink(width=150e-6, accuracy=1e-2), "sink.width", "anchor.pad_width", "anchor.pad_length")

@@ -30,14 +30,13 @@ def checkerboard(contrast: float) -> Scene:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(("contrast", "finer"), [(10.0, 3e-3), (30.0, 6e-3)])
-def test_errors_of_answers_hold_at_small_exponents(contrast, finer):
+def test_errors_hold_at_small_exponents():
     def answer(accuracy):
-        scene = replace(checkerboard(contrast), accuracy=accuracy)
+        scene = replace(checkerboard(30.0), accuracy=accuracy)
         found = adapt(replace(probe_quantities.study(scene, symmetry.reduce(clipped(scene))), field=None), False)
         return float(found.fine.quantities["heated"]), found.errors["heated"]
 
-    (value, error), (best, left) = answer(3e-2), answer(finer)
+    (value, error), (best, left) = answer(3e-2), answer(6e-3)
     assert abs(value - best) <= error + left
     assert abs(value - best) > 0.2 * error
 
