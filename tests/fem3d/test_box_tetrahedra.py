@@ -49,7 +49,7 @@ def off(a: Result, b: Result) -> float:
 
 
 @pytest.mark.long
-def test_values_agree_with_those_on_bricks_within_their_errors() -> None:
+def test_values_agree_with_bricks() -> None:
     """A parabola of degree 2 hides how slowly the pads' part falls: believed as fast as both together, the middle was
     2.4 times as far off as its error said."""
     bricks, tetrahedra = solved("bricks", 2), solved("tetrahedra", 2)
@@ -59,7 +59,7 @@ def test_values_agree_with_those_on_bricks_within_their_errors() -> None:
 
 
 @pytest.mark.parametrize("seed", range(2))
-def test_cells_fill_the_boxes_and_nothing_else(seed: int) -> None:
+def test_cells_fill_the_boxes(seed: int) -> None:
     """Each box its volume, the outside its area, and no cell is flat; refined too, in places."""
     scene = plate(12, seed)
     columns, draw = Columns.of(scene), np.random.default_rng(seed)
@@ -91,7 +91,7 @@ def test_cells_fill_the_boxes_and_nothing_else(seed: int) -> None:
         columns = columns.refined(cut, sharp)
 
 
-def test_what_no_grid_suits_is_solved_on_tetrahedra_and_the_plan_says_why() -> None:
+def test_plan_names_reason_for_tetrahedra() -> None:
     pads = 20
     scene = check(plate(pads))
     result = runs.solve(scene)
@@ -104,7 +104,7 @@ def test_what_no_grid_suits_is_solved_on_tetrahedra_and_the_plan_says_why() -> N
     assert result.steady["middle"].value == pytest.approx(296.5, abs=0.35)
 
 
-def test_what_is_asked_for_is_taken() -> None:
+def test_requested_kind_of_mesh_is_used() -> None:
     few, many = heated(), replace(check(plate(10)), memory=1e9)
     assert runs.start(replace(few, mesh="tetrahedra"))[1].whole
     assert not runs.start(replace(few, mesh="bricks"))[1].whole
@@ -119,12 +119,12 @@ def test_what_is_asked_for_is_taken() -> None:
         from_dict(found)
 
 
-def test_tetrahedra_that_take_too_much_memory_are_refused() -> None:
+def test_tetrahedra_beyond_memory_are_refused() -> None:
     with pytest.raises(NumericsError, match=r"degree 2, .* run\.memory allows 0\.1 GB; set run\.memory"):
         runs.solve(replace(check(plate(40)), mesh="tetrahedra", memory=1e8))
 
 
-def test_bricks_that_become_too_many_give_way_to_tetrahedra(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_bricks_beyond_memory_become_tetrahedra(monkeypatch: pytest.MonkeyPatch) -> None:
     """A grid that was chosen may outgrow the memory: then the scene is begun anew, unless it insists on bricks."""
 
     def small(*_: Any) -> None:
@@ -142,9 +142,7 @@ def test_bricks_that_become_too_many_give_way_to_tetrahedra(monkeypatch: pytest.
 
 @pytest.mark.long
 @pytest.mark.parametrize(("worse", "kind"), [(0.1, None), (100.0, "tetra")])
-def test_where_memory_ends_bricks_the_better_answer_is_taken(
-    worse: float, kind: str | None, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_better_of_two_meshes_is_kept(worse: float, kind: str | None, monkeypatch: pytest.MonkeyPatch) -> None:
     """Two grids leave 3e-5, as tetrahedra do; these do not reach a tenth of it, but a hundred times as much."""
     relative, said = Answer.relative, list[str]()
 
@@ -162,7 +160,7 @@ def test_where_memory_ends_bricks_the_better_answer_is_taken(
 
 
 @pytest.mark.long
-def test_bricks_over_time_that_become_too_many_give_way_to_tetrahedra(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_transient_bricks_beyond_memory_become_tetrahedra(monkeypatch: pytest.MonkeyPatch) -> None:
     """Traces have rows on a mesh alone that is fine enough, or as fine as it may be: nothing is kept of bricks."""
     scene = replace(heated(), accuracy=1e-2, steady=False, end_time=1e-5, output_times=(5e-6, 1e-5))
     scene = replace(scene, probes=tuple(p for p in scene.probes if p.reduce == "mean"))
@@ -186,7 +184,7 @@ def test_bricks_over_time_that_become_too_many_give_way_to_tetrahedra(monkeypatc
         assert gap <= error + on_bricks.errors[name]
 
 
-def test_what_an_accuracy_out_of_reach_leaves_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_unreached_accuracy_is_a_warning(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("fem3d.adaptivity.cell_mesh.MOST_UNKNOWNS", 1_000)
     result = runs.solve(replace(heated(), mesh="tetrahedra", accuracy=1e-5))
     assert any("less accurate than the 1e-05 asked for" in w for w in result.details["warnings"])
@@ -195,7 +193,7 @@ def test_what_an_accuracy_out_of_reach_leaves_is_said(monkeypatch: pytest.Monkey
 
 
 @pytest.mark.long
-def test_over_time_values_agree_within_their_errors() -> None:
+def test_transient_values_agree_within_errors() -> None:
     found = []
     for mesh in ("bricks", "tetrahedra"):
         scene = replace(heated(1), mesh=mesh, steady=False, end_time=1e-3, output_times=(1e-4, 3e-4, 1e-3))

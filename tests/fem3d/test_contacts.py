@@ -35,7 +35,7 @@ def slab(*conditions: dict[str, Any], probes: Sequence[dict[str, Any]] = (), **r
     }
 
 
-def test_heat_that_leaves_through_a_contact_warms_the_face_by_its_resistance() -> None:
+def test_contact_warms_face_by_its_resistance() -> None:
     flux = 1e4
     held = {"temperature": 300.0, "contact_resistance": RESISTANCE}
     result = solve(from_dict(slab(held, {"heat_flux": flux})))
@@ -47,7 +47,7 @@ def test_heat_that_leaves_through_a_contact_warms_the_face_by_its_resistance() -
         assert abs(found.value - (exact - 0.01 * jump)) > 10 * found.error
 
 
-def test_a_step_behind_a_contact_warms_the_slab_as_the_series_says() -> None:
+def test_step_behind_contact_follows_series() -> None:
     slow = LENGTH**2 * CAPACITY / K
     times = np.array([0.02, 0.1, 0.5, 2.0]) * slow
     document = slab(
@@ -119,7 +119,7 @@ def exact(thermal: float, electric: float, behind: float) -> dict[str, float]:
 CASES = [(5e-4, 3e-8, 2e-8), (5e-4, 0.0, 0.0), (0.0, 3e-8, 0.0), (0.0, 0.0, 2e-8), (5e-4, 3e-8, 0.0)]
 
 
-def test_a_voltage_behind_a_contact_and_a_series_resistance_has_both_in_series() -> None:
+def test_contact_and_series_resistance_add() -> None:
     contact, behind, series = 3e-8, 2e-8, 20.0
     scene = pair(0.0, contact, behind)
     ends = (*scene.boundaries[:2], replace(scene.boundaries[2], series_resistance=series))
@@ -177,7 +177,7 @@ def test_errors_hold_where_contact_ends_inside() -> None:
         assert fine[name].error < 0.1 * found.error
 
 
-def test_a_slab_with_a_contact_inside_warms_up_as_its_layers_do() -> None:
+def test_slab_with_contact_warms_like_its_layers() -> None:
     a, b = Layer(LENGTH, 2.0, CAPACITY), Layer(LENGTH, 5.0, CAPACITY)
     slow = LENGTH**2 * CAPACITY / 2.0
     times = np.array([0.05, 0.2, 1.0, 4.0]) * slow
@@ -198,7 +198,7 @@ def test_a_slab_with_a_contact_inside_warms_up_as_its_layers_do() -> None:
             assert (off <= traces.errors[name] < 2e-3) if worse == 1.0 else (off > 2 * traces.errors[name]), name
 
 
-def test_half_of_a_scene_with_contacts_is_as_the_whole() -> None:
+def test_part_of_scene_with_contacts_equals_whole() -> None:
     m = Material("m", K, 1.0, CAPACITY, RHO)
     low, side = LENGTH, SIDE
     boxes_ = (

@@ -47,7 +47,7 @@ def given(name: str, low: float, high: float, value: float) -> Boundary:
         ),
     ],
 )  # fmt: skip
-def test_the_smallest_exponent_is_that_of_the_edge_between_bricks(
+def test_smallest_exponent_equals_edge_of_bricks(
     boxes: tuple[Box, ...], boundaries: tuple[Boundary, ...], known: float
 ) -> None:
     assert exponents(halved(held(boxes, boundaries))).min() == pytest.approx(known, rel=1e-6)
@@ -55,7 +55,7 @@ def test_the_smallest_exponent_is_that_of_the_edge_between_bricks(
 
 @pytest.mark.xfail(strict=True, reason="known fault: a reading of the first mesh is 1.25 times off its bound")
 @pytest.mark.long
-def test_errors_of_a_first_mesh_hold_where_a_good_conductor_ends_at_a_held_edge(
+def test_errors_hold_at_held_edge_of_good_conductor(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """A heated pad of gold whose end is flush with the cold end of a plate of steel: an exponent of 0.1. The twin

@@ -23,13 +23,13 @@ def trunk(p):
 
 
 @pytest.mark.parametrize("p", range(1, 9))
-def test_it_has_the_functions_of_the_trunk_space_and_scikit_fem_counts_the_same(p):
+def test_element_has_functions_of_trunk_space(p):
     assert len(modes(p)) == len(np.unique(modes(p), axis=0)) == trunk(p)
     assert trunk(p) == Basis(CUBE, ElementHexTrunk(p), intorder=1).N
 
 
 @pytest.mark.parametrize("p", range(1, 9))
-def test_a_patch_of_unequal_bricks_holds_every_polynomial_of_the_degree_and_not_the_next(p):
+def test_patch_holds_polynomials_of_its_degree_only(p):
     """Odd functions of neighbours must match: a projection that is wrong on one brick shows on both."""
     breaks = np.array([0.0, 0.4, 1.0]), np.array([0.0, 0.7, 1.0]), np.array([0.0, 0.3, 1.0])
     box = Box("box", SILICON, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0))

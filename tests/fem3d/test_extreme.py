@@ -49,7 +49,7 @@ def functions(space, count, seed, fall=0.25):
 
 @pytest.mark.parametrize("degree", [1, 2, 3, 4, 6])
 @pytest.mark.parametrize("probe", PROBES, ids=lambda p: p.name)
-def test_extremes_are_those_of_a_dense_sampling_within_their_doubt(degree, probe):
+def test_extremes_equal_dense_sampling_within_error(degree, probe):
     own = domain(degree)
     fields = functions(own.space, 12, degree + 10)
     everywhere = [dense(own.space, probe, u) for u in fields]

@@ -69,7 +69,7 @@ FACES = {
 
 
 @pytest.mark.parametrize("name", FACES)
-def test_a_slab_ends_where_what_conducts_is_what_leaves(name):
+def test_slab_balances_conduction_and_radiation(name):
     condition, leaves = FACES[name]
     found = solve(from_dict(slab(condition))).steady
     face = brentq(lambda t: K * (HOT - t) / LENGTH - leaves(t), ROOM, HOT, xtol=1e-12)
@@ -81,7 +81,7 @@ def test_a_slab_ends_where_what_conducts_is_what_leaves(name):
     assert not held(found["face"], straight)
 
 
-def test_radiation_beside_a_film_behind_a_contact_and_a_law():
+def test_radiation_behind_contact_and_law():
     """From the hot face through a slab whose conductivity falls, a contact and another slab to the air."""
     law, resistance, other = {"value": K, "at": ROOM, "exponent": -1.3}, 2e-4, 0.5
 
@@ -167,7 +167,7 @@ def test_errors_of_radiating_block_hold():
         assert fine[name].error < 0.3 * found.error
 
 
-def test_a_radiating_sink_is_colder_by_what_an_independent_code_finds():
+def test_radiating_sink_agrees_with_independent_code():
     found = sinks.solve(Sink(emissivity=0.7), STEADY)
     peak = found.steady["peak_rise_K"]
     # Both sides of the pads and the beam, its edges too, at 1 V; 20.3322 K without.
@@ -179,7 +179,7 @@ def test_a_radiating_sink_is_colder_by_what_an_independent_code_finds():
     assert radiating == pytest.approx(found.steady["heat_out_W"].value - found.steady["power_W"].value, rel=1e-6)
 
 
-def test_the_heat_of_a_row_that_radiates_into_air_is_balanced():
+def test_radiating_row_balances_heat():
     sink = Sink(voltage=10.0, spans=2, emissivity=0.7, convection_coefficient=187.5, accuracy=2e-2)
     result = sinks.solve(sink, STEADY)
     steady, out = result.steady, result.details["answer"].fine.out
@@ -189,7 +189,7 @@ def test_the_heat_of_a_row_that_radiates_into_air_is_balanced():
     assert left == pytest.approx(out["power"], rel=1e-9)
 
 
-def test_a_boundary_with_both_is_two_and_is_written_so_that_it_reads_back():
+def test_convection_and_radiation_survive_writing():
     scene = from_dict(slab({**RADIATION, **FILM}))
     assert [(b.name, b.kind) for b in scene.boundaries[1:]] == [("top", "convection"), ("top radiation", "radiation")]
     assert from_dict(as_dict(scene)) == scene

@@ -22,7 +22,7 @@ def result():
     return sink_run.solve(Sink(accuracy=1e-2, voltage=3.0))
 
 
-def test_all_hexahedra_are_the_right_way_out_and_fill_the_structure(result):
+def test_hexahedra_fill_the_structure(result):
     fields = result.details["fields"]
     found = volumes(fields.points, fields.hexes)
     assert found.min() > 0
@@ -32,7 +32,7 @@ def test_all_hexahedra_are_the_right_way_out_and_fill_the_structure(result):
     assert volumes(fields.points, np.roll(fields.hexes, 4, axis=1)).max() < 0
 
 
-def test_temperatures_are_those_of_the_solution_and_symmetric(result):
+def test_field_is_symmetric_and_has_solution_peak(result):
     fields, rise = result.details["fields"], result.details["profile"]
     points, steady = fields.points, fields.steady
     assert abs(steady.max() - 293.0 - rise["rise_K"].max()) < 1e-2 * rise["rise_K"].max()
@@ -60,7 +60,7 @@ def test_an_indefinite_matrix_is_refused():
         Factors(matrix, np.arange(4), Ordering(np.eye(4, 3)))
 
 
-def test_factors_of_many_matrices_and_a_coupling_that_their_ordering_does_not_know():
+def test_factors_refuse_coupling_unknown_to_ordering():
     """Against numpy, for matrices of groups of several unknowns; with one more coupling an ordering made for another
     matrix solved some of them wrong."""
     for seed in range(40):

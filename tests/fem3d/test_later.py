@@ -47,7 +47,7 @@ def currents(extrapolated: bool, levels: int = 5) -> list[tuple[float, float]]:
     return series
 
 
-def test_a_current_around_a_corner_is_nearer_with_what_later_degrees_change() -> None:
+def test_extrapolated_current_around_corner_is_closer() -> None:
     """Three times at least, five times on most meshes, and within the bound; without it the same would be too
     little."""
     known, solved = currents(True), currents(False, 3)
@@ -62,7 +62,7 @@ def test_a_current_around_a_corner_is_nearer_with_what_later_degrees_change() ->
 
 @pytest.mark.long
 @pytest.mark.parametrize(("pads", "accuracy", "most"), [(10, 1e-2, 20_000), (50, 1e-2, 66_000)])
-def test_a_meander_among_pads_reaches_an_accuracy(pads: int, accuracy: float, most: int) -> None:
+def test_meander_among_pads_reaches_accuracy(pads: int, accuracy: float, most: int) -> None:
     """50 pads ended at 1.3 % with 143,000 unknowns. With 10 the values agree with NGSolve
     at order 4 on 122,000 tetrahedra, halved once at the rims: orders 3 and 4 are 0.010 K apart in the mean, 0.12 K at
     the peak, 3.3e-6 A in the current."""
@@ -77,7 +77,7 @@ def test_a_meander_among_pads_reaches_an_accuracy(pads: int, accuracy: float, mo
 
 
 @pytest.mark.long
-def test_errors_hold_on_a_film_much_longer_than_thick() -> None:
+def test_errors_hold_on_long_thin_film() -> None:
     """A plate of 1 um among pads, 370 um wide; 131,000 unknowns know its mean to 0.14 K."""
     mean = runs.solve(random_plates.draw(634).scene).steady["mean of the plate"]
     assert abs(mean.value - 503.545) < mean.error

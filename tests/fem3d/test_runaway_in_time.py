@@ -31,7 +31,7 @@ def bar(end_time, *more, accuracy=1e-3):
     return Scene("bar", (box,), (*electrodes, *more), probes, 293.0, end_time, accuracy)
 
 
-def test_a_bar_that_keeps_its_heat_runs_away_when_its_equation_does():
+def test_insulated_bar_runs_away_at_exact_time():
     with pytest.raises(RunawayInTimeError, match="the heating runs away at t = ") as caught:
         solve(bar(10 * RUNS_AWAY))
     # Ends of the current's law are as exact as the time steps, a hundredth of the accuracy.
@@ -43,7 +43,7 @@ def test_a_bar_that_keeps_its_heat_runs_away_when_its_equation_does():
 
 
 @pytest.mark.long
-def test_what_is_solved_until_then_is_kept_and_the_largest_voltage_named():
+def test_traces_before_runaway_are_kept():
     cold = Boundary("cold", "temperature", (0.0, 0.0, 0.0), (0.0, 5e-6, 2e-6), 293.0)
     scene = replace(bar(100 * RUNS_AWAY, cold, accuracy=1e-2), output_times=(0.1 * RUNS_AWAY, 50 * RUNS_AWAY))
     with pytest.raises(RunawayInTimeError) as caught:
@@ -76,7 +76,7 @@ def test_command_ends_with_status_3_and_keeps_traces(tmp_path, capsys):
     assert "runs away" in (tmp_path / "out" / "summary.json").read_text(encoding="utf-8")
 
 
-def test_given_temperatures_beyond_the_law_of_the_resistivity_are_refused_at_once():
+def test_temperatures_without_positive_resistivity_are_refused():
     hot = Boundary("hot", "temperature", (0.0, 0.0, 0.0), (0.0, 5e-6, 2e-6), 293.0 + 1.1 / SLOPE)
     scene = replace(bar(1.0, hot), steady=True)
     with pytest.raises(NumericsError, match="not positive at the given temperatures"):

@@ -42,7 +42,7 @@ def test_errors_hold_at_small_exponents():
 
 
 @pytest.mark.parametrize("steady", [True, False])
-def test_what_no_layer_resolves_is_refused_at_once_and_named(steady):
+def test_unresolvable_edge_is_refused_at_once(steady):
     said = []
     with pytest.raises(NumericsError, match=r"at y = 1e-05 m .* to the power 0\.0"):
         solve(replace(checkerboard(1000.0), steady=steady, end_time=1e-3), said.append)
@@ -51,7 +51,7 @@ def test_what_no_layer_resolves_is_refused_at_once_and_named(steady):
 
 @pytest.mark.long
 @pytest.mark.parametrize(("seed", "levels"), [(985, 1), (1442, 2)])
-def test_what_edges_leave_is_said_as_early_as_it_can_be_known(seed, levels):
+def test_unreachable_accuracy_is_reported_early(seed, levels):
     """By the potential of the cold conductor, or by an error that hardly falls from the first level to the second."""
     said = []
     with pytest.raises(NumericsError, match=r"isn't reached .* to the power 0\."):
@@ -59,7 +59,7 @@ def test_what_edges_leave_is_said_as_early_as_it_can_be_known(seed, levels):
     assert len(said) == levels
 
 
-def test_what_falls_from_level_to_level_is_no_edge():
+def test_falling_error_is_not_an_edge():
     """On long layers a coarse grid misses thousands of times the tolerance, and the edges cause none of the error."""
     scene = draw(372).scene
     found = solve(scene)
@@ -87,7 +87,7 @@ def thin_films(accuracy: float) -> Scene:
 
 
 @pytest.mark.long
-def test_edges_of_films_spread_over_their_thickness():
+def test_errors_hold_at_edges_of_films():
     """Degrees agree on cells far longer than a film is thick, at whose edges they see nothing."""
     true = solve(thin_films(1e-3)).steady
 

@@ -45,7 +45,7 @@ def graded(scene: Scene, accuracy: float) -> grading.Grid:
 
 @pytest.mark.long
 @pytest.mark.parametrize("pads", [2, 4])
-def test_the_factors_are_foreseen_to_a_factor_of_two(pads: int) -> None:
+def test_predicted_factor_size_is_within_two(pads: int) -> None:
     """The sizes of a dissection's joins are a power law, and the joins beyond a constant: on plates,
     rows and cubes the predicted entries were 1.0 to 1.4 times the true entries; a third either way is left."""
     scene = plate(pads)
@@ -70,7 +70,7 @@ def test_too_many_planes_are_refused(pads: int, when: str) -> None:
     assert f'{4 * pads} of these are used once, most by "pad-0"' in said
 
 
-def test_what_fits_is_solved_and_what_does_not_quite_is_refused() -> None:
+def test_memory_limit_decides_at_one_percent() -> None:
     scene = replace(plate(1), mesh="bricks")
     size = foreseen(scene, reach.first_grid(scene, 1e-2, grading.features(scene)))
     assert runs.solve(replace(scene, memory=1.01 * size.memory), whole=True).details["unknowns"] > 0

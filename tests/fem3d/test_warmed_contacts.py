@@ -39,7 +39,7 @@ OTHER = {"resistivity": {"temperatures": [300.0, 1300.0], "values": [1e-5, 2.9e-
 
 
 @pytest.mark.parametrize("electrical", [0.0, 3e-10])
-def test_a_law_of_a_resistivity_beside_a_contact_is_the_line_that_it_says(electrical: float) -> None:
+def test_table_of_line_beside_contact_equals_line(electrical: float) -> None:
     line, law, other = (solve(from_dict(_warming(electrical, **of))).steady for of in (LINE, SAID, OTHER))
     for name, value in line.items():
         assert abs(law[name].value - value.value) <= law[name].error + value.error
@@ -74,7 +74,7 @@ def warmed_bar(
 
 @pytest.mark.long
 @pytest.mark.parametrize(("electrical", "of"), [(3e-10, SAID), (1e-11, LINE)])
-def test_over_time_a_bar_with_a_contact_ends_in_the_steady_state(electrical: float, of: dict[str, Any]) -> None:
+def test_warmed_bar_with_contact_ends_in_steady_state(electrical: float, of: dict[str, Any]) -> None:
     names = ("p", "q", "current")
     values, others = (
         warmed_bar((4e-5, 6e-5), 2e-11, 100.0, (1e-5, slope), 1e-6, electrical, 0.9) for slope in (2e-3, 1.9e-3)

@@ -53,7 +53,7 @@ def distance(state, better):
     return float(np.abs(one - other).max() / other.max())
 
 
-def test_a_field_that_swings_where_no_probe_sees_it_is_refined(plate):
+def test_field_far_from_probes_is_refined(plate):
     study = study_of(plate)
     probes_alone = adapt(replace(study, field=None), False).fine.state
     found = adapt(study, False)
@@ -70,7 +70,7 @@ def test_a_field_that_swings_where_no_probe_sees_it_is_refined(plate):
     assert swings(probes_alone) > 2 * swings(state)
 
 
-def test_the_result_says_how_far_the_field_is_off(plate, monkeypatch):
+def test_result_states_error_of_field(plate, monkeypatch):
     found = solve(plate)
     assert 0 < found.details["field_error"] <= probe_quantities.FIELD
     assert not found.details["warnings"]
@@ -81,7 +81,7 @@ def test_the_result_says_how_far_the_field_is_off(plate, monkeypatch):
     assert warned.steady["mean"].value == pytest.approx(found.steady["mean"].value, abs=warned.steady["mean"].error)
 
 
-def test_no_further_level_where_the_field_is_good_or_nothing_is_heated(plate):
+def test_good_field_needs_no_further_level(plate):
     far = replace(plate.boundaries[1], kind="temperature", value=303.0)
     across = replace(plate.boundaries[0], upper=(0.0, WIDE, THIN))
     bar = replace(plate, boundaries=(across, replace(far, lower=(WIDE, 0.0, 0.0), upper=(WIDE, WIDE, THIN))))
@@ -93,7 +93,7 @@ def test_no_further_level_where_the_field_is_good_or_nothing_is_heated(plate):
     assert solve(cold).details["field_error"] == 0.0
 
 
-def test_a_field_beside_a_steep_decay_is_off_by_no_more_than_is_said():
+def test_field_error_holds_beside_steep_decay():
     """It falls below the cold face by 1.85 times the change by the last degree."""
     drawn = draw(1726)
     result = invariants.solve(drawn.scene)
