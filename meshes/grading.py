@@ -230,12 +230,13 @@ def _cut(
 
 
 def raised(grid: Grid) -> Grid:
-    """Return the grid with one degree more everywhere; intervals that have the highest one are halved."""
+    """Return the grid with one degree more; while some can gain one, the intervals of the highest are halved."""
     if grid.edges:
         more, edges = (tuple(np.minimum(p + 1, HIGHEST_DEGREE) for p in each) for each in (grid.degrees, grid.edges))
         return replace(grid, degrees=more, edges=edges)
     axes = list(zip(grid.breaks, grid.degrees, strict=True))
-    halved = [(p == HIGHEST_DEGREE) & (np.diff(b) > shortest_of(grid)) for b, p in axes]
+    raisable = any((p < HIGHEST_DEGREE).any() for _, p in axes)
+    halved = [(p == HIGHEST_DEGREE) & (np.diff(b) > shortest_of(grid)) & raisable for b, p in axes]
     breaks = [np.union1d(b, ((b[1:] + b[:-1]) / 2)[h]) for (b, _), h in zip(axes, halved, strict=True)]
     degrees = [np.repeat(np.minimum(p + 1, HIGHEST_DEGREE), 1 + h) for (_, p), h in zip(axes, halved, strict=True)]
     return grid.with_axes(breaks, degrees)

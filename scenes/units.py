@@ -146,25 +146,30 @@ def spelled(text: str) -> str:
 
 
 def _named(name: str) -> tuple[Powers, Fraction]:
-    """Base units and size of a unit without a power."""
+    """Base units and size of a unit without a power. Raises UnitError with a hint."""
+    unit = _known(name)
+    if unit is not None:
+        return unit
+    known = [*(f"{prefix}{symbol}" for prefix in _PREFIXES for symbol in _SYMBOLS), *_WITHOUT_PREFIX]
+    joined = next((f"{name[:at]} {name[at:]}" for at in range(1, len(name)) if {name[:at], name[at:]} <= {*known}), "")
+    meant = _WORDS.get(name.lower()) or (joined and f"({joined})")
+    hint = f', did you mean "{meant}"' if meant else did_you_mean(name, known)
+    raise UnitError(f'has an unknown unit "{printable(name)}"{hint.rstrip("?")}')
+
+
+def _known(name: str) -> tuple[Powers, Fraction] | None:
     if name in _WITHOUT_PREFIX:
         return _WITHOUT_PREFIX[name]
     for symbol, (powers, size) in _SYMBOLS.items():
         prefix = name.removesuffix(symbol)
         if name.endswith(symbol) and prefix in _PREFIXES:
             return powers, size * Fraction(10) ** _PREFIXES[prefix]
-    known = [*(f"{prefix}{symbol}" for prefix in _PREFIXES for symbol in _SYMBOLS), *_WITHOUT_PREFIX]
-    hint = f', did you mean "{_WORDS[name.lower()]}"' if name.lower() in _WORDS else did_you_mean(name, known)
-    raise UnitError(f'has an unknown unit "{printable(name)}"{hint.rstrip("?")}')
+    return None
 
 
 def is_unit(name: str) -> bool:
     """Whether a name is a unit without a power, such as W."""
-    try:
-        _named(name)
-    except UnitError:
-        return False
-    return True
+    return _known(name) is not None
 
 
 def _combine(a: Powers, b: Powers, times: int) -> Powers:

@@ -119,23 +119,23 @@ def integrate(
             kernel = convolve(rates * taken)
             decay = np.exp(-np.outer(nodes, rates * taken)) * state
             values = piece(times, np.repeat(state[None], len(nodes), axis=0))
-            scale = float(np.abs(values).max())
+            scale = float(np.abs(values).max(initial=0.0))
             settled, newton, states = False, None, np.full(values.shape, np.inf)
             for sweep in range(SWEEPS):
                 coefficients = to_legendre @ values
                 before, states = states, decay + taken * np.einsum("tkr,kr->tr", kernel, coefficients)
                 old, values = values, piece(times, states)
-                change = float(np.abs(values - old).max())
+                change = float(np.abs(values - old).max(initial=0.0))
                 if stiff and np.isfinite(values).all():
                     if newton is None or sweep % RENEWED == 0:
                         weights = taken * (kernel.transpose(0, 2, 1) @ to_legendre)
                         newton = _Newton(piece, times, states, weights, size)
                     values = old + newton(values - old)
-                    change = float(np.abs(values - old).max())
+                    change = float(np.abs(values - old).max(initial=0.0))
                 if not np.isfinite(change) or change > 1e3 * scale:
                     break
                 # A small difference of large sources is as uncertain as they are; its states are not.
-                still = stiff and float(np.abs(states - before).max()) <= STILL * accuracy * size
+                still = stiff and float(np.abs(states - before).max(initial=0.0)) <= STILL * accuracy * size
                 if still or change <= (SETTLED if stiff else 1e-13) * scale:
                     settled = True
                     break

@@ -44,9 +44,10 @@ def lumps(sink: Sink, anchor_resistance: float, circuit: bool = False) -> FewSta
     over = resistance(0.0, resistivity, a, (sink.spans - 1) * sink.island, A_c)
     states, cold = np.eye(len(kinds)), number * resistance(0.0, resistivity, a, L, A_c)
     air, gas = number * air_conductance(sink), number * gap_conductance(sink)
-    outputs = {"end": states[0] * shapes[0][1], "mean": number / sink.spans, "air": air}
+    outputs = {"peak": states[0] * unequal_peak(*shapes[0])} if sink.spans == 1 else {}
+    outputs |= {"end": states[0] * shapes[0][1], "mean": number / sink.spans, "air": air}
     if sink.spans == 1:
-        outputs |= {"peak": states[0] * unequal_peak(*shapes[0]), "air_beam": air, "gas_beam": gas}
+        outputs |= {"air_beam": air, "gas_beam": gas}
     else:
         outputs["anchor_heat"] = outputs["end"] / anchor_resistance
         for span in range(1, different(sink.spans) + 1):

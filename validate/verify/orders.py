@@ -129,7 +129,7 @@ def _load(heat: HeatProblem, solution: Manufactured) -> np.ndarray:
     load = on.load(solution.f(*on.points))
     for boundary, entering in solution.loads():
         face: Any = domain.faces(boundary)
-        load += face.load(entering(*face.points))
+        load += sum(cells.load(entering(*cells.points)) for _, cells, _ in face.sides)
     return heat.loads[0] + heat.take(load)
 
 
