@@ -134,21 +134,21 @@ def in_shorter_steps(study: Study, base: Base, march: Marched, room: Mapping[str
 
 def _by_quadrature(response: FullResponse) -> float:
     """Return the relative change of the largest rise by finer quadratures: the steady response to the change of the
-    heat at some instants, an upper bound for every mode over time."""
+    heat at some instants, an upper bound for every mode over time. Of kinks one difference may be small by chance."""
     heat, conductor = response.heat, response.conductor
     if not heat.terms and (conductor is None or conductor.following is None):
         return 0.0
-    finer, finer_conductor = refine_quadratures(heat, conductor, 2)
-    rises = response.rises(response.end * np.geomspace(1e-3, 1.0, LOOKED_AT))
-    loads = np.array([heat.outflow(rise) - finer.outflow(rise) for rise in rises])
-    if conductor is not None and finer_conductor is not None and conductor.following is not None:
-        drives = heat.inputs.at(response.end * np.geomspace(1e-3, 1.0, LOOKED_AT)) @ conductor.voltages
-        for load, rise, voltage in zip(loads, rises, drives, strict=True):
-            potential = conductor.solve(rise, voltage)
-            for sign, c in ((1, finer_conductor), (-1, conductor)):
-                density = -c.on.gradient(potential.potential) / c.resistivity(rise)
-                load += sign * c.joule_load(density, rise)
-    changes = heat.solve_steady(loads[:, : heat.free])
+    times = response.end * np.geomspace(1e-3, 1.0, LOOKED_AT)
+    rises = response.rises(times)
+    finer = [refine_quadratures(heat, conductor, more) for more in (1, 2)]
+    loads = [np.array([heat.outflow(rise) - other.outflow(rise) for rise in rises]) for other, _ in finer]
+    if conductor is not None and conductor.following is not None:
+        for i, (rise, voltage) in enumerate(zip(rises, heat.inputs.at(times) @ conductor.voltages, strict=True)):
+            own = conductor.joule_load(conductor.solve(rise, voltage).density, rise)
+            for load, (_, other) in zip(loads, finer, strict=True):
+                assert other is not None
+                load[i] += other.joule_load(other.solve(rise, voltage).density, rise) - own
+    changes = heat.solve_steady(np.concatenate(loads)[:, : heat.free])
     vertices, largest = heat.unit[: heat.free] == 1.0, float(np.abs(rises[:, heat.unit == 1.0]).max(initial=1e-300))
     return float(np.abs(changes[:, vertices]).max(initial=0.0)) / largest
 
