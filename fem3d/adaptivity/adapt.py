@@ -186,8 +186,7 @@ class Search:
     def refine_for_runaway(self, mesh: Mesh, runaway: RunawayError) -> Mesh | None:
         """Refine the mesh to confirm a runaway; None if the runaway is confirmed and its limit accurate."""
         if isinstance(runaway, RunawayInTimeError):
-            before, self.ran_away = self.ran_away, True
-            return None if before else mesh.refine_all()
+            return self._refine_for_runaway_in_time(mesh)
         change = np.inf if self.fold is None else abs(runaway.limit - self.fold)
         self.fold = runaway.limit
         # If heat alone drives a scene, the limit is a fraction of the heat.
@@ -205,6 +204,22 @@ class Search:
             indicators = Indicators([*level.goals.values()], level.worst, level.record)
             return mesh.refine(indicators, min(self.enough, level.worst / 2))
         return mesh.refine_all()
+
+    def _refine_for_runaway_in_time(self, mesh: Mesh) -> Mesh | None:
+        """Refine until the steady state is resolved that constant inputs lead to, or confirmed not to exist."""
+        try:
+            nested.solution(self.study, mesh.problems())
+        except RunawayError as steady:
+            return self.refine_for_runaway(mesh, steady)
+        except NumericsError:
+            level = None  # inputs vary, or heat does not leave
+        else:
+            level = self._level_below(mesh, 1.0)
+        if level is not None and level.worst > self.enough:
+            indicators = Indicators([*level.goals.values()], level.worst, level.record)
+            return mesh.refine(indicators, self.enough)
+        before, self.ran_away = self.ran_away, True
+        return None if before else mesh.refine_all()
 
     def _level_below(self, mesh: Mesh, fraction: float) -> Level | None:
         """Solve at a ``fraction`` of the drive; None where a space has no steady state."""
