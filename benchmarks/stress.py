@@ -159,8 +159,7 @@ def run(quick: bool, scenes: int, seed: int, jobs: int, progress: Callable[[str]
         "explicit coupling": lambda: time_steps.coupling(quick),
         "aspect ratios and contrasts": lambda: extremes.families(quick),
         "voltages": lambda: extremes.runaway(quick),
-        # Not in the quick table: 3D does not hold these rows yet near the limit of a falling resistivity.
-        "bars of random laws": lambda: iter(()) if quick else bars.rows(seed),
+        "bars of random laws": lambda: bars.rows(quick, seed),
         "drives": lambda: extremes.drives(quick),
         "accuracies": lambda: extremes.accuracies(quick),
         "compact models": lambda: compact_models.rows(quick, seed),
