@@ -27,7 +27,7 @@ LOOSER = 10.0  # ratio of tolerances: steps for the error of space over steps of
 # by a LOOSER times smaller tolerance leaves 1 / (LOOSER - 1) of itself, and three times that error is stated.
 LEFT = 3.0 / (LOOSER - 1.0)
 FINEST = 1e-9  # tolerance, of the largest rise
-QUADRATURE, LOOKED_AT = 0.1, 6  # part of the accuracy that finer quadratures of laws may change; instants compared
+QUADRATURE, LOOKED_AT = 0.3, 6  # part of the accuracy that finer quadratures of laws may change; instants compared
 MOST_FINER = 4  # times that quadratures are refined
 ASKED = 200  # most requested times that are compared: each costs a state of every space
 KNOTS = 12  # bends and jumps of the inputs, at most, after which errors are looked at closely
@@ -103,11 +103,15 @@ def _full(study: Study, base: Base, steady_out: Outputs | None, checked: np.ndar
     """Solve a problem with temperature-dependent properties as `marched` does, in steps short enough for the error of
     the mesh; the error of the steps is not included."""
     tolerance = TIME_SHARE * study.accuracy
-    for points in range(0, 2 * MOST_FINER, 2):
+    answer = march_full(base.heat, base.conductor, study.end, tolerance, study.earliest)
+    off = _by_quadrature(base, answer, 0)
+    if base.steady is None and off > QUADRATURE * study.accuracy:
+        enough = (
+            n for n in range(2, 2 * MOST_FINER - 2, 2) if _by_quadrature(base, answer, n) <= QUADRATURE * study.accuracy
+        )
+        points = next(enough, 2 * MOST_FINER - 2)
         answer = march_full(base.heat, base.conductor, study.end, tolerance, study.earliest, points)
-        off = _by_quadrature(answer)
-        if base.steady is not None or off <= QUADRATURE * study.accuracy:
-            break
+        off = _by_quadrature(base, answer, points)
     out = outputs.of_transient(answer, study.part, checked)
     scales = study.trace_scales(steady_out or out)
     gaps = {name: off * scale for name, scale in scales.items()}
@@ -132,15 +136,16 @@ def in_shorter_steps(study: Study, base: Base, march: Marched, room: Mapping[str
         march = finer
 
 
-def _by_quadrature(response: FullResponse) -> float:
-    """Return the relative change of the largest rise by finer quadratures: the steady response to the change of the
-    heat at some instants, an upper bound for every mode over time. Of kinks one difference may be small by chance."""
-    heat, conductor = response.heat, response.conductor
+def _by_quadrature(base: Base, response: FullResponse, points: int) -> float:
+    """Return the relative change of the largest rise by quadratures finer than with so many more points: the steady
+    response to the change of the heat at some instants, an upper bound for every mode over time. Of kinks one
+    difference may be small by chance."""
+    heat, conductor = refine_quadratures(base.heat, base.conductor, points)
     if not heat.terms and (conductor is None or conductor.following is None):
         return 0.0
     times = response.end * np.geomspace(1e-3, 1.0, LOOKED_AT)
     rises = response.rises(times)
-    finer = [refine_quadratures(heat, conductor, more) for more in (1, 2)]
+    finer = [refine_quadratures(base.heat, base.conductor, points + more) for more in (1, 2)]
     loads = [np.array([heat.outflow(rise) - other.outflow(rise) for rise in rises]) for other, _ in finer]
     if conductor is not None and conductor.following is not None:
         for i, (rise, voltage) in enumerate(zip(rises, heat.inputs.at(times) @ conductor.voltages, strict=True)):
