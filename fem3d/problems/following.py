@@ -19,10 +19,14 @@ from scipy.sparse import coo_array, csc_array
 
 from fem3d.spaces.domain import Domain
 from fem3d.spaces.integrals import Cells, Faces, halves
-from scenes import laws
+from scenes import laws, physics
 from scenes.laws import Property
 
 COLDEST = 1.0  # K: a state on the way to the solution may lie below, where no law says anything
+# Of the coldest temperature that a scene may have: polynomials swing below it beside steep rises, and a law that is
+# followed there makes equations of a coarse mesh that have no solution. A field with an error below one half is nowhere
+# so cold.
+SWING = 0.5
 MORE = 1  # points along each axis beyond those of the linear problem; finer quadratures tell what they leave
 
 
@@ -48,6 +52,7 @@ class OfCells:
         given = [m.law(key) for m in domain.materials]
         bodies = domain.body[cells]
         self._start = domain.scene.initial_temperature
+        self._coldest = max(COLDEST, SWING * physics.coldest(domain.scene))
         self._axes = any(isinstance(given[b], tuple) for b in np.unique(bodies))
         kinds, self._kind = np.unique(bodies, return_inverse=True)
         self._parts = [(np.flatnonzero(bodies == b), given[b]) for b in kinds.tolist()]
@@ -57,9 +62,9 @@ class OfCells:
         return self._made(rise, lambda law, t: law(t) if callable(law) else np.full_like(t, law))
 
     def slope(self, rise: np.ndarray) -> np.ndarray:
-        """Its derivative (per K): zero below `COLDEST`."""
+        """Its derivative (per K): zero below the coldest temperature."""
         slopes = self._made(rise, lambda law, t: law.slope(t) if callable(law) else np.zeros_like(t))
-        return np.asarray(np.where(self._start + rise < COLDEST, 0.0, slopes))
+        return np.asarray(np.where(self._start + rise < self._coldest, 0.0, slopes))
 
     def above(self, rise: np.ndarray) -> np.ndarray:
         """Its integral over the temperature, from the initial one to a rise (K) above."""
@@ -75,7 +80,7 @@ class OfCells:
         return some
 
     def _made(self, rise: np.ndarray, evaluate: Callable[[Property, np.ndarray], np.ndarray]) -> np.ndarray:
-        temperature = np.maximum(self._start + rise, COLDEST)
+        temperature = np.maximum(self._start + rise, self._coldest)
         values = np.empty((*((3,) if self._axes else ()), *rise.shape))
         for at, given in self._parts:
             if self._axes:
