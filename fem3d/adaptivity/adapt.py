@@ -199,10 +199,11 @@ class Search:
             if level is None:
                 continue
             # Near a pole or a fold of the drive the rise there is off by the limit's error over its distance.
-            if fraction == BELOW[0] and confirmed and (1 - fraction) * level.worst <= self.study.accuracy:
+            near, allowed = fraction == BELOW[0], self.study.accuracy / (1 - fraction)
+            if confirmed and level.worst <= allowed and (near or change <= self.study.accuracy * runaway.limit):
                 return None
             indicators = Indicators([*level.goals.values()], level.worst, level.record)
-            return mesh.refine(indicators, min(self.enough, level.worst / 2))
+            return mesh.refine(indicators, min(allowed, level.worst) / 2)
         return mesh.refine_all()
 
     def _refine_for_runaway_in_time(self, mesh: Mesh) -> Mesh | None:

@@ -133,7 +133,7 @@ def test_the_command(
         assert main(["sink", "--against", "comsol.txt", *wrong]) == 2
         assert "--against" in capsys.readouterr().err
     assert main(["sink", "--column", "peak=2"]) == 2
-    assert "--against FILE" in capsys.readouterr().err
+    assert "needs --against" in capsys.readouterr().err
     other = ["sink", "--against", "comsol.txt", "--column", "mean=2", "--only", "3d", "--no-figures"]
     assert main(other) == 1
     assert "against_mean" in capsys.readouterr().out
