@@ -210,9 +210,9 @@ class Search:
         """Refine until the steady state is resolved that constant inputs lead to, or confirmed not to exist."""
         try:
             nested.solution(self.study, mesh.problems())
-        except RunawayError as steady:
-            return self.refine_for_runaway(mesh, steady)
-        except NumericsError:
+        except NumericsError as error:
+            if isinstance(error, RunawayError) and not isinstance(error, RunawayInTimeError):
+                return self.refine_for_runaway(mesh, error)
             level = None  # inputs vary, or heat does not leave
         else:
             level = self._level_below(mesh, 1.0)

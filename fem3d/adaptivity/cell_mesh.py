@@ -188,12 +188,14 @@ class CellMesh:
         order = np.argsort(-missing)
         order = order[: np.searchsorted(np.cumsum(missing[order]), MARKED * missing.sum()) + 1]
         order = order[too_much[order]]
-        count, most = len(order), min(self._room, MOST_GROWTH) * shorter.shape[1]
+        count = len(order)
         while count:
             marked = np.zeros_like(shorter)
             marked[:, order[:count]] = shorter[:, order[:count]]
             finer = start._cut(marked)
-            if finer.layout.cells.t.shape[1] <= most:
+            growth = finer.layout.cells.t.shape[1] / shorter.shape[1]
+            # In a mesh of few cells the neighbours of a single one may be many.
+            if growth <= min(self._room, MOST_GROWTH if count > 1 else np.inf):
                 return finer
             count //= 2
         return None
