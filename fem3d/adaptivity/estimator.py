@@ -137,14 +137,12 @@ class Estimator:
         touches: infinite without an edge, None if unknown.
         """
         p, smallest = np.full(cells, degree), np.full(cells, np.inf) if exponents is None else exponents.min(axis=0)
-        slowest = np.minimum(rate_at_edge(p, smallest), SLOWEST)
+        slowest, fastest = np.minimum(rate_at_edge(p, smallest), SLOWEST), np.minimum(4 * smallest, FASTEST)
         later = None
         if exponents is not None:
             theory, at_edge = left(p, np.minimum(4 * exponents, FASTEST)), np.isfinite(exponents)
             later = np.where(at_edge, EXPECTED * theory, 0.0), np.where(at_edge, LATER * theory, AWAY)
-        return cls(
-            [p] * 3, [slowest] * 3, [np.full(cells, FASTEST)] * 3, [np.zeros(cells)] * 3, later_factors=later
-        )  # fmt: skip
+        return cls([p] * 3, [slowest] * 3, [fastest] * 3, [np.zeros(cells)] * 3, later_factors=later)
 
     @classmethod
     def of_grid(cls, grid: Grid, marks: Features) -> Estimator:

@@ -15,7 +15,7 @@ import numpy as np
 from fem3d.adaptivity import nested
 from fem3d.adaptivity.estimator import total
 from fem3d.adaptivity.goal_errors import Level
-from fem3d.adaptivity.mesh import Answer
+from fem3d.adaptivity.mesh import Answer, Mesh
 from fem3d.results.study import Study
 from meshes import edgewise, grading
 from meshes.grading import RATIO
@@ -42,9 +42,10 @@ def improved(study: Study, answer: Answer, level: Level, progress: Callable[[str
     """Refine a few more levels for the field, at a few times the cost of the probes; return also the field's error."""
     assert study.field is not None
     best = replace(answer, field=estimate(level))
+    mesh: Mesh | None = answer.mesh
     most_nodes = most(best.heat.size)
     for number in range(best.levels + 1, best.levels + 1 + MOST_LEVELS):
-        mesh = best.mesh.refine_for_field(level) if best.field > study.field else None
+        mesh = mesh.refine_for_field(level) if mesh is not None and best.field > study.field else None
         if mesh is None:
             break
         try:

@@ -53,8 +53,6 @@ def test_smallest_exponent_equals_edge_of_bricks(
     assert exponents(halved(held(boxes, boundaries))).min() == pytest.approx(known, rel=1e-6)
 
 
-@pytest.mark.xfail(strict=True, reason="known fault: a reading of the first mesh is 1.25 times off its bound")
-@pytest.mark.long
 def test_errors_hold_at_held_edge_of_good_conductor(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
