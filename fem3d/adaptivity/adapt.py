@@ -208,14 +208,13 @@ class Search:
 
     def _refine_for_runaway_in_time(self, mesh: Mesh) -> Mesh | None:
         """Refine until the steady state is resolved that constant inputs lead to, or confirmed not to exist."""
+        problems = mesh.problems()
         try:
-            nested.solution(self.study, mesh.problems())
-        except NumericsError as error:
-            if isinstance(error, RunawayError) and not isinstance(error, RunawayInTimeError):
-                return self.refine_for_runaway(mesh, error)
+            level = mesh.examine(self.study, problems, nested.solution(self.study, problems))
+        except RunawayError as steady:
+            return self.refine_for_runaway(mesh, steady)
+        except NumericsError:
             level = None  # inputs vary, or heat does not leave
-        else:
-            level = self._level_below(mesh, 1.0)
         if level is not None and level.worst > self.enough:
             indicators = Indicators([*level.goals.values()], level.worst, level.record)
             return mesh.refine(indicators, self.enough)

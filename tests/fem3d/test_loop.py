@@ -19,11 +19,15 @@ class Meshes:
     no steady state, or an exception to raise there; there are no further meshes."""
 
     def __init__(self, told: list[Any], number: int = 0, way: tuple[str, ...] = ()) -> None:
-        self.told, self.number, self.way = told, number, way
+        self.told, self.number, self.way, self.marched = told, number, way, False
 
     def problems(self) -> Any:
+        told = self.told[self.number]
+        if self.marched and isinstance(told, RunawayInTimeError):
+            told = NumericsError("inputs that vary have no steady state")
+        self.marched = True
         return SimpleNamespace(
-            heat=SimpleNamespace(size=10 * 2**self.number), conductor=None, follows=False, told=self.told[self.number],
+            heat=SimpleNamespace(size=10 * 2**self.number), conductor=None, follows=False, told=told,
             driven=lambda factor: SimpleNamespace(told=NumericsError("no state below a limit")),
         )  # fmt: skip
 
