@@ -58,7 +58,7 @@ class Course:
 
         def reason() -> str:
             values = f"{quantity(p, unit)} against {quantity(m, unit)} in 3D"
-            return f"{values} at {quantity(time, 's', 3)}, {signed(off, unit)}; {note()}"
+            return f"{values} at {quantity(time, 's', 3)}, {signed(off, unit)}; {note()}".removesuffix("; ")
 
         return Comparison(title, p, m, unit, part.value, part.error, reason, time, relative_to=relative_to)
 

@@ -182,8 +182,9 @@ def over_time(
     between = overshoot(time, np.abs(p - m), int(np.argmax(np.abs(p - m))))
     error, size = three.errors[trace] + one.errors[trace], Estimate(abs(scale.value), scale.error)
     course = Course(time, m, p, np.full(len(time), between))
-    end = f"{signed(float(course.off[-1]), unit)} at the end"
-    return course.comparison(title, unit, error, size, relative_to, lambda: end)
+    end, largest = (signed(float(course.off[row]), unit) for row in (-1, course.worst))
+    note = "" if end == largest else f"{end} at the end"
+    return course.comparison(title, unit, error, size, relative_to, lambda: note)
 
 
 CHECKS.check("fig4", *FIGURE)(partial(at_rest, "peak_rise_K", "steady peak, of 3D's"))
